@@ -1,0 +1,61 @@
+# `make run` simulates EXP1 to its report; `make test` passes the tests. Both set everything up first.
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.set-up
+
+.PHONY: run test lint bench soak wheel clean setup help
+
+help:
+	@echo "make run     set up, and simulate EXP1 to its report"
+	@echo "make test    set up, and pass the tests (lint, types, layers, pytest)"
+	@echo "make lint    the checks without the tests"
+	@echo "make bench   measured figures against their budgets"
+	@echo "make soak    long campaigns: many seeds, fuzzing"
+	@echo "make wheel   build wheel and sdist into dist/"
+	@echo "make clean   remove what was made, but not $(VENV)"
+
+setup: $(STAMP)
+
+# The first Python of 3.11 to 3.13 that runs; once set up, nothing here needs the network.
+$(STAMP): pyproject.toml constraints.txt
+	@set -e; if [ ! -x $(BIN)/python ]; then \
+	    for python in $(PYTHON) python3 python3.13 python3.12 python3.11 python; do \
+	        if "$$python" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null; \
+	        then found="$$python"; break; fi; \
+	    done; \
+	    if [ -z "$$found" ]; then \
+	        echo "No Python 3.11, 3.12 or 3.13 was found. Install one, or say which: make PYTHON=/path/to/python" >&2; \
+	        exit 2; \
+	    fi; \
+	    echo "Setting up $(VENV) with $$($$found --version): downloads about 230 MB once, needs about 0.9 GB of disk."; \
+	    "$$found" -m venv $(VENV); \
+	fi
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --constraint constraints.txt hatchling editables
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --constraint constraints.txt \
+	    --no-build-isolation --editable '.[test]'
+	@touch $(STAMP)
+
+run: setup
+	$(BIN)/rocs-bt run exp1
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: lint
+	$(BIN)/python -m pytest -n 2
+
+bench: setup
+	$(BIN)/python benchmarks
+
+soak: setup
+	$(BIN)/python -m pytest -m soak -n 2
+
+wheel: setup
+	$(BIN)/python -m build --no-isolation
+
+clean:
+	rm -rf build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .benchmarks
+	find rocs_bt tests benchmarks examples planners robots -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,42 @@
+"""How long a user waits before anything happens: `import rocs_bt` and `rocs-bt --help`, in CPU seconds.
+
+Run it with `python benchmarks/bench_imports.py`, or all benchmarks with `make bench`.
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+from row import Row
+
+RUNS = 7
+
+
+def cpu_seconds(*command: str) -> float:
+    """The median CPU time of a command as a whole process [s], after a first run that fills the disk cache."""
+    times = []
+    for _ in range(RUNS + 1):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run(command, check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return sorted(times[1:])[RUNS // 2]
+
+
+def run() -> list[Row]:
+    """The rows of this benchmark."""
+    bare = cpu_seconds(sys.executable, "-c", "pass")
+    package = cpu_seconds(sys.executable, "-c", "import rocs_bt")
+    command = cpu_seconds(str(Path(sys.executable).with_name("rocs-bt")), "--help")
+    return [
+        Row("import rocs_bt", package, "s", "python -c pass", package / bare, "<= 0.3 s", package <= 0.3),
+        Row("rocs-bt --help", command, "s", "python -c pass", command / bare, "<= 0.4 s", command <= 0.4),
+    ]
+
+
+if __name__ == "__main__":
+    for row in run():
+        print(row)

@@ -1,0 +1,108 @@
+"""What knowing costs, beside raw networkx and numpy in the same process, in CPU time.
+
+Run it with `python benchmarks/bench_knowledge.py`, or all benchmarks with `make bench`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+import time
+from collections.abc import Callable
+
+import networkx
+import numpy as np
+from row import Row
+
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.event import KnowledgeChanged, NullSink
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import Knowledge
+from rocs_bt.signal import Signal
+
+SIGNALS = 500
+
+
+def micros(call: Callable[[], object], count: int = 20_000, repeats: int = 9) -> float:
+    """CPU time of one call, the median of several rounds, the empty loop taken off [us]."""
+
+    def round_of(what: Callable[[], object]) -> float:
+        start = time.process_time_ns()
+        for _ in itertools.repeat(None, count):
+            what()
+        return (time.process_time_ns() - start) / count / 1e3
+
+    def nothing() -> None:
+        pass
+
+    round_of(call)
+    return statistics.median(round_of(call) - round_of(nothing) for _ in range(repeats))
+
+
+def run() -> list[Row]:
+    """All rows."""
+    knowledge = _knowledge()
+    graph, signals = knowledge.graph, knowledge.signals
+    raw = networkx.MultiDiGraph()
+    raw.add_node("box", distance=1.0)
+    distances = itertools.cycle((1.0, 2.0))
+    buffer, plain = np.empty(signals.size), np.empty(signals.size)
+
+    def subscriber(change: KnowledgeChanged) -> None:
+        pass
+
+    def raw_write() -> None:
+        raw.nodes["box"]["distance"] = next(distances)
+
+    graph.subscribe(subscriber, node="box")
+    raw_read_us = micros(lambda: raw.nodes["box"]["distance"])
+    raw_write_us = micros(raw_write)
+    copy_us = micros(lambda: np.copyto(buffer, plain))
+    return [
+        _row("read an attribute", micros(lambda: graph.get("box", "distance")), "raw networkx", raw_read_us, 0.5),
+        _row(
+            "checked write, one subscriber, event emitted",
+            micros(lambda: graph.set("box", distance=next(distances))),
+            "raw networkx",
+            raw_write_us,
+            3.0,
+        ),
+        _row(
+            f"snapshot of {SIGNALS} signals",
+            micros(lambda: signals.snapshot(0.1, buffer)),
+            "numpy copy of the array",
+            copy_us,
+            5.0,
+        ),
+        _row("write one signal of one value", micros(lambda: signals.write("s3", 1.0, 0.0)), "", None, None),
+        _row("pose of the pursued goal", micros(lambda: _goal_pose(knowledge)), "", None, None),
+    ]
+
+
+def _goal_pose(knowledge: Knowledge) -> Pose2 | None:
+    goal = knowledge.world.pursued()
+    return None if goal is None else knowledge.world.pose_of(goal)
+
+
+def _knowledge() -> Knowledge:
+    knowledge = Knowledge("R2", SimulatedClock(0.05), NullSink())
+    for i in range(SIGNALS):
+        knowledge.signals.declare(Signal(f"s{i}", bounds=(0.0, math.inf), max_age=0.15 if i % 2 else 10.0))
+    knowledge.signals.freeze()
+    knowledge.signals.update(dict.fromkeys(knowledge.signals.names, 1.0), 0.0)
+    knowledge.graph.add("box", "object", distance=1.0)
+    knowledge.world.place("home", Pose2(1.0, 2.0), "goal")
+    knowledge.world.pursue("home")
+    return knowledge
+
+
+def _row(name: str, value: float, baseline: str, other: float | None, budget: float | None) -> Row:
+    ratio = None if other is None else value / other
+    words = "" if budget is None else f"<= {budget:g} us"
+    return Row(f"knowledge: {name}", value, "us", baseline, ratio, words, None if budget is None else value <= budget)
+
+
+if __name__ == "__main__":
+    for row in run():
+        print(row)

@@ -1,0 +1,15 @@
+"""Go to the origin of the world frame, with the paper's own macro-actions (Table 2).
+
+GoToOrigin = TurnToPosition; SetWheelSpeed. No follower: the robot looks at the origin, drives straight on, and looks
+anew when it has drifted off the line.
+"""
+
+from py_trees.behaviour import Behaviour
+
+from rocs_bt.plan import Mission
+from rocs_bt.units import MetresPerSecond
+
+
+def build(mission: Mission, *, speed: MetresPerSecond = 0.3) -> Behaviour:
+    """One leaf: GoToOrigin."""
+    return mission.act("GoToOrigin", speed=speed)

@@ -1,0 +1,234 @@
+"""Actions: what Plan and the reflexes ask for, and Execute carries out (paper, 5.1; DESIGN 7).
+
+An action is a dataclass whose fields are its parameters, in SI units; a field's annotation tells files which
+dimension they must give:
+
+    @dataclass(kw_only=True, eq=False)
+    class Nod(AtomicAction):
+        \"\"\"Move the head once.\"\"\"
+        angle: Radians = 0.3
+        def act(self, body: Body) -> Progress | Failure: ...
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import typing
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .clock import Clock
+from .device import Actuator
+from .errors import Fault, InputError, unknown
+from .event import Event, Value
+from .units import NONE, Dimension
+
+if TYPE_CHECKING:  # for the types of Body alone; at run time every arrow points down
+    from .control.drive import Drive
+    from .control.follower import Follower
+    from .knowledge import Knowledge
+
+
+class Progress(Enum):
+    """What an action that did not fail says of itself."""
+
+    RUNNING = "RUNNING"
+    SUCCEEDED = "SUCCEEDED"
+
+
+class Reason(Enum):
+    """Why an action or a leaf failed."""
+
+    LOST_POSE = "the pose is not known"
+    LOST_SENSOR = "a reading that it needs is not valid"
+    NO_GOAL = "the goal is not known"
+    BLOCKED = "the way is blocked"
+    STUCK = "no progress"
+    TIMEOUT = "it took too long"
+    REFUSED = "a device refused"
+    RUNAWAY = "it never came to a command"
+    CANNOT = "the robot cannot do it"
+    OTHER = "for a reason of its own"
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A failed act, with its evidence, such as `no progress: 3 pre-emptions by AvoidCollision, front = 0.21 m`."""
+
+    reason: Reason
+    evidence: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.reason.name}: {self.evidence or self.reason.value}"
+
+
+class ActionFailed(Exception):
+    """Raised inside `decompose` where a yielded action failed; raised by it to fail the macro itself."""
+
+    def __init__(self, reason: Reason, evidence: str = "") -> None:
+        self.failure = Failure(reason, evidence)
+        super().__init__(str(self.failure))
+
+
+class Body(Protocol):
+    """What an action may use; built by the agent."""
+
+    @property
+    def clock(self) -> Clock:
+        """Time."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """The control period: `act` is called this often [s]."""
+        ...
+
+    @property
+    def knowledge(self) -> Knowledge:
+        """All that the robot knows."""
+        ...
+
+    @property
+    def drive(self) -> Drive:
+        """Kinematics and limits of the wheels."""
+        ...
+
+    @property
+    def follower(self) -> Follower:
+        """The trajectory follower; one user at a time, who resets it first."""
+        ...
+
+    @property
+    def actuators(self) -> Mapping[str, Actuator]:
+        """All actuators, by name."""
+        ...
+
+    @property
+    def wheels(self) -> Actuator:
+        """The actuator that takes the drive's wheel rim speeds [m/s]."""
+        ...
+
+    def note(self, event: type[Event], **values: Any) -> None:
+        """Tell the record something, as in `body.note(Followed, cross_track=0.01, ...)`; time and agent are added."""
+        ...
+
+
+@dataclass(kw_only=True, eq=False)
+class Action(ABC):
+    """The common part of atomic actions and macro-actions; the dataclass fields of a subclass are its parameters."""
+
+    @property
+    def name(self) -> str:
+        """What files, tickets and reports call it: the class's name."""
+        return type(self).__name__
+
+    @property
+    def parameters(self) -> dict[str, Value]:
+        """The parameters as plain data."""
+        return {name: _plain(getattr(self, name)) for name in parameters_of(type(self))}
+
+    def update(self, **parameters: Any) -> None:
+        """Take new parameters while acting; a reflex does so while its rule stays latched.
+
+        Raises:
+            InputError: No parameter has that name.
+        """
+        for name, value in parameters.items():
+            if name not in parameters_of(type(self)):
+                raise InputError(unknown(f"parameter of {self.name}", name, parameters_of(type(self)), self.name))
+            setattr(self, name, value)
+
+    def remaining(self, knowledge: Knowledge) -> float:
+        """How far it is from done [m], by which Plan tells progress from being stuck; NaN where nobody can say."""
+        return math.nan
+
+    def stop(self, body: Body) -> None:
+        """Called once when the action is cancelled while it runs, before any other action commands."""
+
+
+class AtomicAction(Action):
+    """An action that commands actuators itself."""
+
+    @abstractmethod
+    def act(self, body: Body) -> Progress | Failure:
+        """Do one control period's worth; called once a period until it is done. Must not block."""
+
+
+class MacroAction(Action):
+    """An action made of smaller ones."""
+
+    @abstractmethod
+    def decompose(self, body: Body) -> Iterator[Action]:
+        """Yield the next smaller action when the one before has succeeded, reading Knowledge as it goes.
+
+        Where a yielded action fails, `ActionFailed` is raised at the `yield`; what is not caught fails the macro.
+        """
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What a parameter of an action is: its type, and for a number its dimension and default."""
+
+    name: str
+    type: Any
+    dimension: Dimension | None
+    required: bool
+    default: Any
+
+
+@functools.cache
+def parameters_of(action: type[Action]) -> dict[str, Parameter]:
+    """The parameters that an action class declares, in their order."""
+    hints = typing.get_type_hints(action, include_extras=True, localns=_hint_names())
+    found = {}
+    for field in dataclasses.fields(action):
+        if not field.init:
+            continue
+        hint, dimension = hints[field.name], None
+        for extra in getattr(hint, "__metadata__", ()):
+            if isinstance(extra, Dimension):
+                dimension = extra
+        plain = hint.__origin__ if hasattr(hint, "__metadata__") else hint
+        if plain is float and dimension is None:
+            dimension = NONE
+        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        default = None if required or field.default is dataclasses.MISSING else field.default
+        found[field.name] = Parameter(field.name, plain, dimension, required, default)
+    return found
+
+
+def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mapping[str, Any]) -> Action:
+    """An action by name, as rules and leaves ask for it.
+
+    Raises:
+        InputError: The name, or a parameter, does not exist, or a required one is missing; lists what does.
+    """
+    if name not in table:
+        raise InputError(unknown("action", name, table))
+    declared = parameters_of(table[name])
+    faults = [unknown(f"parameter of {name}", p, declared, name) for p in parameters if p not in declared]
+    missing = [p for p, d in declared.items() if d.required and p not in parameters]
+    if missing:
+        faults.append(Fault(f"{name} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(declared)}."))
+    if faults:
+        raise InputError(*faults)
+    return table[name](**parameters)
+
+
+def _plain(value: Any) -> Value:
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    try:
+        return [float(v) for v in value]
+    except (TypeError, ValueError):
+        return getattr(value, "__name__", type(value).__name__)
+
+
+def _hint_names() -> dict[str, Any]:
+    # Fields may be annotated with names that their module imports for type checking only.
+    return {"Body": Body}

@@ -1,0 +1,30 @@
+"""The shipped actions (paper, Table 2, and the motion macros), and the table of their names."""
+
+from .avoid_collision import AvoidCollision
+from .flinch import Flinch
+from .follow_path import FollowPath
+from .go_to import GoTo
+from .go_to_origin import GoToOrigin
+from .set_wheel_speed import SetWheelSpeed
+from .stop import Stop
+from .table import ACTIONS, action_table
+from .turn_angle import TurnAngle
+from .turn_to import TurnTo
+from .turn_to_origin import TurnToOrigin
+from .turn_to_position import TurnToPosition
+
+__all__ = [
+    "ACTIONS",
+    "AvoidCollision",
+    "Flinch",
+    "FollowPath",
+    "GoTo",
+    "GoToOrigin",
+    "SetWheelSpeed",
+    "Stop",
+    "TurnAngle",
+    "TurnTo",
+    "TurnToOrigin",
+    "TurnToPosition",
+    "action_table",
+]

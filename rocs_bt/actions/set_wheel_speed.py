@@ -1,0 +1,50 @@
+"""SetWheelSpeed: the smallest thing a wheeled robot can do (paper, Table 2)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+
+from ..action import AtomicAction, Body, Failure, Progress, Reason
+from ..units import SPEED, Seconds
+
+
+@dataclass(kw_only=True, eq=False)
+class SetWheelSpeed(AtomicAction):
+    """Turn the wheels at given rim speeds, commanded anew each period, for a time or until something holds.
+
+    With neither `duration` nor `until` it goes on until it is cancelled. A duration is rounded to whole periods, at
+    least one; the last of them is commanded and succeeds at once, so the next action begins in the period after.
+
+    Attributes:
+        speeds: Rim speeds in the drive's order, left then right for two wheels [m/s]; slowed in proportion to what
+            the wheels can.
+        duration: For how long [s].
+        until: Asked before each command; true ends it.
+    """
+
+    speeds: Annotated[Sequence[float], SPEED]
+    duration: Seconds = math.inf
+    until: Callable[[Body], bool] | None = None
+    _begun: float | None = field(default=None, init=False, repr=False)
+
+    def act(self, body: Body) -> Progress | Failure:
+        speeds = np.asarray(self.speeds, dtype=float)
+        wheels = body.drive.wheels
+        if speeds.shape != (len(wheels),):
+            wanted = f"the drive takes {len(wheels)} rim speeds ({', '.join(wheels)})"
+            return Failure(Reason.CANNOT, f"{wanted}, found {speeds.tolist()}")
+        now = body.clock.now()
+        if self._begun is None:
+            self._begun = now
+        elapsed = now - self._begun
+        if elapsed >= self.duration or (self.until is not None and self.until(body)):
+            return Progress.SUCCEEDED
+        body.wheels.command(body.drive.saturate(speeds).tolist())
+        # Half a period forgives the jitter of real time and rounds the duration to whole periods.
+        last = elapsed + 1.5 * body.period > self.duration
+        return Progress.SUCCEEDED if last else Progress.RUNNING

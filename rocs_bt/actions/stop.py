@@ -1,0 +1,36 @@
+"""Stop: brake, and stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..action import AtomicAction, Body, Failure, Progress
+from ..units import MetresPerSecond, Seconds
+
+
+@dataclass(kw_only=True, eq=False)
+class Stop(AtomicAction):
+    """Command standstill until the wheels stand.
+
+    Attributes:
+        below: The rim speed at which a wheel counts as standing [m/s].
+        patience: How long to command where the wheels' speeds are not known [s].
+    """
+
+    below: MetresPerSecond = 0.02
+    patience: Seconds = 1.0
+    _begun: float | None = field(default=None, init=False, repr=False)
+
+    def act(self, body: Body) -> Progress | Failure:
+        now = body.clock.now()
+        if self._begun is None:
+            self._begun = now
+        body.wheels.command([0.0] * len(body.drive.wheels))
+        speeds = body.knowledge.robot.wheel_speeds()
+        if np.isfinite(speeds).all():
+            standing = bool(np.abs(speeds).max(initial=0.0) < self.below)
+        else:
+            standing = now - self._begun >= self.patience
+        return Progress.SUCCEEDED if standing else Progress.RUNNING

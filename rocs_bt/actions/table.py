@@ -1,0 +1,60 @@
+"""The action table: by which names files and leaves may ask for what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from ..action import Action
+from ..errors import Fault, InputError
+from .avoid_collision import AvoidCollision
+from .flinch import Flinch
+from .follow_path import FollowPath
+from .go_to import GoTo
+from .go_to_origin import GoToOrigin
+from .set_wheel_speed import SetWheelSpeed
+from .stop import Stop
+from .turn_angle import TurnAngle
+from .turn_to import TurnTo
+from .turn_to_origin import TurnToOrigin
+from .turn_to_position import TurnToPosition
+
+_SHIPPED: tuple[type[Action], ...] = (
+    AvoidCollision,
+    Flinch,
+    FollowPath,
+    GoTo,
+    GoToOrigin,
+    SetWheelSpeed,
+    Stop,
+    TurnAngle,
+    TurnTo,
+    TurnToOrigin,
+    TurnToPosition,
+)
+
+
+def action_table(*more: type[Action]) -> Mapping[str, type[Action]]:
+    """The shipped actions and a user's own, by the names of their classes.
+
+    Args:
+        more: Action classes (paper, 5.3: a mandatory extension point).
+
+    Raises:
+        InputError: Two different classes have the same name.
+    """
+    table: dict[str, type[Action]] = {}
+    for action in (*_SHIPPED, *more):
+        other = table.setdefault(action.__name__, action)
+        if other is not action:
+            raise InputError(
+                Fault(
+                    f"two actions are named '{action.__name__}', in {other.__module__} and in {action.__module__}.",
+                    hint="Rename one of them.",
+                )
+            )
+    return MappingProxyType(table)
+
+
+ACTIONS: Mapping[str, type[Action]] = action_table()
+"""The shipped actions by name."""

@@ -1,0 +1,7 @@
+"""One robot's mind: builds, wires and runs its blocks. The only composer (DESIGN 2)."""
+
+from .agent import Agent, Rates
+from .build import Mind, build_agent, robot_drive
+from .threaded import ThreadedRunner
+
+__all__ = ["Agent", "Mind", "Rates", "ThreadedRunner", "build_agent", "robot_drive"]

@@ -1,0 +1,158 @@
+"""Agent: the autonomic manager of one robot (paper, 4.1; DESIGN 3 and 5).
+
+Exactly one Knowledge, Plan, Execute and Pipeline by construction, and no global state, so several agents live in one
+process. It holds the blocks and knows the order of effects; `lockstep` and `threaded` run the same blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..analyze import Analyze
+from ..clock import Clock, Rate
+from ..device import Sensor, Watchdog
+from ..errors import BlockError
+from ..event import AgentStopped, BlockFailed, EventSink
+from ..execute import Execute
+from ..knowledge import Knowledge
+from ..monitor import Monitor
+from ..pipeline import Pipeline
+from ..plan import Plan
+from ..reactive import ReflexArc
+
+
+@dataclass(frozen=True)
+class Rates:
+    """How often blocks run, counted in control periods.
+
+    Attributes:
+        control: Reflexes, Execute and the follower; the base of all others.
+        plan: Plan.
+    """
+
+    control: Rate
+    plan: Rate
+
+
+class Agent:
+    """One robot's mind, built by `build_agent`.
+
+    Attributes:
+        name: The agent, and its robot's node in Knowledge.
+        knowledge: K.
+        monitors: M, in the order of robot.toml.
+        analyzes: A, in the order of robot.toml.
+        plan: P.
+        execute: E.
+        arc: The reflex arc over all ReactiveModels.
+        pipeline: The queue between them.
+        failure: The block that failed, and why; None while all is well.
+        stopped: Whether it was stopped; nothing comes after that.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        knowledge: Knowledge,
+        sensors: Mapping[str, Sensor],
+        actuators: Mapping[str, Watchdog],
+        monitors: Sequence[Monitor],
+        analyzes: Sequence[Analyze],
+        arc: ReflexArc,
+        pipeline: Pipeline,
+        plan: Plan,
+        execute: Execute,
+        clock: Clock,
+        sink: EventSink,
+        rates: Rates,
+    ) -> None:
+        self.name = name
+        self.knowledge = knowledge
+        self.sensors = sensors
+        self.actuators = actuators
+        self.monitors = tuple(monitors)
+        self.analyzes = tuple(analyzes)
+        self.arc = arc
+        self.pipeline = pipeline
+        self.plan = plan
+        self.execute = execute
+        self.clock = clock
+        self.rates = rates
+        self.failure: BlockError | None = None
+        self._sink = sink
+        self.stopped = False
+
+    @property
+    def status(self) -> str:
+        """The mission's: `RUNNING`, `SUCCESS` or `FAILURE`."""
+        return self.plan.status
+
+    @property
+    def reason(self) -> str:
+        """Why the mission, or a block, failed; empty while nothing did."""
+        return str(self.failure) if self.failure is not None else self.plan.reason
+
+    def step(self, count: int) -> None:
+        """One control period in lockstep: the order of effects of DESIGN 5, steps 1 to 5.
+
+        A block that raises stops the wheels; from then on nothing happens.
+
+        Args:
+            count: Control periods since the start; the clock says the same.
+        """
+        t = self.clock.now()
+        for monitor in self.monitors:
+            if monitor.due(count):
+                self.guarded(f"monitor {monitor.name}", monitor.run, t, count)
+        self.guarded("reflexes", self.react, t)
+        for analyze in self.analyzes:
+            self.guarded(f"analyze {analyze.name}", analyze.run, t)
+        if self.rates.plan.due(count) or self.plan.called:
+            self.guarded("plan", self.plan.run, t)
+        self.guarded("execute", self.execute.run, t)
+
+    def react(self, t: float) -> None:
+        """Evaluate the reflexes on a fresh snapshot; may be called from any monitor's thread."""
+        self.arc.run(self.knowledge.signals.snapshot(t, np.empty(self.knowledge.signals.size)), t)
+
+    def guarded(self, block: str, turn: Callable[..., None], *args: object) -> None:
+        """Run one turn of a block; if it raises or ends, stop the wheels first and keep the reason."""
+        if self.failure is not None:
+            return
+        try:
+            turn(*args)
+        except SystemExit as error:
+            self.fail(block, "ended", f"it called for an exit ({error.code})", error)
+        except Exception as error:  # noqa: BLE001 - the boundary: whatever a block raises must stop the robot
+            self.fail(block, "raised", f"{type(error).__name__}: {error}", error)
+
+    def fail(self, block: str, kind: str, detail: str, cause: BaseException | None = None) -> None:
+        """Stop the wheels for good, then say which block failed and why. The first failure counts."""
+        for actuator in self.actuators.values():
+            actuator.shut()
+        if self.failure is not None:
+            return
+        self.failure = BlockError(f"{self.name}/{block}", kind, detail)
+        self.failure.__cause__ = cause
+        self._sink.emit(BlockFailed(t=self.clock.now(), agent=self.name, block=block, kind=kind, detail=detail))
+
+    def stop(self, by: str = "the end of the run") -> None:
+        """Cancel everything and let the wheels stand, once; the agent may not be used after it."""
+        if self.stopped:
+            return
+        self.stopped = True
+        self._sink.emit(AgentStopped(t=self.clock.now(), agent=self.name, by=by))
+        self.guarded("execute", self.execute.stop, by)
+        for actuator in self.actuators.values():
+            actuator.neutral()
+
+    def close(self) -> None:
+        """Let go of all devices."""
+        for sensor in self.sensors.values():
+            sensor.close()
+        for actuator in self.actuators.values():
+            actuator.close()

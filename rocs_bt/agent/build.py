@@ -1,0 +1,260 @@
+"""Building an agent: robot.toml's wiring, a mission and rule files become blocks that are connected (paper, 5.2)."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from ..action import Action
+from ..actions import action_table
+from ..analyze import ANALYZERS, Analyze
+from ..catalog import DriveSpec, PlaceSpec, RobotSpec, is_reference
+from ..catalog import load_class as load_class_from_file
+from ..clock import Clock, Rate
+from ..control.drive import Drive, make_drive
+from ..control.follower import Follower, FollowerSettings
+from ..device import Sensor, Watchdog
+from ..errors import Fault, InputError, unknown
+from ..event import EventSink
+from ..execute import Execute, RobotBody
+from ..expression import Environment, compile_expression
+from ..knowledge import Knowledge
+from ..monitor import MONITORS, Monitor, Watched
+from ..pipeline import Pipeline
+from ..plan import Mission, Plan, TreePlan
+from ..reactive import ReactiveModel, ReflexArc, RuleModel, load_rules
+from .agent import Agent, Rates
+
+T = TypeVar("T")
+LoadClass = Callable[[Path, str], type]
+
+_NO_DRIVE_NUMBERS = ("wheel_radius", "wheel_lag")  # of robot.toml's [drive]: the driver's, and the follower's
+
+
+@dataclass(frozen=True)
+class Mind:
+    """What makes a robot an agent: what it is to do and when it flinches.
+
+    Attributes:
+        build: The mission: given a `Mission` and its parameters it returns the tree, or a user's own `Plan`.
+        mission: The mission's name.
+        parameters: The mission's parameters, SI units.
+        rules: The rule files.
+        reflexes: Makes reactive models in Python, besides the rule files, from the agent's Knowledge.
+        places: What it is told of the world at the start.
+        actions: Actions besides the shipped ones.
+    """
+
+    build: Callable[..., Any]
+    mission: str = "mission"
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    rules: Sequence[Path] = ()
+    reflexes: Callable[[Knowledge], Sequence[ReactiveModel]] = lambda knowledge: ()
+    places: Sequence[PlaceSpec] = ()
+    actions: Sequence[type[Action]] = ()
+
+
+def build_agent(
+    name: str,
+    robot: RobotSpec,
+    mind: Mind,
+    *,
+    sensors: Mapping[str, Sensor],
+    actuators: Mapping[str, Watchdog],
+    sensor_rates: Mapping[str, Rate],
+    rates: Rates,
+    clock: Clock,
+    sink: EventSink,
+    timer: Callable[[], float] | None = None,
+    load_class: LoadClass = load_class_from_file,
+) -> Agent:
+    """Build, wire and check all blocks of one agent; nothing runs yet.
+
+    Args:
+        name: The agent's name.
+        robot: Its robot; exactly this table is built.
+        mind: Mission, rules, and what it is told of the world.
+        sensors: The devices by name, one for each of robot.toml's.
+        actuators: The devices by name, one for each of robot.toml's.
+        sensor_rates: How often each sensor is read, in control periods.
+        rates: How often the blocks run.
+        clock: Time.
+        sink: Where events go.
+        timer: Measures solve times of the follower [s]; None measures nothing.
+        load_class: Loads a class that robot.toml names as `file.py:Class`.
+
+    Raises:
+        InputError: A class, signal, action or parameter that is named does not exist, with every fault.
+    """
+    drive = robot_drive(robot.drive)
+    knowledge = Knowledge(name, clock, sink)
+    describe(knowledge, robot, drive, mind.places)
+    monitors = _monitors(robot, knowledge, sensors, sensor_rates, sink, load_class)
+    declare_signals(knowledge, monitors, robot)
+    actions = action_table(*mind.actions)
+    pipeline = Pipeline(clock, sink, name)
+    environment = Environment.of(knowledge.signals)
+    models = [*(RuleModel(load_rules(file, environment, actions)) for file in mind.rules)]
+    knowledge.reactive_models.extend([*models, *mind.reflexes(knowledge)])
+    body = RobotBody(
+        agent=name,
+        knowledge=knowledge,
+        drive=drive,
+        follower=Follower(drive, _follower_settings(robot.drive), timer),
+        clock=clock,
+        period=rates.control.period,
+        actuators=actuators,
+        wheels=robot.drive.actuator,
+        sink=sink,
+    )
+    arc = ReflexArc(knowledge.reactive_models, pipeline, actions, sink, name, clock)
+    mission = Mission(
+        mind.mission,
+        knowledge=knowledge,
+        pipeline=pipeline,
+        actions=actions,
+        clock=clock,
+        sink=sink,
+        compile_guard=lambda text: compile_expression(text, environment),
+        rule_reading=arc.reading,
+    )
+    planned = mind.build(mission, **mind.parameters)
+    plan = planned if isinstance(planned, Plan) else TreePlan(planned, mission)
+    arc.on_end = lambda rule: plan.replan(f"{rule} ended")
+    return Agent(
+        name,
+        knowledge=knowledge,
+        sensors=sensors,
+        actuators=actuators,
+        monitors=monitors,
+        analyzes=_analyzers(robot, knowledge, monitors, plan, sink, load_class),
+        arc=arc,
+        pipeline=pipeline,
+        plan=plan,
+        execute=Execute(pipeline, body),
+        clock=clock,
+        sink=sink,
+        rates=rates,
+    )
+
+
+def robot_drive(spec: DriveSpec) -> Drive:
+    """The kinematics that robot.toml's `[drive]` describes.
+
+    Raises:
+        InputError: No such kind, or a number is missing or wrong.
+    """
+    return make_drive(spec.kind, **{k: v for k, v in spec.parameters.items() if k not in _NO_DRIVE_NUMBERS})
+
+
+def describe(knowledge: Knowledge, robot: RobotSpec, drive: Drive, places: Sequence[PlaceSpec]) -> None:
+    """Put the robot, its devices and blocks, and what it is told of the world, into the graph (paper, 4.2)."""
+    graph, name = knowledge.graph, knowledge.agent
+    knowledge.robot.drive = drive
+    sizes = {key: value for key, value in (("length", robot.length), ("width", robot.width)) if math.isfinite(value)}
+    graph.set(
+        name,
+        model=robot.name,
+        drive=robot.drive.kind,
+        speed_limit=drive.speed_limit,
+        turn_limit=drive.turn_limit,
+        wheel_speed_limit=drive.max_wheel_speed,
+        wheel_acceleration_limit=drive.max_wheel_acceleration,
+        **sizes,
+    )
+    for sensor in robot.sensors:
+        graph.add(sensor.name, "sensor", driver=sensor.driver, signal=sensor.signal, monitor=sensor.monitor)
+        graph.relate(name, "has_sensor", sensor.name)
+    for actuator in robot.actuators:
+        graph.add(actuator.name, "actuator", driver=actuator.driver, max_command_age=actuator.max_command_age)
+        graph.relate(name, "has_actuator", actuator.name)
+    for place in places:
+        x, y, yaw = place.pose
+        pose = place.pose if math.isfinite(yaw) else type(place.pose)(x, y)
+        attributes = dict(place.attributes) if place.kind == "object" else {"tolerance": place.tolerance}
+        knowledge.world.place(place.name, pose, kind=place.kind, **attributes)
+
+
+def declare_signals(knowledge: Knowledge, monitors: Sequence[Monitor], robot: RobotSpec) -> None:
+    """Declare what the monitors write; after this the layout of a snapshot is fixed.
+
+    Raises:
+        InputError: A sensor of robot.toml names a signal that no monitor writes.
+    """
+    for monitor in monitors:
+        for signal in monitor.signals():
+            knowledge.signals.declare(signal)
+    known = knowledge.signals.names
+    faults = [
+        unknown("signal", s.signal, known, "Its monitors").at(robot.file)
+        for s in robot.sensors
+        if s.signal not in known
+    ]
+    if faults:
+        raise InputError(*faults)
+    knowledge.signals.freeze()
+
+
+def _monitors(
+    robot: RobotSpec,
+    knowledge: Knowledge,
+    sensors: Mapping[str, Sensor],
+    rates: Mapping[str, Rate],
+    sink: EventSink,
+    load_class: LoadClass,
+) -> list[Monitor]:
+    monitors = []
+    for spec in robot.monitors:
+        watched = [Watched(sensors[name], rates[name]) for name in spec.sensors]
+        cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
+        monitors.append(_construct(cls, robot, spec.parameters, spec.name, watched, knowledge, sink))
+    return monitors
+
+
+def _analyzers(
+    robot: RobotSpec,
+    knowledge: Knowledge,
+    monitors: Sequence[Monitor],
+    plan: Plan,
+    sink: EventSink,
+    load_class: LoadClass,
+) -> list[Analyze]:
+    by_name = {m.name: m for m in monitors}
+    analyzers = []
+    for spec in robot.analyzers:
+        cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
+        analyze = _construct(cls, robot, spec.parameters, spec.name, knowledge, sink)
+        for monitor in spec.monitors:
+            by_name[monitor].attach(analyze)
+        analyze.attach(plan)
+        analyzers.append(analyze)
+    return analyzers
+
+
+def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpec, load_class: LoadClass) -> type[T]:
+    """A class by its name in our table, or by `file.py:Class` beside robot.toml."""
+    if is_reference(name):
+        file, _, cls = name.partition(":")
+        return load_class(robot.folder / file, cls)
+    if name not in table:
+        raise InputError(unknown(f"{kind} class", name, table).at(robot.file))
+    return table[name]
+
+
+def _construct(cls: type[T], robot: RobotSpec, parameters: Mapping[str, Any], *args: Any) -> T:
+    """A block with the parameters that robot.toml gives it."""
+    try:
+        inspect.signature(cls).bind(*args, **parameters)
+        return cls(*args, **parameters)
+    except (TypeError, ValueError, OverflowError) as error:  # not a number where one was meant
+        raise InputError(
+            Fault(f"{cls.__name__} '{args[0]}' does not take these parameters: {error}.", robot.file)
+        ) from error
+
+
+def _follower_settings(drive: DriveSpec) -> FollowerSettings:
+    return FollowerSettings(wheel_lag=float(drive.parameters.get("wheel_lag", 0.0)))

@@ -1,0 +1,9 @@
+"""A: analysers find out whether the world changed, update Knowledge and tell Plan (paper, 4.2)."""
+
+from .analyze import Analyze
+from .pass_orientation import PassOrientation
+from .pass_position import PassPosition
+from .pass_range import PassRange
+from .table import ANALYZERS
+
+__all__ = ["ANALYZERS", "Analyze", "PassOrientation", "PassPosition", "PassRange"]

@@ -1,0 +1,255 @@
+"""The one place that finds content by name: the user's project first, then what we ship (DESIGN 2)."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from types import ModuleType
+from typing import Any, cast
+
+from ..document import read_toml
+from ..errors import Fault, InputError, RocsError, UnknownName, unknown
+from .entry import KINDS, Entry, kind_of, make_entry, scan
+from .python_content import classes_in, fault_of, load_class, load_module
+from .robot_file import RobotSpec, load_robot
+from .scenario_file import ScenarioSpec, read_scenario
+
+
+def shipped_root() -> Path:
+    """The folder that holds the content we ship: inside a wheel's package, or a checkout's root.
+
+    Raises:
+        RocsError: This installation has no content.
+    """
+    package = Path(__file__).resolve().parent.parent
+    if (inside := package / "_content").is_dir():
+        return inside
+    # Never trust what lies beside the package before its pyproject says that this is our checkout.
+    pyproject = package.parent / "pyproject.toml"
+    if pyproject.is_file() and tomllib.loads(pyproject.read_text("utf-8")).get("project", {}).get("name") == "rocs_bt":
+        return package.parent
+    raise RocsError(f"no content was found in {inside}, and {package.parent} is no checkout. Install rocs_bt again.")
+
+
+def find_project(start: Path) -> Path | None:
+    """The nearest folder, from `start` upwards, that has content of its own; None where there is none."""
+    start = start.resolve()
+    for folder in (start, *start.parents):
+        if any(next(folder.glob(pattern), None) for patterns in KINDS.values() for pattern in patterns):
+            return folder
+    return None
+
+
+def is_path(name: str) -> bool:
+    """Whether a person means a file by this rather than a name."""
+    return "/" in name or name.endswith((".toml", ".xml", ".py"))
+
+
+class Catalog:
+    """All the content there is: a project's, and what we ship.
+
+    Args:
+        project: The project's root; None for shipped content only.
+        code: Whether Python content may run; `--no-code` says no.
+
+    Raises:
+        InputError: There is no such folder.
+    """
+
+    def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
+        self.shipped = shipped_root()
+        if project is not None and not project.is_dir():
+            raise InputError(Fault(f"there is no project folder '{project}'.", hint="Name one that exists."))
+        self.project = None if project is None or project.resolve() == self.shipped else project.resolve()
+        self.code = code
+        self._found: dict[str, dict[str, Entry]] = {}
+
+    @staticmethod
+    def here(start: Path | None = None, *, code: bool = True) -> Catalog:
+        """The catalog of the project around a folder, the current one if none is given."""
+        return Catalog(find_project(start or Path.cwd()), code=code)
+
+    def list(self, kind: str | None = None) -> list[Entry]:
+        """All entries of a kind, or of all kinds, sorted by kind and name; a project's hides a shipped one's name.
+
+        Raises:
+            InputError: There is no such kind, or two files of one folder have one name.
+        """
+        kinds = list(KINDS) if kind is None else [kind]
+        return [entry for k in kinds for _, entry in sorted(self._entries(k).items())]
+
+    def find(self, kind: str, name: str) -> Entry:
+        """One entry by its name, or by its path.
+
+        Raises:
+            UnknownName: There is none; lists those that exist.
+        """
+        if is_path(name):
+            return self._by_path(kind, Path(name))
+        entries = self._entries(kind)
+        if name not in entries:
+            raise UnknownName(unknown(kind, name, entries))
+        return entries[name]
+
+    def find_any(self, name: str) -> Entry:
+        """One entry by name or path, of whatever kind has it first: scenarios, missions, rules, robots, the rest."""
+        if is_path(name):
+            kind = kind_of(Path(name).resolve())
+            return self._by_path(kind or "scenario", Path(name))
+        for kind in KINDS:
+            if name in self._entries(kind):
+                return self._entries(kind)[name]
+        raise UnknownName(unknown("content", name, [e.name for e in self.list()]))
+
+    def load_robot(self, name: str) -> RobotSpec:
+        """A robot by its name.
+
+        Raises:
+            InputError: It does not exist, or its file is wrong; with every fault.
+        """
+        return load_robot(self.find("robot", name).path)
+
+    def load_scenario(self, name: str) -> ScenarioSpec:
+        """A scenario by its name or path, whose world, robots, missions and rules exist and whose rates divide.
+
+        Raises:
+            InputError: With every fault, each at its line.
+        """
+        scenario = read_scenario(read_toml(self.find("scenario", name).path), self._missing)
+        faults: list[Fault] = []
+        for each in scenario.robots:
+            try:
+                robot = self.load_robot(each)
+                self._allow(*robot.code)
+                for sensor in robot.sensors:
+                    scenario.rate.sensor_rate(sensor.rate, f"{each}/{sensor.name}")
+            except InputError as error:
+                faults += error.at(scenario.file, scenario.rate.line).faults
+        if faults:
+            raise InputError(*faults)
+        self._allow(*(entry.path for entry in self.content_of(scenario)))
+        return scenario
+
+    def content_of(self, scenario: ScenarioSpec) -> tuple[Entry, ...]:
+        """Everything that a scenario uses, itself included, for `content_hash`.
+
+        Raises:
+            InputError: Something that it names does not exist.
+        """
+        entries = [make_entry(scenario.file, "scenario", "file"), self.find("world", scenario.world)]
+        entries += [self.find("robot", name) for name in scenario.robots]
+        for agent in scenario.agents:
+            entries += [self.find("mission", agent.mission), *(self.find("rules", name) for name in agent.rules)]
+        return tuple(dict.fromkeys(entries))
+
+    def load_mission(self, name: str) -> Callable[..., Any]:
+        """The function `build` of a mission, by the mission's name or path.
+
+        Raises:
+            InputError: There is no such mission, it does not load, has no `build`, or `--no-code` forbids it.
+        """
+        entry = self.find("mission", name)
+        if entry.path.suffix != ".py":
+            raise InputError(Fault("this version runs missions in Python only.", entry.path))
+        build = getattr(self.load_python(entry), "build", None)
+        if not callable(build):
+            hint = "Write: def build(mission: Mission): ..."
+            raise InputError(Fault("the mission has no function 'build'.", entry.path, hint=hint))
+        return _guarded(cast("Callable[..., Any]", build), entry.path)
+
+    def load_python(self, entry: Entry) -> ModuleType:
+        """The module of a Python content file; run once in a process.
+
+        Raises:
+            InputError: It is not Python, does not load, or `--no-code` forbids it.
+        """
+        self._allow(entry.path)
+        return load_module(entry.path)
+
+    def load_class(self, path: Path, name: str) -> type:
+        """A class of a Python file, as robot.toml names it by `file.py:Class`.
+
+        Raises:
+            InputError: The file does not load or lacks the class, or `--no-code` forbids it.
+        """
+        self._allow(path)
+        return load_class(path, name)
+
+    def find_class(self, kind: str, name: str) -> type:
+        """The class of that name in any Python file of a kind, such as `node`; only the file that has it is run.
+
+        Raises:
+            InputError: No file has it, more than one has it, or `--no-code` forbids it.
+        """
+        entries = [e for e in self.list(kind) if e.path.suffix == ".py"]
+        classes = {entry: classes_in(entry.path) for entry in entries}
+        having = [entry for entry, found in classes.items() if name in found]
+        if not having:
+            raise UnknownName(unknown("class", name, [n for found in classes.values() for n in found]))
+        if len(having) > 1:
+            places = ", ".join(str(e.path) for e in having)
+            raise InputError(Fault(f"{len(having)} files have a class '{name}': {places}.", hint="Rename one."))
+        self._allow(having[0].path)
+        return load_class(having[0].path, name)
+
+    def _allow(self, *paths: Path) -> None:
+        """Refuse the Python files among these where no code may run."""
+        code = [path for path in paths if path.suffix == ".py"]
+        if code and not self.code:
+            hint = "Leave --no-code out if you trust it."
+            raise InputError(
+                *(Fault("this Python content may not run: --no-code was given.", p, hint=hint) for p in code)
+            )
+
+    def _missing(self, kind: str, name: str) -> Fault | None:
+        """Why a name cannot be used; None when it can."""
+        try:
+            self.find(kind, name)
+        except UnknownName as error:
+            return error.faults[0]
+        return None
+
+    def _entries(self, kind: str) -> dict[str, Entry]:
+        if kind not in KINDS:
+            raise UnknownName(unknown("kind of content", kind, KINDS))
+        if kind not in self._found:
+            shipped = _by_name(scan(self.shipped, kind, "shipped"))
+            own = {} if self.project is None else _by_name(scan(self.project, kind, "project"))
+            self._found[kind] = {**shipped, **own}
+        return self._found[kind]
+
+    def _by_path(self, kind: str, path: Path) -> Entry:
+        if kind == "robot" and path.is_dir():
+            path /= "robot.toml"
+        if not path.is_file():
+            raise UnknownName(unknown(f"{kind} file", str(path), self._entries(kind)))
+        return make_entry(path.resolve(), kind, "file")
+
+
+def _guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
+    """A person's function, with the same signature, whose exceptions are faults of its file."""
+
+    @functools.wraps(build)
+    def guarded(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return build(*args, **kwargs)
+        except RocsError:
+            raise
+        except Exception as error:  # a person's own code may raise anything, and that is an input that is wrong
+            raise InputError(fault_of(path, error)) from error
+
+    return guarded
+
+
+def _by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
+    found: dict[str, Entry] = {}
+    for entry in entries:
+        if entry.name in found:
+            other = found[entry.name].path
+            raise InputError(
+                Fault(f"two {entry.kind} files are named '{entry.name}'; the other is {other}.", entry.path)
+            )
+        found[entry.name] = entry
+    return found

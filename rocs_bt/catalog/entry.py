@@ -1,0 +1,118 @@
+"""One thing in a content folder: a robot, a rule file, a mission ... and where each kind stands."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import re
+import tomllib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+# Where each kind stands in a project; a name that several kinds have means the first of them.
+KINDS: dict[str, tuple[str, ...]] = {
+    "scenario": ("scenarios/*.toml",),
+    "mission": ("planners/missions/*.py", "planners/missions/*.xml"),
+    "rules": ("rules/*.toml",),
+    "robot": ("robots/*/robot.toml",),
+    "world": ("scenarios/worlds/*.xml",),
+    "route": ("planners/routes/*.py",),
+    "node": ("planners/nodes/*.py",),
+    "planner": ("planners/*.toml",),
+}
+
+_XML_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
+_XML_FILE = re.compile(r"""\bfile\s*=\s*["']([^"']+)["']""")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One piece of content.
+
+    Attributes:
+        name: What people call it: the file's stem, for a robot its folder's name.
+        kind: One of `KINDS`.
+        path: Its file; a robot's is `robot.toml`.
+        doc: One sentence: TOML's `doc`, Python's docstring, XML's first comment.
+        origin: `project`, `shipped`, or `file` where it was named by its path.
+    """
+
+    name: str
+    kind: str
+    path: Path
+    doc: str = ""
+    origin: str = "project"
+
+    def files(self) -> list[Path]:
+        """Every file that it is made of, sorted: a robot is its folder, an XML file what it refers to as well."""
+        if self.kind == "robot":
+            return sorted(p for p in self.path.parent.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+        if self.path.suffix == ".xml":
+            return sorted(_with_references(self.path, set()))
+        return [self.path]
+
+
+def scan(root: Path, kind: str, origin: str) -> Iterator[Entry]:
+    """The entries of one kind in a project's folders, sorted by name; runs no code."""
+    for pattern in KINDS[kind]:
+        for path in sorted(root.glob(pattern)):
+            if not path.name.startswith(("_", ".")) and path.is_file():
+                yield make_entry(path, kind, origin)
+
+
+def make_entry(path: Path, kind: str, origin: str) -> Entry:
+    """The entry of a file."""
+    name = path.parent.name if kind == "robot" else path.stem
+    return Entry(name, kind, path, doc_of(path), origin)
+
+
+def kind_of(path: Path) -> str | None:
+    """The kind that a file's place in a project tells; None for a file that is no content."""
+    for kind, patterns in KINDS.items():
+        if any(path.match(pattern) for pattern in patterns):
+            return kind
+    return None
+
+
+def doc_of(path: Path) -> str:
+    """The one-sentence description that a content file carries; empty where it has none or is broken."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        if path.suffix == ".toml":
+            doc = tomllib.loads(text).get("doc", "")
+        elif path.suffix == ".py":
+            doc = ast.get_docstring(ast.parse(text)) or ""
+        else:
+            found = _XML_COMMENT.search(text)
+            doc = found[1].strip() if found else ""
+    except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
+        return ""
+    return str(doc).strip().split("\n", 1)[0].strip()
+
+
+def content_hash(entries: Iterable[Entry]) -> str:
+    """sha256 over all files of some content: kind, name, relative path and bytes; the same on every machine."""
+    digest = hashlib.sha256()
+    for entry in sorted(set(entries), key=lambda e: (e.kind, e.name)):
+        for file in entry.files():
+            try:
+                place = file.relative_to(entry.path.parent).as_posix()
+            except ValueError:
+                place = file.name
+            data = file.read_bytes()
+            digest.update(f"{entry.kind}\0{entry.name}\0{place}\0{len(data)}\0".encode())
+            digest.update(data)
+    return digest.hexdigest()
+
+
+def _with_references(path: Path, seen: set[Path]) -> set[Path]:
+    """An XML file and the files that it names, and theirs."""
+    path = path.resolve()
+    if path in seen or not path.is_file():
+        return seen
+    seen.add(path)
+    if path.suffix == ".xml":
+        for name in _XML_FILE.findall(path.read_text(encoding="utf-8", errors="replace")):
+            _with_references(path.parent / name, seen)
+    return seen

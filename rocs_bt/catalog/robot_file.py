@@ -1,0 +1,309 @@
+"""robot.toml: who acts. The table of a robot's devices and of the blocks that they feed (DESIGN 3)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from ..analyze import ANALYZERS
+from ..control.drive import DRIVES
+from ..document import Table, read_toml
+from ..errors import InputError, did_you_mean
+from ..monitor import MONITORS
+from ..units import FREQUENCY, LENGTH, NONE, TIME, Dimension, parse_unit
+from .python_content import classes_in, is_reference
+from .values import drive_parameters, driver_parameters, free_parameters
+
+FORMAT = "robot/1"
+
+
+@dataclass(frozen=True)
+class DriveSpec:
+    """The `[drive]` table.
+
+    Attributes:
+        kind: The kind of drive, such as `differential`.
+        actuator: The actuator that takes the wheel rim speeds.
+        parameters: Its numbers, in SI units, as `control.make_drive` takes them.
+    """
+
+    kind: str
+    actuator: str
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class SensorSpec:
+    """One `[[sensor]]` table.
+
+    Attributes:
+        name: The sensor's node in the knowledge graph.
+        driver: The driver that makes it, or `file.py:Class` beside robot.toml.
+        signal: The signal that its readings become, which its node in the graph shows live; its own name by default.
+        monitor: The name of the Monitor that reads it; always one of the robot's `monitors`.
+        rate: Readings per second [1/s]; None for one in each control period.
+        noise: Standard deviation of each value, in the SI unit of `dimension`.
+        dimension: What its values are.
+        max_age: How long a reading stays valid [s]; None for three of its periods.
+        parameters: What the driver takes, in SI units.
+    """
+
+    name: str
+    driver: str
+    signal: str
+    monitor: str
+    rate: float | None = None
+    noise: float = 0.0
+    dimension: Dimension = NONE
+    max_age: float | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class MonitorSpec:
+    """One `[[monitor]]` table, or the Monitor that a sensor names by its class alone.
+
+    Attributes:
+        name: The block's name.
+        cls: The class's name in the table of monitors, or `file.py:Class` beside robot.toml.
+        sensors: The sensors that it interprets.
+        parameters: What the class takes, in SI units; sub-tables are dicts.
+    """
+
+    name: str
+    cls: str
+    sensors: tuple[str, ...]
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class AnalyzeSpec:
+    """One `[[analyze]]` table.
+
+    Attributes:
+        name: The block's name.
+        cls: The class's name in the table of analysers, or `file.py:Class` beside robot.toml.
+        monitors: The Monitors that it listens to.
+        parameters: What the class takes, in SI units.
+    """
+
+    name: str
+    cls: str
+    monitors: tuple[str, ...]
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ActuatorSpec:
+    """One `[[actuator]]` table.
+
+    Attributes:
+        name: The actuator's node in the knowledge graph.
+        driver: The driver that makes it, or `file.py:Class` beside robot.toml.
+        max_command_age: The longest silence after which it goes to neutral [s].
+        parameters: What the driver takes, in SI units.
+    """
+
+    name: str
+    driver: str
+    max_command_age: float = 0.2
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RobotSpec:
+    """A robot, as its folder describes it.
+
+    Attributes:
+        name: Its folder's name.
+        file: Its robot.toml.
+        doc: One sentence for people.
+        model: Its MJCF file; None for a robot without a body in simulation.
+        drive: How it moves.
+        length: Of its outline, along x [m]; NaN where robot.toml does not say.
+        width: Of its outline, along y [m]; NaN where robot.toml does not say.
+        sensors, monitors, analyzers, actuators: Its wiring; the agent builds exactly this.
+    """
+
+    name: str
+    file: Path
+    doc: str
+    model: Path | None
+    drive: DriveSpec
+    length: float
+    width: float
+    sensors: tuple[SensorSpec, ...]
+    monitors: tuple[MonitorSpec, ...]
+    analyzers: tuple[AnalyzeSpec, ...]
+    actuators: tuple[ActuatorSpec, ...]
+
+    @property
+    def folder(self) -> Path:
+        """Where robot.toml stands, and what it names by file."""
+        return self.file.parent
+
+    @property
+    def code(self) -> tuple[Path, ...]:
+        """The Python files that it names, each once."""
+        names = (
+            *(s.driver for s in self.sensors),
+            *(m.cls for m in self.monitors),
+            *(a.cls for a in self.analyzers),
+            *(a.driver for a in self.actuators),
+        )
+        return tuple(dict.fromkeys(self.folder / n.partition(":")[0] for n in names if is_reference(n)))
+
+
+def load_robot(file: Path) -> RobotSpec:
+    """Read a robot.toml; what is wrong in it is told all at once.
+
+    Raises:
+        InputError: With every fault, each at its line.
+    """
+    root = read_toml(file)
+    root.choice("format", (FORMAT,))
+    doc = root.text("doc", "")
+    model = _model(root)
+    body = root.table("body")
+    length = body.quantity("length", LENGTH, math.nan, low=0.0)
+    width = body.quantity("width", LENGTH, math.nan, low=0.0)
+    sensor_tables, monitor_tables = root.tables("sensor"), root.tables("monitor")
+    sensors, made = _wire_sensors(sensor_tables, [_sensor(t) for t in sensor_tables], monitor_tables)
+    monitors = (*made, *_wire_monitors(monitor_tables, sensors))
+    analyzers = tuple(_analyze(t, monitors) for t in _unique(root.tables("analyze")))
+    actuators = tuple(_actuator(t) for t in _unique(root.tables("actuator")))
+    drive = _drive(root.table("drive", optional=False), [a.name for a in actuators])
+    root.done()
+    name = file.parent.name
+    return RobotSpec(name, file, doc, model, drive, length, width, sensors, monitors, analyzers, actuators)
+
+
+def _model(root: Table) -> Path | None:
+    if "model" not in root:
+        return None
+    model = root.file.parent / root.text("model")
+    if not model.is_file():
+        root.fault("model", f"there is no model file '{model.name}' beside robot.toml.")
+    return model
+
+
+def _drive(table: Table, actuators: Sequence[str]) -> DriveSpec:
+    actuator = table.text("actuator", "wheels")
+    if actuator not in actuators:
+        _unknown(table, "actuator", actuator, actuators, "actuator")
+    kind = table.choice("kind", DRIVES)
+    return DriveSpec(kind, actuator, drive_parameters(table, kind))
+
+
+def _sensor(table: Table) -> SensorSpec:
+    known = ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age")
+    name = table.text("name")
+    dimension = _dimension(table)
+    driver = _class(table, "driver")
+    return SensorSpec(
+        name=name,
+        driver=driver,
+        signal=table.text("signal", name),
+        monitor=table.text("monitor"),
+        rate=table.quantity("rate", FREQUENCY, low=0.01) if "rate" in table else None,
+        noise=table.quantity("noise", dimension, 0.0, low=0.0),
+        dimension=dimension,
+        max_age=table.quantity("max_age", TIME, low=0.0) if "max_age" in table else None,
+        parameters=driver_parameters(table, known, driver),
+    )
+
+
+def _dimension(table: Table) -> Dimension:
+    try:
+        return parse_unit(table.text("unit", "1")).dimension
+    except InputError as error:
+        table.adopt("unit", error)
+        return NONE
+
+
+def _wire_sensors(
+    tables: Sequence[Table], sensors: Sequence[SensorSpec], declared: Sequence[Table]
+) -> tuple[tuple[SensorSpec, ...], list[MonitorSpec]]:
+    """Each sensor with the name of its Monitor, and the Monitors that are made from a class's name alone."""
+    names = {str(t.raw("name", "")) for t in declared}
+    wired, made = [], []
+    for table, sensor in zip(_unique(tables), sensors, strict=True):
+        if sensor.monitor in names:
+            wired.append(sensor)
+            continue
+        _class(table, "monitor", MONITORS)
+        if sensor.name in names:
+            table.fault("monitor", f"a [[monitor]] is named '{sensor.name}' too.", "Name it here, or rename it.")
+        made.append(MonitorSpec(sensor.name, sensor.monitor, (sensor.name,)))
+        wired.append(replace(sensor, monitor=sensor.name))
+    return tuple(wired), made
+
+
+def _wire_monitors(tables: Sequence[Table], sensors: Sequence[SensorSpec]) -> Iterator[MonitorSpec]:
+    """Each `[[monitor]]` with the sensors that it lists or that name it."""
+    existing = [s.name for s in sensors]
+    for table in _unique(tables):
+        name, listed = table.text("name"), table.texts("sensors", [])
+        for sensor in listed:
+            if sensor not in existing:
+                _unknown(table, "sensors", sensor, existing, "sensor")
+        listed += [s.name for s in sensors if s.monitor == name and s.name not in listed]
+        if not listed:
+            table.fault(None, f"no sensor feeds the monitor '{name}'.", "List some: sensors = [...].")
+        parameters = free_parameters(table, ("name", "class", "sensors"))
+        yield MonitorSpec(name, _class(table, "class", MONITORS), tuple(listed), parameters)
+
+
+def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
+    names = [m.name for m in monitors]
+    wanted = table.texts("monitors")
+    for name in wanted:
+        if name not in names:
+            _unknown(table, "monitors", name, names, "monitor")
+    known = ("name", "class", "monitors")
+    cls = _class(table, "class", ANALYZERS)
+    return AnalyzeSpec(table.text("name"), cls, tuple(wanted), free_parameters(table, known))
+
+
+def _actuator(table: Table) -> ActuatorSpec:
+    known = ("name", "driver", "max_command_age")
+    age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
+    driver = _class(table, "driver")
+    return ActuatorSpec(table.text("name"), driver, age, driver_parameters(table, known, driver))
+
+
+def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:
+    """A name from a table of ours, or `file.py:Class`, whose file must stand beside this one and have the class."""
+    name = table.text(key)
+    if is_reference(name):
+        file, _, cls = name.partition(":")
+        try:
+            classes = classes_in(table.file.parent / file)
+        except InputError as error:
+            table.adopt(key, error)
+        else:
+            if cls not in classes:
+                table.fault(key, f"'{file}' has no class '{cls}'.", did_you_mean(cls, classes, f"'{file}'"))
+    elif shipped is not None and name and name not in shipped:
+        hint = did_you_mean(name, shipped, "The table")
+        what = "monitor" if key == "monitor" else f"{table.key[0]} class"
+        table.fault(key, f"no {what} is named '{name}'.", f"{hint} Or name your own: 'file.py:Class'.")
+    return name
+
+
+def _unknown(table: Table, key: str, name: str, known: Sequence[str], what: str) -> None:
+    table.fault(key, f"no {what} of this robot is named '{name}'.", did_you_mean(name, known, "The robot"))
+
+
+def _unique(tables: Sequence[Table]) -> Sequence[Table]:
+    """The same tables; notes a fault at each whose name an earlier one has."""
+    seen: set[str] = set()
+    for table in tables:
+        name = table.raw("name", "")
+        if name and str(name) in seen:
+            table.fault("name", f"another [[{table.key[0]}]] is named '{name}'.", "Give each its own name.")
+        seen.add(str(name))
+    return tables

@@ -1,0 +1,110 @@
+"""Parameters of drives, drivers and blocks: what a robot.toml gives them, in SI units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from typing import Any
+
+from ..control.drive import DRIVES
+from ..document import Table
+from ..drivers import DRIVER_PARAMETERS, DriverParameter, parameters_of_driver, read_parameters
+from ..errors import InputError, did_you_mean
+from ..units import ACCELERATION, LENGTH, SPEED, TIME, parse_quantity
+from .python_content import is_reference
+
+_DRIVE_NUMBERS = {
+    "track": LENGTH,
+    "effective_track": LENGTH,
+    "half_length": LENGTH,
+    "half_width": LENGTH,
+    "wheel_radius": LENGTH,
+    "wheel_lag": TIME,
+    "max_wheel_speed": SPEED,
+    "max_wheel_acceleration": ACCELERATION,
+}
+_NUMBER = re.compile(r"\s*[+-]?(\d|\.\d|inf\b)")
+
+
+def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
+    """The keys of a table that are not among the known ones, with their values in SI units.
+
+    `"15 deg"` becomes 0.2618, `["0.1 m", "1.0 m"]` becomes [0.1, 1.0], tables become dicts; other texts, numbers and
+    flags stay. Faults are noted in the table.
+
+    Args:
+        table: The table, whose known keys somebody else reads.
+        known: The keys to leave alone.
+    """
+    found = {}
+    for key in table.keys():  # noqa: SIM118 - a Table is no mapping: its keys count as asked for once they are read
+        if key in known:
+            continue
+        try:
+            found[key] = to_si(table.raw(key))
+        except InputError as error:
+            table.adopt(key, error)
+    return found
+
+
+def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
+    """The numbers of a `[drive]` table; those that its kind needs must be there."""
+    needed = DRIVES[kind][1] if kind in DRIVES else ()
+    for name in needed:
+        if name not in table:
+            table.fault(None, f"a '{kind}' drive needs '{name}'.", f"Add a line '{name} = ...'.")
+    return {name: table.quantity(name, of, low=0.0) for name, of in _DRIVE_NUMBERS.items() if name in table}
+
+
+def driver_parameters(table: Table, known: Collection[str], driver: str) -> dict[str, Any]:
+    """The parameters of a device's driver, held against what the driver declares; free ones for a user's own.
+
+    Args:
+        table: The device's table.
+        known: The keys that are not the driver's.
+        driver: Its name, or `file.py:Class`.
+    """
+    if is_reference(driver):
+        return free_parameters(table, known)
+    if driver not in DRIVER_PARAMETERS:
+        if driver:
+            hint = did_you_mean(driver, DRIVER_PARAMETERS, "The table")
+            table.fault("driver", f"no driver is named '{driver}'.", f"{hint} Or name your own: 'file.py:Class'.")
+        return free_parameters(table, known)
+    specs = parameters_of_driver(DRIVER_PARAMETERS[driver])
+    before = len(table.faults)
+    given = {name: _parameter(table, spec) for name, spec in specs.items() if name in table}
+    for name, spec in specs.items():
+        table.raw(name, None)  # so that it is listed where another key is unknown
+        if spec.required and name not in table:
+            table.fault(None, f"the driver '{driver}' needs '{name}'.", f"It takes: {', '.join(specs)}.")
+    if len(table.faults) == before:
+        try:
+            read_parameters(DRIVER_PARAMETERS[driver], given, f"the driver '{driver}'")
+        except InputError as error:
+            table.adopt(None, error)
+    return given
+
+
+def _parameter(table: Table, spec: DriverParameter) -> Any:
+    if spec.type is float and spec.dimension is not None:
+        of = spec.dimension
+        return table.quantities(spec.name, of) if spec.many else table.quantity(spec.name, of)
+    if spec.type is int:
+        return table.integers(spec.name) if spec.many else table.integer(spec.name)
+    return table.texts(spec.name) if spec.many else table.text(spec.name)
+
+
+def to_si(value: Any) -> Any:
+    """A value as TOML holds it, with every quantity in it as an SI number.
+
+    Raises:
+        UnitError: A text begins with a number but has no unit that is known.
+    """
+    if isinstance(value, str):
+        return parse_quantity(value).value if _NUMBER.match(value) else value
+    if isinstance(value, list):
+        return [to_si(v) for v in value]
+    if isinstance(value, dict):
+        return {k: to_si(v) for k, v in value.items()}
+    return value

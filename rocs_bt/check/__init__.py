@@ -1,0 +1,6 @@
+"""Joins the checkers that the rooms export: every content file, all faults at once."""
+
+from .check import Findings, check_content
+from .mission import draw_mission
+
+__all__ = ["Findings", "check_content", "draw_mission"]

@@ -1,0 +1,127 @@
+"""Checking content: which checker a file goes to, and all of their faults together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..catalog import KINDS, Catalog, Entry, find_project, kind_of, make_entry
+from ..document import read_toml
+from ..errors import Fault, InputError
+from .mission import check_mission_file
+from .model import check_world
+from .python_file import check_python
+from .robot import check_robot
+from .rules import check_rule_file
+from .scenario import check_scenario_file
+
+Checker = Callable[[Entry, Catalog], Iterable[Fault]]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a check found.
+
+    Attributes:
+        files: The files that were checked.
+        faults: Everything that is wrong or doubtful, each fault once.
+    """
+
+    files: tuple[Path, ...]
+    faults: tuple[Fault, ...]
+
+    @property
+    def wrong(self) -> bool:
+        """Whether anything cannot run."""
+        return any(not fault.warning for fault in self.faults)
+
+
+def check_content(
+    paths: Sequence[Path] = (), *, code: bool = True, progress: Callable[[float], None] = lambda done: None
+) -> Findings:
+    """Check files, and folders with all that is in them; without any, the project around the current folder.
+
+    Args:
+        paths: Files and folders.
+        code: Whether missions may be loaded; else Python content is only parsed.
+        progress: Told how many files are done.
+    """
+    faults: list[Fault] = []
+    entries: list[tuple[Entry, Catalog]] = []
+    for path in paths or (_default(),):
+        try:
+            entries += _entries(path, code)
+        except InputError as error:
+            faults += error.faults
+    for done, (entry, catalog) in enumerate(entries):
+        progress(done)
+        faults += _faults(entry, catalog)
+    return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(dict.fromkeys(faults)))
+
+
+def _faults(entry: Entry, catalog: Catalog) -> list[Fault]:
+    try:
+        return [fault.at(entry.path) for fault in _CHECKERS[entry.kind](entry, catalog)]
+    except InputError as error:
+        return list(error.at(entry.path).faults)
+
+
+def _default() -> Path:
+    return find_project(Path.cwd()) or Catalog().shipped
+
+
+def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
+    """What a path means: a file is one entry, a folder is all the content in it."""
+    path = path.resolve()
+    catalog = Catalog.here(path if path.is_dir() else path.parent, code=code)
+    if path.is_dir():
+        if not (files := _inside(path)):
+            raise InputError(Fault("there is no content in this folder.", path, hint=_layout()))
+        for file in files:
+            yield make_entry(file, kind_of(file) or "", "file"), catalog
+        catalog.list()  # two files of one name are a fault of the project as a whole
+    elif path.is_file():
+        kind = kind_of(path) or _kind_inside(path)
+        if kind is None:
+            raise InputError(Fault("this is no content that is known.", path, hint=_layout()))
+        yield make_entry(path, kind, "file"), catalog
+    else:
+        raise InputError(Fault("there is no such file or folder.", path))
+
+
+def _inside(folder: Path) -> list[Path]:
+    """The content of a project's root, or all that is somewhere in another folder."""
+    own = [p for patterns in KINDS.values() for pattern in patterns for p in sorted(folder.glob(pattern))]
+    found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", ".xml") and kind_of(p))
+    return [p for p in found if p.is_file() and not p.name.startswith((".", "_"))]
+
+
+def _kind_inside(path: Path) -> str | None:
+    """The kind that a file outside of a project's folders tells itself."""
+    if path.suffix == ".toml":
+        kind = str(read_toml(path).raw("format", "")).partition("/")[0]
+        return {"reflex": "rules"}.get(kind, kind if kind in KINDS else None)
+    return {".xml": "world", ".py": "node"}.get(path.suffix)
+
+
+def _layout() -> str:
+    places = ", ".join(pattern for patterns in KINDS.values() for pattern in patterns)
+    return f"Content stands in: {places}."
+
+
+def _check_toml(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    read_toml(entry.path)
+    return ()
+
+
+_CHECKERS: Mapping[str, Checker] = {
+    "robot": check_robot,
+    "rules": check_rule_file,
+    "mission": check_mission_file,
+    "scenario": check_scenario_file,
+    "world": check_world,
+    "route": check_python,
+    "node": check_python,
+    "planner": _check_toml,
+}

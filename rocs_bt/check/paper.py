@@ -1,0 +1,85 @@
+"""An agent on paper: all blocks of a robot, built and wired, with devices that do not exist.
+
+It shows what a rule file or a mission can rely on (signals, places, actions) without a world to run in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..agent import Agent, Mind, Rates, build_agent
+from ..catalog import PlaceSpec, RateSpec, RobotSpec
+from ..clock import SimulatedClock
+from ..device import Actuator, Reading, Sensor, Watchdog
+from ..errors import DeviceError
+from ..event import NullSink
+from ..plan import Mission, Plan
+
+
+class _NoSensor(Sensor):
+    def read(self) -> Reading:
+        raise DeviceError(f"the sensor '{self.name}' exists on paper only")
+
+
+class _NoActuator(Actuator):
+    def command(self, values: Sequence[float]) -> None:
+        raise DeviceError(f"the actuator '{self.name}' exists on paper only")
+
+    def neutral(self) -> None:
+        pass
+
+
+class _Idle(Plan):
+    def run(self, t: float) -> None:
+        self.changes()
+
+
+def idle(mission: Mission) -> Plan:
+    """A mission that wants nothing."""
+    return _Idle(
+        mission.name,
+        knowledge=mission.knowledge,
+        pipeline=mission.pipeline,
+        actions=mission.actions,
+        clock=mission.clock,
+        sink=mission.sink,
+    )
+
+
+def paper_agent(
+    robot: RobotSpec,
+    load_class: Callable[[Path, str], type],
+    *,
+    build: Callable[..., Any] = idle,
+    places: Sequence[PlaceSpec] = (),
+) -> Agent:
+    """An agent of a robot, never to be run.
+
+    Args:
+        robot: The robot.
+        load_class: Loads a class that robot.toml names as `file.py:Class`.
+        build: The mission, without parameters.
+        places: What it is told of the world.
+
+    Raises:
+        InputError: The robot, the mission or a place is wrong.
+    """
+    rate = RateSpec()
+    clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
+    return build_agent(
+        "R1",
+        robot,
+        Mind(build=build, places=places),
+        sensors={s.name: _NoSensor(s.name) for s in robot.sensors},
+        actuators={
+            a.name: Watchdog(_NoActuator(a.name, len(a.parameters.get("motors", ())) or 1), clock, a.max_command_age)
+            for a in robot.actuators
+        },
+        sensor_rates={s.name: RateSpec(sensors=rate.control).sensor_rate(None, s.name) for s in robot.sensors},
+        rates=rates,
+        clock=clock,
+        sink=NullSink(),
+        load_class=load_class,
+    )

@@ -1,0 +1,37 @@
+"""Rule files, against every robot that flinches by them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..actions import ACTIONS
+from ..catalog import Catalog, Entry
+from ..errors import Fault, InputError
+from ..expression import Environment
+from ..reactive import check_rules
+from .paper import paper_agent
+
+
+def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """All that is wrong with a rule file for the robots of the scenarios that use it, or for any robot at all."""
+    for name in _robots(entry, catalog):
+        try:
+            robot = catalog.load_robot(name)
+            if robot.code and not catalog.code:
+                continue
+            agent = paper_agent(robot, catalog.load_class)
+        except InputError:
+            continue  # told where the robot itself is checked
+        yield from check_rules(entry.path, Environment.of(agent.knowledge.signals), ACTIONS)
+
+
+def _robots(entry: Entry, catalog: Catalog) -> list[str]:
+    """The robots that are to flinch by a rule file; where no scenario uses it, the first robot that there is."""
+    used: dict[str, None] = {}
+    for scenario in catalog.list("scenario"):
+        try:
+            agents = catalog.load_scenario(scenario.name).agents
+        except InputError:
+            continue  # told where the scenario itself is checked
+        used.update(dict.fromkeys(a.robot for a in agents if entry.name in a.rules))
+    return list(used) or [e.name for e in catalog.list("robot")][:1]

@@ -1,0 +1,121 @@
+"""`rocs-bt doctor`: what works on this machine, and what to install for what does not."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import click
+
+from ..catalog import Catalog
+from ..errors import RocsError
+
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+_COMPILERS = ("cc", "gcc", "clang", "cl")
+# MuJoCo chooses its GL when it is loaded, so each kind is tried in a process of its own.
+_RENDER = """
+import mujoco
+model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+with mujoco.Renderer(model, 16, 16) as renderer:
+    renderer.render()
+"""
+
+
+@dataclass(frozen=True)
+class _Finding:
+    """One thing that was looked at. `needed` tells that nothing works without it."""
+
+    what: str
+    works: bool
+    detail: str
+    needed: bool = False
+
+
+@click.command()
+@click.pass_context
+def command(ctx: click.Context) -> None:
+    """Tell what works on this machine, and what to install for what does not."""
+    broken = False
+    for finding in _findings():
+        mark = click.style("yes", fg="green") if finding.works else click.style("no ", fg="red")
+        click.echo(f"{mark}  {finding.what:<14} {finding.detail}")
+        broken |= finding.needed and not finding.works
+    if broken:
+        click.echo("rocs_bt cannot run here until the needed parts are installed.", err=True)
+        ctx.exit(3)
+
+
+def _findings() -> Iterator[_Finding]:
+    version = sys.version_info[:2]
+    supported = (3, 11) <= version <= (3, 13)
+    hint = "" if supported else "; rocs_bt needs 3.11, 3.12 or 3.13"
+    yield _Finding("python", supported, f"{platform.python_version()} at {sys.executable}{hint}", needed=True)
+    yield _packages()
+    yield _content()
+    for kind, hint in (("egl", "install libegl1 and a GL driver (mesa)"), ("osmesa", "install libosmesa6")):
+        works = _renders(kind)
+        yield _Finding(f"GL {kind}", works, "renders: --video works" if works else f"no rendering; {hint} for --video")
+    display = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")) or sys.platform in (
+        "darwin",
+        "win32",
+    )
+    yield _Finding("display", display, "--view works" if display else "no display: --view does not work here")
+    yield _Finding("encoder", _has("imageio-ffmpeg"), "for --video" if _has("imageio-ffmpeg") else _extra("video"))
+    browser = next(filter(None, map(shutil.which, _BROWSERS)), None)
+    yield _Finding("browser", browser is not None, browser or "none of Chromium or Chrome: the report's tests skip")
+    compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
+    yield _Finding("C compiler", compiler is not None, compiler or "none; rocs_bt works without one")
+    headers = sysconfig.get_path("include")
+    yield _Finding("Python headers", os.path.isfile(f"{headers}/Python.h"), headers)
+
+
+def _packages() -> _Finding:
+    """The packages that the core needs, without those of the extras."""
+    required = (
+        [r for r in importlib.metadata.requires("rocs_bt") or [] if "extra ==" not in r] if _has("rocs_bt") else []
+    )
+    names = [re.split(r"[^A-Za-z0-9_.-]", r, maxsplit=1)[0] for r in required]
+    missing = [n for n in names if not _has(n)]
+    if missing:
+        return _Finding("packages", False, f"missing: {', '.join(missing)}; install rocs_bt again with pip", True)
+    found = [f"{n} {importlib.metadata.version(n)}" for n in ("mujoco", "casadi", "py-trees", "numpy") if _has(n)]
+    return _Finding("packages", bool(found), ", ".join(found) or "none; install rocs_bt with pip", True)
+
+
+def _content() -> _Finding:
+    try:
+        catalog = Catalog.here()
+        entries = catalog.list()
+    except RocsError as error:
+        return _Finding("content", False, str(error), True)
+    project = f", and the project in {catalog.project}" if catalog.project else "; no project around this folder"
+    return _Finding("content", True, f"{len(entries)} pieces; shipped ones in {catalog.shipped}{project}", True)
+
+
+def _has(package: str) -> bool:
+    try:
+        importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return False
+    return True
+
+
+def _extra(name: str) -> str:
+    return f'not installed: pip install "rocs_bt[{name}]"'
+
+
+def _renders(kind: str) -> bool:
+    environment = {**os.environ, "MUJOCO_GL": kind}
+    try:
+        done = subprocess.run([sys.executable, "-c", _RENDER], env=environment, capture_output=True, timeout=60)
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0

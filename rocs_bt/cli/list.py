@@ -1,0 +1,49 @@
+"""`rocs-bt list`: all content there is."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from ..catalog import KINDS, Catalog, Entry
+
+
+@click.command()
+@click.argument("kind", required=False)
+@click.option("--json", "as_json", is_flag=True, help="As JSON: name, kind, path, doc, origin.")
+def command(kind: str | None, as_json: bool) -> None:
+    """List the content there is: yours first, then what rocs_bt ships.
+
+    KIND is one of scenario, mission, rules, robot, world, route, node, planner; a plural is fine too.
+    """
+    entries = Catalog.here().list(_singular(kind))
+    if as_json:
+        click.echo(json.dumps([_plain(e) for e in entries], indent=2))
+        return
+    width = max((len(e.name) for e in entries), default=0)
+    for found in KINDS:
+        of_kind = [e for e in entries if e.kind == found]
+        if of_kind:
+            click.echo(click.style(found, bold=True))
+        for e in of_kind:
+            mine = " (yours)" if e.origin == "project" else ""
+            click.echo(f"  {e.name:<{width}}  {e.doc}{mine}")
+    if not entries:
+        click.echo("There is none.")
+
+
+def _singular(kind: str | None) -> str | None:
+    if kind is None or kind in KINDS:
+        return kind
+    return kind[:-1] if kind.endswith("s") and kind[:-1] in KINDS else kind
+
+
+def _plain(entry: Entry) -> dict[str, str]:
+    return {
+        "name": entry.name,
+        "kind": entry.kind,
+        "path": str(entry.path),
+        "doc": entry.doc,
+        "origin": entry.origin,
+    }

@@ -1,0 +1,92 @@
+"""The `rocs-bt` command: which commands there are, and what their errors become.
+
+Exit 0: it ran, and every agent succeeded. 1: it ran, some agent did not. 2: the input is wrong. 3: the engine failed.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import NoReturn
+
+import click
+
+from .. import __version__
+from ..errors import InputError, RecordingError, RocsError
+
+# Each command and what it does, so that the help needs to load none of them.
+COMMANDS = {
+    "run": "Run a scenario to its outcome and write a report.",
+    "replay": "Feed a recorded run to the same mind; or tell why something happened.",
+    "plot": "Draw the figures of a run, or of two runs over each other.",
+    "list": "List robots, missions, rules, scenarios: all content there is.",
+    "show": "Draw the tree of a mission.",
+    "check": "Check content files: all faults at once.",
+    "new": "Begin a project of your own.",
+    "doctor": "Tell what works on this machine.",
+}
+
+
+class _LazyGroup(click.Group):
+    """Loads a command's module when the command is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"{__package__}.{cmd_name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="rocs-bt")
+def group() -> None:
+    """Robots that plan with behaviour trees and flinch with rules, on one shared knowledge graph.
+
+    Begin with: rocs-bt run exp1
+    """
+
+
+def main() -> NoReturn:
+    """The entry point."""
+    sys.exit(call(sys.argv[1:]))
+
+
+def call(arguments: Sequence[str]) -> int:
+    """Run one command line.
+
+    Args:
+        arguments: What follows `rocs-bt`.
+
+    Returns:
+        The exit code.
+    """
+    try:
+        code = group.main(list(arguments), prog_name="rocs-bt", standalone_mode=False)
+        return code if isinstance(code, int) else 0
+    except click.exceptions.Exit as stop:
+        return int(stop.exit_code)
+    except click.ClickException as error:  # what click finds wrong in the command line
+        error.show()
+        return 2
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted.", err=True)
+        return 130
+    except (InputError, RecordingError) as error:  # a recording is an input too
+        click.echo(str(error), err=True)
+        return 2
+    except RocsError as error:
+        click.echo(f"the engine failed: {error}", err=True)
+        return 3
+    except Exception:  # noqa: BLE001 - the process's boundary: a defect of ours must not look like a lost run (exit 1)
+        traceback.print_exc()
+        click.echo("the engine failed: this is a defect of rocs_bt. Please report the lines above.", err=True)
+        return 3

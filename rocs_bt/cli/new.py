@@ -1,0 +1,32 @@
+"""`rocs-bt new`: a project with one of each and a test that passes."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+from pathlib import Path
+
+import click
+
+from ..catalog import Catalog
+from ..errors import Fault, InputError
+
+_TEMPLATE = Path(__file__).parent / "project"
+_ROBOT = "pioneer_p3dx"
+
+
+@click.command()
+@click.argument("name", type=click.Path(path_type=Path))
+def command(name: Path) -> None:
+    """Begin a project in the folder NAME: a mission, rules, a robot, a scenario and a passing test."""
+    if name.exists() and (not name.is_dir() or any(name.iterdir())):
+        raise InputError(Fault(f"'{name}' exists and is not empty.", hint="Choose a new name, or an empty folder."))
+    robot = Catalog().find("robot", _ROBOT).path.parent
+    ignore = shutil.ignore_patterns("__pycache__", "*.pyc")
+    try:
+        shutil.copytree(_TEMPLATE, name, dirs_exist_ok=True, ignore=ignore)
+        shutil.copytree(robot, name / "robots" / "rover", ignore=ignore)
+    except OSError as error:
+        raise InputError(Fault(f"cannot write the project '{name}': {error.strerror or error}.")) from error
+    click.echo(f"{name} has one of each; its README says what is where.")
+    click.echo(f"Try next: cd {shlex.quote(str(name))} && rocs-bt run first && pytest")

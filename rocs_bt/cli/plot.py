@@ -1,0 +1,21 @@
+"""`rocs-bt plot`: the figures of a run as PNG and SVG."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("other", required=False, type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Where to write; the run's folder if left out.")
+def command(run: Path, other: Path | None, out: Path | None) -> None:
+    """Draw the figures of RUN, a run's folder or its run.mcap; with OTHER, both over each other."""
+    from ..record import Recording, write_figures
+
+    recordings = [Recording.open(path) for path in (run, other) if path is not None]
+    folder = out or (run if run.is_dir() else run.parent) / ("figures" if other is None else "overlay")
+    for path in write_figures(recordings, folder):
+        click.echo(str(path))

@@ -1,0 +1,63 @@
+"""A progress bar for what takes longer than a moment; only on a terminal."""
+
+from __future__ import annotations
+
+import sys
+from types import TracebackType
+from typing import Any
+
+from ..clock import WallClock
+
+_PATIENCE = 1.0  # [s]; work that is done sooner shows no bar
+
+
+class Progress:
+    """Called with how far the work is; draws a bar on stderr once it takes longer than a second.
+
+        with Progress("exp1", total=60.0) as progress:
+            run(..., progress=progress)
+
+    Args:
+        what: What is being done.
+        total: How far it goes, in the unit of the calls.
+    """
+
+    def __init__(self, what: str, total: float) -> None:
+        self._what = what
+        self._total = total
+        self._clock = WallClock()
+        self._shown = sys.stderr.isatty()
+        self._bar: Any = None
+        self._task: Any = None
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __call__(self, done: float) -> None:
+        """Tell how far it is."""
+        if not self._shown:
+            return
+        if self._bar is None:
+            if self._clock.now() < _PATIENCE:
+                return
+            self._start()
+        self._bar.update(self._task, completed=min(done, self._total))
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def _start(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+        from rich.progress import Progress as Bar
+
+        count = TextColumn("{task.completed:.1f} of at most {task.total:.0f} s simulated")
+        self._bar = Bar(
+            TextColumn("{task.description}"), BarColumn(), count, TimeElapsedColumn(),
+            console=Console(stderr=True), transient=True,
+        )  # fmt: skip
+        self._bar.start()
+        self._task = self._bar.add_task(self._what, total=self._total)

@@ -1,0 +1,26 @@
+"""Visit two places, one after the other, and stand a moment at each.
+
+The scenario places them. What stands in the way is the rules' matter.
+"""
+
+import py_trees
+from py_trees.behaviour import Behaviour
+
+from rocs_bt.plan import Mission
+from rocs_bt.units import MetresPerSecond, Seconds
+
+
+def build(
+    mission: Mission,
+    *,
+    first: str = "gate",
+    second: str = "dock",
+    cruise: MetresPerSecond = 0.4,
+    rest: Seconds = 1.0,
+) -> Behaviour:
+    """Go, rest, go, rest."""
+    tree = py_trees.composites.Sequence("patrol", memory=True)
+    for place in (first, second):
+        tree.add_child(mission.act("GoTo", goal=place, cruise=cruise))
+        tree.add_child(mission.wait(rest))
+    return tree

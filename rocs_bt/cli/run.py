@@ -1,0 +1,114 @@
+"""`rocs-bt run`: a scenario to its outcome, its recording and its report."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..catalog import Catalog, is_path
+from ..errors import Fault, InputError
+from .progress import Progress
+
+if TYPE_CHECKING:
+    from ..simulation import RunResult
+
+
+@click.command()
+@click.argument("scenario")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="The episode's seed.")
+@click.option("--out", type=click.Path(path_type=Path), help="Where to write; runs/SCENARIO-SEED if left out.")
+@click.option("--mode", type=click.Choice(["lockstep", "threaded"]), default="lockstep", show_default=True)
+@click.option("--for", "duration", metavar="SECONDS", type=float, help="End after this simulated time.")
+@click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer.")
+@click.option("--video", type=click.Path(path_type=Path, dir_okay=False), help="Render a video to this file.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@click.option("--no-report", is_flag=True, help="Write no report.html.")
+@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@click.pass_context
+def command(
+    ctx: click.Context,
+    scenario: str,
+    seed: int,
+    out: Path | None,
+    mode: str,
+    duration: float | None,
+    view: bool,
+    video: Path | None,
+    as_json: bool,
+    no_report: bool,
+    no_code: bool,
+) -> int:
+    """Run SCENARIO, a name or a file, and tell how each agent did.
+
+    Writes summary.json, run.mcap and report.html. Exits with 0 when every agent succeeded, else with 1.
+    """
+    from ..simulation import run
+
+    if duration is not None and not 0.0 < duration < float("inf"):
+        raise InputError(Fault(f"--for must be a time above zero, found {duration:g} s."))
+    catalog = catalog_for(scenario, code=not no_code)
+    spec = catalog.load_scenario(scenario)
+    folder = out or Path("runs") / f"{spec.name}-{seed}"
+    with Progress(spec.name, duration or spec.duration) as progress:
+        result = run(
+            spec,
+            catalog,
+            seed=seed,
+            mode=mode,
+            out=folder,
+            duration=duration,
+            view=view,
+            video=video,
+            report=not no_report,
+            progress=progress,
+        )
+    click.echo(json.dumps(result.summary, indent=2) if as_json else _told(result, folder))
+    return 0 if succeeded(result.summary) else 1
+
+
+def catalog_for(name: str, *, code: bool = True) -> Catalog:
+    """The catalog around a file that was named by its path, else around the current folder."""
+    return Catalog.here(Path(name).parent if is_path(name) else None, code=code)
+
+
+def succeeded(summary: Mapping[str, Any]) -> bool:
+    """Whether every agent did."""
+    return all(agent["outcome"] == "success" for agent in summary["agents"].values())
+
+
+def _told(result: RunResult, folder: Path) -> str:
+    """The outcome in three lines for each agent, where the report is, and what to try next."""
+    lines: list[str] = []
+    for name, agent in result.summary["agents"].items():
+        lines += _outcome(name, agent, result.summary)
+    where = shlex.quote(str(folder))
+    if result.report is not None:
+        lines.append(f"Report: {result.report}")
+    why = min(result.summary["sim_time"] / 2, 5.0)
+    lines.append(f"Try next: rocs-bt replay {where} --why {why:.1f}   or   rocs-bt plot {where}")
+    return "\n".join(lines)
+
+
+def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
+    colour = "green" if agent["outcome"] == "success" else "red"
+    outcome = click.style(f"{name} {agent['outcome']}", fg=colour, bold=True)
+    reason = f": {agent['reason']}" if agent["reason"] else ""
+    place = f"{summary['scenario']}, seed {summary['seed']}"
+    took = f" in {agent['time_to_goal']:.1f} s" if agent["time_to_goal"] is not None else ""
+    reactive, deliberative = agent["time_reactive"], agent["time_deliberative"]
+    share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
+    clearance = agent["min_clearance"]
+    near = "" if clearance is None else f", never nearer than {clearance:.2f} m to anything"
+    return [
+        f"{outcome}{took} ({place}){reason}",
+        f"  drove {agent['path_length']:.2f} m with {agent['collisions']} collisions{near};"
+        f" {summary['sim_time']:.1f} s simulated in {summary['wall_time']:.1f} s"
+        f" ({summary['real_time_factor']:.0f} times real time)",
+        f"  {agent['reflex_activations']} reflexes held the wheels {share:.0f} % of the time,"
+        f" {agent['replans']} re-plans, {agent['route_switches']} switches between plan and reflex",
+    ]

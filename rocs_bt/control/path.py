@@ -1,0 +1,201 @@
+"""Curves in the plane, looked up by arc length."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError
+from .drive import Array
+from .grid import Grid
+
+SPACING = 0.01  # [m] Fine enough that a right-angled corner is cut by less than 4 mm.
+REACH = 0.05  # [m] Heading is that of a chord this far each way, so that a polyline's kinks do not become spikes.
+
+
+class Path:
+    """A polyline, resampled at equal arc length, with heading and curvature.
+
+    Heading and curvature are those of chords over `REACH` each way: a corner is a short, sharp bend, and the many
+    small kinks of a sampled curve are the curve. Points that repeat are dropped. A path of one place (one point, or
+    all the same) is legal: its length is 0, its heading and curvature are 0, and everything projects onto it.
+
+    Args:
+        points: (m, 2) Positions along the way, in the world frame [m].
+        spacing: Arc length between samples, made a little smaller so that they fit [m].
+
+    Attributes:
+        length: Arc length [m].
+        spacing: Between samples [m].
+        samples: (n, 4) x [m], y [m], heading without jumps [rad], curvature, left positive [1/m]; read-only.
+
+    Raises:
+        InputError: No points, not (m, 2), or not finite.
+    """
+
+    def __init__(self, points: npt.ArrayLike, spacing: float = SPACING) -> None:
+        corners = _distinct(_checked(points))
+        if not spacing > 0.0:
+            raise InputError(f"the spacing of a path must be positive, found {spacing} m.")
+        stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+        self.length = float(stations[-1])
+        cells = max(4, math.ceil(self.length / spacing))
+        self.spacing = self.length / cells
+        at = np.linspace(0.0, self.length, cells + 1)
+        xy = np.column_stack([np.interp(at, stations, corners[:, i]) for i in (0, 1)])
+        heading, curvature = _bend(xy, self.spacing) if self.length > 0.0 else (0.0 * at, 0.0 * at)
+        self.samples: Array = np.column_stack([xy, heading, curvature])
+        self.samples.flags.writeable = False
+        self._xs, self._ys = xy[:, 0].copy(), xy[:, 1].copy()
+        self._per_metre = 1.0 / self.spacing if self.length > 0.0 else 0.0
+        self._grid = Grid(self.samples, self.spacing)
+        self._cells = cells
+
+    @classmethod
+    def line(cls, a: Sequence[float], b: Sequence[float]) -> Path:
+        """The straight way from a to b; of each the first two numbers, x and y, count [m]."""
+        return cls([list(a[:2]), list(b[:2])])
+
+    @classmethod
+    def through(cls, points: npt.ArrayLike, corner_radius: float = 0.0) -> Path:
+        """A polyline whose corners are rounded by arcs.
+
+        Args:
+            points: (m, 2) Corners [m].
+            corner_radius: Of the arcs, smaller where a leg is too short for it; 0 leaves corners sharp [m].
+
+        Raises:
+            InputError: As for the class, or the radius is negative.
+        """
+        if not corner_radius >= 0.0:
+            raise InputError(f"a corner radius must be 0 or more, found {corner_radius} m.")
+        corners = _distinct(_checked(points))
+        if corner_radius == 0.0 or len(corners) < 3:
+            return cls(corners)
+        arcs = [_arc(*corner, corner_radius) for corner in zip(corners, corners[1:], corners[2:], strict=False)]
+        return cls(np.vstack([corners[:1], *arcs, corners[-1:]]))
+
+    def at(self, s: npt.ArrayLike) -> Array:
+        """Samples between samples: (4,) or (k, 4) for one or k arc lengths [m], held at both ends.
+
+        Columns: x [m], y [m], heading without jumps [rad], curvature [1/m].
+        """
+        rows = self._grid.at(np.atleast_1d(np.asarray(s, dtype=float)))
+        return rows if np.ndim(s) else rows[0]
+
+    def look(self, s: float) -> tuple[float, float, float, float]:
+        """The same for one arc length, faster: x [m], y [m], heading [rad], curvature [1/m]."""
+        x, y, heading, curvature = self._grid.look(s)
+        return x, y, heading, curvature
+
+    def position(self, s: npt.ArrayLike) -> Array:
+        """(2,) or (k, 2) Positions at arc lengths s [m], in the world frame [m]."""
+        return self.at(s)[..., :2]
+
+    def heading(self, s: npt.ArrayLike) -> Array:
+        """() or (k,) Tangent directions at arc lengths s [m], without jumps of 2 pi [rad]."""
+        return self.at(s)[..., 2]
+
+    def curvature(self, s: npt.ArrayLike) -> Array:
+        """() or (k,) Curvatures at arc lengths s [m], left positive [1/m]."""
+        return self.at(s)[..., 3]
+
+    def project(self, x: float, y: float, hint: float | None = None, window: float = 0.5) -> float:
+        """The arc length of the nearest place on the path [m].
+
+        With a hint the search begins close to it, so that a path which crosses itself is followed in order. The
+        window doubles while the best place is at its edge or farther away than the window is wide, so a robot that
+        was carried off is found again.
+
+        Args:
+            x: World frame [m].
+            y: World frame [m].
+            hint: An arc length near which to look first; None looks everywhere [m].
+            window: How far from the hint to look first, each way [m].
+        """
+        if self.length == 0.0:
+            return 0.0
+        last = self._cells
+        low, high, middle = 0, last, 0
+        if hint is not None:
+            middle = min(max(round(hint * self._per_metre), 0), last)
+        half = last if hint is None else max(2, math.ceil(window * self._per_metre))
+        while True:
+            low, high = max(0, middle - half), min(last, middle + half)
+            dx, dy = self._xs[low : high + 1] - x, self._ys[low : high + 1] - y
+            squared = dx * dx + dy * dy
+            best = low + int(squared.argmin())
+            inside = (low < best or low == 0) and (best < high or high == last)
+            whole = low == 0 and high == last
+            if whole or (inside and squared[best - low] <= (half * self.spacing) ** 2):
+                return self._refine(x, y, best)
+            half *= 2
+
+    def _refine(self, x: float, y: float, best: int) -> float:
+        """The nearest place on the two cells that meet at a sample [m]."""
+        nearest, found = math.inf, best * self.spacing
+        for cell in (best - 1, best):
+            if not 0 <= cell < self._cells:
+                continue
+            (ax, ay), (bx, by) = self.samples[cell : cell + 2, :2].tolist()
+            dx, dy = bx - ax, by - ay
+            length2 = dx * dx + dy * dy
+            t = min(max(((x - ax) * dx + (y - ay) * dy) / length2, 0.0), 1.0) if length2 > 0.0 else 0.0
+            distance = math.hypot(ax + t * dx - x, ay + t * dy - y)
+            if distance < nearest:
+                nearest, found = distance, (cell + t) * self.spacing
+        return found
+
+
+def _checked(points: npt.ArrayLike) -> Array:
+    array = np.array(points, dtype=float)
+    if array.ndim != 2 or array.shape[1] != 2 or len(array) == 0:
+        raise InputError(f"a path needs one or more points as rows of x, y; found an array of shape {array.shape}.")
+    if not np.isfinite(array).all():
+        row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise InputError(f"point {row} of a path must be finite, found {array[row].tolist()}.")
+    return array
+
+
+def _distinct(points: Array) -> Array:
+    kept = np.concatenate([[True], np.hypot(*np.diff(points, axis=0).T) > 1e-9])
+    distinct: Array = points[kept]
+    return distinct
+
+
+def _bend(xy: Array, spacing: float) -> tuple[Array, Array]:
+    """Heading without jumps [rad] and curvature [1/m] of evenly spaced points, from chords of `REACH` each way."""
+    last = len(xy) - 1
+    index = np.arange(last + 1)
+    reach = max(1, round(REACH / spacing))
+    # At the ends the chord keeps both sides alike, so that it stays the tangent of an arc.
+    side = np.maximum(np.minimum(np.minimum(index, last - index), reach), 1)
+    fore, aft = np.minimum(index + side, last), np.maximum(index - side, 0)
+    chord = xy[fore] - xy[aft]
+    # Where a path doubles back the chord vanishes; the next cell is then the way to go.
+    onward = np.minimum(index, last - 1)
+    lost = np.hypot(*chord.T) < 0.1 * spacing * (fore - aft)
+    chord[lost] = (xy[onward + 1] - xy[onward])[lost]
+    heading = np.unwrap(np.arctan2(chord[:, 1], chord[:, 0]))
+    return heading, (heading[fore] - heading[aft]) / ((fore - aft) * spacing)
+
+
+def _arc(before: Array, corner: Array, after: Array, radius: float) -> Array:
+    """(k, 2) Points on the arc that rounds a corner [m]; the corner itself where there is nothing to round."""
+    to, away = corner - before, after - corner
+    length_to, length_away = float(np.hypot(*to)), float(np.hypot(*away))
+    to, away = to / length_to, away / length_away
+    turn = math.atan2(to[0] * away[1] - to[1] * away[0], float(to @ away))
+    half_tangent = math.tan(abs(turn) / 2.0)
+    if not 1e-6 < half_tangent < 1e3:  # straight on, or straight back
+        return corner[None]
+    cut = min(radius * half_tangent, 0.5 * length_to, 0.5 * length_away)
+    radius = cut / half_tangent
+    start, sign = corner - cut * to, math.copysign(1.0, turn)
+    angles = np.linspace(0.0, abs(turn), max(3, math.ceil(abs(turn) * radius / SPACING) + 1))
+    normal = sign * np.array([-to[1], to[0]])
+    points: Array = start + radius * (np.sin(angles)[:, None] * to + (1.0 - np.cos(angles))[:, None] * normal)
+    return points

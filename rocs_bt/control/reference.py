@@ -1,0 +1,229 @@
+"""Where the robot should be over the next moments: along a path, along a timetable, or turning on the spot."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError
+from ..geometry import Pose2, Twist2, wrap_angle
+from .drive import Array
+from .grid import Grid
+from .path import Path
+from .profile import SpeedProfile
+
+TURN_RATE = 1.5  # [rad/s] Gentle enough for sonars to keep up with.
+TURN_ACCELERATION = 4.0  # [rad/s2]
+
+
+class Preview(NamedTuple):
+    """What a reference asks for, and how far the robot is from it.
+
+    Attributes:
+        stages: (k, 6) x [m], y [m], yaw [rad] in the world frame, without jumps and begun within pi of the robot's,
+            then forward [m/s], left [m/s], turn [rad/s] in the body frame.
+        cross_track: The robot's distance from the reference, left of it positive [m].
+        heading_error: The robot's yaw minus the reference's, in (-pi, pi] [rad].
+    """
+
+    stages: Array
+    cross_track: float
+    heading_error: float
+
+
+class Reference(ABC):
+    """Something to follow."""
+
+    @abstractmethod
+    def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
+        """Look ahead from where the robot is.
+
+        Args:
+            pose: The robot, in the world frame.
+            twist: Its velocity, in its body frame.
+            times: (k,) How far to look ahead of the moment of that pose, ascending [s].
+            lead: How far ahead of now that moment is, when the follower has predicted the pose [s].
+        """
+
+
+class PathReference(Reference):
+    """A path at the speeds of a profile, begun anew at each look from where the robot is.
+
+    So a robot that was held up drives on from there instead of chasing a phantom. The stations are s0 + the integral
+    of min(profile(s), v + a t). A robot whose heading is far off the path's turns on the spot first.
+
+    Args:
+        path: Where.
+        profile: How fast; made for the same path.
+        turn_first: Heading error beyond which to turn on the spot [rad].
+        turn_rate: Of that turn [rad/s].
+        turn_acceleration: Of that turn [rad/s2].
+
+    Raises:
+        InputError: The profile was made for another path.
+
+    Attributes:
+        s: The arc length of the robot's place on the path at the last look [m]; None before the first.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        profile: SpeedProfile,
+        *,
+        turn_first: float = math.pi / 2.0,
+        turn_rate: float = TURN_RATE,
+        turn_acceleration: float = TURN_ACCELERATION,
+    ) -> None:
+        self.path = path
+        self.profile = profile
+        self.s: float | None = None
+        if len(profile.speeds) != len(path.samples):
+            raise InputError("a path reference needs the speed profile of its own path, found that of another.")
+        self._grid = Grid(np.column_stack([path.samples, profile.speeds**2]), path.spacing)
+        self._turn_first = turn_first
+        self._turn_rate = turn_rate
+        self._turn_acceleration = turn_acceleration
+
+    @property
+    def remaining(self) -> float:
+        """Arc length to the end [m]."""
+        return self.path.length - (self.s or 0.0)
+
+    def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
+        s = self.s = self.path.project(pose.x, pose.y, self.s)
+        x, y, tangent, _, squared = self._grid.look(s)
+        yaw = tangent if self.path.length > 0.0 else pose.yaw  # a single place asks for no heading
+        error = wrap_angle(pose.yaw - yaw)
+        c, s_yaw = math.cos(yaw), math.sin(yaw)
+        cross = c * (pose.y - y) - s_yaw * (pose.x - x)
+        if abs(error) > self._turn_first:
+            turning = _turn(pose.yaw, -error, twist.turn, self._turn_rate, self._turn_acceleration, times)
+            return Preview(_standing(pose.x, pose.y, *turning), cross, error)
+        along = max(0.0, twist.forward * math.cos(error) - twist.left * math.sin(error))
+        there = self._grid.at(_advance(self.profile, s, along, math.sqrt(squared), times))
+        speeds = np.minimum(np.sqrt(there[:, 4]), along + self.profile.acceleration * times)
+        stages = np.zeros((len(times), 6))
+        stages[:, :3] = there[:, :3]
+        stages[:, 2] += pose.yaw - error - tangent
+        stages[:, 3] = speeds
+        stages[:, 5] = speeds * there[:, 3]
+        return Preview(stages, cross, error)
+
+
+class TimedReference(Reference):
+    """Poses at given times, such as a planned trajectory or a leader's predicted way.
+
+    Before the first time the first pose is held, after the last the last.
+
+    Args:
+        times: (m,) Strictly ascending, on the clock of `now` [s].
+        poses: (m, 3) x [m], y [m], yaw [rad] in the world frame.
+        now: Tells the present time, such as `clock.now` [s].
+
+    Raises:
+        InputError: The arrays do not fit, are not finite, or the times do not ascend.
+    """
+
+    def __init__(self, times: npt.ArrayLike, poses: npt.ArrayLike, now: Callable[[], float]) -> None:
+        self._times, self._poses = np.array(times, dtype=float), np.array(poses, dtype=float)
+        if self._times.ndim != 1 or self._poses.shape != (len(self._times), 3) or len(self._times) == 0:
+            raise InputError(
+                f"a timed reference needs times (m,) and poses (m, 3), found shapes {self._times.shape} and "
+                f"{self._poses.shape}."
+            )
+        steps = np.diff(self._times)
+        if not (np.isfinite(self._times).all() and np.isfinite(self._poses).all() and (steps > 0.0).all()):
+            raise InputError("a timed reference needs finite poses at finite times that ascend.")
+        self._poses[:, 2] = np.unwrap(self._poses[:, 2])
+        velocity = np.diff(self._poses, axis=0) / steps[:, None]
+        # A row of rest on either side, found by the same search as the velocities between.
+        self._velocity = np.vstack([np.zeros(3), velocity, np.zeros(3)])
+        self._now = now
+
+    def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
+        start = self._now() + lead
+        at = np.concatenate([[start], start + times])
+        stages = np.empty((len(at), 6))
+        for column in range(3):
+            stages[:, column] = np.interp(at, self._times, self._poses[:, column])
+        x, y, yaw = stages[0, :3].tolist()
+        error = wrap_angle(pose.yaw - yaw)
+        cross = math.cos(yaw) * (pose.y - y) - math.sin(yaw) * (pose.x - x)
+        velocity = self._velocity[np.searchsorted(self._times, at)]
+        c, s = np.cos(stages[:, 2]), np.sin(stages[:, 2])
+        stages[:, 3] = c * velocity[:, 0] + s * velocity[:, 1]
+        stages[:, 4] = c * velocity[:, 1] - s * velocity[:, 0]
+        stages[:, 5] = velocity[:, 2]
+        stages[:, 2] += pose.yaw - error - yaw
+        return Preview(stages[1:], cross, error)
+
+
+class TurnReference(Reference):
+    """A turn on the spot to a yaw, the short way round.
+
+    Args:
+        yaw: Where to look in the end, in the world frame [rad].
+        x: The spot [m].
+        y: The spot [m].
+        rate: Fastest turn [rad/s].
+        acceleration: [rad/s2].
+    """
+
+    def __init__(
+        self, yaw: float, x: float, y: float, rate: float = TURN_RATE, acceleration: float = TURN_ACCELERATION
+    ) -> None:
+        self.yaw = yaw
+        self.x = x
+        self.y = y
+        self._rate = rate
+        self._acceleration = acceleration
+
+    def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
+        error = wrap_angle(pose.yaw - self.yaw)
+        cross = math.cos(self.yaw) * (pose.y - self.y) - math.sin(self.yaw) * (pose.x - self.x)
+        turning = _turn(pose.yaw, -error, twist.turn, self._rate, self._acceleration, times)
+        return Preview(_standing(self.x, self.y, *turning), cross, error)
+
+
+def _advance(profile: SpeedProfile, s: float, speed: float, limit: float, times: Array) -> Array:
+    """(k,) Stations [m] at times from s on, never faster than the profile or than v + a t; `limit` holds at s."""
+    if speed >= limit:
+        return profile.station(profile.time(s) + times)
+    gained = speed + profile.acceleration * times
+    stations: Array = s + 0.5 * (speed + gained) * times
+    over = gained > profile.speed(stations)
+    first = int(over.argmax())
+    if over[first]:  # from the last moment of free acceleration on the profile's own timetable holds
+        start, since = (float(stations[first - 1]), float(times[first - 1])) if first else (s, 0.0)
+        stations[first:] = profile.station(profile.time(start) - since + times[first:])
+    return stations
+
+
+def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: float, times: Array) -> tuple[Array, Array]:
+    """Yaws [rad] and turn rates [rad/s] of a trapezoidal turn by `error` from `yaw`, now turning at `turn`."""
+    if error * turn < 0.0 and abs(error) > math.pi - 0.3:
+        error -= math.copysign(math.tau, error)  # half-way round already: go on rather than back
+    sign = math.copysign(1.0, error)
+    angle, w0 = abs(error), max(0.0, sign * turn)
+    peak = max(w0, min(rate, math.sqrt(acceleration * angle + 0.5 * w0 * w0)), 1e-9)
+    rise, fall = (peak - w0) / acceleration, peak / acceleration
+    hold = max(0.0, angle - 0.5 * (w0 + peak) * rise - 0.5 * peak * fall) / peak
+    t1 = np.clip(times, 0.0, rise)
+    t2 = np.clip(times - rise, 0.0, hold)
+    t3 = np.clip(times - (rise + hold), 0.0, fall)
+    turned = (w0 + 0.5 * acceleration * t1) * t1 + peak * t2 + (peak - 0.5 * acceleration * t3) * t3
+    rates = w0 + acceleration * t1 - acceleration * t3
+    return yaw + sign * np.minimum(turned, angle), sign * np.maximum(rates, 0.0)
+
+
+def _standing(x: float, y: float, yaws: Array, rates: Array) -> Array:
+    """(k, 6) Stages of a turn on the spot."""
+    stages = np.zeros((len(yaws), 6))
+    stages[:, 0], stages[:, 1], stages[:, 2], stages[:, 5] = x, y, yaws, rates
+    return stages

@@ -1,0 +1,260 @@
+"""The follower's quadratic program: linearised, condensed, move-blocked, and solved in one CasADi Function.
+
+The plan is the drive coordinates q at the ends of a few blocks, linear in between: wheel speed limits are bounds at
+the block ends, wheel acceleration limits are rows on neighbours, both exact. From the commanded speed a plan that
+brakes always exists, so the program is feasible by construction.
+
+The condensing uses the group structure of the plane's motions. The discretised pose moves by
+p+ = p + dt R(yaw + dt w / 2) v, which commutes with rigid motions of the world, so a small change of q during stage j
+changes every later pose by the same *spatial* twist (c, t): dp_k = c + J p_k t, dyaw_k = t, with J the quarter turn.
+Once a block is over its sensitivity is constant, and a block of the Hessian between two settled variables is one
+product of three numbers: the work is linear in the horizon instead of quadratic.
+
+Sources: Gros et al., From linear to nonlinear MPC: bridging the gap via the real-time iteration, Int. J. Control
+93(1), 2020; Frison, Algorithms and methods for high-performance MPC, 2015 (condensing); Arnstrom, Bemporad and
+Axehill, A dual active-set solver for embedded quadratic programming, IEEE TAC 67(8), 2022 (DAQP); Lynch and Park,
+Modern Robotics, 2017, 3.3.2 (spatial twists).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations_with_replacement
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError
+from .drive import Array, Drive
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What deviations cost, each squared and summed over the stages.
+
+    Attributes:
+        along: Distance along the reference's heading [1/m2].
+        across: Distance across it [1/m2].
+        heading: [1/rad2].
+        speed: Wheel speeds against the reference's [s2/m2].
+        acceleration: Wheel accelerations [s4/m2].
+        terminal: Factor on the last stage, in place of a terminal set [1].
+    """
+
+    along: float = 20.0
+    across: float = 20.0
+    heading: float = 1.0
+    speed: float = 0.2
+    acceleration: float = 0.02
+    terminal: float = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The sizes and the constant matrices of the program.
+
+    Attributes:
+        drive: Whose limits hold.
+        blocks: Lengths of the blocks, in stages.
+        dt: Length of a stage [s].
+    """
+
+    drive: Drive
+    blocks: tuple[int, ...]
+    dt: float
+
+    def __post_init__(self) -> None:
+        if not self.blocks or any(b < 1 for b in self.blocks) or not self.dt > 0.0:
+            raise InputError(
+                f"a plan needs blocks of 1 or more stages of positive length, found {self.blocks}, {self.dt} s."
+            )
+
+    @property
+    def n(self) -> int:
+        """Coordinates of the drive."""
+        return int(self.drive.twist_from_q.shape[1])
+
+    @property
+    def stages(self) -> int:
+        """Stages of the horizon."""
+        return sum(self.blocks)
+
+    @property
+    def size(self) -> int:
+        """Variables of the program."""
+        return self.n * len(self.blocks)
+
+    @cached_property
+    def ends(self) -> Array:
+        """(blocks + 1,) Times of the plan's nodes, the first of them now [s]."""
+        return self.dt * np.concatenate([[0.0], np.cumsum(self.blocks)])
+
+    @cached_property
+    def rows(self) -> Array:
+        """(r, n) Wheel speeds of q, without wheels that repeat another [1]."""
+        kept: list[Array] = []
+        for row in self.drive.wheels_from_q:
+            if not any(np.allclose(row, k) or np.allclose(row, -k) for k in kept):
+                kept.append(row)
+        return np.array(kept)
+
+    @cached_property
+    def speed_rows(self) -> Array:
+        """(r * blocks, size + n) Wheel speeds of (q now, plan), as shares of the limit."""
+        pick = np.eye(len(self.blocks) + 1)[1:]
+        return np.asarray(np.kron(pick, self.rows) / self.drive.max_wheel_speed, dtype=float)
+
+    @cached_property
+    def acceleration_rows(self) -> Array:
+        """(r * blocks, size + n) Wheel accelerations of (q now, plan), as shares of the limit."""
+        differences = np.diff(np.eye(len(self.blocks) + 1), axis=0) / np.diff(self.ends)[:, None]
+        rows = np.kron(differences, self.rows) / self.drive.max_wheel_acceleration
+        return np.asarray(rows, dtype=float)
+
+    def interpolation(self, times: npt.NDArray[np.floating[Any]]) -> Array:
+        """(k, blocks + 1) Weights of the nodes at times [s], held after the last."""
+        unit = np.eye(len(self.ends))
+        return np.column_stack([np.interp(times, self.ends, column) for column in unit])
+
+
+def build(layout: Layout, weights: Weights, iterations: int, jit: bool) -> Any:
+    """The program as a CasADi Function of one vector.
+
+    Its input is, one after the other: pose (3,), q now (n,), the plan to linearise at (blocks * n,), and for each stage
+    the wanted x, y, yaw and q (stages * (3 + n)). Its output is the new plan (blocks * n,). Nothing tells whether the
+    solver succeeded: check the plan.
+
+    Args:
+        layout: Sizes and limits.
+        weights: The cost.
+        iterations: The most steps of the active-set solver; a truncated solve breaks limits, which the check sees.
+        jit: Compile the linearisation with the machine's C compiler (seconds once, then faster).
+    """
+    import casadi as ca
+
+    p = ca.SX.sym("p", 3 + layout.n + layout.size + layout.stages * (3 + layout.n))
+    hessian, gradient, now, plan = _linearise(ca, layout, weights, p)
+    boxed = layout.rows.shape == (layout.n, layout.n) and np.array_equal(layout.rows, np.eye(layout.n))
+    rows = layout.acceleration_rows if boxed else np.vstack([layout.acceleration_rows, layout.speed_rows])
+    offset = ca.DM(rows) @ ca.vertcat(now, plan)
+    free = ca.DM(rows[:, layout.n :])
+    speed = layout.drive.max_wheel_speed if boxed else np.inf
+    options: dict[str, Any] = {"cse": True}
+    if jit:
+        options |= {"jit": True, "compiler": "shell", "jit_options": {"flags": ["-O3", "-march=native"]}}
+    bounds = [-speed - plan, speed - plan, -1.0 - offset, 1.0 - offset]
+    linearise = ca.Function("linearise", [p], [hessian, gradient, *bounds], options)
+    shape = {"h": hessian.sparsity(), "a": free.sparsity()}
+    quiet: dict[str, Any] = {"error_on_fail": False, "daqp": {"iter_limit": iterations}}
+    solver = ca.conic("solver", "daqp", shape, quiet)
+    x = ca.MX.sym("p", p.shape[0])
+    h, g, lbx, ubx, lba, uba = linearise(x)
+    step = solver(h=h, g=g, a=free, lbx=lbx, ubx=ubx, lba=lba, uba=uba)["x"]
+    start = 3 + layout.n
+    return ca.Function("follow", [x], [x[start : start + layout.size] + step])
+
+
+def _linearise(ca: Any, layout: Layout, weights: Weights, p: Any) -> tuple[Any, Any, Any, Any]:
+    """Hessian, gradient of the step, q now and the plan it is taken from, as expressions of p."""
+    n, size = layout.n, layout.size
+    now, plan = p[3 : 3 + n], p[3 + n : 3 + n + size]
+    wanted = ca.reshape(p[3 + n + size :], 3 + n, layout.stages)
+    nodes = ca.horzcat(now, ca.reshape(plan, n, len(layout.blocks)))
+    hessian, gradient = _speed_cost(ca, layout, weights, nodes, wanted)
+    pose_hessian, pose_gradient = _pose_cost(ca, layout, weights, p[:3], nodes, wanted)
+    return hessian + pose_hessian, gradient + pose_gradient, now, plan
+
+
+def _speed_cost(ca: Any, layout: Layout, weights: Weights, nodes: Any, wanted: Any) -> tuple[Any, Any]:
+    """The part of the cost that is quadratic by itself: wheel speeds at stage ends, and wheel accelerations."""
+    metric = layout.rows.T @ layout.rows * (layout.n / len(layout.rows))
+    ends = layout.interpolation(layout.dt * np.arange(1, layout.stages + 1))
+    worth = np.full(layout.stages, weights.speed)
+    worth[-1] *= weights.terminal
+    lengths = np.array(layout.blocks, dtype=float)
+    slopes = np.diff(np.eye(len(layout.ends)), axis=0) / np.diff(layout.ends)[:, None]
+    curvature = ends.T @ (worth[:, None] * ends) + weights.acceleration * slopes.T @ (lengths[:, None] * slopes)
+    pull = nodes @ ca.DM(curvature[:, 1:]) - wanted[3:, :] @ ca.DM(worth[:, None] * ends[:, 1:])
+    return ca.DM(np.kron(curvature[1:, 1:], metric)), ca.vec(ca.DM(metric) @ pull)
+
+
+def _pose_cost(ca: Any, layout: Layout, weights: Weights, pose: Any, nodes: Any, wanted: Any) -> tuple[Any, Any]:
+    """Gauss-Newton Hessian and gradient of the pose errors, with respect to the plan."""
+    twists, metrics, pulls = _roll_out(ca, layout, weights, pose, nodes, wanted)
+    for k in reversed(range(layout.stages - 1)):  # what a spatial twist at stage k costs in all that follows
+        metrics[k] = metrics[k] + metrics[k + 1]
+        pulls[k] = pulls[k] + pulls[k + 1]
+    middles = layout.interpolation(layout.dt * (np.arange(layout.stages) + 0.5))[:, 1:]
+    supports = [np.flatnonzero(middles[:, b]) for b in range(len(layout.blocks))]
+    weighted = [metrics[k] @ twists[k] for k in range(layout.stages)]  # (3, n) each
+    own = [twists[k].T @ weighted[k] for k in range(layout.stages)]
+
+    def total(terms: list[Any], b: int) -> Any:
+        return sum(float(middles[k, b]) * terms[k] for k in supports[b])
+
+    settled = [total(twists, b) for b in range(len(layout.blocks))]
+    forces = [total(weighted, b) for b in range(len(layout.blocks))]
+    gradient = [sum(float(middles[k, b]) * (twists[k].T @ pulls[k]) for k in supports[b]) for b in range(len(supports))]
+    hessian = [[None] * len(supports) for _ in supports]
+    for a, b in combinations_with_replacement(range(len(supports)), 2):
+        if supports[a][-1] < supports[b][0]:
+            block = settled[a].T @ forces[b]
+        else:
+            block = _overlap(ca, twists, weighted, own, middles[:, a].tolist(), middles[:, b].tolist())
+        hessian[a][b], hessian[b][a] = block, block.T
+    return ca.vertcat(*(ca.horzcat(*row) for row in hessian)), ca.vertcat(*gradient)
+
+
+def _overlap(ca: Any, twists: list[Any], weighted: list[Any], own: list[Any], a: list[float], b: list[float]) -> Any:
+    """(n, n) Hessian block of a variable with itself or with a later one that acts in some of the same stages."""
+    acted_a = acted_b = tail = ca.SX(*twists[0].shape)
+    block = ca.SX(*own[0].shape)
+    for k, (share_a, share_b) in enumerate(zip(a, b, strict=True)):
+        if any(a[k:]):
+            block = block + share_a * share_b * own[k] + share_b * (acted_a.T @ weighted[k])
+            block = block + share_a * (acted_b.T @ weighted[k]).T
+        else:
+            tail = tail + share_b * weighted[k]
+        acted_a, acted_b = acted_a + share_a * twists[k], acted_b + share_b * twists[k]
+    return block + acted_a.T @ tail
+
+
+def _roll_out(ca: Any, layout: Layout, weights: Weights, pose: Any, nodes: Any, wanted: Any) -> tuple[Any, Any, Any]:
+    """For each stage: spatial twist of q (3, n), metric (3, 3) and pull (3, 1) of the pose error at its end.
+
+    Positions are relative to the robot, so that numbers stay small in a large world.
+    """
+    linear, turn = ca.DM(layout.drive.twist_from_q[:2]), ca.DM(layout.drive.twist_from_q[2:])
+    middles = nodes @ ca.DM(layout.interpolation(layout.dt * (np.arange(layout.stages) + 0.5)).T)
+    at, yaw = ca.SX(2, 1), pose[2]
+    twists, metrics, pulls = [], [], []
+    for k in range(layout.stages):
+        q = middles[:, k]
+        half = 0.5 * layout.dt * (turn @ q)
+        c, s = ca.cos(yaw + half), ca.sin(yaw + half)
+        rotated = ca.vertcat(ca.horzcat(c, -s), ca.horzcat(s, c)) @ linear  # (2, n)
+        moved = layout.dt * (rotated @ q)
+        middle = at + 0.5 * moved
+        spun = ca.vertcat(middle[1], -middle[0]) @ turn  # -J middle, for each coordinate's turn
+        twists.append(layout.dt * ca.vertcat(rotated + spun, turn))
+        at, yaw = at + moved, yaw + 2.0 * half
+        factor = weights.terminal if k == layout.stages - 1 else 1.0
+        metric, pull = _pose_error(ca, weights, factor, at, yaw, wanted[:3, k], pose)
+        metrics.append(metric)
+        pulls.append(pull)
+    return twists, metrics, pulls
+
+
+def _pose_error(ca: Any, weights: Weights, factor: float, at: Any, yaw: Any, wanted: Any, pose: Any) -> tuple[Any, Any]:
+    """Metric (3, 3) and pull (3, 1) of one pose error, for spatial twists."""
+    c, s = ca.cos(wanted[2]), ca.sin(wanted[2])
+    more = factor * (weights.along - weights.across)
+    metric = factor * weights.across * ca.DM.eye(2) + more * ca.vertcat(c, s) @ ca.horzcat(c, s)
+    spin = ca.vertcat(-at[1], at[0])  # J p: how the position moves when the world turns about the origin
+    position = metric @ (at - (wanted[:2] - pose[:2]))
+    heading = factor * weights.heading * (yaw - wanted[2])
+    lever = metric @ spin
+    full = ca.vertcat(ca.horzcat(metric, lever), ca.horzcat(lever.T, spin.T @ lever + factor * weights.heading))
+    return full, ca.vertcat(position, spin.T @ position + heading)

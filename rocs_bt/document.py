@@ -1,0 +1,325 @@
+"""TOML content with places: every fault knows its file, line and column, and all faults are collected.
+
+`tomllib` tells no positions, so `_positions` scans the text for where each key stands. A `Table` is read key by key;
+what nobody asked for is an unknown key.
+
+    table = read_toml(path)
+    name = table.text("name")
+    rate = table.quantity("rate", FREQUENCY, default=20.0)
+    table.done()            # raises InputError with every fault that was found
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from .errors import Fault, InputError, did_you_mean
+from .units import Dimension, convert
+
+_MISSING = object()
+Key = tuple[str | int, ...]
+
+
+class Table:
+    """One table of a TOML document, read key by key; shares its list of faults with the whole document.
+
+    Where a value is missing or wrong a fault is noted and a harmless value of the right type is returned, so that
+    reading goes on and finds the next one.
+
+    Attributes:
+        file: The document.
+        key: Where this table stands in it.
+        faults: Every fault so far, in the whole document.
+    """
+
+    def __init__(self, file: Path, data: dict[str, Any], key: Key, places: dict[Key, tuple[int, int]]) -> None:
+        self.file = file
+        self.key = key
+        self.faults: list[Fault] = []
+        self._data = data
+        self._places = places
+        self._asked: set[str] = set()
+        self._children: list[Table] = []
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._data
+
+    @property
+    def label(self) -> str:
+        """What messages call this table."""
+        return ".".join(str(k) for k in self.key) or "the file"
+
+    def place(self, key: str | None = None) -> tuple[int, int]:
+        """Line and column of a key of this table, or of the table itself; 0 where unknown."""
+        path = self.key if key is None else (*self.key, key)
+        while path and path not in self._places:
+            path = path[:-1]
+        return self._places.get(path, (0, 0))
+
+    def fault(self, key: str | None, message: str, hint: str = "", warning: bool = False) -> None:
+        """Note a fault at a key of this table, or at the table itself."""
+        line, column = self.place(key)
+        self.faults.append(Fault(message, self.file, line, column, hint, warning))
+
+    def adopt(self, key: str | None, error: InputError) -> None:
+        """Note the faults of an error that somebody else raised over a key's value."""
+        self.faults.extend(error.at(self.file, *self.place(key)).faults)
+
+    def raw(self, key: str, default: Any = _MISSING) -> Any:
+        """The value as it is; notes a fault and gives None where it is missing and has no default."""
+        self._asked.add(key)
+        if key in self._data:
+            return self._data[key]
+        if default is _MISSING:
+            self.fault(None, f"{self.label} has no '{key}'.", hint=f"Add a line '{key} = ...'.")
+            return None
+        return default
+
+    def text(self, key: str, default: Any = _MISSING) -> str:
+        """A string."""
+        value: str = self._typed(key, str, "a text", default, "")
+        return value
+
+    def choice(self, key: str, options: Collection[str], default: Any = _MISSING) -> str:
+        """One of a few words."""
+        value = self.text(key, default)
+        if value not in options and (key in self._data and isinstance(self._data[key], str)):
+            self.fault(key, f"'{value}' is no {key}.", hint=did_you_mean(value, options, what="The choice"))
+        return value
+
+    def flag(self, key: str, default: Any = _MISSING) -> bool:
+        """True or false."""
+        return bool(self._typed(key, bool, "true or false", default, False))
+
+    def integer(self, key: str, default: Any = _MISSING, low: int | None = None) -> int:
+        """A whole number."""
+        value = self._typed(key, int, "a whole number", default, 0)
+        if low is not None and key in self._data and value < low:
+            self.fault(key, f"{key} must be at least {low}, found {value}.")
+        return int(value)
+
+    def texts(self, key: str, default: Any = _MISSING) -> list[str]:
+        """A list of strings."""
+        values = self._typed(key, list, "a list of texts", default, [])
+        if any(not isinstance(v, str) for v in values):
+            self.fault(key, f"{key} must be a list of texts, found {values!r}.")
+            return []
+        return list(values)
+
+    def integers(self, key: str, default: Any = _MISSING) -> list[int]:
+        """A list of whole numbers."""
+        values = self._typed(key, list, "a list of whole numbers", default, [])
+        if any(not isinstance(v, int) or isinstance(v, bool) for v in values):
+            self.fault(key, f"{key} must be a list of whole numbers, found {values!r}.")
+            return []
+        return list(values)
+
+    def quantity(
+        self,
+        key: str,
+        dimension: Dimension,
+        default: Any = _MISSING,
+        low: float | None = None,
+        high: float | None = None,
+    ) -> float:
+        """A number with its unit, in SI units; a default is given in SI units.
+
+        Args:
+            key: The key.
+            dimension: What it must be.
+            default: The value where the key is missing [SI].
+            low: The least value allowed [SI].
+            high: The greatest value allowed [SI].
+        """
+        value = self.raw(key, default)
+        if key not in self._data:
+            return 0.0 if value is None else value
+        return self._quantity(key, value, dimension, low, high)
+
+    def quantities(
+        self, key: str, dimension: Dimension, count: int | None = None, default: Any = _MISSING
+    ) -> list[float]:
+        """A list of numbers with their units, in SI units."""
+        values = self._typed(key, list, "a list of quantities", default, [])
+        if key not in self._data:
+            return list(values)
+        if count is not None and len(values) != count:
+            self.fault(key, f"{key} must have {count} values, found {len(values)}.")
+            return [0.0] * count
+        return [self._quantity(key, v, dimension, None, None) for v in values]
+
+    def table(self, key: str, optional: bool = True) -> Table:
+        """A table inside this one; an empty one where it is missing."""
+        data = self._typed(key, dict, "a table", {} if optional else _MISSING, {})
+        return self._child(data, (*self.key, key))
+
+    def tables(self, key: str) -> list[Table]:
+        """An array of tables `[[key]]`; empty where it is missing."""
+        values = self._typed(key, list, "a list of tables", [], [])
+        if any(not isinstance(v, dict) for v in values):
+            self.fault(key, f"{key} must be written as [[{key}]] tables.")
+            return []
+        return [self._child(v, (*self.key, key, i)) for i, v in enumerate(values)]
+
+    def named_tables(self, key: str) -> dict[str, Table]:
+        """The tables `[key.NAME]` by name; empty where there are none."""
+        values = self._typed(key, dict, "a table of tables", {}, {})
+        if bad := [name for name, v in values.items() if not isinstance(v, dict)]:
+            self.fault(key, f"{key}.{bad[0]} must be a table.", hint=f"Write it as [{key}.{bad[0]}].")
+        return {n: self._child(v, (*self.key, key, n)) for n, v in values.items() if isinstance(v, dict)}
+
+    def keys(self) -> list[str]:
+        """The keys that stand in this table, for tables whose keys are free."""
+        return list(self._data)
+
+    def done(self) -> None:
+        """Note unknown keys, here and in the tables that were read.
+
+        Raises:
+            InputError: There is any fault that is not a warning.
+        """
+        self._note_unknown_keys()
+        if any(not f.warning for f in self.faults):
+            raise InputError(*(f for f in self.faults if not f.warning))
+
+    def _note_unknown_keys(self) -> None:
+        for key in self._data:
+            if key not in self._asked:
+                self.fault(key, f"{self.label} has no use for '{key}'.", hint=did_you_mean(key, self._asked))
+        for child in self._children:
+            child._note_unknown_keys()
+
+    def _child(self, data: dict[str, Any], key: Key) -> Table:
+        child = Table(self.file, data, key, self._places)
+        child.faults = self.faults
+        self._children.append(child)
+        return child
+
+    def _typed(self, key: str, kind: type, words: str, default: Any, harmless: Any) -> Any:
+        value = self.raw(key, default)
+        if key not in self._data:
+            return harmless if value is None and default is _MISSING else value
+        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            self.fault(key, f"{key} must be {words}, found {value!r}.")
+            return harmless
+        return value
+
+    def _quantity(self, key: str, value: Any, dimension: Dimension, low: float | None, high: float | None) -> float:
+        try:
+            number = convert(value, dimension, what=key)
+        except InputError as error:
+            self.adopt(key, error)
+            return 0.0 if low is None else low
+        if (low is not None and number < low) or (high is not None and number > high):
+            span = f"at least {low:g}" if high is None else f"between {low or 0:g} and {high:g}"
+            self.fault(key, f"{key} must be {span} {dimension}, found '{value}'.")
+        return number
+
+
+def read_toml(file: Path, text: str | None = None) -> Table:
+    """The root table of a TOML file.
+
+    Args:
+        file: The file; read as UTF-8.
+        text: Its text, if it is at hand.
+
+    Raises:
+        InputError: No such file, not UTF-8, or not TOML; with the place.
+    """
+    if text is None:
+        try:
+            text = file.read_text(encoding="utf-8")
+        except OSError as error:
+            raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
+        except UnicodeDecodeError as error:
+            raise InputError(
+                Fault(f"the file is not UTF-8 text: {error.reason} at byte {error.start}.", file)
+            ) from error
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        line, column = (int(found[1]), int(found[2])) if found else (len(text.splitlines()), 0)
+        message = re.sub(r" \(at .*\)$", "", str(error))
+        raise InputError(Fault(f"not valid TOML: {message}.", file, line, column)) from error
+    except RecursionError as error:
+        raise InputError(Fault("not valid TOML: nested too deeply.", file)) from error
+    return Table(file, data, (), _positions(text))
+
+
+_HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]#]+?)\s*\]\]?\s*(?:#.*)?$")
+_ASSIGN = re.compile(
+    r"""^(\s*)((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
+)
+_PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
+
+
+def _positions(text: str) -> dict[Key, tuple[int, int]]:
+    """Line and column of every key that begins a line, and of every table header."""
+    places: dict[Key, tuple[int, int]] = {}
+    counts: dict[Key, int] = {}
+    here: Key = ()
+    for number, line in _logical_lines(text):
+        if header := _HEADER.match(line):
+            name = tuple(_parts(header[2]))
+            here = _resolve(name, counts)
+            if header[1] == "[[":
+                index = counts[here] = counts.get(here, -1) + 1
+                here = (*here, index)
+            places.setdefault(here, (number, line.index("[") + 1))
+        elif assign := _ASSIGN.match(line):
+            places.setdefault((*here, *_parts(assign[2])), (number, len(assign[1]) + 1))
+    return places
+
+
+def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
+    """A header's name as a key: arrays of tables on the way mean their newest element."""
+    key: Key = ()
+    for i, part in enumerate(name):
+        key = (*key, part)
+        if i < len(name) - 1 and key in counts:
+            key = (*key, counts[key])
+    return key
+
+
+def _parts(dotted: str) -> list[str]:
+    return [p.strip("\"'") for p in _PART.findall(dotted)]
+
+
+def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines that can begin a key: not those inside a multi-line string or list."""
+    inside, depth = "", 0
+    for number, line in enumerate(text.splitlines(), 1):
+        if not inside and depth == 0:
+            yield number, line
+        at = 0
+        while at < len(line):
+            if inside:
+                end = line.find(inside, at)
+                if end < 0:
+                    break
+                at, inside = end + len(inside), ""
+            elif line[at] == "#":
+                break
+            elif line[at] in "\"'":
+                quote = line[at] * 3 if line.startswith(line[at] * 3, at) else line[at]
+                if len(quote) == 3:
+                    inside, at = quote, at + 3
+                else:
+                    at = _string_end(line, at)
+            else:
+                # A header's brackets close on its own line, so they do not count.
+                depth += (line[at] in "[{") - (line[at] in "]}")
+                at += 1
+        depth = max(depth, 0)
+
+
+def _string_end(line: str, at: int) -> int:
+    quote, at = line[at], at + 1
+    while at < len(line) and line[at] != quote:
+        at += 2 if line[at] == "\\" and quote == '"' else 1
+    return at + 1

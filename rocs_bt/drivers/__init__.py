@@ -1,0 +1,30 @@
+"""Drivers: what a robot's devices are made of, in MuJoCo, in a mock without physics, and from a recording.
+
+robot.toml names a driver; each backend has its own class of that name, with the same parameters.
+"""
+
+from .parameters import (
+    DRIVER_PARAMETERS,
+    DriverParameter,
+    OrientationParameters,
+    PositionParameters,
+    RangeConeParameters,
+    VelocityParameters,
+    WheelSpeedParameters,
+    parameters_of_driver,
+    read_parameters,
+)
+from .table import pick
+
+__all__ = [
+    "DRIVER_PARAMETERS",
+    "DriverParameter",
+    "OrientationParameters",
+    "PositionParameters",
+    "RangeConeParameters",
+    "VelocityParameters",
+    "WheelSpeedParameters",
+    "parameters_of_driver",
+    "pick",
+    "read_parameters",
+]

@@ -1,0 +1,263 @@
+"""Mock: a robot that does exactly what it is commanded, at once, in a world of segments and circles; no physics.
+
+world = MockWorld(clock, segments=[((2, -1), (2, 1))])
+robot = MockRobot(world, differential_drive(...), Pose2(0, 0, 0), mounts={"front": Pose2(0.2, 0, 0)})
+sonar = make_sensor(robot, "sonar", "range_cone", {"sites": ["front"], "range": [0.1, 1.0]})
+wheels = make_actuator(robot, "wheels", "velocity", {"motors": ["l", "r"], "wheel_radius": 0.1})
+wheels.command([0.3, 0.3])
+world.advance(0.05)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..clock import Clock
+from ..control.drive import Drive
+from ..device import Actuator, Reading, Sensor, Watchdog
+from ..errors import DeviceError, Fault, InputError, unknown
+from ..geometry import Pose2, Twist2, wrap_angle
+from .parameters import (
+    DRIVER_PARAMETERS,
+    RangeConeParameters,
+    VelocityParameters,
+    read_parameters,
+)
+from .table import pick
+
+Point: TypeAlias = tuple[float, float]
+
+
+class MockWorld:
+    """Where mock robots are.
+
+    Args:
+        clock: Time; whoever advances the world advances it too.
+        segments: Walls, as pairs of points [m].
+        circles: Round things, as centre and radius [m].
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        segments: Sequence[tuple[Point, Point]] = (),
+        circles: Sequence[tuple[Point, float]] = (),
+    ) -> None:
+        self.clock = clock
+        self.segments = list(segments)
+        self.circles = list(circles)
+        self.robots: list[MockRobot] = []
+
+    def advance(self, duration: float) -> None:
+        """Let every robot move on for a while [s]; robots do not see or hit each other."""
+        for robot in self.robots:
+            robot.advance(duration)
+
+    def ray(self, x: float, y: float, yaw: float) -> float:
+        """The distance along a ray to the nearest thing [m]; +inf where there is none."""
+        c, s = math.cos(yaw), math.sin(yaw)
+        hits = [_hit_segment(x, y, c, s, *seg) for seg in self.segments]
+        hits += [_hit_circle(x, y, c, s, *circle) for circle in self.circles]
+        return min(hits, default=math.inf)
+
+
+class MockRobot:
+    """A robot without mass: its wheels take a command at once, and it follows its kinematics exactly.
+
+    Args:
+        world: Where it is.
+        drive: What its wheels do.
+        pose: Where it starts, world frame.
+        mounts: Where its range sensors sit and look, by site, body frame.
+    """
+
+    def __init__(self, world: MockWorld, drive: Drive, pose: Pose2, mounts: Mapping[str, Pose2] | None = None) -> None:
+        self.world = world
+        self.drive = drive
+        self.pose = pose
+        self.mounts = dict(mounts or {})
+        self.wheel_speeds = [0.0] * len(drive.wheels)  # [m/s]
+        self.watchdogs: list[Watchdog] = []
+        world.robots.append(self)
+
+    def advance(self, duration: float) -> None:
+        """Drive on for a while [s], along an exact arc."""
+        for watchdog in self.watchdogs:
+            watchdog.check()
+        self.pose = along_arc(self.pose, self.drive.twist(np.array(self.wheel_speeds)), duration)
+
+
+def along_arc(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
+    """Where a constant body twist leads in a while [s] (Lynch and Park, Modern Robotics, 13.3)."""
+    angle = twist.turn * duration
+    # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0.
+    along, across = (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle) if abs(angle) > 1e-9 else (1.0, 0.0)
+    forward, left = twist.forward * duration, twist.left * duration
+    x, y = pose.transform(along * forward - across * left, across * forward + along * left)
+    return Pose2(x, y, wrap_angle(pose.yaw + angle))
+
+
+class MockSensor(Sensor):
+    """The common part of mock sensors; also one of its own that says whatever is put into `values`.
+
+    Attributes:
+        values: What it says, in SI units; None for what its driver says.
+        broken: Why it refuses; None while it works.
+    """
+
+    def __init__(
+        self, name: str, robot: MockRobot, parameters: Any = None, values: Sequence[float] | None = None
+    ) -> None:
+        super().__init__(name)
+        self.robot = robot
+        self.parameters = parameters
+        self.values: Sequence[float] | None = None
+        self.broken: str | None = None
+        self.noise = 0.0
+        self.rng = np.random.default_rng(0)
+
+    def sample(self) -> list[float]:
+        """What the driver says [SI]."""
+        return []
+
+    def read(self) -> Reading:
+        if self.broken is not None:
+            raise DeviceError(f"sensor '{self.name}' refuses: {self.broken}.")
+        values = list(self.sample() if self.values is None else self.values)
+        if self.noise > 0.0:
+            values = [v + e for v, e in zip(values, self.rng.normal(0.0, self.noise, len(values)), strict=True)]
+        return Reading(self.robot.world.clock.now(), values)
+
+
+class MockPosition(MockSensor):
+    """x, y, z [m], world frame; z is 0."""
+
+    def sample(self) -> list[float]:
+        return [self.robot.pose.x, self.robot.pose.y, 0.0]
+
+
+class MockOrientation(MockSensor):
+    """Yaw [rad], world frame."""
+
+    def sample(self) -> list[float]:
+        return [self.robot.pose.yaw]
+
+
+class MockWheelSpeed(MockSensor):
+    """Rim speeds [m/s]: those that were commanded."""
+
+    def sample(self) -> list[float]:
+        return list(self.robot.wheel_speeds)
+
+
+class MockRangeCone(MockSensor):
+    """Ranges [m] of cones, by the same fans of rays as the simulation's."""
+
+    def __init__(self, name: str, robot: MockRobot, parameters: RangeConeParameters) -> None:
+        super().__init__(name, robot, parameters)
+        missing = [s for s in parameters.sites if s not in robot.mounts]
+        if missing:
+            raise InputError(*(unknown(f"mount for sensor '{name}'", s, robot.mounts, "The robot") for s in missing))
+
+    def sample(self) -> list[float]:
+        low, high = self.parameters.range
+        found = []
+        for site in self.parameters.sites:
+            x, y, yaw = self.robot.pose.compose(self.robot.mounts[site])
+            nearest = min(self.robot.world.ray(x, y, yaw + angle) for angle in self.parameters.angles)
+            found.append(math.inf if nearest > high else max(nearest, low))
+        return found
+
+
+class MockWheels(Actuator):
+    """Wheels that turn as they are commanded, at once."""
+
+    def __init__(self, name: str, robot: MockRobot, parameters: VelocityParameters) -> None:
+        super().__init__(name, len(robot.drive.wheels))
+        self._robot = robot
+        if len(parameters.motors) != self.size:
+            raise InputError(
+                Fault(f"actuator '{name}' has {len(parameters.motors)} motors, the robot's drive {self.size} wheels.")
+            )
+
+    def command(self, values: Sequence[float]) -> None:
+        if len(values) != self.size:
+            raise DeviceError(f"actuator '{self.name}' takes {self.size} rim speeds, found {len(values)}.")
+        self._robot.wheel_speeds = [float(v) for v in values]
+
+    def neutral(self) -> None:
+        self._robot.wheel_speeds = [0.0] * self.size
+
+
+SENSORS: Mapping[str, type[MockSensor]] = {
+    "position": MockPosition,
+    "orientation": MockOrientation,
+    "wheel_speed": MockWheelSpeed,
+    "range_cone": MockRangeCone,
+}
+ACTUATORS: Mapping[str, type[MockWheels]] = {"velocity": MockWheels}
+
+
+def make_sensor(
+    robot: MockRobot,
+    name: str,
+    driver: str,
+    parameters: Mapping[str, Any],
+    *,
+    noise: float = 0.0,
+    rng: np.random.Generator | None = None,
+) -> MockSensor:
+    """A sensor of a mock robot, from the same table as the simulation's.
+
+    Args:
+        robot: Whose.
+        name: What robot.toml calls it.
+        driver: Its driver's name.
+        parameters: What the driver takes, in SI units.
+        noise: Standard deviation of each value [SI].
+        rng: Where the noise comes from.
+
+    Raises:
+        InputError: No such driver, or parameters that do not fit it.
+    """
+    cls = pick(SENSORS, driver, "sensor", "mock")
+    sensor = cls(name, robot, read_parameters(DRIVER_PARAMETERS[driver], parameters, f"{driver} sensor '{name}'"))
+    sensor.noise = noise
+    sensor.rng = sensor.rng if rng is None else rng
+    return sensor
+
+
+def make_actuator(robot: MockRobot, name: str, driver: str, parameters: Mapping[str, Any]) -> MockWheels:
+    """An actuator of a mock robot.
+
+    Raises:
+        InputError: No such driver, or parameters that do not fit it or the drive.
+    """
+    cls = pick(ACTUATORS, driver, "actuator", "mock")
+    return cls(name, robot, read_parameters(VelocityParameters, parameters, f"{driver} actuator '{name}'"))
+
+
+def _hit_segment(x: float, y: float, c: float, s: float, a: Point, b: Point) -> float:
+    ex, ey = b[0] - a[0], b[1] - a[1]
+    cross = c * ey - s * ex
+    if cross == 0.0:
+        return math.inf
+    dx, dy = a[0] - x, a[1] - y
+    along, share = (dx * ey - dy * ex) / cross, (dx * s - dy * c) / cross
+    return along if along >= 0.0 and 0.0 <= share <= 1.0 else math.inf
+
+
+def _hit_circle(x: float, y: float, c: float, s: float, centre: Point, radius: float) -> float:
+    dx, dy = centre[0] - x, centre[1] - y
+    along = dx * c + dy * s
+    across = dx * dx + dy * dy - along * along
+    if across > radius * radius:
+        return math.inf
+    half = math.sqrt(radius * radius - across)
+    if along - half >= 0.0:
+        return along - half
+    return 0.0 if along + half >= 0.0 else math.inf

@@ -1,0 +1,85 @@
+"""Actuators in MuJoCo."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...device import Actuator
+from ...errors import DeviceError
+from ..parameters import VelocityParameters, read_parameters
+from ..table import pick
+from .sensors import Mount
+
+if TYPE_CHECKING:
+    from .world import MujocoWorld
+
+
+class MujocoActuator(Actuator):
+    """The common part; a user's own driver extends it and implements `command` and `neutral`.
+
+    Args:
+        name: What robot.toml calls it.
+        size: How many values a command has.
+        mount: Where it sits.
+    """
+
+    def __init__(self, name: str, size: int, mount: Mount) -> None:
+        super().__init__(name, size)
+        self.mount = mount
+
+
+class Velocity(MujocoActuator):
+    """Motors that hold the rim speeds [m/s] they are commanded, and get there as fast as their electronics allow.
+
+    Neutral brakes them at that same rate.
+
+    Args:
+        name: What robot.toml calls it.
+        parameters: What robot.toml gives it, in SI units.
+        mount: Where it sits.
+    """
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        wanted = read_parameters(VelocityParameters, parameters, f"velocity actuator '{name}'")
+        super().__init__(name, len(wanted.motors), mount)
+        self._factors = wanted.factors
+        max_change = wanted.max_acceleration / wanted.wheel_radius
+        self._motors = mount.world.motors(mount.robot, wanted.motors, max_change)
+
+    def command(self, values: Sequence[float]) -> None:
+        if len(values) != self.size:
+            raise DeviceError(f"actuator '{self.name}' takes {self.size} rim speeds, found {len(values)}.")
+        self.mount.world.drive(self._motors, [v / f for v, f in zip(values, self._factors, strict=True)])
+
+    def measured(self) -> list[float]:
+        """How fast the rims truly go [m/s]."""
+        speeds = self.mount.world.motor_speeds(self._motors)
+        return [s * f for s, f in zip(speeds, self._factors, strict=True)]
+
+    def neutral(self) -> None:
+        self.mount.world.drive(self._motors, [0.0] * self.size)
+
+
+ACTUATORS: Mapping[str, type[MujocoActuator]] = {"velocity": Velocity}
+
+
+def make_actuator(
+    world: MujocoWorld, robot: str, name: str, driver: str | type[MujocoActuator], parameters: Mapping[str, Any]
+) -> Actuator:
+    """An actuator of a robot in the world, not yet guarded.
+
+    Args:
+        world: The world.
+        robot: The robot's name.
+        name: What robot.toml calls the actuator.
+        driver: Its driver's name, or a class of a user's own that is made with (name, parameters, mount).
+        parameters: What the driver takes, in SI units.
+
+    Raises:
+        InputError: No such driver, or parameters that do not fit it or the model.
+    """
+    world.body(robot)
+    cls: Any = pick(ACTUATORS, driver, "actuator", "mujoco")
+    actuator: Actuator = cls(name, parameters, Mount(world, robot))
+    return actuator

@@ -1,0 +1,134 @@
+"""What in a compiled model belongs to which robot, and what things are called."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...geometry import Pose2
+from ...record.header import Outline, Point
+
+FLOOR = "floor"
+
+
+@dataclass(frozen=True)
+class RobotBody:
+    """A robot's places in MuJoCo's vectors.
+
+    Attributes:
+        name: The robot.
+        root: Its base body.
+        q: Where its free joint begins in qpos: x, y, z, then the quaternion.
+        v: Where its free joint begins in qvel: world-frame velocity, then body-frame turn rates.
+        geoms: All its geoms.
+        hull: The geoms that are its outline: the one named `hull`, or else all of its base that collide.
+        height: How high the origin of its base is over the floor as modelled [m].
+    """
+
+    name: str
+    root: int
+    q: int
+    v: int
+    geoms: tuple[int, ...]
+    hull: tuple[int, ...]
+    height: float
+
+
+def find_bodies(model: Any, robots: Sequence[str]) -> dict[str, RobotBody]:
+    """Each robot's part of the model, by its name."""
+    return {name: _find(model, name) for name in robots}
+
+
+def thing_names(model: Any, robots: Mapping[str, RobotBody]) -> list[str]:
+    """What each geom is called by people: its robot, the floor, or its own or its body's name."""
+    owners = {body.root: name for name, body in robots.items()}
+    names = []
+    for geom in range(model.ngeom):
+        body = int(model.geom_bodyid[geom])
+        name = model.geom(geom).name or model.body(body).name
+        if int(model.body_rootid[body]) in owners:
+            names.append(owners[int(model.body_rootid[body])])
+        elif body == 0 and (int(model.geom_type[geom]) == 0 or name.startswith(FLOOR)):  # 0: a plane
+            names.append(FLOOR)
+        else:
+            names.append(name if name != "world" else f"geom {geom}")
+    return names
+
+
+def collides(model: Any, geom: int) -> bool:
+    """Whether a geom can touch anything."""
+    return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+
+
+def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]:
+    """What stands in the world and cannot move, seen from above; neither the floor nor what is only drawn."""
+    names, found = thing_names(model, robots), []
+    for geom in range(model.ngeom):
+        if int(model.geom_bodyid[geom]) != 0 or names[geom] == FLOOR or not collides(model, geom):
+            continue
+        x, y, z = model.geom_pos[geom].tolist()
+        w, i, j, k = model.geom_quat[geom].tolist()
+        yaw = float(np.arctan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k)))
+        half = model.geom_aabb[geom][3:].tolist()
+        if int(model.geom_type[geom]) == 5:  # a cylinder
+            found.append(Outline.circle(names[geom], (x, y), half[0], z + half[2]))
+        else:
+            found.append(Outline.box(names[geom], Pose2(x, y, yaw), (2.0 * half[0], 2.0 * half[1]), z + half[2]))
+    return tuple(found)
+
+
+def hull_outline(model: Any, body: RobotBody) -> tuple[Point, ...]:
+    """A robot's hull from above, in its body frame: the corners of its convex outline [m], anticlockwise."""
+    import mujoco
+
+    corners: list[tuple[float, float]] = []
+    for geom in body.hull:
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+        points = _mesh_points(model, geom) if int(model.geom_dataid[geom]) >= 0 else _box_points(model, geom)
+        placed = points @ turn.reshape(3, 3).T + model.geom_pos[geom]
+        corners += [(round(x, 6), round(y, 6)) for x, y in placed[:, :2].tolist()]
+    return tuple(_convex(corners))
+
+
+def _find(model: Any, name: str) -> RobotBody:
+    root = model.body(f"{name}/base").id
+    joint = int(model.body_jntadr[root])
+    geoms = tuple(g for g in range(model.ngeom) if int(model.body_rootid[model.geom_bodyid[g]]) == root)
+    named = tuple(g for g in geoms if model.geom(g).name == f"{name}/hull")
+    own = tuple(g for g in geoms if int(model.geom_bodyid[g]) == root and collides(model, g))
+    q, v = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+    return RobotBody(name, root, q, v, geoms, named or own, float(model.qpos0[q + 2]))
+
+
+def _mesh_points(model: Any, geom: int) -> Any:
+    mesh = int(model.geom_dataid[geom])
+    start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    return model.mesh_vert[start : start + count]
+
+
+def _box_points(model: Any, geom: int) -> Any:
+    centre, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
+    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    return centre + signs * half
+
+
+def _convex(points: Sequence[Point]) -> list[Point]:
+    """The convex outline of points, anticlockwise (Andrew's monotone chain)."""
+
+    def chain(ordered: Sequence[Point]) -> list[Point]:
+        kept: list[Point] = []
+        for x, y in ordered:
+            while len(kept) > 1:
+                (ax, ay), (bx, by) = kept[-2], kept[-1]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                    break
+                kept.pop()
+            kept.append((x, y))
+        return kept[:-1]
+
+    ordered = sorted(set(points))
+    return chain(ordered) + chain(ordered[::-1])

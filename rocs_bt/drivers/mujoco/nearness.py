@@ -1,0 +1,76 @@
+"""How near a hull is to everything else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .body import FLOOR, RobotBody, collides, thing_names
+
+Array = npt.NDArray[np.float64]
+
+
+class Nearness:
+    """Distances between hulls and things; the floor is none.
+
+    Args:
+        model: The compiled model.
+        robots: What belongs to which robot.
+    """
+
+    def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
+        import mujoco
+
+        self._distance = mujoco.mj_geomDistance
+        self._model = model
+        self._names = thing_names(model, robots)
+        solid = [g for g in range(model.ngeom) if collides(model, g) and self._names[g] != FLOOR]
+        hulls = [g for body in robots.values() for g in body.hull]
+        others = [g for g in solid if self._names[g] not in robots]
+        self._still = _Boxes(model, [g for g in others if int(model.geom_bodyid[g]) == 0])
+        self._things = {
+            name: _Boxes(model, [*others, *(g for g in hulls if g not in body.hull)]) for name, body in robots.items()
+        }
+
+    def clearance(self, data: Any, body: RobotBody, limit: float) -> tuple[float, str]:
+        """The distance [m] from a hull to the nearest thing, and its name; (limit, "") when none is nearer."""
+        best, name = limit, ""
+        things = self._things[body.name]
+        for hull in body.hull:
+            bounds = things.distances(data, data.geom_xpos[hull]) - self._model.geom_rbound[hull]
+            for i in np.argsort(bounds, kind="stable").tolist():
+                if bounds[i] >= best:
+                    break
+                geom = things.geoms[i]
+                # mj_geomDistance cuts off at its limit, which must be finite and positive.
+                found = self._distance(self._model, data, hull, geom, max(min(best, 1e3), 1e-6), None)
+                if found < best:
+                    best, name = float(found), self._names[geom]
+        return best, name
+
+    def room(self, data: Any, point: Array) -> float:
+        """The distance of a point (3,) [m] from the nearest thing that cannot move [m]; exact for boxes."""
+        return float(self._still.distances(data, point).min(initial=math.inf))
+
+
+class _Boxes:
+    """The boxes around geoms, each in its geom's own frame; planes have none."""
+
+    def __init__(self, model: Any, geoms: list[int]) -> None:
+        self.geoms = geoms
+        self._index = np.array(geoms, dtype=np.intp)
+        self._centre = model.geom_aabb[self._index, :3].reshape(-1, 3).copy()
+        self._half = model.geom_aabb[self._index, 3:].reshape(-1, 3).copy()
+
+    def distances(self, data: Any, point: Array) -> Array:
+        """(k,) Distances of a point (3,) from the boxes [m]; zero inside."""
+        offset = (point - data.geom_xpos[self._index])[:, None, :]
+        frames = data.geom_xmat[self._index].reshape(-1, 3, 3)
+        local = (offset @ frames)[:, 0, :] - self._centre
+        outside = np.maximum(np.abs(local) - self._half, 0.0)
+        distances: Array = np.sqrt((outside * outside).sum(axis=1))
+        return distances

@@ -1,0 +1,229 @@
+"""Sensors in MuJoCo: computed when they are read, once for each instant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...device import Reading, Sensor
+from ...errors import InputError, unknown
+from ...record.header import Beam
+from ..parameters import (
+    OrientationParameters,
+    PositionParameters,
+    RangeConeParameters,
+    WheelSpeedParameters,
+    read_parameters,
+)
+from ..table import pick
+
+if TYPE_CHECKING:
+    from .world import MujocoWorld
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where a device sits.
+
+    Attributes:
+        world: The world.
+        robot: The robot's name, which is the prefix of its elements.
+        noise: Standard deviation of each value [SI].
+        rng: Where the noise comes from; its own, so that no other device changes it.
+    """
+
+    world: MujocoWorld
+    robot: str
+    noise: float = 0.0
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+
+
+class MujocoSensor(Sensor):
+    """The common part; a user's own driver extends it and implements `sample`.
+
+    Args:
+        name: What robot.toml calls it.
+        parameters: What robot.toml gives it, in SI units.
+        mount: Where it sits.
+    """
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        super().__init__(name)
+        self.mount = mount
+
+    @classmethod
+    def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
+        """Add what it needs to the robot's MjSpec, before the world is compiled; nothing by default."""
+
+    def sample(self) -> list[float]:
+        """What it says in the present state, without noise [SI]."""
+        raise NotImplementedError
+
+    def read(self) -> Reading:
+        with self.mount.world.lock:
+            values = self.sample()
+            if self.mount.noise > 0.0:
+                errors = self.mount.rng.normal(0.0, self.mount.noise, len(values))
+                values = [v + e for v, e in zip(values, errors.tolist(), strict=True)]
+            return Reading(self.mount.world.stamp, self.limit(values))
+
+    def limit(self, values: list[float]) -> list[float]:
+        """What the device makes of values that it cannot tell; the values themselves by default."""
+        return values
+
+
+class Position(MujocoSensor):
+    """x, y, z of the base [m], world frame."""
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        super().__init__(name, parameters, mount)
+        read_parameters(PositionParameters, parameters, f"position sensor '{name}'")
+
+    def sample(self) -> list[float]:
+        return self.mount.world.position(self.mount.robot)
+
+
+class Orientation(MujocoSensor):
+    """Yaw of the base [rad], world frame."""
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        super().__init__(name, parameters, mount)
+        read_parameters(OrientationParameters, parameters, f"orientation sensor '{name}'")
+
+    def sample(self) -> list[float]:
+        return [self.mount.world.pose(self.mount.robot).yaw]
+
+
+class WheelSpeed(MujocoSensor):
+    """Rim speeds [m/s] from the motors' shafts."""
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        super().__init__(name, parameters, mount)
+        wanted = read_parameters(WheelSpeedParameters, parameters, f"wheel_speed sensor '{name}'")
+        self._motors = mount.world.motors(mount.robot, wanted.motors)
+        self._factors = wanted.factors
+
+    def sample(self) -> list[float]:
+        speeds = self.mount.world.motor_speeds(self._motors)
+        return [s * f for s, f in zip(speeds, self._factors, strict=True)]
+
+
+class RangeCone(MujocoSensor):
+    """Ranges [m] of cones: the nearest echo of a fan of MuJoCo's rangefinder rays each."""
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        super().__init__(name, parameters, mount)
+        self.parameters = _cones(parameters, name)
+        addresses = [
+            mount.world.sensor_address(mount.robot, f"{name}/{site}/{ray}")
+            for site in self.parameters.sites
+            for ray in range(self.parameters.rays)
+        ]
+        self._addresses = np.array(addresses, dtype=np.intp)
+        self._shape = (len(self.parameters.sites), self.parameters.rays)
+
+    @classmethod
+    def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
+        import mujoco
+
+        wanted = _cones(parameters, name)
+        compiled = model.copy().compile()  # which resolves however the file orients its sites
+        for site in wanted.sites:
+            _require_site(model, site, name)
+            found = compiled.site(site)
+            body = model.body(compiled.body(int(compiled.site_bodyid[found.id])).name)
+            axis = _axis(found.quat)
+            for ray, angle in enumerate(wanted.angles):
+                c, s = math.cos(angle), math.sin(angle)
+                quat = np.zeros(4)
+                mujoco.mju_quatZ2Vec(quat, np.array([c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], axis[2]]))
+                label = f"{name}/{site}/{ray}"
+                body.add_site(name=label, pos=found.pos, quat=quat, size=[0.001] * 3, group=5)
+                model.add_sensor(
+                    name=label,
+                    type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
+                    objtype=mujoco.mjtObj.mjOBJ_SITE,
+                    objname=label,
+                    intprm=[1, 0, 0],  # the distance alone
+                )
+
+    def sample(self) -> list[float]:
+        rays = self.mount.world.sensed(self._addresses)
+        rays[rays < 0.0] = math.inf  # MuJoCo says -1 where nothing is hit
+        nearest: list[float] = rays.reshape(self._shape).min(axis=1).tolist()
+        return nearest
+
+    def limit(self, values: list[float]) -> list[float]:
+        low, high = self.parameters.range
+        return [math.inf if v > high else max(v, low) for v in values]
+
+    def beams(self) -> tuple[Beam, ...]:
+        """Where its beams begin and look, in the body frame."""
+        model, low_high = self.mount.world.model, self.parameters.range
+        found = []
+        for site in self.parameters.sites:
+            element = model.site(f"{self.mount.robot}/{site}")
+            axis = _axis(element.quat)
+            yaw = math.atan2(axis[1], axis[0])
+            x, y = element.pos[:2].tolist()
+            found.append(Beam(x=x, y=y, yaw=yaw, reach=low_high[1], cone=2.0 * self.parameters.half_angle))
+        return tuple(found)
+
+
+SENSORS: Mapping[str, type[MujocoSensor]] = {
+    "position": Position,
+    "orientation": Orientation,
+    "wheel_speed": WheelSpeed,
+    "range_cone": RangeCone,
+}
+
+
+def make_sensor(
+    world: MujocoWorld,
+    robot: str,
+    name: str,
+    driver: str | type[MujocoSensor],
+    parameters: Mapping[str, Any],
+    *,
+    noise: float = 0.0,
+    rng: np.random.Generator | None = None,
+) -> MujocoSensor:
+    """A sensor of a robot in the world.
+
+    Args:
+        world: The world, composed with this sensor.
+        robot: The robot's name.
+        name: What robot.toml calls the sensor.
+        driver: Its driver's name, or a class of a user's own.
+        parameters: What the driver takes, in SI units.
+        noise: Standard deviation of each value [SI].
+        rng: Where the noise comes from.
+
+    Raises:
+        InputError: No such driver, or parameters that do not fit it or the model.
+    """
+    world.body(robot)
+    mount = Mount(world, robot, noise, np.random.default_rng(0) if rng is None else rng)
+    return pick(SENSORS, driver, "sensor", "mujoco")(name, parameters, mount)
+
+
+def _cones(parameters: Mapping[str, Any], name: str) -> RangeConeParameters:
+    return read_parameters(RangeConeParameters, parameters, f"range_cone sensor '{name}'")
+
+
+def _axis(quat: Any) -> list[float]:
+    import mujoco
+
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, quat)
+    axis: list[float] = matrix.reshape(3, 3)[:, 2].tolist()
+    return axis
+
+
+def _require_site(model: Any, site: str, sensor: str) -> None:
+    if model.site(site) is None:
+        raise InputError(unknown(f"site for sensor '{sensor}'", site, [s.name for s in model.sites], "The model"))

@@ -1,0 +1,265 @@
+"""MujocoWorld: one compiled model of an arena and its robots, moved on step by step."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...clock import Clock, SimulatedClock
+from ...device import Watchdog
+from ...errors import UnknownName, unknown
+from ...geometry import Pose2, Twist2, wrap_angle
+from .body import RobotBody, find_bodies
+from .nearness import Nearness
+from .touch import Contact, TouchWatch
+
+__all__ = ["Contact", "Motors", "MujocoWorld"]
+
+
+@dataclass
+class Motors:
+    """Some motors of one robot: what they are asked for, and how fast they may get there.
+
+    Attributes:
+        ids: Their places in MuJoCo's control vector.
+        joints: Their joints' places in the velocity vector.
+        target: Speeds that they are asked for [rad/s].
+        change: Greatest change of a speed in one physics step [rad/s].
+        settled: Whether all have reached their target.
+    """
+
+    ids: list[int]
+    joints: list[int]
+    target: list[float]
+    change: float = math.inf
+    settled: bool = True
+
+
+class MujocoWorld:
+    """An arena, its robots, and the time; everything under one lock.
+
+    Args:
+        model: The compiled MjModel; robots' elements carry their prefix.
+        robots: The names of the robots.
+        clock: Time; a simulated one is moved on with each physics step.
+
+    Attributes:
+        model, data: MuJoCo's; hold `lock` to use them while another thread steps.
+        robots: What belongs to which robot.
+        step: Physics step [s].
+        lock: Held for each physics step and each read.
+        stamp: When the present state was reached, on `clock` [s].
+    """
+
+    def __init__(self, model: Any, robots: Sequence[str], clock: Clock) -> None:
+        import mujoco
+
+        self.model = model
+        self.data = mujoco.MjData(model)
+        self.clock = clock
+        self.step = float(model.opt.timestep)
+        self.lock = threading.RLock()
+        self.stamp = clock.now()
+        self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
+        self._mj = mujoco
+        self._tick: Callable[[], None] = clock.advance if isinstance(clock, SimulatedClock) else lambda: None
+        self._motors: dict[str, list[Motors]] = {name: [] for name in robots}
+        self._ramping = False  # whether any motor is not yet as fast as it is asked to be
+        self._watchdogs: list[Watchdog] = []
+        self._touch = TouchWatch(model, self.robots)
+        self._near = Nearness(model, self.robots)
+        self._revision = 0  # of the state; what is derived from it notes which one it belongs to
+        self._posed = self._sensed = -1
+        self._sensors_off = int(model.opt.disableflags)
+        self._sensors_on = self._sensors_off & ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+
+    def body(self, robot: str) -> RobotBody:
+        """What belongs to a robot.
+
+        Raises:
+            UnknownName: No robot of that name is in the world.
+        """
+        if robot not in self.robots:
+            raise UnknownName(unknown("robot", robot, self.robots, "The world"))
+        return self.robots[robot]
+
+    def place(self, robot: str, pose: Pose2) -> None:
+        """Put a robot somewhere, standing still, at its model's height."""
+        body = self.body(robot)
+        with self.lock:
+            q, v = body.q, body.v
+            self.data.qpos[q : q + 7] = self.model.qpos0[q : q + 7]
+            self.data.qpos[q : q + 2] = pose.x, pose.y
+            self.data.qpos[q + 3 : q + 7] = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
+            self.data.qvel[v : v + 6] = 0.0
+            self._revision += 1
+
+    def pose(self, robot: str) -> Pose2:
+        """Where a robot truly is, world frame."""
+        q = self.body(robot).q
+        with self.lock:
+            x, y, _, w, i, j, k = self.data.qpos[q : q + 7].tolist()
+        return Pose2(x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))))
+
+    def position(self, robot: str) -> list[float]:
+        """Where the origin of a robot's base is: x, y, z [m], world frame."""
+        q = self.body(robot).q
+        with self.lock:
+            values: list[float] = self.data.qpos[q : q + 3].tolist()
+        return values
+
+    def twist(self, robot: str) -> Twist2:
+        """How a robot truly moves, body frame."""
+        v, yaw = self.body(robot).v, self.pose(robot).yaw
+        with self.lock:
+            x, y, _, _, _, turn = self.data.qvel[v : v + 6].tolist()
+        c, s = math.cos(yaw), math.sin(yaw)
+        return Twist2(c * x + s * y, turn, c * y - s * x)
+
+    def motors(self, robot: str, names: Sequence[str], max_change: float = math.inf) -> Motors:
+        """Take some motors of a robot in hand.
+
+        Args:
+            robot: Whose.
+            names: The model's actuators, without prefix.
+            max_change: How fast their speed may change [rad/s2].
+
+        Raises:
+            UnknownName: The model has no such actuator.
+        """
+        self.body(robot)
+        ids = [self._id("actuator", robot, name) for name in names]
+        joints = [int(self.model.jnt_dofadr[self.model.actuator_trnid[i, 0]]) for i in ids]
+        motors = Motors(ids, joints, [0.0] * len(ids), max_change * self.step)
+        self._motors[robot].append(motors)
+        return motors
+
+    def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
+        """Ask motors for speeds [rad/s]; they get there as fast as they may."""
+        with self.lock:
+            motors.target[:] = speeds
+            motors.settled = False
+            self._ramping = True
+
+    def motor_speeds(self, motors: Motors) -> list[float]:
+        """How fast motors truly turn [rad/s]."""
+        with self.lock:
+            return [float(self.data.qvel[j]) for j in motors.joints]
+
+    def guard(self, watchdog: Watchdog) -> None:
+        """Check this watchdog before each physics step."""
+        self._watchdogs.append(watchdog)
+
+    def commanded(self, robot: str) -> bool:
+        """Whether any of a robot's motors is asked to turn, or still runs down."""
+        return any(not m.settled or any(m.target) for m in self._motors[robot])
+
+    def advance(self, steps: int) -> None:
+        """Let the world move on by some physics steps."""
+        with self.lock:
+            touch, data = self._touch, self.data
+            touch.begin(data)
+            expiry = min((w.expiry for w in self._watchdogs), default=math.inf)
+            for i in range(steps):
+                if self.clock.now() > expiry:
+                    for watchdog in self._watchdogs:
+                        watchdog.check()
+                if self._ramping:
+                    self._ramp()
+                self._mj.mj_step(self.model, data)
+                self._tick()
+                if data.ncon != touch.usual or i == steps - 1:
+                    touch.look(data, self.clock.now(), self.commanded)
+            self.stamp = self.clock.now()
+            self._revision += 1
+
+    def contacts(self) -> list[Contact]:
+        """The contacts that began since the last call; contacts with the floor are none."""
+        with self.lock:
+            return self._touch.drain()
+
+    def clearance(self, robot: str, limit: float = math.inf) -> tuple[float, str]:
+        """How near a robot's hull is to anything but the floor.
+
+        Args:
+            robot: Whose hull.
+            limit: What is farther than this is of no interest [m].
+
+        Returns:
+            The distance [m], negative inside, and the name of the nearest thing; (limit, "") when none is nearer.
+        """
+        body = self.body(robot)
+        with self.lock:
+            self.update_poses()
+            return self._near.clearance(self.data, body, limit)
+
+    def room(self, x: float, y: float, z: float = 0.15) -> float:
+        """How far a point [m] is from the nearest thing that cannot move, the floor excepted [m]."""
+        with self.lock:
+            self.update_poses()
+            return self._near.room(self.data, np.array([x, y, z]))
+
+    def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
+        """Values of MuJoCo sensors in the present state, computed once for all that ask about it."""
+        with self.lock:
+            if self._sensed != self._revision:
+                self.update_poses()
+                self.model.opt.disableflags = self._sensors_on
+                self._mj.mj_sensorPos(self.model, self.data)
+                self.model.opt.disableflags = self._sensors_off
+                self._sensed = self._revision
+            values: npt.NDArray[np.float64] = self.data.sensordata[addresses]
+            return values
+
+    def sensor_address(self, robot: str, name: str) -> int:
+        """Where a MuJoCo sensor of a robot leaves its first value.
+
+        Raises:
+            UnknownName: The model has no such sensor.
+        """
+        return int(self.model.sensor_adr[self._id("sensor", robot, name)])
+
+    def digest(self, into: hashlib._Hash) -> None:
+        """Add the float64 generalised positions to a hash."""
+        with self.lock:
+            into.update(self.data.qpos.tobytes())
+
+    def update_poses(self) -> None:
+        """Poses of all geoms and sites in the present state: a step leaves those of the state before it."""
+        if self._posed != self._revision:
+            self._mj.mj_kinematics(self.model, self.data)
+            self._posed = self._revision
+
+    def _ramp(self) -> None:
+        ctrl = self.data.ctrl
+        self._ramping = False
+        for group in self._motors.values():
+            for motors in group:
+                if motors.settled:
+                    continue
+                motors.settled = True
+                for i, target in zip(motors.ids, motors.target, strict=True):
+                    now = float(ctrl[i])
+                    if abs(target - now) <= motors.change:
+                        ctrl[i] = target
+                    else:
+                        ctrl[i] = now + math.copysign(motors.change, target - now)
+                        motors.settled = False
+                self._ramping = self._ramping or not motors.settled
+
+    def _id(self, kind: str, robot: str, name: str) -> int:
+        kinds = {"actuator": self._mj.mjtObj.mjOBJ_ACTUATOR, "sensor": self._mj.mjtObj.mjOBJ_SENSOR}
+        found = self._mj.mj_name2id(self.model, kinds[kind], f"{robot}/{name}")
+        if found < 0:
+            count = {"actuator": self.model.nu, "sensor": self.model.nsensor}[kind]
+            names = [str(self._mj.mj_id2name(self.model, kinds[kind], i)) for i in range(count)]
+            own = [n.removeprefix(f"{robot}/") for n in names if n.startswith(f"{robot}/")]
+            raise UnknownName(unknown(f"MuJoCo {kind} of {robot}", name, own, f"The model of {robot}"))
+        return int(found)

@@ -1,0 +1,193 @@
+"""What each driver takes from robot.toml, the same in every backend."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from ..errors import Fault, InputError, unknown
+from ..units import NONE, Dimension, Metres, MetresPerSecondSquared, Radians
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PositionParameters:
+    """Where the body is: x, y, z [m] in the world frame."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrientationParameters:
+    """Where the body heads: yaw [rad] in the world frame."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RangeConeParameters:
+    """A ring of range sensors that see cones: the nearest of a fan of rays each [m], +inf without an echo.
+
+    Attributes:
+        sites: The model's sites, one for each beam, whose +z axis looks along it.
+        range: Least and greatest distance seen [m]; nearer things are told as the least.
+        half_angle: Half the opening of a cone [rad].
+        rays: Rays in each fan, spread evenly over the cone.
+    """
+
+    sites: tuple[str, ...]
+    range: tuple[Metres, ...]
+    half_angle: Radians = 0.0
+    rays: int = 1
+
+    def __post_init__(self) -> None:
+        if not self.sites:
+            raise InputError(Fault("sites must name at least one site of the model, found none."))
+        if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1]:
+            raise InputError(Fault(f"range must be two distances, the lesser first, found {list(self.range)} m."))
+        if self.rays < 1 or not 0.0 <= self.half_angle < math.pi / 2:
+            raise InputError(
+                Fault(f"a cone needs at least one ray and less than 90 deg to a side, found {self.rays} rays.")
+            )
+
+    @property
+    def angles(self) -> list[float]:
+        """The rays of a fan, as angles from the beam's axis, left positive [rad]."""
+        if self.rays == 1:
+            return [0.0]
+        return [self.half_angle * (2.0 * i / (self.rays - 1) - 1.0) for i in range(self.rays)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelSpeedParameters:
+    """Wheel encoders: rim speeds [m/s] in the order of `motors`.
+
+    Attributes:
+        motors: The model's motors.
+        wheel_radius: From the motor's shaft to the rim [m].
+        signs: -1 for a motor that is mounted the other way round; all 1 by default.
+    """
+
+    motors: tuple[str, ...]
+    wheel_radius: Metres
+    signs: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_motors(self.motors, self.signs, self.wheel_radius)
+
+    @property
+    def factors(self) -> list[float]:
+        """Rim speed for each rad/s of a motor, by motor [m]."""
+        return [s * self.wheel_radius for s in self.signs or (1,) * len(self.motors)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class VelocityParameters(WheelSpeedParameters):
+    """Motors that hold a speed; commanded with rim speeds [m/s] in the order of `motors`.
+
+    Attributes:
+        max_acceleration: How fast the motors' own electronics let a rim speed change [m/s2].
+    """
+
+    max_acceleration: MetresPerSecondSquared = math.inf
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.max_acceleration > 0.0:
+            raise InputError(Fault(f"max_acceleration must be positive, found {self.max_acceleration} m/s2."))
+
+
+DRIVER_PARAMETERS: Mapping[str, type] = {
+    "position": PositionParameters,
+    "orientation": OrientationParameters,
+    "range_cone": RangeConeParameters,
+    "wheel_speed": WheelSpeedParameters,
+    "velocity": VelocityParameters,
+}
+
+
+@dataclass(frozen=True)
+class DriverParameter:
+    """One parameter of a driver.
+
+    Attributes:
+        name: Its key in robot.toml.
+        type: `float`, `int` or `str`, of each value.
+        many: Whether it is a list.
+        dimension: Of numbers; None for texts and whole numbers.
+        required: Whether it must be given.
+    """
+
+    name: str
+    type: type
+    many: bool
+    dimension: Dimension | None
+    required: bool
+
+
+def parameters_of_driver(declared: type) -> dict[str, DriverParameter]:
+    """The parameters that a driver's dataclass declares, in their order."""
+    hints = typing.get_type_hints(declared, include_extras=True)
+    found = {}
+    for field in dataclasses.fields(declared):
+        hint = hints[field.name]
+        many = typing.get_origin(hint) is tuple
+        each = typing.get_args(hint)[0] if many else hint
+        extras = getattr(each, "__metadata__", ())
+        plain = typing.get_args(each)[0] if extras else each
+        dimension = next((e for e in extras if isinstance(e, Dimension)), NONE if plain is float else None)
+        required = field.default is dataclasses.MISSING
+        found[field.name] = DriverParameter(field.name, plain, many, dimension, required)
+    return found
+
+
+def read_parameters(declared: type[T], values: Mapping[str, Any], what: str) -> T:
+    """A driver's parameters from what robot.toml holds, already in SI units.
+
+    Args:
+        declared: The driver's dataclass.
+        values: By name: floats, whole numbers, texts, or lists of them.
+        what: The device and its driver, for messages.
+
+    Raises:
+        InputError: Unknown, missing or wrong parameters; with every fault.
+    """
+    specs = parameters_of_driver(declared)
+    faults = [unknown(f"parameter of {what}", name, specs, what) for name in values if name not in specs]
+    missing = [s.name for s in specs.values() if s.required and s.name not in values]
+    if missing:
+        faults.append(Fault(f"{what} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(specs)}."))
+    given = {name: _convert(specs[name], value, what, faults) for name, value in values.items() if name in specs}
+    if faults:
+        raise InputError(*faults)
+    try:
+        return declared(**given)
+    except InputError as error:
+        raise InputError(*(dataclasses.replace(f, message=f"{what}: {f.message}") for f in error.faults)) from error
+
+
+def _convert(spec: DriverParameter, value: Any, what: str, faults: list[Fault]) -> Any:
+    values = value if spec.many else [value]
+    if isinstance(values, (list, tuple)) and all(_is(v, spec.type) for v in values):
+        converted = tuple(spec.type(v) for v in values)
+        return converted if spec.many else converted[0]
+    words = {float: "number", int: "whole number", str: "text"}[spec.type]
+    words = f"a list of {words}s" if spec.many else f"a {words}"
+    faults.append(Fault(f"{spec.name} of {what} must be {words}, found {value!r}."))
+    return None
+
+
+def _is(value: Any, kind: type) -> bool:
+    if kind is float:
+        return isinstance(value, (int, float)) and not isinstance(value, bool)
+    return isinstance(value, kind) and not isinstance(value, bool)
+
+
+def _check_motors(motors: tuple[str, ...], signs: tuple[int, ...], wheel_radius: float) -> None:
+    if not motors:
+        raise InputError(Fault("motors must name at least one motor of the model, found none."))
+    if signs and (len(signs) != len(motors) or any(s not in (-1, 1) for s in signs)):
+        raise InputError(Fault(f"signs must be one of 1 and -1 for each of {len(motors)} motors, found {list(signs)}."))
+    if not wheel_radius > 0.0:
+        raise InputError(Fault(f"wheel_radius must be positive, found {wheel_radius} m."))

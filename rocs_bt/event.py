@@ -1,0 +1,304 @@
+"""What blocks tell the world about themselves: typed, frozen, stamped events, and where they go.
+
+Every block is given an `EventSink`; the recorder is one, a list in a test another. Events are data: they hold no
+object of the engine, so they can be written, read back and compared.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Mapping
+from typing import Protocol
+
+import msgspec
+
+Value = float | int | str | bool | None | list[float]
+
+
+class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=True):
+    """The base of all events.
+
+    Attributes:
+        t: Time since the episode began [s].
+        agent: The agent it happened in; empty for the world's own events.
+    """
+
+    t: float
+    agent: str = ""
+
+
+def pack(values: Iterable[float]) -> bytes:
+    """Float64 values as bytes: exact, with NaN and infinities, which JSON cannot hold."""
+    return array("d", values).tobytes()
+
+
+def unpack(data: bytes) -> list[float]:
+    """The values that `pack` made bytes of."""
+    values = array("d")
+    values.frombytes(data)
+    return values.tolist()
+
+
+class SensorRead(Event, frozen=True, kw_only=True):
+    """A sensor gave a sample. `stamp` is when the device took it [s]; `data` its packed values in SI units."""
+
+    sensor: str
+    stamp: float
+    data: bytes
+
+    @property
+    def values(self) -> list[float]:
+        """The values that were read, SI units."""
+        return unpack(self.data)
+
+
+class SensorFailed(Event, frozen=True, kw_only=True):
+    """A sensor refused to be read; its signals go stale."""
+
+    sensor: str
+    detail: str
+
+
+class SignalsWritten(Event, frozen=True, kw_only=True):
+    """A monitor wrote signals to Knowledge: names, sizes, and the packed values one after the other."""
+
+    monitor: str
+    signals: tuple[str, ...]
+    sizes: tuple[int, ...]
+    data: bytes
+
+    @property
+    def values(self) -> dict[str, list[float]]:
+        """The values by signal, SI units."""
+        flat, found, at = unpack(self.data), {}, 0
+        for name, size in zip(self.signals, self.sizes, strict=True):
+            found[name] = flat[at : at + size]
+            at += size
+        return found
+
+
+class Change(Event, frozen=True, kw_only=True):
+    """An Analyze block found that the world changed; delivered to Plan (paper, 4.2).
+
+    Attributes:
+        source: The Analyze block.
+        kind: What changed: `obstacle`, `pose`, `reflex ended` ...
+        subject: The node of the knowledge graph it is about; may be empty.
+        values: The evidence, in SI units.
+    """
+
+    source: str
+    kind: str
+    subject: str = ""
+    values: Mapping[str, Value] = {}
+
+
+class KnowledgeChanged(Event, frozen=True, kw_only=True):
+    """The knowledge graph changed.
+
+    Attributes:
+        what: `node added`, `node removed`, `attribute`, `edge added`, `edge changed`, `edge removed`.
+        subject: Node, or the edge's source.
+        name: Attribute, or the edge's relation, or the node's kind.
+        value: The new value; an edge's target.
+        revision: Knowledge's revision after it.
+        attributes: The attributes of an edge that was added or changed.
+    """
+
+    what: str
+    subject: str
+    name: str
+    value: Value = None
+    revision: int = 0
+    attributes: Mapping[str, Value] = {}
+
+
+class SubscriberDetached(Event, frozen=True, kw_only=True):
+    """A callback raised on a change of the knowledge graph and hears no more; `revision` is that change's."""
+
+    callback: str
+    revision: int
+    detail: str
+
+
+class RuleChanged(Event, frozen=True, kw_only=True):
+    """A reflex rule did something.
+
+    Attributes:
+        rule: `file/Rule`.
+        phase: `latched`, `fired`, `fired again`, `waits`, `updated`, `released`, `ended`.
+        priority: The rule's.
+        reading: The rule's guard with its readings, such as `min(front) = 0.21 m`.
+        parameters: The action's parameters, SI units.
+    """
+
+    rule: str
+    phase: str
+    priority: int
+    reading: str = ""
+    parameters: Mapping[str, Value] = {}
+
+
+class NodeTicked(Event, frozen=True, kw_only=True):
+    """A node of the mission tree changed its status. `node` is its path from the root, names joined by `/`."""
+
+    node: str
+    status: str
+    feedback: str = ""
+
+
+class Replanned(Event, frozen=True, kw_only=True):
+    """A leaf submitted its action anew after a reflex. `count` is how often it has."""
+
+    node: str
+    count: int
+
+
+class TicketChanged(Event, frozen=True, kw_only=True):
+    """An action's ticket changed its state.
+
+    Attributes:
+        ticket: Its number, counted from 1 in each agent.
+        action: The action's name.
+        parameters: The action's parameters, SI units.
+        priority: `NORMAL` or `HIGH`.
+        state: `QUEUED`, `RUNNING`, `SUCCEEDED`, `FAILED`, `CANCELLED`.
+        by: Who submitted it, or who cancelled it.
+        reason: Why it failed, with the evidence.
+    """
+
+    ticket: int
+    action: str
+    priority: str
+    state: str
+    by: str
+    reason: str = ""
+    parameters: Mapping[str, Value] = {}
+
+
+class AtomicStarted(Event, frozen=True, kw_only=True):
+    """Execute began an atomic action of a ticket; `route` is `reactive` or `deliberative`."""
+
+    ticket: int
+    action: str
+    route: str
+    parameters: Mapping[str, Value] = {}
+
+
+class ActuatorCommanded(Event, frozen=True, kw_only=True):
+    """Execute sent a command; `data` holds the packed values, SI units (wheel rim speeds [m/s])."""
+
+    actuator: str
+    route: str
+    data: bytes
+
+    @property
+    def values(self) -> list[float]:
+        """The commanded values, SI units."""
+        return unpack(self.data)
+
+
+class Followed(Event, frozen=True, kw_only=True):
+    """The trajectory follower solved one tick. `solve_time` is wall time [s], zero where nobody measured."""
+
+    cross_track: float  # [m], left of the path positive
+    heading_error: float  # [rad]
+    rung: str
+    solve_time: float = 0.0
+
+
+class BlockFailed(Event, frozen=True, kw_only=True):
+    """A block raised, ended or hung; the wheels were stopped first."""
+
+    block: str
+    kind: str
+    detail: str
+
+
+class AgentStopped(Event, frozen=True, kw_only=True):
+    """An agent was stopped, and does nothing after this but to cancel what is left. `by` says who stopped it."""
+
+    by: str
+
+
+class BodyMoved(Event, frozen=True, kw_only=True):
+    """Where a body truly is, told by the simulation. Pose in the world frame, wheel rim speeds packed."""
+
+    body: str
+    x: float  # [m]
+    y: float  # [m]
+    yaw: float  # [rad]
+    wheels: bytes = b""  # [m/s]
+
+
+class Touched(Event, frozen=True, kw_only=True):
+    """A contact began, told by the simulation; `kind` is `collision` or `struck` (DESIGN 9)."""
+
+    other: str
+    kind: str
+
+
+class Approached(Event, frozen=True, kw_only=True):
+    """An agent's hull came nearer to something than ever before in its run: `distance` [m], negative inside."""
+
+    other: str
+    distance: float
+
+
+class GoalEntered(Event, frozen=True, kw_only=True):
+    """An agent truly came within the tolerance of a goal, told by the simulation; `distance` [m] from it."""
+
+    goal: str
+    distance: float
+
+
+class CommandExpired(Event, frozen=True, kw_only=True):
+    """No command came for too long: the actuator's watchdog went to neutral."""
+
+    actuator: str
+
+
+class Judged(Event, frozen=True, kw_only=True):
+    """An agent's outcome: `error`, `collision`, `success`, `stuck` or `timeout` (DESIGN 9), and why."""
+
+    outcome: str
+    reason: str = ""
+    time_to_goal: float | None = None  # [s]
+
+
+class EventSink(Protocol):
+    """Where events go. `emit` must be cheap, must not block and must not raise."""
+
+    def emit(self, event: Event) -> None:
+        """Take one event."""
+        ...
+
+
+class NullSink:
+    """Forgets everything."""
+
+    def emit(self, event: Event) -> None:
+        """Forget the event."""
+
+
+class ListSink:
+    """Keeps events in memory, in the order they came."""
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+
+    def emit(self, event: Event) -> None:
+        """Keep the event."""
+        self.events.append(event)
+
+
+class Fanout:
+    """Hands each event to several sinks, in their order."""
+
+    def __init__(self, *sinks: EventSink) -> None:
+        self.sinks = sinks
+
+    def emit(self, event: Event) -> None:
+        """Hand the event on."""
+        for sink in self.sinks:
+            sink.emit(event)

@@ -1,0 +1,147 @@
+"""RobotBody: what actions may use, with actuators that check and record every command."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..clock import Clock
+from ..device import Actuator
+from ..errors import DeviceError, WiringError, unknown
+from ..event import ActuatorCommanded, Event, EventSink, pack
+
+if TYPE_CHECKING:
+    from ..control.drive import Drive
+    from ..control.follower import Follower
+    from ..knowledge import Knowledge
+
+
+@dataclass
+class Turn:
+    """What Execute and the body's actuators share about the present control period.
+
+    Attributes:
+        route: `reactive`, `deliberative` or `idle`.
+        commanded: Whether the action that acts now has commanded any actuator.
+        open: Whether commands pass; Execute.stop shuts the gate for an action that is in mid-act.
+    """
+
+    route: str = "idle"
+    commanded: bool = False
+    open: bool = True
+
+
+class CommandedActuator(Actuator):
+    """An actuator as actions see it: refuses what is no command, records the rest, keeps nothing beyond a period.
+
+    Args:
+        actuator: The device.
+        body: Whose it is.
+    """
+
+    def __init__(self, actuator: Actuator, body: RobotBody) -> None:
+        super().__init__(actuator.name, actuator.size)
+        self._actuator = actuator
+        self._body = body
+        self._fresh = False
+        self._active = False
+
+    def command(self, values: Sequence[float]) -> None:
+        values = [float(v) for v in values]
+        if len(values) != self.size:
+            raise DeviceError(f"actuator '{self.name}' takes {self.size} values, found {len(values)}: {values}.")
+        if not all(map(math.isfinite, values)):
+            raise DeviceError(f"actuator '{self.name}' takes finite values, found {values}.")
+        turn = self._body.turn
+        if not turn.open:
+            return
+        # Before the device is asked: one that refuses half-way may move all the same, and must then go to neutral.
+        self._active = True
+        self._actuator.command(values)
+        self._fresh = turn.commanded = True
+        self._record(values)
+
+    def neutral(self) -> None:
+        self._actuator.neutral()
+        self._active = self._fresh = False
+        self._record([0.0] * self.size)
+
+    def withdraw(self) -> None:
+        """Forget that it was commanded in this period: whoever did so has failed."""
+        self._fresh = False
+
+    def settle(self) -> None:
+        """The period is over: nothing keeps its last command."""
+        if self._active and not self._fresh:
+            self.neutral()
+        self._fresh = False
+
+    def _record(self, values: Sequence[float]) -> None:
+        self._body.note(ActuatorCommanded, actuator=self.name, route=self._body.turn.route, data=pack(values))
+
+
+class RobotBody:
+    """The `Body` of one agent's actions.
+
+    Args:
+        agent: The agent's name, for events.
+        knowledge: All that the robot knows.
+        drive: Kinematics and limits of the wheels.
+        follower: The trajectory follower.
+        clock: Time.
+        period: The control period [s].
+        actuators: All devices, by name.
+        wheels: The name of the one that takes wheel rim speeds.
+        sink: Where events go.
+
+    Raises:
+        WiringError: No actuator has the name that `wheels` gives.
+    """
+
+    def __init__(
+        self,
+        *,
+        agent: str,
+        knowledge: Knowledge,
+        drive: Drive,
+        follower: Follower,
+        clock: Clock,
+        period: float,
+        actuators: Mapping[str, Actuator],
+        wheels: str,
+        sink: EventSink,
+    ) -> None:
+        if wheels not in actuators:
+            raise WiringError(unknown("actuator", wheels, actuators, "The robot"))
+        self.agent = agent
+        self.knowledge = knowledge
+        self.drive = drive
+        self.follower = follower
+        self.clock = clock
+        self.period = period
+        self.turn = Turn()
+        self._sink = sink
+        self.actuators: Mapping[str, CommandedActuator] = {n: CommandedActuator(a, self) for n, a in actuators.items()}
+        self.wheels = self.actuators[wheels]
+
+    def note(self, event: type[Event], **values: Any) -> None:
+        """Emit an event of this agent, now."""
+        self._sink.emit(event(t=self.clock.now(), agent=self.agent, **values))
+
+    def neutral(self) -> None:
+        """Let all actuators stop acting, at once."""
+        for actuator in self.actuators.values():
+            actuator.neutral()
+
+    def withdraw(self) -> None:
+        """What was commanded in this period does not count: unless another action commands, it ends at `settle`."""
+        self.turn.commanded = False
+        for actuator in self.actuators.values():
+            actuator.withdraw()
+
+    def settle(self) -> None:
+        """End the period: each actuator that nobody commanded in it goes to neutral, once."""
+        for actuator in self.actuators.values():
+            actuator.settle()

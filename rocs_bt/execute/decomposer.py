@@ -1,0 +1,119 @@
+"""ActionDecomposer: turns an action into atomic ones, lazily (paper, 4.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..action import Action, ActionFailed, AtomicAction, Body, Failure, MacroAction, Reason
+from ..errors import PipelineError
+
+MAX_DEPTH = 16
+MAX_STEPS = 64
+
+
+class ActionDecomposer:
+    """The decomposition of one submitted action: a stack of macro-actions, each in the midst of its `decompose`.
+
+    A macro is asked for its next action only when the one before has ended, so it reads Knowledge as it is then.
+
+    Args:
+        action: What was submitted.
+        body: Handed to every `decompose`.
+    """
+
+    def __init__(self, action: Action, body: Body) -> None:
+        self._action = action
+        self._body = body
+        self._stack: list[tuple[MacroAction, Iterator[Action]]] = []
+        self._atomic: AtomicAction | None = None
+        self._last: Action | None = None
+        self._take(action)
+
+    def next(self) -> AtomicAction | None:
+        """The atomic action to act now: the same one until it has ended, None when everything is done.
+
+        Raises:
+            ActionFailed: A macro failed, and none above it dealt with that; or it never comes to an atomic action.
+            PipelineError: A macro yielded what is no action, or the object that it yielded just before.
+        """
+        for _ in range(MAX_STEPS):
+            if self._atomic is not None or not self._stack:
+                return self._atomic
+            self._resume(None)
+        raise ActionFailed(Reason.RUNAWAY, f"{self._action.name} made {MAX_STEPS} steps without an atomic action")
+
+    @property
+    def nested(self) -> bool:
+        """Whether a macro waits for the atomic action to end."""
+        return bool(self._stack)
+
+    def succeeded(self) -> None:
+        """The atomic action succeeded."""
+        self._atomic = None
+
+    def failed(self, failure: Failure) -> None:
+        """The atomic action failed: `ActionFailed` is raised at the yield of its macro.
+
+        Raises:
+            ActionFailed: No macro dealt with it.
+        """
+        self._atomic = None
+        self._resume(failure)
+
+    def cancel(self) -> None:
+        """Stop everything that runs, the atomic action first and then its macros outwards, each once."""
+        if self._atomic is not None:
+            self._atomic.stop(self._body)
+        for macro, _ in reversed(self._stack):
+            macro.stop(self._body)
+        self.close()
+
+    def close(self) -> None:
+        """Close all generators, inner ones first, so that their `finally` clauses run."""
+        while self._stack:
+            _, steps = self._stack.pop()
+            close = getattr(steps, "close", None)
+            if close is not None:
+                close()
+        self._atomic = None
+
+    def _resume(self, failure: Failure | None) -> None:
+        while self._stack:
+            _, steps = self._stack[-1]
+            try:
+                action = next(steps) if failure is None else _throw(steps, failure)
+            except StopIteration:
+                self._stack.pop()
+                return
+            except ActionFailed as error:
+                self._stack.pop()
+                failure = error.failure
+            else:
+                self._take(action)
+                return
+        if failure is not None:
+            raise ActionFailed(failure.reason, failure.evidence)
+
+    def _take(self, action: Action) -> None:
+        if action is self._last:
+            raise PipelineError(f"{self._action.name} yielded the same {action.name} object twice; make a new one.")
+        self._last = action
+        if isinstance(action, AtomicAction):
+            self._atomic = action
+        elif not isinstance(action, MacroAction):
+            raise PipelineError(
+                f"{self._action.name} was decomposed into {action!r}, which is no AtomicAction and no MacroAction."
+            )
+        elif len(self._stack) == MAX_DEPTH:
+            raise ActionFailed(Reason.RUNAWAY, f"{self._action.name} nests more than {MAX_DEPTH} macro-actions")
+        else:
+            self._stack.append((action, action.decompose(self._body)))
+
+
+def _throw(steps: Iterator[Action], failure: Failure) -> Action:
+    error = ActionFailed(failure.reason, failure.evidence)
+    throw = getattr(steps, "throw", None)
+    if throw is None:  # an iterator over a fixed sequence has nowhere to catch
+        raise error
+    action: Action = throw(error)
+    return action

@@ -1,0 +1,173 @@
+"""Execute: the engine that serves the pipeline, one control period at a time (paper, 4.2 and 5.2; DESIGN 5)."""
+
+from __future__ import annotations
+
+import threading
+
+from ..action import ActionFailed, Failure, Reason
+from ..errors import DeviceError
+from ..pipeline import Pipeline, Priority, Ticket
+from .atomic_executor import AtomicActionExecutor
+from .body import RobotBody
+from .decomposer import ActionDecomposer
+
+BehaviorPipeline = Pipeline
+"""The paper's name for the module of Execute that keeps the submitted actions."""
+
+MAX_TRANSITIONS = 16
+"""How often one ticket may go on to a next action within one period without commanding anything."""
+
+_ROUTES = {Priority.HIGH: "reactive", Priority.NORMAL: "deliberative"}
+
+
+class Execute:
+    """Takes the action on top, decomposes it lazily, acts the atomic one once, commands the actuators.
+
+    In each period one action commands. An action that ends without having commanded makes way for the next one in the
+    same period, so that no period is lost between two; what ended with a command keeps it until the period is over.
+
+    Nothing keeps its last command: an actuator that nobody commanded in a period goes to neutral at its end. That is
+    said (and recorded as a command of zeros) once, not again in every idle period.
+
+    Args:
+        pipeline: Where actions are submitted.
+        body: The robot.
+    """
+
+    def __init__(self, pipeline: Pipeline, body: RobotBody) -> None:
+        self.pipeline = pipeline
+        self._body = body
+        self._executor = AtomicActionExecutor(body)
+        self._ticket: Ticket | None = None
+        self._decomposer: ActionDecomposer | None = None
+        self._steps = 0
+        self._lock = threading.Lock()
+
+    @property
+    def route(self) -> str:
+        """Who acts in this period: `reactive`, `deliberative`, or `idle` when nobody does."""
+        return self._body.turn.route
+
+    @property
+    def running(self) -> Ticket | None:
+        """The ticket that is being served."""
+        return self._ticket
+
+    def run(self, t: float) -> None:
+        """One control period. Safe with submissions and cancellations from other threads.
+
+        What an action raises, other than ActionFailed and DeviceError, is a defect: the actuators go to neutral, the
+        ticket fails, and the exception goes on to the agent.
+        """
+        with self._lock:
+            turn = self._body.turn
+            turn.route, turn.open, self._steps = "idle", True, 0
+            try:
+                self._serve()
+            except BaseException as error:
+                self._body.neutral()
+                self._end(Failure(Reason.OTHER, f"it raised {type(error).__name__}: {error}"))
+                raise
+            finally:
+                self._body.settle()
+
+    def stop(self, by: str) -> None:
+        """Let all actuators go to neutral and cancel every ticket; may be called from any thread.
+
+        Commands of an action that is in mid-act on another thread are dropped; its `stop` is then called by the next
+        `run`, and here otherwise.
+
+        Args:
+            by: Who stops.
+        """
+        self._body.turn.open = False
+        self._body.neutral()
+        self.pipeline.clear(by)
+        if self._lock.acquire(blocking=False):
+            try:
+                self._drop()
+            finally:
+                self._lock.release()
+        self._body.turn.route = "idle"
+
+    def _serve(self) -> None:
+        while self._switch():
+            if self._steps == MAX_TRANSITIONS:
+                evidence = f"{MAX_TRANSITIONS} actions in one period, and none commanded"
+                self._end(Failure(Reason.RUNAWAY, evidence))
+                continue
+            self._steps += 1
+            try:
+                over = self._advance()
+            except ActionFailed as error:
+                self._end(error.failure)
+            except DeviceError as error:
+                self._body.neutral()
+                self._end(Failure(Reason.REFUSED, str(error)))
+                return
+            else:
+                if over:
+                    return
+
+    def _switch(self) -> bool:
+        """Make the ticket on top the one that is served; False when there is nothing to serve.
+
+        A ticket that was cancelled is stopped here, before anything else may command.
+        """
+        while True:
+            if self._ticket is not None and self._ticket.state.done:
+                self._drop()
+            top = self.pipeline.top()
+            if top is None:
+                self._body.turn.route = "idle"
+                return False
+            if top is not self._ticket and self.pipeline.start(top):
+                self._ticket, self._decomposer, self._steps = top, None, 0
+            if top is self._ticket:
+                self._body.turn.route = _ROUTES[top.priority]
+                return True
+
+    def _advance(self) -> bool:
+        """Act the atomic action once; True if this period is over with that."""
+        ticket = self._ticket
+        if ticket is None:
+            return True
+        if self._decomposer is None:
+            self._decomposer = ActionDecomposer(ticket.action, self._body)
+        atomic = self._decomposer.next()
+        if atomic is None:
+            self._end(None)
+            return False
+        result = self._executor.act(atomic, ticket.number)
+        if ticket.state.done:  # cancelled in mid-act: it is stopped before anything else acts
+            return self._body.turn.commanded
+        if isinstance(result, Failure):
+            self._body.withdraw()
+            self._decomposer.failed(result)
+            return False
+        if result is result.RUNNING:
+            return True
+        if self._decomposer.nested:
+            self._decomposer.succeeded()
+        else:
+            self._end(None)
+        return self._body.turn.commanded
+
+    def _end(self, failure: Failure | None) -> None:
+        """The ticket succeeded or failed; if it was cancelled in the meantime its actions are stopped instead."""
+        ticket, decomposer = self._ticket, self._decomposer
+        if ticket is None:
+            return
+        ended = self.pipeline.succeed(ticket) if failure is None else self.pipeline.fail(ticket, failure)
+        if not ended:
+            self._drop()
+            return
+        self._ticket = self._decomposer = None
+        if decomposer is not None:
+            decomposer.close()
+
+    def _drop(self) -> None:
+        """Stop a cancelled ticket's actions, once."""
+        decomposer, self._ticket, self._decomposer = self._decomposer, None, None
+        if decomposer is not None:
+            decomposer.cancel()

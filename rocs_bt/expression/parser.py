@@ -1,0 +1,310 @@
+"""From text to a typed tree: Python's own parser, then a whitelist.
+
+Nothing of the text is ever run: `ast` gives the shape, `_Reader` accepts the few shapes it knows and refuses the rest
+(attributes, calls of anything but the listed functions, strings, lambdas, comprehensions ...).
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+import warnings
+from collections.abc import Sequence
+
+from ..errors import Fault, InputError, did_you_mean, unknown
+from ..units import NONE, Quantity
+from .environment import Environment
+from .functions import FUNCTIONS, Misuse, same_dimension, same_size
+from .kind import TRUTH, Kind
+from .node import Node
+from .quantities import Folded, fold_quantities
+
+MAX_LENGTH = 1000  # characters
+MAX_DEPTH = 40  # operations inside each other
+MAX_SIZE = 500  # operations
+
+_ARITHMETIC = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+_SIGNS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+_HELP = "It may hold numbers with units, signals, + - * /, comparisons, and, or, not, a if b else c, functions."
+
+
+def parse(text: str, environment: Environment) -> Node:
+    """The typed tree of an expression.
+
+    Args:
+        text: Such as `min(front) < stop_distance + 0.10 m and speed > 0.05 m/s`.
+        environment: What its names mean.
+
+    Raises:
+        InputError: It is no expression of the language, names what does not exist, mixes dimensions or kinds, or is
+            too long or too deep. Each fault has its 1-based column in the text.
+    """
+    if len(text) > MAX_LENGTH:
+        raise InputError(Fault(f"an expression has at most {MAX_LENGTH} characters, found {len(text)}."))
+    if not text.strip():
+        raise InputError(Fault("the expression is empty.", hint=_HELP))
+    folded = fold_quantities(text)
+    indent = len(text) - len(folded.text.lstrip())
+    node = _Reader(text, indent, folded, environment).read(_syntax(folded.text[indent:], indent))
+    _bounded(node)
+    return node
+
+
+def _bounded(node: Node) -> None:
+    """Aliases can make a short text large; this refuses it before anything walks through all of it."""
+
+    def depth(node: Node) -> int:
+        return 1 + max(map(depth, node.args), default=0)
+
+    if (deep := depth(node)) > MAX_DEPTH:
+        raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep, found {deep} with its aliases."))
+    if (size := sum(1 for _ in node.walk())) > MAX_SIZE:
+        raise InputError(Fault(f"an expression has at most {MAX_SIZE} operations, found {size} with its aliases."))
+
+
+def _syntax(folded: str, indent: int) -> ast.expr:
+    deep = max(_depths(folded), default=0)
+    if deep > MAX_DEPTH:
+        raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep, found {deep} open brackets."))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return ast.parse(folded, mode="eval").body
+    except SyntaxError as error:
+        column = indent + max(1, error.offset or 1)
+        message = f"not an expression: {error.msg.rstrip('.')}."
+        raise InputError(Fault(message, column=column, hint=_HELP)) from error
+    except (ValueError, RecursionError, MemoryError) as error:
+        raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep.")) from error
+
+
+def _depths(text: str) -> list[int]:
+    depth, found = 0, []
+    for bracket in re.findall(r"[()\[\]]", text):
+        depth += 1 if bracket in "([" else -1
+        found.append(depth)
+    return found
+
+
+class _Reader:
+    """Turns an `ast` into nodes."""
+
+    def __init__(self, text: str, indent: int, folded: Folded, environment: Environment) -> None:
+        self._text = text
+        self._indent = indent
+        self._folded = folded
+        self._names = environment
+        self._depth = 0
+
+    def read(self, tree: ast.expr) -> Node:
+        """The typed tree; all unknown names are told at once."""
+        faults = [
+            self._fault(node, unknown("signal or alias", node.id, self._names.names))
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Name) and not self._known(node.id)
+        ]
+        if faults:
+            raise InputError(*faults)
+        return self._node(tree)
+
+    def _known(self, name: str) -> bool:
+        return name in self._names.signals or name in self._names.aliases or name in FUNCTIONS or name == "inf"
+
+    def _node(self, tree: ast.expr) -> Node:
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise self._refusal(tree, f"an expression is at most {MAX_DEPTH} deep.")
+        try:
+            return self._whitelist(tree)
+        except Misuse as error:
+            raise self._refusal(tree, f"'{self._source(tree)}': {error}", hint=self._bare_hint(tree)) from error
+        finally:
+            self._depth -= 1
+
+    def _whitelist(self, tree: ast.expr) -> Node:
+        match tree:
+            case ast.Constant():
+                return self._constant(tree)
+            case ast.Name():
+                return self._name(tree)
+            case ast.Subscript():
+                return self._index(tree)
+            case ast.UnaryOp():
+                return self._unary(tree)
+            case ast.BinOp():
+                return self._binary(tree)
+            case ast.Compare():
+                return self._compare(tree)
+            case ast.BoolOp():
+                return self._logic(tree)
+            case ast.IfExp():
+                return self._choice(tree)
+            case ast.Call():
+                return self._call(tree)
+        raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+
+    def _constant(self, tree: ast.Constant) -> Node:
+        if isinstance(tree.value, bool):
+            return Node("truth", TRUTH, value=tree.value, text=self._source(tree))
+        if not isinstance(tree.value, (int, float)):
+            raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+        return self._number(tree, self._finite(tree))
+
+    def _finite(self, tree: ast.Constant) -> float:
+        try:
+            value = float(tree.value)  # type: ignore[arg-type]  # _constant has seen to it
+        except OverflowError:
+            value = math.inf
+        if math.isinf(value):
+            raise self._refusal(
+                tree, f"the number '{self._source(tree)}' is too large.", hint="Write inf if it is meant."
+            )
+        return value
+
+    def _number(self, tree: ast.expr, value: float) -> Node:
+        unit = self._folded.units.get(tree.col_offset + self._indent, Quantity(1.0, NONE))
+        return Node("number", Kind(unit.dimension), value=value * unit.value, text=self._source(tree))
+
+    def _name(self, tree: ast.Name) -> Node:
+        name = tree.id
+        if name == "inf":
+            return self._number(tree, math.inf)
+        if name in self._names.aliases:
+            meant = self._names.aliases[name]
+            return Node(**{**{f: getattr(meant, f) for f in meant.__dataclass_fields__}, "text": name})
+        if name not in self._names.signals:
+            raise self._refusal(tree, f"'{name}' is a function: write {FUNCTIONS[name].usage}.")
+        signal, start = self._names.signals[name], self._names.offsets[name]
+        kind = Kind(signal.dimension, 0 if signal.size == 1 else signal.size)
+        return Node("read", kind, start=start, stop=start + signal.size, text=name)
+
+    def _index(self, tree: ast.Subscript) -> Node:
+        base = self._node(tree.value)
+        if base.op != "read":
+            raise self._refusal(tree, f"only signals and their slices have an index, but {base.text} is computed.")
+        size = base.stop - base.start
+        if isinstance(tree.slice, ast.Slice):
+            return self._slice(tree, tree.slice, base)
+        at = self._whole(tree.slice)
+        if not -size <= at < size:
+            raise self._refusal(tree, f"{base.text} has {size} values, so there is no {base.text}[{at}].")
+        return self._values(tree, base.start + at % size, base.start + at % size + 1, single=True)
+
+    def _slice(self, tree: ast.Subscript, part: ast.Slice, base: Node) -> Node:
+        size = base.stop - base.start
+        if part.step is not None:
+            raise self._refusal(tree, "a slice has no step.")
+        low = 0 if part.lower is None else self._whole(part.lower)
+        high = size if part.upper is None else self._whole(part.upper)
+        low, high = (low + size if low < 0 else low), (high + size if high < 0 else high)
+        if not 0 <= low < high <= size:
+            raise self._refusal(tree, f"'{self._source(tree)}' is empty or beyond the {size} values of {base.text}.")
+        return self._values(tree, base.start + low, base.start + high, single=False)
+
+    def _values(self, tree: ast.expr, start: int, stop: int, single: bool) -> Node:
+        name = next(n for n, at in self._names.offsets.items() if at <= start < at + self._names.signals[n].size)
+        declared, offset = self._names.signals[name].dimensions, self._names.offsets[name]
+        dimensions = set(declared if len(declared) == 1 else declared[start - offset : stop - offset])
+        shared = dimensions.pop() if len(dimensions) == 1 else None
+        return Node("read", Kind(shared, 0 if single else stop - start), (), 0.0, start, stop, (), self._source(tree))
+
+    def _whole(self, tree: ast.expr) -> int:
+        sign, inner = 1, tree
+        if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
+            sign, inner = -1, tree.operand
+        if isinstance(inner, ast.Constant) and type(inner.value) is int:
+            return sign * inner.value
+        raise self._refusal(tree, f"an index is a whole number, found '{self._source(tree)}'.")
+
+    def _unary(self, tree: ast.UnaryOp) -> Node:
+        arg = self._node(tree.operand)
+        if isinstance(tree.op, ast.Not):
+            self._truth(arg, "not")
+            return Node("not", TRUTH, (arg,), text=self._source(tree))
+        kind = Kind(same_dimension([arg], "a sign"), arg.kind.size)
+        if isinstance(tree.op, ast.UAdd):
+            return arg
+        if arg.op == "number":
+            return Node("number", kind, value=-arg.value, text=self._source(tree))
+        return Node("neg", kind, (arg,), text=self._source(tree))
+
+    def _binary(self, tree: ast.BinOp) -> Node:
+        op = _ARITHMETIC.get(type(tree.op))
+        if op is None:
+            raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+        args = (self._node(tree.left), self._node(tree.right))
+        size = same_size(args, f"'{op}'")
+        if op in "+-":
+            return Node(op, Kind(same_dimension(args, f"'{op}'"), size), args, text=self._source(tree))
+        left, right = (same_dimension([arg], f"'{op}'") for arg in args)
+        dimension = left * right if op == "*" else left / right
+        return Node(op, Kind(dimension, size), args, text=self._source(tree))
+
+    def _compare(self, tree: ast.Compare) -> Node:
+        signs = tuple(_SIGNS.get(type(op), "") for op in tree.ops)
+        if "" in signs:
+            raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+        args = tuple(self._node(arg) for arg in [tree.left, *tree.comparators])
+        same_dimension(args, f"'{signs[0]}'")
+        kind = Kind(None, same_size(args, f"'{signs[0]}'"), boolean=True)
+        return Node("compare", kind, args, signs=signs, text=self._source(tree))
+
+    def _logic(self, tree: ast.BoolOp) -> Node:
+        op = "and" if isinstance(tree.op, ast.And) else "or"
+        args = tuple(self._node(value) for value in tree.values)
+        for arg in args:
+            self._truth(arg, op)
+        return Node(op, TRUTH, args, text=self._source(tree))
+
+    def _choice(self, tree: ast.IfExp) -> Node:
+        test, then, other = (self._node(part) for part in (tree.test, tree.body, tree.orelse))
+        self._truth(test, "if")
+        if then.kind.boolean != other.kind.boolean or then.kind.size != other.kind.size:
+            raise Misuse(f"{then.text} gives {then.kind.words}, but {other.text} gives {other.kind.words}.")
+        if not then.kind.boolean:
+            same_dimension([then, other], "if")
+        return Node("if", then.kind, (test, then, other), text=self._source(tree))
+
+    def _call(self, tree: ast.Call) -> Node:
+        if not isinstance(tree.func, ast.Name) or tree.func.id not in FUNCTIONS:
+            called = self._source(tree.func)
+            raise self._refusal(
+                tree, f"no function is named '{called}'.", did_you_mean(called, FUNCTIONS, "The language")
+            )
+        function = FUNCTIONS[tree.func.id]
+        if tree.keywords or any(isinstance(arg, ast.Starred) for arg in tree.args):
+            raise self._refusal(tree, f"{tree.func.id} takes plain values.", hint=f"Write {function.usage}.")
+        args = tuple(self._node(arg) for arg in tree.args)
+        try:
+            kind = function.kind(args)
+        except Misuse as error:
+            raise self._refusal(tree, f"'{self._source(tree)}': {error}", hint=f"Write {function.usage}.") from error
+        return Node(tree.func.id, kind, args, text=self._source(tree))
+
+    def _truth(self, node: Node, word: str) -> None:
+        if node.kind.boolean and node.kind.size:
+            raise Misuse(f"'{word}' needs one true or false, but {node.text} has {node.kind.size}; use any or all.")
+        if not node.kind.boolean:
+            raise Misuse(f"'{word}' needs true or false, but {node.text} is {node.kind.words}.")
+
+    def _source(self, tree: ast.expr) -> str:
+        end = (tree.end_col_offset or tree.col_offset) + self._indent
+        written = self._text[tree.col_offset + self._indent : self._folded.ends.get(end, end)]
+        return " ".join(written.split())
+
+    def _fault(self, tree: ast.expr, fault: Fault) -> Fault:
+        return Fault(fault.message, column=tree.col_offset + self._indent + 1, hint=fault.hint)
+
+    def _refusal(self, tree: ast.expr, message: str, hint: str = "") -> InputError:
+        return InputError(self._fault(tree, Fault(message, hint=hint)))
+
+    def _bare_hint(self, tree: ast.expr) -> str:
+        """What to do where a bare number stands beside a quantity."""
+        parts: Sequence[ast.expr] = [tree.left, *tree.comparators] if isinstance(tree, ast.Compare) else []
+        if isinstance(tree, ast.BinOp):
+            parts = [tree.left, tree.right]
+        for part in parts:
+            if isinstance(part, ast.Constant) and part.col_offset + self._indent not in self._folded.units:
+                return "Write the number with its unit, such as '0.5 m' or '60 deg'."
+        return ""

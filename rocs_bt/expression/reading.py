@@ -1,0 +1,28 @@
+"""What an expression saw, in words: `min(front) = 0.21 m, speed = 0.48 m/s`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..units import Quantity
+from .interpreter import evaluate
+from .node import Node
+
+
+def reading(node: Node, x: Sequence[float]) -> str:
+    """The sides of its comparisons that depend on the snapshot, with their values.
+
+    Args:
+        node: The expression.
+        x: The snapshot.
+    """
+    found: dict[str, str] = {}
+    for comparison in node.walk():
+        if comparison.op != "compare":
+            continue
+        for side in comparison.args:
+            if not side.constant and not side.kind.size and side.kind.dimension is not None:
+                value = evaluate(side, x)
+                shown = "invalid" if value is None else str(Quantity(float(f"{value:.3g}"), side.kind.dimension))
+                found.setdefault(side.text, f"{side.text} = {shown}")
+    return ", ".join(found.values())

@@ -1,0 +1,49 @@
+"""Poses and twists in the plane.
+
+World frame: x east, y north. Body frame: x forward, y left, origin at the centre of the drive axle (DESIGN 4).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+def wrap_angle(angle: float) -> float:
+    """The angle in (-pi, pi] [rad] that points the same way."""
+    wrapped = math.remainder(angle, math.tau)
+    return math.pi if wrapped == -math.pi else wrapped
+
+
+class Pose2(NamedTuple):
+    """A position and a heading in the world frame."""
+
+    x: float  # [m]
+    y: float  # [m]
+    yaw: float = 0.0  # [rad], in (-pi, pi]
+
+    def distance(self, other: Pose2) -> float:
+        """How far the other position is [m]."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+    def bearing(self, other: Pose2) -> float:
+        """The angle from this heading to the other position, left positive [rad]."""
+        return wrap_angle(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)
+
+    def transform(self, x: float, y: float) -> tuple[float, float]:
+        """A point of this pose's body frame [m], in the world frame [m]."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return self.x + c * x - s * y, self.y + s * x + c * y
+
+    def compose(self, other: Pose2) -> Pose2:
+        """The other pose, given in this one's body frame, in the world frame."""
+        x, y = self.transform(other.x, other.y)
+        return Pose2(x, y, wrap_angle(self.yaw + other.yaw))
+
+
+class Twist2(NamedTuple):
+    """A velocity in the body frame."""
+
+    forward: float  # [m/s]
+    turn: float = 0.0  # [rad/s], left positive
+    left: float = 0.0  # [m/s], zero for drives that cannot go sideways

@@ -1,0 +1,120 @@
+"""What an attribute of the knowledge graph may be, and the check of every value that is written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import KnowledgeError
+from ..geometry import Pose2
+from ..units import NONE, Dimension
+
+
+class Live:
+    """The type of an attribute that is not written: the live view of the signal that attribute `signal` names."""
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """One attribute of a kind or of a relation.
+
+    Attributes:
+        type: `float`, `int`, `bool`, `str`, `tuple` (of floats), `Pose2` or `Live`.
+        dimensions: The dimension of each number; one for a float, three for a pose.
+        required: Whether a node cannot be added without it.
+        default: What it is until it is written; None for nothing.
+        low: Lowest allowed number, in SI units.
+        high: Highest allowed number, in SI units.
+        doc: One sentence for people.
+    """
+
+    type: type
+    dimensions: tuple[Dimension, ...] = (NONE,)
+    required: bool = False
+    low: float = -math.inf
+    high: float = math.inf
+    default: Any = None
+    doc: str = ""
+
+    def __post_init__(self) -> None:
+        if self.type not in _WORDS:
+            names = ", ".join(t.__name__ for t in _WORDS)
+            raise KnowledgeError(f"no attribute can be of the type {self.type!r}; use one of: {names}.")
+        if self.default is not None:
+            self.check(self.default)
+
+    def check(self, value: Any) -> Any:
+        """The value as it is stored: a plain Python value that nobody can change afterwards.
+
+        Args:
+            value: What somebody wants to write; None, where it is not required, for "not known".
+
+        Raises:
+            KnowledgeError: Another type, NaN, or outside of `low` and `high`; the caller says of what, in front.
+        """
+        if self.type is float and type(value) is float and self.low <= value <= self.high:
+            return value  # nearly every write
+        if value is None and not self.required:
+            return None
+        if self.type is float:
+            return self._number(value)
+        if self.type is tuple:
+            return self._numbers(value)
+        if self.type is Pose2:
+            return self._pose(value)
+        if self.type is Live:
+            raise KnowledgeError("is the live view of a signal; write to the signal table instead.")
+        if self.type is int and isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+            self._within(int(value))
+            return int(value)
+        if type(value) is not self.type:
+            raise KnowledgeError(f"must be {self}, found {value!r}.")
+        return value
+
+    def _number(self, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, (float, int, np.floating, np.integer)):
+            raise KnowledgeError(f"must be {self}, found {value!r}.")
+        try:
+            number = float(value)
+        except OverflowError:
+            raise KnowledgeError(f"must be {self}, found a number too large for float64.") from None
+        self._within(number)
+        return number
+
+    def _numbers(self, value: Any) -> tuple[float, ...]:
+        if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+            raise KnowledgeError(f"must be {self}, found {value!r}.")
+        return tuple(self._number(v) for v in value)
+
+    def _pose(self, value: Any) -> Pose2:
+        if not isinstance(value, Pose2):
+            raise KnowledgeError(f"must be {self}, found {value!r}.")
+        pose = Pose2(*(self._number(v) for v in value))
+        if not all(map(math.isfinite, pose)):
+            raise KnowledgeError(f"must be finite, found {value!r}.")
+        return pose
+
+    def _within(self, value: float) -> None:
+        # Written so that NaN, which compares false, is refused too.
+        if not self.low <= value <= self.high:
+            span = "" if math.isinf(self.low) and math.isinf(self.high) else f" in [{self.low:g}, {self.high:g}]"
+            raise KnowledgeError(f"must be {self}{span}, found {value!r}.")
+
+    def __str__(self) -> str:
+        units = ", ".join(dict.fromkeys(str(d) for d in self.dimensions))
+        return _WORDS[self.type].format(units=units)
+
+
+_WORDS: dict[type, str] = {
+    float: "a number [{units}]",
+    int: "a whole number",
+    bool: "True or False",
+    str: "a text",
+    tuple: "a list of numbers [{units}]",
+    Pose2: "a Pose2 [{units}]",
+    Live: "a live view",
+}

@@ -1,0 +1,263 @@
+"""The signal table: numbers that change every period, one truth for everybody (DESIGN 6).
+
+All values stand in one float64 array. A value outside of its bounds is stored as NaN, and a value older than the
+signal's `max_age` is read as NaN: the single channel of failure. A range without echo is +inf, and valid where the
+bounds let it be.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import KnowledgeError, unknown
+from ..signal import Signal
+
+Array: TypeAlias = NDArray[np.float64]
+Values: TypeAlias = float | Sequence[float] | Array
+
+# Times are multiples of a step with rounding; half a microsecond keeps an age of exactly max_age valid.
+_SLACK = 5e-7
+
+
+class SignalWriter:
+    """Writes one signal again and again without looking it up; made by `SignalTable.writer`."""
+
+    __slots__ = ("_expires", "_high", "_lock", "_low", "_table", "_view", "revision", "spec", "stamp")
+
+    def __init__(self, table: SignalTable, spec: Signal, view: Array, expires: Array, lock: threading.Lock) -> None:
+        self._table = table
+        self._view = view
+        self._expires = expires
+        self._lock = lock
+        self._low, self._high = spec.bounds
+        self.spec = spec
+        self.stamp = -math.inf
+        self.revision = 0
+
+    def write(self, values: Values, t: float) -> None:
+        """Make these the newest values.
+
+        Args:
+            values: SI units, shape (size,); a plain number where the size is 1. Not copied by reference.
+            t: When they were true [s].
+
+        Raises:
+            KnowledgeError: Another size, not numbers, or a time that is not finite.
+        """
+        checked = self.checked(values, t)
+        with self._lock:
+            self.store(checked, t)
+
+    def checked(self, values: Values, t: float) -> Array | float:
+        """The values as they are stored: those out of bounds are NaN."""
+        if not math.isfinite(t):
+            raise KnowledgeError(f"signal '{self.spec.name}' was written with the time {t!r}; give it in seconds.")
+        if type(values) is float and self.spec.size == 1:
+            return values if self._low <= values <= self._high else math.nan
+        try:
+            array = np.array(values, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise KnowledgeError(f"signal '{self.spec.name}' takes numbers, found {values!r}.") from error
+        if array.shape != self._view.shape and not (array.ndim == 0 and self.spec.size == 1):
+            raise KnowledgeError(
+                f"signal '{self.spec.name}' has {self.spec.size} values, found {array.size} of shape {array.shape}."
+            )
+        if self._low > -math.inf:
+            np.putmask(array, array < self._low, math.nan)
+        if self._high < math.inf:
+            np.putmask(array, array > self._high, math.nan)
+        return array
+
+    def store(self, checked: Array | float, t: float) -> None:
+        """Put checked values into the table; the table's lock is held."""
+        self._view[:] = checked
+        self._expires.fill(t + self.spec.max_age + _SLACK)
+        self.stamp = t
+        self.revision += 1
+        self._table.revision += 1
+
+
+class SignalTable:
+    """All signals of one agent.
+
+    Declare every signal, then freeze; the first use freezes too, because views of the array are handed out.
+
+    Attributes:
+        revision: How many writes there have been.
+    """
+
+    def __init__(self) -> None:
+        self._specs: dict[str, Signal] = {}
+        self._slices: dict[str, slice] = {}
+        self._writers: dict[str, SignalWriter] = {}
+        self._lock = threading.Lock()
+        self._frozen = False
+        self.size = 0
+        self.revision = 0
+
+    def declare(self, signal: Signal) -> None:
+        """Make room for a signal.
+
+        Raises:
+            KnowledgeError: The name is taken, the table is frozen, or the declaration makes no sense.
+        """
+        if self._frozen:
+            raise KnowledgeError(f"signal '{signal.name}' came too late: the table is in use; declare it before.")
+        if signal.name in self._specs:
+            raise KnowledgeError(f"signal '{signal.name}' is declared twice; name one of them otherwise.")
+        if problem := _problem(signal):
+            raise KnowledgeError(f"signal '{signal.name}' {problem}.")
+        self._specs[signal.name] = signal
+        self._slices[signal.name] = slice(self.size, self.size + signal.size)
+        self.size += signal.size
+
+    def freeze(self) -> None:
+        """No more declarations: the array is made, every value NaN. A second call changes nothing."""
+        with self._lock:
+            if self._frozen:
+                return
+            self._values = np.full(self.size, math.nan)
+            self._expires = np.full(self.size, -math.inf)
+            self._stale = np.empty(self.size, dtype=np.bool_)
+            for name, spec in self._specs.items():
+                place = self._slices[name]
+                self._writers[name] = SignalWriter(self, spec, self._values[place], self._expires[place], self._lock)
+            self._frozen = True
+
+    @property
+    def frozen(self) -> bool:
+        """Whether the table is in use."""
+        return self._frozen
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every signal, in the order of declaration, which is the order in a snapshot."""
+        return tuple(self._specs)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._specs
+
+    def spec(self, name: str) -> Signal:
+        """The declaration of a signal.
+
+        Raises:
+            KnowledgeError: No such signal; lists what exists.
+        """
+        try:
+            return self._specs[name]
+        except KeyError:
+            raise self._no_signal(name) from None
+
+    def slice_of(self, name: str) -> slice:
+        """Where a signal's values stand in a snapshot."""
+        self.spec(name)
+        return self._slices[name]
+
+    def writer(self, name: str) -> SignalWriter:
+        """A handle for repeated writes of one signal."""
+        try:
+            return self._writers[name]
+        except KeyError:
+            self.spec(name)
+            self.freeze()
+            return self._writers[name]
+
+    def write(self, name: str, values: Values, t: float) -> None:
+        """Make these the newest values of a signal; see `SignalWriter.write`."""
+        self.writer(name).write(values, t)
+
+    def update(self, values: Mapping[str, Values], t: float) -> None:
+        """Write several signals of one sample: a snapshot shows all of them or none; a refused one, none."""
+        checked = [(w := self.writer(name), w.checked(v, t)) for name, v in values.items()]
+        with self._lock:
+            for writer, value in checked:
+                writer.store(value, t)
+
+    def read(self, name: str, t: float) -> Array:
+        """A copy of a signal's values, shape (size,); NaN where stale at time t [s], broken or out of bounds."""
+        writer = self.writer(name)
+        with self._lock:
+            return self._read(writer, t)
+
+    def value(self, name: str, t: float) -> float:
+        """The value of a signal of size 1; NaN where stale at time t [s], broken or out of bounds.
+
+        Raises:
+            KnowledgeError: The signal has another size.
+        """
+        writer = self.writer(name)
+        if writer.spec.size != 1:
+            raise KnowledgeError(f"signal '{name}' has {writer.spec.size} values, not one; use read().")
+        at = self._slices[name].start
+        with self._lock:
+            return math.nan if self._expires.item(at) < t else self._values.item(at)
+
+    def snapshot(self, t: float, out: Array | None = None) -> Array:
+        """All signals at once, as they are valid at time t [s].
+
+        Args:
+            t: The time of the ages.
+            out: A buffer of the caller's, shape (size,), to copy into; a new one where None.
+
+        Returns:
+            `out`. No write is ever seen in part.
+
+        Raises:
+            KnowledgeError: A buffer of another shape or type.
+        """
+        if not self._frozen:
+            self.freeze()
+        if out is None:
+            out = np.empty(self.size)
+        elif out.shape != self._values.shape or out.dtype != np.float64:
+            raise KnowledgeError(f"a snapshot needs float64 of shape ({self.size},), found {out.dtype} {out.shape}.")
+        with self._lock:
+            np.less(self._expires, t, out=self._stale)
+            out[:] = self._values
+            np.putmask(out, self._stale, math.nan)
+        return out
+
+    def view(self, name: str) -> Array:
+        """The newest values of a signal, live and read-only, shape (size,); not aged: read `stamp` beside it."""
+        self.writer(name)
+        view = self._values[self._slices[name]]
+        view.flags.writeable = False
+        return view
+
+    def stamp(self, name: str) -> float:
+        """When the newest values were true [s]; -inf where nothing was written yet."""
+        return self.writer(name).stamp
+
+    def revision_of(self, name: str) -> int:
+        """How often a signal was written."""
+        return self.writer(name).revision
+
+    def _read(self, writer: SignalWriter, t: float) -> Array:
+        place = self._slices[writer.spec.name]
+        if self._expires.item(place.start) < t:
+            return np.full(writer.spec.size, math.nan)
+        return self._values[place].copy()
+
+    def _no_signal(self, name: str) -> KnowledgeError:
+        return KnowledgeError(str(unknown("signal", name, self._specs, "The robot")))
+
+
+def _problem(signal: Signal) -> str:
+    low, high = signal.bounds
+    if not signal.name:
+        return "has no name"
+    if signal.size < 1:
+        return f"must have at least one value, found size {signal.size}"
+    if len(signal.dimensions) not in (1, signal.size):
+        return f"has {signal.size} values but {len(signal.dimensions)} dimensions; give one, or one for each"
+    if not low <= high:
+        return f"has the bounds [{low}, {high}], between which nothing is"
+    if not signal.max_age > 0.0:
+        return f"must have a positive max_age, found {signal.max_age} s"
+    return ""

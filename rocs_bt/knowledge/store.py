@@ -1,0 +1,99 @@
+"""Where the graph stands: networkx, and indexes onto its very rows. Checks nothing and locks nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NoReturn
+
+from ..errors import KnowledgeError
+from .attribute import Attribute
+
+
+class Row(dict[str, Any]):
+    """The attributes of a node or an edge as networkx sees them: whoever finds them in a view cannot change them."""
+
+    def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
+        raise KnowledgeError("the view of the knowledge graph is read-only; write with KnowledgeGraph.set or relate.")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = _refuse
+
+    def update(self, *args: Any, **kwargs: Any) -> None:
+        """Refused, but for networkx making an empty row."""
+        if any(args) or kwargs:
+            self._refuse()
+
+    def write(self, values: dict[str, Any], t: float, revision: int) -> None:
+        """Write values, which become ours: a reader without the lock sees all of them or none."""
+        values["t"] = t
+        values["revision"] = revision
+        dict.update(self, values)
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
+        return dict, (dict(self),)
+
+
+class Store:
+    """One networkx MultiDiGraph whose edges are keyed by their relation.
+
+    Attributes:
+        rows: The attributes of every node: the dicts that networkx holds, without its layers of views.
+        by_kind: The nodes of each kind, in the order in which they were added.
+        targets: The edges of each (source, relation): target -> its attributes, the dicts that networkx holds.
+    """
+
+    def __init__(self, kinds: Iterable[str]) -> None:
+        import networkx
+
+        self._graph = networkx.MultiDiGraph()
+        # On the instance, so that copies which users and networkx make of a view are ordinary, writable graphs.
+        self._graph.node_attr_dict_factory = Row
+        self._graph.edge_attr_dict_factory = Row
+        self.rows: dict[str, Row] = {}
+        self.by_kind: dict[str, dict[str, None]] = {kind: {} for kind in kinds}
+        self.targets: dict[tuple[str, str], dict[str, Row]] = {}
+
+    @property
+    def view(self) -> Any:
+        """A read-only, live networkx view."""
+        return self._graph.copy(as_view=True)
+
+    def add(
+        self, node: str, kind: str, declared: Mapping[str, Attribute], values: dict[str, Any], t: float, revision: int
+    ) -> None:
+        """Add a node."""
+        self._graph.add_node(node)
+        row: Row = self._graph.nodes[node]
+        row.write({"kind": kind, **_defaults(declared), **values}, t, revision)
+        self.rows[node] = row
+        self.by_kind[kind][node] = None
+
+    def remove(self, node: str) -> None:
+        """Remove a node that has no edges."""
+        del self.by_kind[self.rows.pop(node)["kind"]][node]
+        self._graph.remove_node(node)
+
+    def edges(self, node: str) -> list[tuple[str, str, str]]:
+        """Every edge from or to a node, once: source, relation, target."""
+        out, into = self._graph.out_edges(node, keys=True), self._graph.in_edges(node, keys=True)
+        return list(dict.fromkeys((source, relation, target) for source, target, relation in (*out, *into)))
+
+    def relate(self, edge: tuple[str, str, str], declared: Mapping[str, Attribute]) -> Row:
+        """Add an edge; its row is returned to be written."""
+        source, relation, target = edge
+        self._graph.add_edge(source, target, key=relation)
+        row: Row = self._graph.edges[source, target, relation]
+        row.write(_defaults(declared), 0.0, 0)
+        self.targets.setdefault((source, relation), {})[target] = row
+        return row
+
+    def unrelate(self, source: str, relation: str, target: str) -> None:
+        """Remove an edge."""
+        self._graph.remove_edge(source, target, key=relation)
+        targets = self.targets[source, relation]
+        del targets[target]
+        if not targets:
+            del self.targets[source, relation]
+
+
+def _defaults(declared: Mapping[str, Attribute]) -> dict[str, Any]:
+    return {name: attribute.default for name, attribute in declared.items()}

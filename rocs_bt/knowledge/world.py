@@ -1,0 +1,84 @@
+"""The WorldModel: what the robot knows of the world around it (paper, 4.2 and 5.1)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..errors import KnowledgeError
+from ..geometry import Pose2
+from .model import Model
+
+
+class WorldModel(Model):
+    """Places, goals, objects and peers with their poses in the world frame, and the goal that the robot pursues."""
+
+    def place(self, name: str, pose: Pose2, kind: str = "place", **attributes: Any) -> None:
+        """Put something somewhere, or move it there.
+
+        Args:
+            name: The node; added where there is none.
+            pose: In the world frame [m, m, rad].
+            kind: `goal`, `place`, `object`, `peer`, or another kind that has a pose.
+            attributes: More of what the kind holds.
+
+        Raises:
+            KnowledgeError: The node is of another kind, or the schema refuses something.
+        """
+        with self.graph.held():
+            if not self.graph.has(name):
+                self.graph.add(name, kind, pose=pose, **attributes)
+            elif (is_kind := self.graph.kind(name)) != kind:
+                raise KnowledgeError(f"cannot place '{name}' as {kind}: it exists, of kind {is_kind}; remove it first.")
+            else:
+                self.graph.set(name, pose=pose, **attributes)
+
+    def pose_of(self, name: str) -> Pose2 | None:
+        """Where something is, in the world frame; None where it is not known."""
+        if not self.graph.has(name):
+            return None
+        if name == self.name:
+            pose = self.knowledge.robot.pose()
+            return None if math.isnan(pose.x) else pose
+        found: Pose2 | None = self.graph.attributes(name).get("pose")
+        return found
+
+    def places(self) -> list[str]:
+        """The names of all places."""
+        return self.graph.nodes("place")
+
+    def goals(self) -> list[str]:
+        """The names of all goals."""
+        return self.graph.nodes("goal")
+
+    def objects(self) -> list[str]:
+        """The names of all objects."""
+        return self.graph.nodes("object")
+
+    def peers(self) -> list[str]:
+        """The names of all other robots that are known."""
+        return self.graph.nodes("peer")
+
+    def pursue(self, goal: str | None) -> None:
+        """Pursue this goal from now on, or none.
+
+        Raises:
+            KnowledgeError: No such goal.
+        """
+        if goal is not None:
+            self.graph.relate(self.name, "pursues", goal)
+            return
+        with self.graph.held():
+            for old in self.graph.related(self.name, "pursues"):
+                self.graph.unrelate(self.name, "pursues", old)
+
+    def pursued(self) -> str | None:
+        """The goal that the robot pursues; None where there is none."""
+        goals = self.graph.related(self.name, "pursues")
+        return goals[0] if goals else None
+
+    def goal_distance(self, t: float | None = None) -> float:
+        """How far the pursued goal is at time t [m]: +inf without a goal, NaN while the robot's pose is not valid."""
+        goal = self.pursued()
+        pose = None if goal is None else self.pose_of(goal)
+        return math.inf if pose is None else self.knowledge.robot.pose(t).distance(pose)

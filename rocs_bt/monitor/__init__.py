@@ -1,0 +1,9 @@
+"""M: monitors read sensors, interpret what they say, write signals to Knowledge and publish them (paper, 4.2)."""
+
+from .monitor import Monitor, Watched
+from .pose_monitor import PoseMonitor
+from .range_monitor import RangeMonitor
+from .table import MONITORS
+from .wheel_monitor import WheelMonitor
+
+__all__ = ["MONITORS", "Monitor", "PoseMonitor", "RangeMonitor", "Watched", "WheelMonitor"]

@@ -1,0 +1,51 @@
+"""PoseMonitor: where the robot is, and how far its goal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..channel import Signals
+from ..device import Reading
+from ..geometry import wrap_angle
+from ..signal import Signal
+from ..units import ANGLE, LENGTH
+from .monitor import Monitor
+
+
+class PoseMonitor(Monitor):
+    """Writes `pose` [m, m, rad] and `goal_distance` [m] from a position sensor and an orientation sensor.
+
+    The goal is the node that the robot pursues in Knowledge; +inf without one.
+
+    Args:
+        position: The position sensor's name (x, y and any more [m], world frame).
+        orientation: The orientation sensor's name (yaw [rad]).
+    """
+
+    def __init__(self, *args: Any, position: str = "position", orientation: str = "orientation", **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._position = position
+        self._orientation = orientation
+        self._latest: dict[str, Reading] = {}
+
+    def signals(self) -> Sequence[Signal]:
+        return [
+            Signal("pose", 3, (LENGTH, LENGTH, ANGLE), (-1e6, 1e6), self.max_age, "x, y, yaw in the world frame."),
+            Signal("goal_distance", 1, (LENGTH,), (0.0, math.inf), self.max_age, "To the pursued goal; +inf without."),
+        ]
+
+    def interpret(self, readings: Mapping[str, Reading]) -> Signals:
+        self._latest.update(readings)
+        if self._position not in self._latest or self._orientation not in self._latest:
+            return {}
+        if self._position not in readings and self._orientation not in readings:
+            return {}
+        x, y = self._latest[self._position].values[:2]
+        yaw = self._latest[self._orientation].values[0]
+        world = self.knowledge.world
+        pursued = world.pursued()
+        goal = world.pose_of(pursued) if pursued is not None else None
+        distance = math.inf if goal is None else math.hypot(goal.x - x, goal.y - y)
+        return {"pose": [x, y, wrap_angle(yaw) if math.isfinite(yaw) else math.nan], "goal_distance": [distance]}

@@ -1,0 +1,12 @@
+"""The monitors that robot.toml may name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from .monitor import Monitor
+from .pose_monitor import PoseMonitor
+from .range_monitor import RangeMonitor
+from .wheel_monitor import WheelMonitor
+
+MONITORS: Mapping[str, type[Monitor]] = {m.__name__: m for m in (PoseMonitor, RangeMonitor, WheelMonitor)}

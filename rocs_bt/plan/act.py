@@ -1,0 +1,128 @@
+"""Act: the leaf that has an action done."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ..action import Action, Failure, Reason
+from ..event import Replanned
+from ..pipeline import Priority, Ticket, TicketState
+
+if TYPE_CHECKING:
+    from .mission import Mission
+
+PROGRESS = 0.05
+"""How much nearer to done an action must have come [m] since the last time it did, to count as progress."""
+
+MAX_PREEMPTIONS = 30
+"""How often reflexes may cut in without progress in between before the leaf gives up."""
+
+
+class Act(Behaviour):
+    """Submits one action and tells how it fares; it never blocks.
+
+    RUNNING while the action is queued or runs, SUCCESS and FAILURE when it ended so, with the reason in
+    `feedback_message`. When a reflex cancels the action the leaf stays RUNNING, and submits the action anew (with
+    what is known by then) once the reflex is over. A leaf that is halted cancels its own ticket, and only that.
+
+    Args:
+        name: What displays call it.
+        mission: Whose leaf it is.
+        make: Makes the action, a new one for each submission.
+        max_preemptions: How many pre-emptions without progress are too many.
+
+    Attributes:
+        ticket: The present ticket, or the last one.
+        replans: How often the action was submitted anew after a reflex.
+        failure: Why it failed; None unless it did.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        mission: Mission,
+        make: Callable[[], Action],
+        max_preemptions: int = MAX_PREEMPTIONS,
+    ) -> None:
+        super().__init__(name)
+        self.ticket: Ticket | None = None
+        self.replans = 0
+        self.failure: Failure | None = None
+        self._mission = mission
+        self._make = make
+        self._max_preemptions = max_preemptions
+        self._preemptions = 0
+        self._nearest = math.inf
+        self._counted = True
+
+    def initialise(self) -> None:
+        self.failure = None
+        self.feedback_message = ""
+        self._preemptions, self._nearest = 0, math.inf
+        self._submit()
+
+    def update(self) -> Status:
+        ticket = self.ticket
+        if ticket is None:
+            return Status.FAILURE
+        if ticket.state is TicketState.SUCCEEDED:
+            return Status.SUCCESS
+        if ticket.state is TicketState.FAILED:
+            return self._fail(ticket.failure or Failure(Reason.OTHER))
+        if ticket.state is TicketState.CANCELLED:
+            return self._cancelled(ticket)
+        self.feedback_message = f"{ticket.action.name} {ticket.state.name.lower()}"
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        # py_trees also terminates leaves with INVALID that ended long ago: those have nothing to cancel.
+        if new_status is Status.INVALID and self.status is Status.RUNNING and self.ticket is not None:
+            self._mission.pipeline.cancel(self.ticket, by=self._mission.path(self))
+            self._let_go()
+
+    def _submit(self) -> None:
+        self._counted = False
+        self.ticket = self._mission.pipeline.submit(self._make(), Priority.NORMAL, by=self._mission.path(self))
+
+    def _cancelled(self, ticket: Ticket) -> Status:
+        if not ticket.preempted:
+            return self._fail(Failure(Reason.OTHER, f"{ticket.action.name} was cancelled by {ticket.cancelled_by}"))
+        if not self._counted and self._stuck(ticket):
+            reading = self._mission.rule_reading(ticket.cancelled_by)
+            evidence = f"{self._preemptions} pre-emptions without progress, the last by {ticket.cancelled_by}"
+            return self._fail(Failure(Reason.STUCK, evidence + (f" ({reading})" if reading else "")))
+        if self._mission.pipeline.held:
+            self.feedback_message = f"{ticket.action.name} waits for {ticket.cancelled_by}"
+            return Status.RUNNING
+        self._submit()
+        self.replans += 1
+        self.feedback_message = f"{ticket.action.name} sent again after {ticket.cancelled_by}"
+        self._mission.note(Replanned, node=self._mission.path(self), count=self.replans)
+        return Status.RUNNING
+
+    def _stuck(self, ticket: Ticket) -> bool:
+        """Count this pre-emption, once; progress since the nearest approach so far begins the count anew."""
+        self._counted = True
+        left = ticket.action.remaining(self._mission.knowledge)
+        if left <= self._nearest - PROGRESS:
+            self._nearest, self._preemptions = left, 0
+        self._preemptions += 1
+        return self._preemptions > self._max_preemptions
+
+    def _fail(self, failure: Failure) -> Status:
+        self.failure = failure
+        self.feedback_message = str(failure)
+        self._let_go()
+        return Status.FAILURE
+
+    def _let_go(self) -> None:
+        """What is not done any more is not pursued any more: a cancelled action could not say so itself."""
+        world = self._mission.knowledge.world
+        goal = None if self.ticket is None else getattr(self.ticket.action, "goal", None)
+        if goal is not None and world.pursued() == goal:
+            world.pursue(None)

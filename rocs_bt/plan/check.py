@@ -1,0 +1,88 @@
+"""Checking a mission without running it: everything that can be told before the first tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Composite
+from py_trees.decorators import Timeout
+from py_trees.timers import Timer
+
+from ..action import Action
+from ..clock import Clock
+from ..errors import Fault, InputError
+from ..event import NullSink
+from ..expression import Expression
+from ..knowledge import Knowledge
+from ..pipeline import Pipeline
+from .mission import Mission
+from .parameters import mission_parameters
+
+
+def check_mission(
+    build: Callable[..., Any],
+    *,
+    actions: Mapping[str, type[Action]],
+    knowledge: Knowledge,
+    clock: Clock,
+    parameters: Mapping[str, Any] | None = None,
+    compile_guard: Callable[[str], Expression] | None = None,
+) -> list[Fault]:
+    """All faults of a mission; empty when it is fine. Those marked `warning` do not keep it from running.
+
+    Args:
+        build: The mission's.
+        actions: The action table.
+        knowledge: What the robot knows at the start; goals are looked for when it knows any place.
+        clock: Time.
+        parameters: The mission's parameters, in SI units.
+        compile_guard: Compiles expressions over the robot's signals.
+    """
+    try:
+        declared = mission_parameters(build)
+    except InputError as error:
+        return list(error.faults)
+    missing = [n for n, p in declared.items() if p.required and n not in (parameters or {})]
+    if missing:
+        return [Fault(f"the mission needs {', '.join(missing)}.", hint="Give them in the scenario, or defaults.")]
+    sink = NullSink()
+    mission = Mission(
+        "check",
+        knowledge=knowledge,
+        pipeline=Pipeline(clock, sink),
+        actions=actions,
+        clock=clock,
+        sink=sink,
+        compile_guard=compile_guard,
+        survey=True,
+    )
+    try:
+        root = build(mission, **(parameters or {}))
+    except InputError as error:
+        return [*mission.faults, *error.faults]
+    except Exception as error:  # noqa: BLE001 - a mission is a person's code: whatever it raises is a fault of it
+        return [*mission.faults, Fault(f"build raised {type(error).__name__}: {error}.")]
+    return [*mission.faults, *_tree_faults(root, mission)]
+
+
+def _tree_faults(root: object, mission: Mission) -> list[Fault]:
+    if not isinstance(root, Behaviour):
+        hint = "Return the root of a py_trees tree."
+        return [Fault(f"build returned {root!r}, which is no py_trees behaviour.", hint=hint)]
+    nodes, faults = list(root.iterate()), []
+    for node in nodes:
+        if isinstance(node, Composite) and not node.children:
+            faults.append(Fault(f"'{node.name}' has no children.", hint="Give it some, or leave it out."))
+        if isinstance(node, (Timer, Timeout)):
+            hint = "Use mission.wait, or runs will not repeat."
+            faults.append(Fault(f"'{node.name}' reads the wall clock.", hint=hint, warning=True))
+        if node.blackboards:
+            hint = "Keep what is known in mission.knowledge."
+            message = f"'{node.name}' uses py_trees' Blackboard, which all agents of a process share."
+            faults.append(Fault(message, hint=hint, warning=True))
+    for leaf in mission.leaves:
+        if leaf not in nodes:
+            faults.append(Fault(f"the leaf '{leaf.name}' was made but is not in the tree.", warning=True))
+    return faults

@@ -1,0 +1,32 @@
+"""Condition: a leaf that asks an expression of the one expression language."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+
+class Condition(Behaviour):
+    """SUCCESS while an expression holds, FAILURE while it does not or cannot be told; never RUNNING.
+
+    Args:
+        name: What displays call it.
+        text: The expression, as it was written.
+        holds: Whether it holds now.
+        reading: What it reads now, such as `min(front) = 0.21 m`; asked where it does not hold.
+    """
+
+    def __init__(self, name: str, text: str, holds: Callable[[], bool], reading: Callable[[], str]) -> None:
+        super().__init__(name)
+        self.text = text
+        self._holds = holds
+        self._reading = reading
+
+    def update(self) -> Status:
+        if self._holds():
+            self.feedback_message = ""
+            return Status.SUCCESS
+        self.feedback_message = f"'{self.text}' does not hold: {self._reading()}"
+        return Status.FAILURE

@@ -1,0 +1,214 @@
+"""The reflex arc: one agent's one reflex slot (DESIGN 5; paper, 4.3).
+
+A reflex is active from firing until its action has ended and its latch is clear. While one is active the NORMAL
+actions wait; a strictly higher one takes the slot, every other waits and starts only if it is still wanted then.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..action import Action, make_action
+from ..clock import Clock
+from ..event import EventSink, RuleChanged, Value
+from ..pipeline import Pipeline, Priority, Ticket
+from .reactive_model import ReactiveModel, Reflex
+
+OVERTAKEN = 0.5  # [s]; a snapshot this much older than the last one was overtaken on another thread; older: a new time
+MATERIAL = 0.05  # a parameter that changed by less than this share is not worth an event
+
+
+class _Active:
+    """The reflex in the slot."""
+
+    __slots__ = ("reflex", "reported", "ticket")
+
+    def __init__(self, reflex: Reflex, ticket: Ticket) -> None:
+        self.reflex = reflex
+        self.ticket = ticket
+        self.reported = reflex.parameters
+
+
+class ReflexArc:
+    """Evaluates the reactive models of an agent on a snapshot and acts on what they want; safe under threads.
+
+    Args:
+        models: Whoever may ask for a reflex.
+        pipeline: Where HIGH actions go, and which holds NORMAL ones meanwhile.
+        actions: The agent's actions by name.
+        sink: Where RuleChanged events go.
+        agent: The agent's name, for the events.
+        clock: Where time is read, for the events.
+
+    Attributes:
+        on_end: Called with the last rule's name when the slot has become free, outside of the arc's lock, so that the
+            plan looks again from where the robot is now.
+        firings: How often each rule fired, firing again included.
+        refirings: How often a rule fired again because its action ended while it was latched.
+        switches: How often the route changed between deliberative and reactive.
+    """
+
+    def __init__(
+        self,
+        models: Sequence[ReactiveModel],
+        pipeline: Pipeline,
+        actions: Mapping[str, type[Action]],
+        sink: EventSink,
+        agent: str,
+        clock: Clock,
+    ) -> None:
+        self.on_end: Callable[[str], None] = lambda rule: None
+        self.firings: Counter[str] = Counter()
+        self.refirings = 0
+        self.switches = 0
+        self._models = tuple(models)
+        self._pipeline = pipeline
+        self._actions = actions
+        self._sink = sink
+        self._agent = agent
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._slot: _Active | None = None
+        self._wanted: dict[str, Reflex] = {}
+        self._waiting: set[str] = set()
+        self._readings: dict[str, str] = {}
+        self._t = -math.inf
+
+    @property
+    def active(self) -> str | None:
+        """The rule in the slot; None while the deliberative route is on."""
+        slot = self._slot
+        return slot.reflex.rule if slot else None
+
+    @property
+    def activations(self) -> int:
+        """How often any rule fired."""
+        return self.firings.total()
+
+    def reading(self, rule: str) -> str:
+        """What the rule saw when it last fired, such as `min(front) = 0.21 m`; empty where it never has."""
+        return self._readings.get(rule, "")
+
+    def run(self, x: NDArray[np.float64], t: float) -> None:
+        """Evaluate all models on a fresh snapshot, and act.
+
+        Args:
+            x: The snapshot of all signals, (size,) in SI units.
+            t: The snapshot's time [s].
+        """
+        with self._lock:
+            if self._t - OVERTAKEN <= t < self._t:
+                return
+            self._t = t
+            told = [reflex for model in self._models for reflex in model.react(x, t)]
+            self._latch(told)
+            ended = self._settle()
+        if ended is not None:
+            self.on_end(ended)
+
+    def _latch(self, told: Sequence[Reflex]) -> None:
+        """Note what is wanted now; tell what began and what ended."""
+        before, self._wanted = self._wanted, {r.rule: r for r in told if r.latched}
+        readings = {r.rule: r for r in told if not r.latched}
+        for rule, reflex in before.items():
+            if rule not in self._wanted:
+                self._waiting.discard(rule)
+                self._emit(readings.get(rule, reflex), "released", reading=rule in readings)
+                if reflex.level and self._slot and self._slot.reflex.rule == rule:
+                    self._pipeline.cancel(self._slot.ticket, by=rule)
+        for rule, reflex in self._wanted.items():
+            if rule not in before:
+                self._emit(reflex, "latched")
+
+    def _settle(self) -> str | None:
+        """Decide who has the slot; gives the last rule's name where that left it free."""
+        before = self.active
+        self._arbitrate()
+        for rule, reflex in self._wanted.items():
+            if rule != self.active and rule not in self._waiting:
+                self._waiting.add(rule)
+                self._emit(reflex, "waits")
+        if (before is None) != (self.active is None):
+            self.switches += 1
+        if before is None or self.active is not None:
+            return None
+        self._pipeline.hold(False)
+        return before
+
+    def _arbitrate(self) -> None:
+        slot = self._slot
+        best = max(self._wanted.values(), key=lambda r: r.priority, default=None)
+        if slot is None:
+            if best is not None:
+                self._start(best)
+        elif best is not None and best.rule != slot.reflex.rule and best.priority > slot.reflex.priority:
+            self._start(best)
+            # Submitted before cancelled: at no moment is there nothing to act on.
+            self._pipeline.cancel(slot.ticket, by=best.rule)
+            self._emit(slot.reflex, "ended", reading=False)
+        elif slot.reflex.rule in self._wanted:
+            self._continue(slot, self._wanted[slot.reflex.rule])
+        elif slot.ticket.state.done:
+            self._emit(slot.reflex, "ended", reading=False)
+            self._slot = None
+            if best is not None:
+                self._start(best)
+
+    def _start(self, reflex: Reflex) -> None:
+        """Give the slot to a rule, whoever has it."""
+        self._pipeline.hold(True)
+        self._waiting.discard(reflex.rule)
+        self._slot = self._fire(reflex, "fired")
+
+    def _continue(self, slot: _Active, own: Reflex) -> None:
+        """The rule in the slot is still wanted."""
+        if slot.ticket.state.done:
+            self.refirings += 1
+            self._slot = self._fire(own, "fired again")
+            return
+        if own.parameters != slot.reflex.parameters:
+            slot.ticket.action.update(**own.parameters)
+        slot.reflex = own
+        if _material(slot.reported, own.parameters):
+            slot.reported = own.parameters
+            self._emit(own, "updated")
+
+    def _fire(self, reflex: Reflex, phase: str) -> _Active:
+        action = make_action(self._actions, reflex.action, reflex.parameters)
+        self.firings[reflex.rule] += 1
+        self._readings[reflex.rule] = reflex.describe()
+        self._emit(reflex, phase)
+        return _Active(reflex, self._pipeline.submit(action, Priority.HIGH, by=reflex.rule))
+
+    def _emit(self, reflex: Reflex, phase: str, reading: bool = True) -> None:
+        self._sink.emit(
+            RuleChanged(
+                t=self._clock.now(),
+                agent=self._agent,
+                rule=reflex.rule,
+                phase=phase,
+                priority=reflex.priority,
+                reading=reflex.describe() if reading else "",
+                parameters=reflex.parameters,
+            )
+        )
+
+
+def _material(before: Mapping[str, Value], now: Mapping[str, Value]) -> bool:
+    """Whether a parameter changed so much that a person would call it another one."""
+    return any(_differs(before.get(name), value) for name, value in now.items())
+
+
+def _differs(before: Any, now: Any) -> bool:
+    if isinstance(before, float) and isinstance(now, float):
+        return abs(now - before) > MATERIAL * max(abs(now), abs(before))
+    if isinstance(before, list) and isinstance(now, list):
+        return len(before) != len(now) or any(map(_differs, before, now))
+    return bool(before != now)

@@ -1,0 +1,69 @@
+"""Expressions inside a TOML file: compiled, with faults at the column where they stand in the file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..document import Table
+from ..errors import Fault, InputError
+from ..expression import TRUTH, Environment, Expression, Node, compile_node, parse
+from ..units import Dimension
+
+
+class Placed:
+    """The expressions of one document.
+
+    Args:
+        root: The document.
+        environment: What names mean; grows with the document's aliases.
+        lines: The document's lines; empty where its text is not at hand.
+    """
+
+    def __init__(self, root: Table, environment: Environment, lines: list[str]) -> None:
+        self.root = root
+        self.environment = environment
+        self.never = compile_node(Node("truth", TRUTH, value=False, text="False"))
+        self._lines = lines
+
+    def guard(self, table: Table, key: str) -> Expression | None:
+        """The true-or-false expression at a key; None, and a fault, where it is none."""
+        text = table.text(key)
+        node = self.node(table, key, text) if key in table and isinstance(table.raw(key), str) else None
+        if node is None:
+            return None
+        if node.kind != TRUTH:
+            hint = "Use any or all." if node.kind.boolean else "Compare it, such as min(front) < 0.5 m."
+            fault = Fault(f"'{key}' must be true or false, but {text} is {node.kind.words}.", hint=hint)
+            self._note(table, key, text, fault)
+            return None
+        return compile_node(node)
+
+    def number(self, table: Table, key: str, text: str, dimension: Dimension) -> Expression | None:
+        """The expression of one number of a dimension; None, and a fault, where it is none."""
+        node = self.node(table, key, text)
+        if node is None:
+            return None
+        if node.kind.boolean or node.kind.size or node.kind.dimension != dimension:
+            fault = Fault(f"'{key}' must be one number in {dimension}, but {text} is {node.kind.words}.")
+            self._note(table, key, text, fault)
+            return None
+        return compile_node(node)
+
+    def node(self, table: Table, key: str, text: str) -> Node | None:
+        """The typed tree of a text at a key; None, and faults, where it has none."""
+        try:
+            return parse(text, self.environment)
+        except InputError as error:
+            for fault in error.faults:
+                self._note(table, key, text, fault)
+            return None
+
+    def _note(self, table: Table, key: str, text: str, fault: Fault) -> None:
+        line, column = table.place(key)
+        if 0 < line <= len(self._lines):
+            written = self._lines[line - 1]
+            # An escape or a text of many lines is not found as it stands; then the key must do as the place.
+            found = [at for quote in "\"'" if (at := written.find(f"{quote}{text}{quote}", column)) >= 0]
+            if found:
+                column = min(found) + 1 + max(1, fault.column)
+        table.faults.append(replace(fault, file=table.file, line=line, column=column))

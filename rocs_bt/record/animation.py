@@ -1,0 +1,104 @@
+"""The data of the report's animation: plain lists, rounded to what a screen can show."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..event import SensorRead
+from .figures.wheels import wheel_command
+from .header import Beam
+from .history import AgentHistory, BodyHistory, History
+
+_MOST = 4000  # samples in a series; a longer run is thinned, which the eye does not see
+Json = dict[str, Any]
+
+
+def animation(run: History) -> Json:
+    """What the page's script draws: the world, the bodies over time, and what each agent had in mind."""
+    header = run.header
+    hulls = {b.name: b.hull for b in header.bodies}
+    return {
+        "start": header.start,
+        "end": run.end,
+        "bounds": _bounds(run),
+        "outlines": [{"name": o.name, "points": o.points, "radius": o.radius} for o in header.outlines],
+        "places": [{"name": p.name, "x": p.x, "y": p.y, "radius": p.radius, "kind": p.kind} for p in header.places],
+        "bodies": [
+            {"name": name, "agent": name in run.agents, "hull": hulls.get(name, ()), **_track(body)}
+            for name, body in run.bodies.items()
+            if len(body.t)
+        ],
+        "agents": [_agent(run, name, agent) for name, agent in run.agents.items()],
+    }
+
+
+def _bounds(run: History) -> list[float]:
+    """The world's bounds, wide enough for every path: least x, least y, greatest x, greatest y [m]."""
+    found = np.array([run.header.bounds(), *(_extent(b) for b in run.bodies.values())])
+    found = found[np.isfinite(found).all(axis=1)]
+    if not len(found):
+        return [-1.0, -1.0, 1.0, 1.0]
+    return [*found[:, :2].min(axis=0).tolist(), *found[:, 2:].max(axis=0).tolist()]
+
+
+def _extent(body: BodyHistory) -> tuple[float, float, float, float]:
+    if not len(body.t):
+        return (math.nan,) * 4
+    low, high = np.nanmin(body.pose[:, :2], axis=0), np.nanmax(body.pose[:, :2], axis=0)
+    return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+
+
+def _track(body: BodyHistory) -> Json:
+    every = max(1, math.ceil(len(body.t) / _MOST))
+    pose = np.nan_to_num(body.pose[::every])
+    return {
+        "t": _rounded(body.t[::every], 3),
+        **{k: _rounded(pose[:, i], 4) for i, k in enumerate(("x", "y", "yaw"))},
+    }
+
+
+def _agent(run: History, name: str, agent: AgentHistory) -> Json:
+    beams = {s: b for body in run.header.bodies if body.name == name for s, b in body.beams.items()}
+    command = wheel_command(run, name)
+    every = 1 if command is None else max(1, math.ceil(len(command.t) / _MOST))
+    return {
+        "name": name,
+        "routes": [[s.name, round(s.begin, 3), round(s.end, 3)] for s in agent.routes],
+        "switches": agent.switches,
+        "rules": [[round(e.t, 3), e.rule, e.phase, e.reading] for e in agent.rules],
+        "tree": [[round(e.t, 3), e.node, e.status] for e in agent.tree],
+        "leaves": [n.path for i in run.header.agents if i.name == name for n in i.nodes if not n.children],
+        "tickets": [[round(e.t, 3), e.ticket, e.action, e.state] for e in agent.tickets],
+        "atomic": [[round(e.t, 3), e.action, e.route] for e in agent.atomic],
+        "wheels": []
+        if command is None
+        else [
+            [round(t, 3), *_rounded(v, 3)]
+            for t, v in zip(command.t[::every].tolist(), command.values[::every], strict=True)
+        ],
+        "beams": [_ranges(beams[s], reads) for s, reads in agent.readings.items() if s in beams],
+    }
+
+
+def _ranges(beams: tuple[Beam, ...], reads: list[SensorRead]) -> Json:
+    fits = [r for r in reads if len(r.data) == 8 * len(beams)]
+    fits = fits[:: max(1, math.ceil(len(fits) / _MOST))]
+    return {
+        "beams": [[round(v, 4) for v in (b.x, b.y, b.yaw, b.reach, b.cone)] for b in beams],
+        "t": [round(r.t, 3) for r in fits],
+        "ranges": [[_range(v) for v in r.values] for r in fits],
+    }
+
+
+def _range(value: float) -> float | None:
+    """A range in centimetres' precision; None without an echo, -1 where it is broken: JSON knows no others."""
+    if math.isnan(value):
+        return -1
+    return round(value, 2) if math.isfinite(value) else None
+
+
+def _rounded(values: Any, digits: int) -> list[float]:
+    return [round(v, digits) if math.isfinite(v) else 0.0 for v in values.tolist()]

@@ -1,0 +1,120 @@
+"""Events as JSON and back, exactly; the topic and the schema of each kind.
+
+JSON has no NaN and no infinity: msgspec writes null. Where an event holds such a number, its message gets one more
+key, `non_finite`: a list with the place of each, and its eight bytes in hexadecimal, for a NaN has a sign and more. So
+viewers see plain JSON, and a reader gets the event back to the bit.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import struct
+from collections.abc import Mapping
+from functools import reduce
+from typing import Any, cast
+
+import msgspec
+import numpy as np
+
+from .. import event as ev
+from ..errors import RecordingError
+from ..event import Event
+
+#: Every kind of event that can be read back.
+KINDS: tuple[type[Event], ...] = tuple(
+    kind for kind in vars(ev).values() if isinstance(kind, type) and issubclass(kind, Event) and kind is not Event
+)
+# A kind that is not here goes to a topic of its class's name.
+TOPICS: dict[type[Event], str] = {
+    ev.SensorRead: "sensors",
+    ev.SensorFailed: "sensor_failures",
+    ev.SignalsWritten: "signals",
+    ev.Change: "changes",
+    ev.KnowledgeChanged: "knowledge",
+    ev.RuleChanged: "rules",
+    ev.NodeTicked: "tree",
+    ev.Replanned: "replans",
+    ev.TicketChanged: "tickets",
+    ev.AtomicStarted: "atomic_actions",
+    ev.ActuatorCommanded: "commands",
+    ev.Followed: "follower",
+    ev.BlockFailed: "blocks",
+    ev.BodyMoved: "poses",
+    ev.Touched: "contacts",
+    ev.Judged: "outcome",
+}
+SCHEMA_PREFIX = "rocs_bt."
+_DOUBLE = struct.Struct(">d")
+
+
+def topic_of(kind: type[Event], agent: str) -> str:
+    """The topic of a kind of event: `/R2/tickets`, or `/world/poses` where it has no agent."""
+    return f"/{agent or 'world'}/{TOPICS.get(kind, kind.__name__)}"
+
+
+def schema_of(kind: type[Event]) -> bytes:
+    """The JSON schema of a kind of event: an object at its root, as viewers want it."""
+    (schema,), components = msgspec.json.schema_components([kind], ref_template="#/$defs/{name}")
+    schema = components.pop(kind.__name__)
+    schema["properties"]["non_finite"] = {"type": "array", "items": {"type": "array"}}
+    return msgspec.json.encode({**schema, "$defs": components} if components else schema)
+
+
+def plain(value: Any) -> Any:
+    """What msgspec cannot encode, as something that it can: numpy's numbers and arrays, and views of mappings."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{type(value).__name__} is not data that an event may hold")
+
+
+_ENCODE = msgspec.json.Encoder(enc_hook=plain).encode
+_ANY: Any = reduce(operator.or_, KINDS)
+_DECODE = msgspec.json.Decoder(_ANY).decode
+
+
+def encode(event: Event) -> bytes:
+    """An event as JSON.
+
+    Raises:
+        TypeError: It holds something that is not data.
+        ValueError: It holds text that is not Unicode, or the like.
+    """
+    data = _ENCODE(event)
+    return _exact(event) if b"null" in data else data
+
+
+def decode(data: bytes) -> Event:
+    """The event that `encode` made JSON of.
+
+    Raises:
+        RecordingError: It is no such message.
+    """
+    try:
+        if b'"non_finite"' not in data:
+            return cast(Event, _DECODE(data))
+        fields = msgspec.json.decode(data)
+        for *where, last, bits in fields.pop("non_finite", ()):
+            reduce(lambda at, key: at[key], where, fields)[last] = _DOUBLE.unpack(bytes.fromhex(bits))[0]
+        return cast(Event, msgspec.convert(fields, _ANY))
+    except (msgspec.DecodeError, msgspec.ValidationError, LookupError, TypeError, ValueError, struct.error) as error:
+        raise RecordingError(f"a message cannot be read back: {error}; it begins with {data[:80]!r}.") from error
+
+
+def _exact(event: Event) -> bytes:
+    fields = msgspec.to_builtins(event, enc_hook=plain)
+    places = list(_non_finite(fields, ()))
+    return msgspec.json.encode({**fields, "non_finite": places} if places else fields)
+
+
+def _non_finite(value: Any, where: tuple[Any, ...]) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        yield [*where, _DOUBLE.pack(value).hex()]
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _non_finite(inner, (*where, key))
+    elif isinstance(value, (list, tuple)):
+        for index, inner in enumerate(value):
+            yield from _non_finite(inner, (*where, index))

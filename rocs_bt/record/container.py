@@ -1,0 +1,199 @@
+"""Writing an MCAP file, fast and always readable: messages in uncompressed chunks, each written in one piece.
+
+The records are those of the `mcap` package; only the message, which comes thousands of times, is packed here.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+
+MAGIC = b"\x89MCAP0\r\n"
+_MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
+_HEAD = _MESSAGE.size
+_OVERHEAD = _HEAD - 9  # what the length counts besides the data
+
+
+class Container:
+    """One MCAP file being written.
+
+    Nothing is buffered but the chunk in progress, so what was flushed survives the death of the process.
+
+    Args:
+        path: The file; replaced if it exists.
+        library: Who writes it.
+
+    Raises:
+        OSError: It cannot be written; so does each method that writes.
+    """
+
+    def __init__(self, path: Path, library: str) -> None:
+        self._file = path.open("wb", buffering=0)
+        self._offset = 0
+        self._chunk: list[bytes] = []
+        self._size = 0
+        self._times: list[int] = []
+        self._index: dict[int, list[int]] = {}
+        self._schemas: list[Schema] = []
+        self._channels: list[Channel] = []
+        self._chunks: list[ChunkIndex] = []
+        self._attachments: list[AttachmentIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self._counts: dict[int, int] = {}
+        try:
+            self._write(MAGIC + _bytes(Header("", library)))
+        except OSError:
+            self._file.close()
+            raise
+
+    @property
+    def size(self) -> int:
+        """Bytes that wait in the chunk in progress."""
+        return self._size
+
+    def schema(self, name: str, data: bytes) -> int:
+        """Declare a JSON schema; returns its number."""
+        self._schemas.append(Schema(id=len(self._schemas) + 1, name=name, encoding="jsonschema", data=data))
+        self._append(_bytes(self._schemas[-1]))
+        return len(self._schemas)
+
+    def channel(self, topic: str, schema: int) -> int:
+        """Declare a channel of JSON messages; returns its number."""
+        number = len(self._channels) + 1
+        self._channels.append(Channel(id=number, topic=topic, message_encoding="json", metadata={}, schema_id=schema))
+        self._append(_bytes(self._channels[-1]))
+        self._index[number] = []
+        self._counts[number] = 0
+        return number
+
+    def message(self, channel: int, sequence: int, time: int, data: bytes) -> None:
+        """Add a message to the chunk in progress.
+
+        Args:
+            channel: The number that `channel` gave.
+            sequence: Its number in the whole run.
+            time: When it happened [ns].
+            data: JSON.
+        """
+        head = _MESSAGE.pack(Opcode.MESSAGE, len(data) + _OVERHEAD, channel, sequence, time, time)
+        self._index[channel] += (time, self._size)
+        self._times.append(time)
+        self._append(head + data)
+
+    def attach(self, name: str, data: bytes, time: int) -> None:
+        """Write a JSON attachment, after all messages so far."""
+        self.flush()
+        record = Attachment(create_time=0, log_time=time, name=name, media_type="application/json", data=data)
+        written = _bytes(record)
+        self._attachments.append(
+            AttachmentIndex(self._offset, len(written), time, 0, len(data), name, record.media_type)
+        )
+        self._write(written)
+
+    def note(self, name: str, entries: Mapping[str, str]) -> None:
+        """Write a metadata record, after all messages so far."""
+        self.flush()
+        written = _bytes(Metadata(name=name, metadata=dict(entries)))
+        self._metadata.append(MetadataIndex(self._offset, len(written), name))
+        self._write(written)
+
+    def flush(self) -> None:
+        """Hand the chunk in progress to the operating system."""
+        if not self._times:
+            return
+        data = b"".join(self._chunk)
+        first, last = min(self._times), max(self._times)
+        chunk = _bytes(Chunk("", data, last, first, zlib.crc32(data), len(data)))
+        begin, at, offsets, indexes = self._offset, self._offset + len(chunk), {}, []
+        for channel, entries in self._index.items():
+            if entries:
+                offsets[channel] = at
+                size = 8 * len(entries)
+                indexes.append(
+                    struct.pack(f"<BQHI{len(entries)}Q", Opcode.MESSAGE_INDEX, 6 + size, channel, size, *entries)
+                )
+                at += len(indexes[-1])
+                self._counts[channel] += len(entries) // 2
+                self._index[channel] = []
+        length = at - begin - len(chunk)
+        self._chunks.append(ChunkIndex(len(chunk), begin, "", len(data), last, length, offsets, first, len(data)))
+        self._chunk, self._size, self._times = [], 0, []
+        self._write(b"".join((chunk, *indexes)))
+
+    def finish(self) -> None:
+        """Write the summary section and close the file."""
+        self.flush()
+        self._write(_bytes(DataEnd(0)))
+        groups: tuple[tuple[Opcode, list[bytes]], ...] = (
+            (Opcode.SCHEMA, [_bytes(r) for r in self._schemas]),
+            (Opcode.CHANNEL, [_bytes(r) for r in self._channels]),
+            (Opcode.STATISTICS, [_bytes(self._statistics())]),
+            (Opcode.CHUNK_INDEX, [_bytes(r) for r in self._chunks]),
+            (Opcode.ATTACHMENT_INDEX, [_bytes(r) for r in self._attachments]),
+            (Opcode.METADATA_INDEX, [_bytes(r) for r in self._metadata]),
+        )
+        start, summary, offsets = self._offset, b"", b""
+        for opcode, records in groups:
+            data = b"".join(records)
+            offsets += _bytes(SummaryOffset(opcode, start + len(summary), len(data))) if data else b""
+            summary += data
+        footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, start + len(summary))
+        crc = zlib.crc32(footer, zlib.crc32(summary + offsets))
+        self._write(summary + offsets + _bytes(Footer(start, start + len(summary), crc)) + MAGIC)
+        self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file as it is; what was flushed stays readable."""
+        self._file.close()
+
+    def _statistics(self) -> Statistics:
+        return Statistics(
+            attachment_count=len(self._attachments),
+            channel_count=len(self._channels),
+            channel_message_counts=self._counts,
+            chunk_count=len(self._chunks),
+            message_count=sum(self._counts.values()),
+            message_end_time=max((c.message_end_time for c in self._chunks), default=0),
+            message_start_time=min((c.message_start_time for c in self._chunks), default=0),
+            metadata_count=len(self._metadata),
+            schema_count=len(self._schemas),
+        )
+
+    def _append(self, data: bytes) -> None:
+        self._chunk.append(data)
+        self._size += len(data)
+
+    def _write(self, data: bytes) -> None:
+        view = memoryview(data)
+        while view:
+            # An unbuffered file may take less than all, as on a disk that is nearly full.
+            written = self._file.write(view) or 0
+            view = view[written:]
+            self._offset += written
+
+
+def _bytes(record: McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

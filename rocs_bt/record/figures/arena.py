@@ -1,0 +1,153 @@
+"""The arena from above, with the paths coloured by route (paper, Figure 5b)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...geometry import Pose2
+from ..header import BodyInfo
+from ..history import AgentHistory, History
+from .figure import GRID, INK, MUTED, OTHER, PLACE, ROUTES, WALL, Figure, by_route, line_style, route_legend
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+
+class Arena(Figure):
+    """Walls, boxes and goals; a dot for each atomic action, a square at each switch of the route, others in black."""
+
+    name = "arena"
+    title = "The arena from above"
+    size = (7.2, 5.8)
+
+    def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
+        from matplotlib.lines import Line2D
+
+        axes = canvas.add_subplot()
+        axes.set_aspect("equal")
+        self._world(axes, runs[0])
+        for i, run in enumerate(runs):
+            for name in run.bodies:
+                if name in run.agents:
+                    self._agent(axes, run, name, i)
+                else:
+                    self._other(axes, run, name, i)
+        axes.set_xlabel("x [m]")
+        axes.set_ylabel("y [m]")
+        marks = [
+            Line2D([], [], color=MUTED, marker=".", markersize=4, linestyle="", label="atomic action"),
+            Line2D(
+                [],
+                [],
+                color=MUTED,
+                marker="s",
+                markersize=6,
+                mfc="none",
+                linestyle="",
+                label="switch of route",
+            ),
+        ]
+        route_legend(axes, runs, marks, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+
+    def _world(self, axes: Axes, run: History) -> None:
+        from matplotlib.patches import Circle, Polygon
+
+        for i, outline in enumerate(run.header.outlines):
+            shape = (
+                Circle(outline.points[0], outline.radius)
+                if outline.radius > 0.0
+                else Polygon(outline.points, closed=True)
+            )
+            shape.set(facecolor=WALL, edgecolor=MUTED, linewidth=0.6, gid=f"arena-outline-{i}")
+            axes.add_patch(shape)
+        for i, place in enumerate(run.header.places):
+            ring = Circle(
+                (place.x, place.y),
+                max(place.radius, 0.05),
+                fill=False,
+                ec=PLACE,
+                lw=1.2,
+                gid=f"arena-place-{i}",
+            )
+            axes.add_patch(ring)
+            axes.annotate(place.name, (place.x, place.y), (7, -11), textcoords="offset points", color=PLACE)
+        axes.margins(0.02)
+        axes.autoscale_view()
+
+    def _agent(self, axes: Axes, run: History, name: str, i: int) -> None:
+        body, agent = run.bodies[name], run.agents[name]
+        gid = f"{self.name}-{i}-{name}"
+        for k, (route, at) in enumerate(by_route(body, agent)):
+            x, y = body.pose[at, 0], body.pose[at, 1]
+            axes.plot(x, y, color=ROUTES.get(route, INK), gid=f"{gid}-path-{k}", zorder=3, **line_style(i))
+        if not len(body.t):
+            return
+        for route, color in ROUTES.items():
+            times = [a.t for a in agent.atomic if a.route == route]
+            if times:
+                dots = body.at(np.array(times))
+                axes.plot(
+                    *dots.T,
+                    ".",
+                    color=color,
+                    ms=2.8,
+                    alpha=line_style(i)["alpha"],
+                    gid=f"{gid}-actions-{route}",
+                    zorder=4,
+                )
+        self._switches(axes, run, name, gid)
+        axes.plot(*body.pose[0, :2], "o", color=INK, ms=5, mfc="none", gid=f"{gid}-start", zorder=6)
+        self._hull(axes, run, name, gid)
+
+    def _switches(self, axes: Axes, run: History, name: str, gid: str) -> None:
+        agent = run.agents[name]
+        if agent.switches:
+            at = run.bodies[name].at(np.array(agent.switches))
+            colors = [_route_at(agent, t) for t in agent.switches]
+            squares = axes.scatter(
+                at[:, 0],
+                at[:, 1],
+                s=42,
+                marker="s",
+                facecolors="none",
+                edgecolors=colors,
+                linewidths=1.4,
+                zorder=5,
+            )
+            squares.set_gid(f"{gid}-switches")
+
+    def _other(self, axes: Axes, run: History, name: str, i: int) -> None:
+        body = run.bodies[name]
+        if not len(body.t):
+            return
+        gid = f"{self.name}-{i}-{name}"
+        style = {**line_style(i), "linewidth": 1.0}
+        axes.plot(body.pose[:, 0], body.pose[:, 1], color=OTHER, gid=f"{gid}-path", zorder=2, **style)
+        self._hull(axes, run, name, gid)
+
+    def _hull(self, axes: Axes, run: History, name: str, gid: str) -> None:
+        from matplotlib.patches import Polygon
+
+        infos = [b for b in run.header.bodies if b.name == name and b.hull]
+        if infos:
+            pose = Pose2(*run.bodies[name].pose[-1].tolist())
+            hull = Polygon(_placed(infos[0], pose), closed=True, fc=GRID, ec=INK, lw=0.9, alpha=0.8, zorder=2.5)
+            hull.set_gid(f"{gid}-hull")
+            axes.add_patch(hull)
+            nose = max(x for x, _ in infos[0].hull)
+            axes.plot(*zip(pose[:2], pose.transform(nose, 0.0), strict=True), color=INK, lw=0.9, zorder=2.6)
+            axes.annotate(name, pose[:2], (9, 9), textcoords="offset points", color=INK, weight="bold", zorder=7)
+
+
+def _placed(info: BodyInfo, pose: Pose2) -> list[tuple[float, float]]:
+    return [pose.transform(x, y) for x, y in info.hull]
+
+
+def _route_at(agent: AgentHistory, t: float) -> str:
+    names = [s.name for s in agent.routes if math.isclose(s.begin, t)]
+    return ROUTES.get(names[0], INK) if names else INK

@@ -1,0 +1,132 @@
+"""What all figures share: the base class, the colours, and drawing without pyplot, so that nothing is global."""
+
+from __future__ import annotations
+
+import io
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..history import AgentHistory, BodyHistory, History
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+# The paper's Figure 5b: deliberative red, reactive blue, the disturbing robot black.
+INK, MUTED, GRID, WALL, PLACE, OTHER = "#1d2733", "#66717f", "#dde2e8", "#c3cad3", "#1d8a4e", "#12161b"
+ROUTES = {"deliberative": "#c9302c", "reactive": "#1c62c4", "idle": "#98a2ae"}
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",  # text stays text: small, searchable, in the reader's font
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "text.color": INK,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.titlesize": 10.0,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "none",
+}
+
+
+class Figure(ABC):
+    """One figure of a run, or of several laid over each other.
+
+    Attributes:
+        name: The file's name, and the beginning of the ids of its artists.
+        title: What it shows, in a few words.
+        size: Width and height [inch].
+    """
+
+    name: str
+    title: str
+    size: tuple[float, float] = (7.2, 4.2)
+
+    @abstractmethod
+    def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
+        """Draw the runs; the first is drawn full, the others over it, fainter and dashed."""
+
+    def make(self, runs: Sequence[History]) -> Canvas:
+        """The drawn figure."""
+        import matplotlib
+        from matplotlib.figure import Figure as Canvas
+
+        with matplotlib.rc_context(_STYLE):
+            canvas = Canvas(figsize=self.size, layout="constrained")
+            self.draw(canvas, runs)
+        return canvas
+
+    def render(self, runs: Sequence[History], form: str) -> bytes:
+        """The figure as a file's content; the same runs give the same bytes.
+
+        Args:
+            runs: What to draw.
+            form: `png`, `svg` or `pdf`.
+        """
+        import matplotlib
+
+        undated: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}
+        buffer = io.BytesIO()
+        # Ids in an SVG are made from the salt: one for each figure, so that several can stand on one page.
+        with matplotlib.rc_context({**_STYLE, "svg.hashsalt": self.name}):
+            face = "none" if form == "svg" else "white"
+            self.make(runs).savefig(
+                buffer, format=form, dpi=160, metadata=undated.get(form, {"Software": None}), facecolor=face
+            )
+        return buffer.getvalue()
+
+
+def line_style(run: int) -> dict[str, Any]:
+    """How the lines of the first run, and of those laid over it, look."""
+    return {"linestyle": "-", "alpha": 1.0} if run == 0 else {"linestyle": (0, (4, 2)), "alpha": 0.65}
+
+
+def by_route(body: BodyHistory, agent: AgentHistory) -> Iterator[tuple[str, NDArray[np.intp]]]:
+    """The stretches of a body's path by route: the route, and the indices of its samples, ends shared."""
+    for span in agent.routes:
+        indices = np.flatnonzero((body.t >= span.begin - 1e-9) & (body.t <= span.end + 1e-9))
+        if len(indices) > 1:
+            yield span.name, indices
+
+
+def shade_reflexes(axes: Axes, agent: AgentHistory) -> None:
+    """A pale band wherever the reactive route was active."""
+    for span in agent.routes:
+        if span.name == "reactive":
+            axes.axvspan(span.begin, span.end, color=ROUTES["reactive"], alpha=0.12, linewidth=0)
+
+
+def route_legend(axes: Axes, runs: Sequence[History], extra: Sequence[Any] = (), **place: Any) -> None:
+    """The legend: routes, bodies without an agent, and line styles where there are several runs."""
+    from matplotlib.lines import Line2D
+
+    routes = {s.name for run in runs for agent in run.agents.values() for s in agent.routes}
+    handles: list[Any] = [Line2D([], [], color=c, label=name) for name, c in ROUTES.items() if name in routes]
+    handles += extra
+    others = [name for name in runs[0].bodies if name not in runs[0].agents]
+    if others:
+        handles.append(Line2D([], [], color=OTHER, lw=1.0, label=", ".join(others)))
+    if len(runs) > 1:
+        handles += [Line2D([], [], color=MUTED, label=run.label, **line_style(i)) for i, run in enumerate(runs)]
+    axes.legend(handles=handles, **place)

@@ -1,0 +1,64 @@
+"""Wheel rim speeds against what was commanded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..history import Command, History
+from .figure import INK, MUTED, Figure, line_style, shade_reflexes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+_NAMES = {2: ("left", "right"), 4: ("front left", "front right", "rear left", "rear right")}
+
+
+class Wheels(Figure):
+    """One row for each wheel: the command as steps, the true speed as a line, reflexes shaded."""
+
+    name = "wheels"
+    title = "Wheel speeds and commands"
+    size = (7.2, 4.0)
+
+    def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
+        found = [(n, c) for n in runs[0].agents if (c := wheel_command(runs[0], n)) is not None]
+        rows = [(name, i, command.values.shape[1]) for name, command in found for i in range(command.values.shape[1])]
+        if not rows:
+            return
+        canvas.set_figheight(0.9 + 1.45 * len(rows))
+        grid = canvas.subplots(len(rows), 1, sharex=True, squeeze=False)
+        for axes, (name, wheel, count) in zip(grid[:, 0], rows, strict=True):
+            for r, run in enumerate(runs):
+                self._wheel(axes, run, name, wheel, r, tag=f" {run.label}" if len(runs) > 1 else "")
+            if name in runs[0].agents:
+                shade_reflexes(axes, runs[0].agents[name])
+            label = _NAMES[count][wheel] if count in _NAMES else f"wheel {wheel + 1}"
+            axes.set_ylabel(f"{name} {label}\n[m/s]" if len(found) > 1 else f"{label} [m/s]")
+            axes.margins(x=0.0)
+        grid[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
+        grid[-1, 0].set_xlabel("t [s]")
+
+    def _wheel(self, axes: Axes, run: History, name: str, wheel: int, r: int, tag: str) -> None:
+        gid = f"{self.name}-{r}-{name}-{wheel}"
+        command = wheel_command(run, name)
+        if command is not None and wheel < command.values.shape[1]:
+            style = {**line_style(r), "linewidth": 0.9}
+            told = np.append(command.values[:, wheel], command.values[-1, wheel])
+            times = np.append(command.t, run.end)
+            axes.step(times, told, where="post", color=INK, label=f"commanded{tag}", gid=f"{gid}-told", **style)
+        body = run.bodies.get(name)
+        if body is not None and wheel < body.wheels.shape[1]:
+            style = {**line_style(r), "linewidth": 2.2, "alpha": 0.6}
+            axes.plot(body.t, body.wheels[:, wheel], color=MUTED, label=f"true{tag}", gid=f"{gid}-true", **style)
+
+
+def wheel_command(run: History, agent: str) -> Command | None:
+    """What the wheels were told: the command that has as many values as the body has wheels, else the first."""
+    commands = list(run.agents[agent].commands.values()) if agent in run.agents else []
+    body = run.bodies.get(agent)
+    fits = [c for c in commands if body is not None and c.values.shape[1] == body.wheels.shape[1]]
+    return next(iter([*fits, *commands]), None)

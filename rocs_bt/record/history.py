@@ -1,0 +1,200 @@
+"""A run as series over time: what figures and the report draw, gathered from a recording in one pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..event import (
+    ActuatorCommanded,
+    AtomicStarted,
+    BlockFailed,
+    BodyMoved,
+    CommandExpired,
+    Event,
+    Judged,
+    NodeTicked,
+    Replanned,
+    RuleChanged,
+    SensorFailed,
+    SensorRead,
+    TicketChanged,
+    Touched,
+    unpack,
+)
+from .recording import Recording
+
+Series = NDArray[np.float64]
+
+
+@dataclass
+class BodyHistory:
+    """Where one body was.
+
+    Attributes:
+        t: Times (n,) [s].
+        pose: x, y, yaw in the world frame (n, 3) [m, m, rad].
+        wheels: Wheel rim speeds (n, w) [m/s]; (n, 0) where nobody told.
+    """
+
+    t: Series
+    pose: Series
+    wheels: Series
+
+    def at(self, t: Series | float) -> Series:
+        """Positions at times (m, 2) [m], between samples on the straight line; NaN where the body has no samples."""
+        times = np.atleast_1d(t)
+        if not len(self.t):
+            return np.full((len(times), 2), np.nan)
+        return np.stack([np.interp(times, self.t, self.pose[:, i]) for i in (0, 1)], axis=1)
+
+
+@dataclass
+class Command:
+    """What one actuator was told over time: times (n,) [s], values (n, w) [SI], route of each."""
+
+    t: Series
+    values: Series
+    routes: tuple[str, ...]
+
+
+@dataclass
+class Span:
+    """Something that lasted, such as a route, a rule's activity or a running ticket."""
+
+    name: str
+    begin: float  # [s]
+    end: float  # [s]
+
+
+@dataclass
+class AgentHistory:
+    """What one agent did, as events by kind in their order, and what follows from them."""
+
+    commands: dict[str, Command] = field(default_factory=dict)
+    rules: list[RuleChanged] = field(default_factory=list)
+    tree: list[NodeTicked] = field(default_factory=list)
+    tickets: list[TicketChanged] = field(default_factory=list)
+    atomic: list[AtomicStarted] = field(default_factory=list)
+    replans: list[Replanned] = field(default_factory=list)
+    faults: list[SensorFailed | BlockFailed | CommandExpired | Touched] = field(default_factory=list)
+    readings: dict[str, list[SensorRead]] = field(default_factory=dict)
+    routes: list[Span] = field(default_factory=list)
+    judged: Judged | None = None
+
+    @property
+    def switches(self) -> list[float]:
+        """When the route changed between deliberative and reactive [s] (paper, Figure 5b)."""
+        acting = [s for s in self.routes if s.name in ("deliberative", "reactive")]
+        return [b.begin for a, b in pairwise(acting) if a.name != b.name]
+
+    def statuses(self) -> dict[str, NodeTicked]:
+        """The last thing that each node of the tree said."""
+        return {event.node: event for event in self.tree}
+
+    def reflexes(self, end: float) -> list[Span]:
+        """When each rule was active: from its firing until it ended, or until `end` [s]."""
+        spans: list[Span] = []
+        active: dict[str, Span] = {}
+        for event in self.rules:
+            if event.phase == "fired":
+                span = active[event.rule] = Span(event.rule, event.t, end)
+                spans.append(span)
+            elif event.phase == "ended" and event.rule in active:
+                active.pop(event.rule).end = event.t
+        return spans
+
+    def runs(self, end: float) -> list[Span]:
+        """When each ticket's action ran, as `action #ticket`."""
+        spans: dict[int, Span] = {}
+        for event in self.tickets:
+            if event.state == "RUNNING":
+                spans[event.ticket] = Span(f"{event.action} #{event.ticket}", event.t, end)
+            elif event.state != "QUEUED" and event.ticket in spans:
+                spans[event.ticket].end = event.t
+        return list(spans.values())
+
+
+class History:
+    """The series of one recording.
+
+    Attributes:
+        label: A short name of the run.
+        header: The recording's.
+        bodies: By name, in the header's order.
+        agents: By name, in the header's order.
+        end: Time of the last event [s].
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.header = recording.header
+        self.label = recording.header.label
+        self.agents = {a.name: AgentHistory() for a in self.header.agents}
+        self.end = self.header.start
+        self._moves: dict[str, list[BodyMoved]] = {b.name: [] for b in self.header.bodies}
+        self._commands: dict[tuple[str, str], list[ActuatorCommanded]] = {}
+        for event in recording.events():
+            self.end = max(self.end, event.t)
+            self._take(event)
+        self.bodies = {name: _body(moves) for name, moves in self._moves.items()}
+        for (agent, actuator), told in self._commands.items():
+            self.agents[agent].commands[actuator] = _command(told)
+        for history in self.agents.values():
+            first = next(iter(history.commands.values()), None)
+            history.routes = [] if first is None else _routes(first, self.end)
+
+    def _take(self, event: Event) -> None:
+        if isinstance(event, BodyMoved):
+            self._moves.setdefault(event.body, []).append(event)
+            return
+        agent = self.agents.get(event.agent)
+        if agent is None:
+            return
+        if isinstance(event, ActuatorCommanded):
+            self._commands.setdefault((event.agent, event.actuator), []).append(event)
+        elif isinstance(event, SensorRead):
+            agent.readings.setdefault(event.sensor, []).append(event)
+        elif isinstance(event, RuleChanged):
+            agent.rules.append(event)
+        elif isinstance(event, NodeTicked):
+            agent.tree.append(event)
+        elif isinstance(event, TicketChanged):
+            agent.tickets.append(event)
+        elif isinstance(event, AtomicStarted):
+            agent.atomic.append(event)
+        elif isinstance(event, Judged):
+            agent.judged = event
+        elif isinstance(event, Replanned):
+            agent.replans.append(event)
+        elif isinstance(event, (SensorFailed, BlockFailed, CommandExpired, Touched)):
+            agent.faults.append(event)
+
+
+def _matrix(packed: list[bytes]) -> Series:
+    """Packed values as rows; a row shorter than the longest is filled with NaN."""
+    rows = [unpack(data) for data in packed]
+    width = max((len(r) for r in rows), default=0)
+    return np.array([[*r, *[np.nan] * (width - len(r))] for r in rows], float).reshape(len(rows), width)
+
+
+def _body(moves: list[BodyMoved]) -> BodyHistory:
+    pose = np.array([[m.x, m.y, m.yaw] for m in moves], float).reshape(len(moves), 3)
+    return BodyHistory(np.array([m.t for m in moves], float), pose, _matrix([m.wheels for m in moves]))
+
+
+def _command(told: list[ActuatorCommanded]) -> Command:
+    return Command(np.array([e.t for e in told], float), _matrix([e.data for e in told]), tuple(e.route for e in told))
+
+
+def _routes(command: Command, end: float) -> list[Span]:
+    spans: list[Span] = []
+    for t, route in zip(command.t.tolist(), command.routes, strict=True):
+        if spans and spans[-1].name == route:
+            continue
+        if spans:
+            spans[-1].end = t
+        spans.append(Span(route, t, end))
+    return spans

@@ -1,0 +1,147 @@
+"""The recorder: an event sink that writes run.mcap."""
+
+from __future__ import annotations
+
+import struct
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+
+from ..errors import RecordingError
+from ..event import Event
+from . import codec, foxglove
+from .container import Container
+from .header import RunHeader
+from .viewer import Message, Viewer
+
+FORMAT = "1"
+HEADER, SUMMARY = "header.json", "summary.json"
+_FLUSH_EVERY = 500_000_000  # [ns] of the run's time: what a killed run may lose
+_FLUSH_SIZE = 1 << 20
+# All that encoding can raise for an event that holds what an event must not.
+_UNFIT = (TypeError, ValueError, OverflowError, RecursionError, struct.error)
+
+
+class Recorder:
+    """Writes every event to an MCAP file, stamped with the run's time, and what viewers draw of it.
+
+    Safe under threads. The same events give the same bytes. A process that is killed leaves a file that can be read
+    up to half a second of the run's time before its last event.
+
+    Args:
+        path: The file; its folder must exist.
+        header: What is known of the run before it starts.
+
+    Raises:
+        RecordingError: The file cannot be written.
+    """
+
+    def __init__(self, path: Path, header: RunHeader) -> None:
+        self.path = path
+        self._lock = threading.Lock()
+        self._viewer = Viewer(header)
+        self._channels: dict[tuple[type[Event], str], int] = {}
+        self._drawn: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._sequence = 0
+        self._last = self._next_flush = round(header.start * 1e9)
+        self._disk = ""
+        self._unfit: list[str] = []
+        self._closed = False
+        try:
+            self._file = Container(path, "rocs_bt")
+            self._begin(header)
+        except OSError as error:
+            raise RecordingError(f"the recording '{path}' cannot be written: {error.strerror}.") from error
+
+    def emit(self, event: Event) -> None:
+        """Take one event. Never raises: what goes wrong is kept, and told by `close`."""
+        with self._lock:
+            if self._disk or self._closed:
+                return
+            try:
+                self._record(event)
+            except _UNFIT as error:
+                self._unfit.append(f"{type(event).__name__} at t = {event.t} s: {error}")
+            except OSError as error:
+                self._disk = error.strerror or str(error)
+
+    def close(self, summary: Mapping[str, object] | None = None) -> None:
+        """End the recording; the second call does nothing.
+
+        Args:
+            summary: What summary.json holds, kept with the recording.
+
+        Raises:
+            RecordingError: Something could not be recorded; the file holds all the rest.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            try:
+                self._finish(summary)
+            except OSError as error:
+                self._disk = error.strerror or str(error)
+                self._file.abandon()
+        if self._disk:
+            raise RecordingError(
+                f"the recording '{self.path}' ends early, at t = {self._last * 1e-9:.3f} s: {self._disk}."
+            )
+        if self._unfit:
+            first, count = self._unfit[0], len(self._unfit)
+            raise RecordingError(f"the recording '{self.path}' misses {count} of the events; the first: {first}.")
+
+    def _begin(self, header: RunHeader) -> None:
+        run = {"format": FORMAT, "scenario": header.scenario, "seed": str(header.seed), "mode": header.mode}
+        try:
+            self._file.note("rocs_bt", run)
+            self._file.attach(HEADER, msgspec.json.encode(header), self._last)
+            self._show(self._viewer.scene(self._last), self._last)
+            self._file.flush()
+        except OSError:
+            self._file.abandon()
+            raise
+
+    def _record(self, event: Event) -> None:
+        time = int(event.t * 1e9 + 0.5)
+        data = codec.encode(event)
+        kind = type(event)
+        channel = self._channels.get((kind, event.agent)) or self._open(event)
+        self._file.message(channel, self._sequence, time, data)
+        self._sequence += 1
+        self._last = max(self._last, time)
+        if self._viewer.draws(kind):
+            for message in self._viewer.messages(event, time):
+                self._show(message, time)
+        if time >= self._next_flush or self._file.size >= _FLUSH_SIZE:
+            self._next_flush = time + _FLUSH_EVERY
+            self._file.flush()
+
+    def _finish(self, summary: Mapping[str, object] | None) -> None:
+        if self._disk:
+            self._file.abandon()
+            return
+        if summary is not None:
+            self._file.attach(SUMMARY, msgspec.json.encode(summary, enc_hook=codec.plain), self._last)
+        self._file.finish()
+
+    def _open(self, event: Event) -> int:
+        kind = type(event)
+        name = codec.SCHEMA_PREFIX + kind.__name__
+        if name not in self._schemas:
+            self._schemas[name] = self._file.schema(name, codec.schema_of(kind))
+        channel = self._file.channel(codec.topic_of(kind, event.agent), self._schemas[name])
+        self._channels[kind, event.agent] = channel
+        return channel
+
+    def _show(self, message: Message, time: int) -> None:
+        topic, schema, data = message
+        channel = self._drawn.get(topic)
+        if channel is None:
+            if schema not in self._schemas:
+                self._schemas[schema] = self._file.schema(schema, foxglove.schema(schema))
+            channel = self._drawn[topic] = self._file.channel(topic, self._schemas[schema])
+        self._file.message(channel, self._sequence, time, data)

@@ -1,0 +1,172 @@
+"""Reading a recording back: the header, the events in their order and exactly, and the summary if it got so far."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+
+from ..errors import RecordingError
+from ..event import Event, SensorFailed, SensorRead
+from . import codec
+from .container import MAGIC
+from .header import RunHeader
+from .recorder import FORMAT, HEADER, SUMMARY
+
+_RECORD = struct.Struct("<BQ")  # opcode, length
+_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+_CHUNK = struct.Struct("<QQQII")  # first time, last time, size, crc, length of the compression's name
+
+
+@dataclass
+class _Contents:
+    """What a walk over the file's records found."""
+
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    chunks: list[bytes] = field(default_factory=list)
+    complete: bool = False
+
+
+class Recording:
+    """A recorded run.
+
+    Attributes:
+        path: The file.
+        header: What was known of the run before it started.
+        summary: The summary of the run; None where it did not get so far.
+        complete: False where the file was cut off, as by a killed run; the events up to there can be read.
+    """
+
+    def __init__(self, path: Path, header: RunHeader, contents: _Contents) -> None:
+        self.path = path
+        self.header = header
+        self.complete = contents.complete
+        text = contents.attachments.get(SUMMARY)
+        self.summary: dict[str, Any] | None = None if text is None else msgspec.json.decode(text)
+        self._chunks = contents.chunks
+
+    @classmethod
+    def open(cls, path: Path) -> Recording:
+        """Read a recording; a folder stands for the `run.mcap` in it.
+
+        Raises:
+            RecordingError: There is none, it is not one of ours, or it is damaged other than by being cut off.
+        """
+        file = path / "run.mcap" if path.is_dir() else path
+        try:
+            data = file.read_bytes()
+        except OSError as error:
+            raise RecordingError(f"the recording '{file}' cannot be read: {error.strerror}.") from error
+        if not data.startswith(MAGIC):
+            found = "it is empty" if not data else f"it begins with {data[:8]!r}"
+            raise RecordingError(f"'{file}' is not an MCAP recording: {found}. Give the run.mcap of a run.")
+        contents = _walk(data, file)
+        version = contents.metadata.get("rocs_bt", {}).get("format")
+        if version is not None and version != FORMAT:
+            raise RecordingError(f"'{file}' has format {version}; this version of rocs_bt reads format {FORMAT}.")
+        if version is None or HEADER not in contents.attachments:
+            cut = "is cut off before its header ends" if not contents.complete else "was not written by rocs_bt"
+            raise RecordingError(f"'{file}' {cut}, so there is nothing to read. Run the scenario again.")
+        try:
+            header = msgspec.json.decode(contents.attachments[HEADER], type=RunHeader)
+        except msgspec.MsgspecError as error:
+            raise RecordingError(f"the header of '{file}' cannot be read: {error}.") from error
+        return cls(file, header, contents)
+
+    def events(self) -> Iterator[Event]:
+        """All events, in the order in which they were emitted.
+
+        Raises:
+            RecordingError: A message is damaged.
+        """
+        ours: dict[int, bool] = {}
+        schemas: dict[int, str] = {}
+        known = {codec.SCHEMA_PREFIX + kind.__name__ for kind in codec.KINDS}
+        for chunk in self._chunks:
+            for opcode, body in _records(chunk):
+                if opcode == Opcode.MESSAGE:
+                    # What is not ours are the viewers' messages, and events of kinds that a user added.
+                    if ours.get(_MESSAGE.unpack_from(body)[0]):
+                        yield codec.decode(body[_MESSAGE.size :])
+                elif opcode == Opcode.SCHEMA:
+                    schema = Schema.read(_stream(body))
+                    schemas[schema.id] = schema.name
+                elif opcode == Opcode.CHANNEL:
+                    channel = Channel.read(_stream(body))
+                    ours[channel.id] = schemas.get(channel.schema_id) in known
+
+    def readings(self, agent: str) -> dict[str, list[SensorRead | SensorFailed]]:
+        """What each sensor of an agent gave, by the sensor's name, in order: the source of a replay."""
+        tapes: dict[str, list[SensorRead | SensorFailed]] = {}
+        for event in self.events():
+            if isinstance(event, (SensorRead, SensorFailed)) and event.agent == agent:
+                tapes.setdefault(event.sensor, []).append(event)
+        return tapes
+
+
+def _walk(data: bytes, file: Path) -> _Contents:
+    contents, at = _Contents(), len(MAGIC)
+    while at + _RECORD.size <= len(data):
+        opcode, length = _RECORD.unpack_from(data, at)
+        body = data[at + _RECORD.size : at + _RECORD.size + length]
+        whole = len(body) == length
+        if opcode == 0:
+            break  # zeros, as a power cut leaves them at the end
+        if opcode == Opcode.CHUNK:
+            chunk = _chunk(body, whole, file, at)
+            if chunk:
+                contents.chunks.append(chunk)
+        elif opcode == Opcode.ATTACHMENT and whole:
+            attachment = Attachment.read(_stream(body))
+            if zlib.crc32(body[:-4]) != struct.unpack("<I", body[-4:])[0]:
+                raise RecordingError(f"'{file}' is damaged: the attachment at byte {at} has a wrong checksum.")
+            contents.attachments[attachment.name] = attachment.data
+        elif opcode == Opcode.METADATA and whole:
+            metadata = Metadata.read(_stream(body))
+            contents.metadata[metadata.name] = metadata.metadata
+        elif opcode > max(Opcode):
+            raise RecordingError(f"'{file}' is damaged: byte {at} holds {opcode}, which no record begins with.")
+        at += _RECORD.size + length
+        if opcode == Opcode.FOOTER:
+            contents.complete = data[at:] == MAGIC
+            break
+    return contents
+
+
+def _chunk(body: bytes, whole: bool, file: Path, at: int) -> bytes:
+    """The records of a chunk; those that are there, where it was cut off."""
+    if len(body) < _CHUNK.size:
+        return b""
+    *_, name = _CHUNK.unpack_from(body)
+    if name:
+        raise RecordingError(f"'{file}' has compressed chunks. Write it without compression to read it here.")
+    if not whole:
+        return body[_CHUNK.size + 8 :]
+    chunk = Chunk.read(_stream(body))
+    if zlib.crc32(chunk.data) != chunk.uncompressed_crc:
+        raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} has a wrong checksum.")
+    return bytes(chunk.data)
+
+
+def _records(chunk: bytes) -> Iterator[tuple[int, bytes]]:
+    at, size = 0, len(chunk)
+    while at + _RECORD.size <= size:
+        opcode, length = _RECORD.unpack_from(chunk, at)
+        at += _RECORD.size + length
+        if at > size:
+            return
+        yield opcode, chunk[at - length : at]
+
+
+def _stream(body: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(body))

@@ -1,0 +1,189 @@
+"""report.html: one file that needs nothing else, drawn from the recording alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from ..errors import RecordingError
+from ..event import BlockFailed, CommandExpired, SensorFailed, TicketChanged, Touched
+from .animation import animation
+from .figures import figure
+from .figures.plot import FIGURES
+from .header import AgentInfo
+from .history import AgentHistory, History
+from .recording import Recording
+
+# The figures' colours become the page's, so that they follow its light or dark theme.
+_THEME = {
+    figure.INK: "var(--ink)",
+    figure.MUTED: "var(--muted)",
+    figure.GRID: "var(--line)",
+    figure.WALL: "var(--wall)",
+    figure.PLACE: "var(--place)",
+    figure.OTHER: "var(--other)",
+    figure.ROUTES["deliberative"]: "var(--deliberative)",
+    figure.ROUTES["reactive"]: "var(--reactive)",
+    figure.ROUTES["idle"]: "var(--idle)",
+}
+_VERDICTS = {
+    "success": "{name} reached its goal",
+    "collision": "{name} collided",
+    "stuck": "{name} got stuck",
+    "timeout": "{name} ran out of time",
+    "error": "{name} was stopped by an error",
+}
+
+
+def write_report(recording: Recording, summary: Mapping[str, Any] | None, path: Path) -> None:
+    """Write the report of a run.
+
+    Args:
+        recording: The run.
+        summary: What summary.json holds; None where the run did not get so far.
+        path: The HTML file.
+
+    Raises:
+        RecordingError: The file cannot be written, or the recording not read.
+    """
+    text = render_report(recording, summary)
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RecordingError(f"the report '{path}' cannot be written: {error.strerror}.") from error
+
+
+def render_report(recording: Recording, summary: Mapping[str, Any] | None) -> str:
+    """The report as HTML."""
+    import jinja2
+
+    run = History(recording)
+    summary = summary or {}
+    told = summary.get("agents", {})
+    loader = jinja2.FileSystemLoader(Path(__file__).parent / "templates")
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    # In JSON `<` occurs in texts only, where this escape means the same; no text can then end the script element.
+    data = msgspec.json.encode(animation(run)).decode().replace("<", "\\u003c")
+    return environment.get_template("report.html").render(
+        header=run.header,
+        complete=recording.complete,
+        summary=summary,
+        end=run.end,
+        agents=[_agent(run, info, told.get(info.name, {})) for info in run.header.agents],
+        figures=[(f.name, f.title, _inline(f.name, f.render([run], "svg").decode())) for f in FIGURES],
+        data=data,
+    )
+
+
+def _inline(name: str, svg: str) -> str:
+    """An SVG file as an element of the page: its ids made its own, its metadata left out, its colours the page's."""
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    svg = re.sub(rf'(\bid="|href="#|url\(#)(?!{name}-)', rf"\g<1>{name}-", svg)
+    for color, variable in _THEME.items():
+        svg = svg.replace(color, variable)
+    return svg
+
+
+def _agent(run: History, info: AgentInfo, told: Mapping[str, Any]) -> dict[str, Any]:
+    agent = run.agents[info.name]
+    if agent.judged is not None:  # a run that was killed later has this, but no summary
+        judged = {"outcome": agent.judged.outcome, "reason": agent.judged.reason}
+        told = {**judged, "time_to_goal": agent.judged.time_to_goal, **told}
+    return {
+        "info": info,
+        "outcome": told.get("outcome", "unknown"),
+        "verdict": _verdict(info.name, told),
+        "reason": told.get("reason", ""),
+        "numbers": _numbers(told),
+        "tree": _tree(info, agent),
+        "firings": [e for e in agent.rules if e.phase.startswith("fired")],
+        "spans": {s.begin: s.end for s in agent.reflexes(run.end)},
+        "tickets": _tickets(agent),
+        "faults": [(e.t, _fault(e)) for e in agent.faults],
+    }
+
+
+def _verdict(name: str, told: Mapping[str, Any]) -> str:
+    if "outcome" not in told:
+        return f"The run ended before {name} came to an outcome"
+    verdict = _VERDICTS.get(told["outcome"], "{name}: " + str(told["outcome"])).format(name=name)
+    reached = told.get("time_to_goal")
+    return f"{verdict} after {reached:.1f} s" if told["outcome"] == "success" and reached is not None else verdict
+
+
+def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What the summary measured, as label and text with its unit; only what is there."""
+    error, solve = told.get("tracking_error") or {}, told.get("solve_time") or {}
+    wanted = (
+        ("time to goal", told.get("time_to_goal"), "{:.2f} s"),
+        ("path length", told.get("path_length"), "{:.2f} m"),
+        ("least clearance", told.get("min_clearance"), "{:.3f} m"),
+        ("collisions", told.get("collisions"), "{}"),
+        ("struck by others", told.get("struck"), "{}"),
+        ("reflexes fired", told.get("reflex_activations"), "{}"),
+        ("switches of route", told.get("route_switches"), "{}"),
+        ("plans made anew", told.get("replans"), "{}"),
+        ("time deliberative", told.get("time_deliberative"), "{:.2f} s"),
+        ("time reactive", told.get("time_reactive"), "{:.2f} s"),
+        ("cross-track error, rms", _scaled(error.get("cross_rms"), 100), "{:.2f} cm"),
+        ("follower, median", _scaled(solve.get("median"), 1e6), "{:.0f} µs"),
+    )
+    return [(label, form.format(value)) for label, value, form in wanted if value is not None]
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else value * factor
+
+
+def _tree(info: AgentInfo, agent: AgentHistory) -> list[dict[str, Any]]:
+    """The mission's nodes with their last statuses, and how deep each stands."""
+    said, rows = agent.statuses(), []
+    depth: dict[str, int] = {}
+    for node in info.nodes:
+        level = depth.setdefault(node.path, 0)
+        depth.update(dict.fromkeys(node.children, level + 1))
+        last = said.get(node.path)
+        rows.append(
+            {
+                "path": node.path,
+                "name": node.path.rpartition("/")[2],
+                "type": node.type,
+                "depth": level,
+                "status": last.status if last else "never ticked",
+                "feedback": last.feedback if last else "",
+                "t": last.t if last else None,
+            }
+        )
+    return rows
+
+
+def _tickets(agent: AgentHistory) -> list[dict[str, Any]]:
+    """One row for each ticket: when it was submitted, began and ended, and how."""
+    rows: dict[int, dict[str, Any]] = {}
+    for event in agent.tickets:
+        row = rows.setdefault(event.ticket, {"submitted": event.t, "began": None, "ended": None, "by": event.by})
+        row.update(number=event.ticket, action=event.action, priority=event.priority, state=event.state)
+        row["parameters"] = event.parameters or row.get("parameters", {})
+        if event.state == "RUNNING":
+            row["began"] = event.t
+        elif event.state != "QUEUED":
+            row.update(ended=event.t, why=_ending(event))
+    return list(rows.values())
+
+
+def _ending(event: TicketChanged) -> str:
+    return event.reason or (f"by {event.by}" if event.state == "CANCELLED" else "")
+
+
+def _fault(event: SensorFailed | BlockFailed | CommandExpired | Touched) -> str:
+    if isinstance(event, SensorFailed):
+        return f"sensor {event.sensor} failed: {event.detail}"
+    if isinstance(event, BlockFailed):
+        return f"block {event.block} {event.kind}: {event.detail}"
+    if isinstance(event, CommandExpired):
+        return f"no command came for {event.actuator}, so it was stopped"
+    return "struck by " + event.other if event.kind == "struck" else f"{event.kind} with {event.other}"

@@ -1,0 +1,229 @@
+"use strict";
+(() => {
+  const run = JSON.parse(document.getElementById("data").textContent);
+  const find = (id) => document.getElementById(id);
+  const picture = find("picture"), strip = find("strip"), slider = find("slider"), clock = find("time");
+  const play = find("play"), pace = find("pace");
+  let now = run.start, playing = false, last = 0;
+
+  // The last index whose time is not later; -1 before the first.
+  const before = (rows, t, key) => {
+    let low = 0, high = rows.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (key(rows[middle]) <= t + 1e-6) low = middle + 1; else high = middle;
+    }
+    return low - 1;
+  };
+  const itself = (row) => row, first = (row) => row[0];
+  const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+  const routeAt = (agent, t) => {
+    const i = before(agent.routes, t, (r) => r[1]);
+    return i < 0 ? "idle" : agent.routes[i][0];
+  };
+  const turn = (from, to) => Math.atan2(Math.sin(to - from), Math.cos(to - from));
+  const poseAt = (body, t) => {
+    const n = body.t.length, i = Math.max(0, before(body.t, t, itself)), j = Math.min(i + 1, n - 1);
+    const part = j > i ? Math.min(1, Math.max(0, (t - body.t[i]) / (body.t[j] - body.t[i]))) : 0;
+    return {
+      i, x: body.x[i] + part * (body.x[j] - body.x[i]), y: body.y[i] + part * (body.y[j] - body.y[i]),
+      yaw: body.yaw[i] + part * turn(body.yaw[i], body.yaw[j]),
+    };
+  };
+
+  let scale = 1, left = 0, top = 0, width = 0, height = 0;
+  const X = (x) => left + x * scale, Y = (y) => top - y * scale;
+  const fit = () => {
+    const [x0, y0, x1, y1] = run.bounds, dpr = window.devicePixelRatio || 1, pad = 18;
+    width = picture.parentElement.clientWidth;
+    height = Math.min(width * (y1 - y0) / (x1 - x0), 0.82 * Math.max(window.innerHeight, 480));
+    picture.style.height = height + "px";
+    picture.width = width * dpr; picture.height = height * dpr;
+    picture.getContext("2d").setTransform(dpr, 0, 0, dpr, 0, 0);
+    scale = Math.min((width - 2 * pad) / (x1 - x0), (height - 2 * pad) / (y1 - y0));
+    left = width / 2 - scale * (x0 + x1) / 2;
+    top = height / 2 + scale * (y0 + y1) / 2;
+    strip.width = strip.clientWidth * dpr; strip.height = strip.clientHeight * dpr;
+  };
+
+  const outline = (g, points) => {
+    g.beginPath();
+    points.forEach(([x, y], i) => (i ? g.lineTo(X(x), Y(y)) : g.moveTo(X(x), Y(y))));
+    g.closePath();
+  };
+  const placed = (pose, [x, y]) => [
+    pose.x + Math.cos(pose.yaw) * x - Math.sin(pose.yaw) * y, pose.y + Math.sin(pose.yaw) * x + Math.cos(pose.yaw) * y,
+  ];
+  const drawWorld = (g) => {
+    g.lineWidth = 1; g.fillStyle = color("wall"); g.strokeStyle = color("muted");
+    for (const o of run.outlines) {
+      if (o.radius > 0) { g.beginPath(); g.arc(X(o.points[0][0]), Y(o.points[0][1]), o.radius * scale, 0, 7); }
+      else outline(g, o.points);
+      g.fill(); g.stroke();
+    }
+    g.strokeStyle = g.fillStyle = color("place"); g.lineWidth = 1.5;
+    g.font = "13px " + getComputedStyle(document.body).fontFamily;
+    for (const p of run.places) {
+      const r = Math.max(p.radius * scale, 5);
+      g.beginPath(); g.arc(X(p.x), Y(p.y), r, 0, 7); g.stroke();
+      g.beginPath(); g.moveTo(X(p.x) - 4, Y(p.y)); g.lineTo(X(p.x) + 4, Y(p.y)); g.moveTo(X(p.x), Y(p.y) - 4); g.lineTo(X(p.x), Y(p.y) + 4); g.stroke();
+      g.fillText(p.name, X(p.x) + r + 4, Y(p.y) + r + 10);
+    }
+  };
+  const drawBeams = (g, agent, pose) => {
+    for (const set of agent.beams) {
+      const i = before(set.t, now, itself);
+      if (i < 0) continue;
+      set.beams.forEach(([bx, by, yaw, reach, cone], k) => {
+        const echo = set.ranges[i][k];
+        if (echo === -1) return;
+        const [x, y] = placed(pose, [bx, by]), way = pose.yaw + yaw, r = Math.min(echo ?? reach, reach) * scale;
+        g.globalAlpha = echo === null ? 0.09 : 0.55;
+        g.fillStyle = g.strokeStyle = echo === null ? color("muted") : color("beam");
+        g.beginPath(); g.moveTo(X(x), Y(y));
+        if (cone > 0) { g.arc(X(x), Y(y), r, -way - cone / 2, -way + cone / 2); g.closePath(); g.fill(); }
+        else { g.lineTo(X(x) + r * Math.cos(way), Y(y) - r * Math.sin(way)); g.stroke(); }
+      });
+    }
+    g.globalAlpha = 1;
+  };
+  const stretch = (g, body, from, to, style, thick) => {
+    if (to < from) return;
+    g.strokeStyle = style; g.lineWidth = thick; g.lineJoin = g.lineCap = "round";
+    g.beginPath();
+    const a = poseAt(body, from), z = poseAt(body, to);
+    g.moveTo(X(a.x), Y(a.y));
+    for (let i = a.i + 1; i <= z.i; i++) g.lineTo(X(body.x[i]), Y(body.y[i]));
+    g.lineTo(X(z.x), Y(z.y)); g.stroke();
+  };
+  const drawTrail = (g, body, agent) => {
+    if (!agent) { stretch(g, body, body.t[0], now, color("other"), 1.2); return; }
+    const end = run.end;
+    g.globalAlpha = 0.22; stretch(g, body, body.t[0], end, color("muted"), 1.2); g.globalAlpha = 1;
+    for (const [name, from, to] of agent.routes) if (from <= now) stretch(g, body, from, Math.min(to, now), color(name), 2.4);
+    for (const [t, , route] of agent.atomic) {
+      if (t > now) break;
+      const p = poseAt(body, t);
+      g.fillStyle = color(route); g.beginPath(); g.arc(X(p.x), Y(p.y), 2.4, 0, 7); g.fill();
+    }
+    g.lineWidth = 1.8;
+    for (const t of agent.switches) {
+      if (t > now) break;
+      const p = poseAt(body, t);
+      g.strokeStyle = color(routeAt(agent, t)); g.strokeRect(X(p.x) - 5.5, Y(p.y) - 5.5, 11, 11);
+    }
+  };
+  const drawBody = (g, body, pose, tint) => {
+    if (body.hull.length) {
+      outline(g, body.hull.map((p) => placed(pose, p)));
+      g.fillStyle = color("paper"); g.globalAlpha = 0.85; g.fill(); g.globalAlpha = 1;
+      g.strokeStyle = tint; g.lineWidth = 2; g.stroke();
+    }
+    const nose = body.hull.length ? Math.max(...body.hull.map((p) => p[0])) : 0.2;
+    const tip = placed(pose, [nose * 0.85, 0]), a = placed(pose, [nose * 0.35, nose * 0.3]), b = placed(pose, [nose * 0.35, -nose * 0.3]);
+    outline(g, [tip, a, b]); g.fillStyle = tint; g.fill();
+    g.fillStyle = color("ink"); g.font = "600 13px " + getComputedStyle(document.body).fontFamily;
+    g.fillText(body.name, X(pose.x) + 0.24 * scale + 4, Y(pose.y) - 0.16 * scale - 2);
+  };
+  const drawPicture = () => {
+    const g = picture.getContext("2d"), agents = Object.fromEntries(run.agents.map((a) => [a.name, a]));
+    g.clearRect(0, 0, width, height);
+    drawWorld(g);
+    for (const body of run.bodies) drawTrail(g, body, agents[body.name]);
+    for (const body of run.bodies) {
+      const pose = poseAt(body, now), agent = agents[body.name];
+      if (agent) drawBeams(g, agent, pose);
+      drawBody(g, body, pose, agent ? color(routeAt(agent, now)) : color("other"));
+    }
+  };
+  const drawStrip = () => {
+    const g = strip.getContext("2d"), span = Math.max(run.end - run.start, 1e-9), rows = run.agents.length || 1;
+    g.clearRect(0, 0, strip.width, strip.height);
+    g.fillStyle = color("line"); g.fillRect(0, 0, strip.width, strip.height);
+    run.agents.forEach((agent, row) => {
+      for (const [name, from, to] of agent.routes) {
+        g.fillStyle = color(name);
+        g.fillRect((from - run.start) / span * strip.width, row * strip.height / rows, (to - from) / span * strip.width, strip.height / rows);
+      }
+    });
+  };
+
+  // What each agent has in mind, beside the picture.
+  const minds = run.agents.map((agent) => {
+    const box = document.createElement("div"), title = document.createElement("h3"), route = document.createElement("span");
+    const list = document.createElement("dl"), cells = {};
+    box.className = "mind"; title.append(agent.name, route); box.append(title, list);
+    for (const name of ["node", "action", "rule", "wheels", "pose"]) {
+      const term = document.createElement("dt");
+      term.textContent = name; cells[name] = document.createElement("dd"); cells[name].dataset.is = name;
+      list.append(term, cells[name]);
+    }
+    find("minds").append(box);
+    return { agent, route, cells, nodes: [...document.querySelectorAll(`.tree li`)].filter((e) => e.dataset.agent === agent.name) };
+  });
+  const latest = (rows, key) => {
+    const said = new Map();
+    for (const row of rows) { if (row[0] > now + 1e-6) break; said.set(key(row), row); }
+    return said;
+  };
+  const tellMind = ({ agent, route, cells, nodes }) => {
+    const name = routeAt(agent, now), body = run.bodies.find((b) => b.name === agent.name);
+    route.textContent = name; route.style.setProperty("--c", color(name));
+    const leaves = new Set(agent.leaves), statuses = latest(agent.tree, (r) => r[1]);
+    const running = [...statuses.values()].filter((r) => r[2] === "RUNNING" && leaves.has(r[1])).map((r) => r[1]);
+    cells.node.textContent = running.map((p) => p.split("/").pop()).join(", ") || "–";
+    for (const node of nodes) node.classList.toggle("now", running.includes(node.dataset.node));
+    const open = [...latest(agent.tickets, (r) => r[1]).values()].filter((r) => r[3] === "RUNNING");
+    cells.action.textContent = open.map((r) => r[2]).join(", ") || "–";
+    const active = [...latest(agent.rules, (r) => r[1]).values()].filter((r) => r[2] !== "ended" && r[2] !== "released");
+    cells.rule.textContent = active.map((r) => r[1].split("/").pop() + (r[3] ? ": " + r[3] : "")).join("; ") || "–";
+    const i = before(agent.wheels, now, first);
+    cells.wheels.textContent = i < 0 ? "–" : agent.wheels[i].slice(1).map((v) => v.toFixed(2)).join(" / ") + " m/s";
+    const pose = body && poseAt(body, now);
+    cells.pose.textContent = pose ? `${pose.x.toFixed(2)}, ${pose.y.toFixed(2)} m, ${(pose.yaw * 180 / Math.PI).toFixed(0)}°` : "–";
+  };
+
+  const show = (t) => {
+    now = Math.min(run.end, Math.max(run.start, t));
+    slider.value = now;
+    clock.textContent = now.toFixed(2);
+    drawPicture();
+    minds.forEach(tellMind);
+  };
+  const frame = (stamp) => {
+    if (!playing) return;
+    const step = last ? (stamp - last) / 1000 * Number(pace.value) : 0;
+    last = stamp;
+    show(now + step);
+    if (now >= run.end) setPlaying(false); else requestAnimationFrame(frame);
+  };
+  const setPlaying = (on) => {
+    playing = on; last = 0;
+    play.textContent = on ? "❚❚" : "▶";
+    if (on) { if (now >= run.end - 1e-6) show(run.start); requestAnimationFrame(frame); }
+  };
+  const redraw = () => { fit(); drawStrip(); show(now); };
+
+  slider.min = run.start; slider.max = run.end; slider.step = "any";
+  slider.addEventListener("input", () => { setPlaying(false); show(Number(slider.value)); });
+  play.addEventListener("click", () => setPlaying(!playing));
+  document.addEventListener("keydown", (event) => {
+    if (/^(SELECT|BUTTON|SUMMARY)$/.test(event.target.tagName)) return;
+    if (event.key === " ") { event.preventDefault(); setPlaying(!playing); }
+    if (event.key === "ArrowRight" || event.key === "ArrowLeft") {
+      event.preventDefault(); setPlaying(false); show(now + (event.key === "ArrowRight" ? 0.1 : -0.1));
+    }
+  });
+  for (const button of document.querySelectorAll("button.t")) {
+    button.addEventListener("click", () => {
+      setPlaying(false); show(Number(button.dataset.t));
+      find("run").scrollIntoView({ behavior: "smooth" });
+    });
+  }
+  window.addEventListener("resize", redraw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  window.addEventListener("beforeprint", redraw);
+  // The page opens on the whole path, which says most at a glance.
+  now = run.end;
+  redraw();
+})();

@@ -1,0 +1,183 @@
+"""What viewers draw, made from events: poses, frames, range beams, logs, and the world's outline once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import msgspec
+import numpy as np
+
+from .. import event as ev
+from ..event import Event
+from . import foxglove
+from .header import BodyInfo, Outline, Place, RunHeader
+
+Message = tuple[str, str, bytes]  # topic, name of the schema, JSON
+WORLD = "world"
+_WALL = {"r": 0.45, "g": 0.48, "b": 0.55, "a": 1.0}
+_HULL = {"r": 0.16, "g": 0.36, "b": 0.75, "a": 1.0}
+_BEAM = {"r": 0.95, "g": 0.60, "b": 0.10, "a": 0.55}
+_PLACE = {"r": 0.10, "g": 0.60, "b": 0.35, "a": 0.9}
+
+# Text templates, not dictionaries: they are filled for every body in every period.
+_STAMP = '{"timestamp":{"sec":%d,"nsec":%d},'
+_POSE = (
+    _STAMP + '"frame_id":"world","pose":{"position":{"x":%.5f,"y":%.5f,"z":0.0},'
+    '"orientation":{"x":0.0,"y":0.0,"z":%.7f,"w":%.7f}}}'
+)
+_FRAME = (
+    _STAMP + '"parent_frame_id":"world","child_frame_id":%s,"translation":{"x":%.5f,"y":%.5f,"z":0.0},'
+    '"rotation":{"x":0.0,"y":0.0,"z":%.7f,"w":%.7f}}'
+)
+
+
+class Viewer:
+    """Turns events into messages that Foxglove-compatible viewers draw.
+
+    Args:
+        header: What the run says of its bodies, beams and outlines.
+    """
+
+    def __init__(self, header: RunHeader) -> None:
+        self._header = header
+        self._beams = {(body.name, sensor): _BeamLines(body, sensor) for body in header.bodies for sensor in body.beams}
+        self._frames: dict[str, tuple[str, str]] = {}
+        self._draw: dict[type[Event], Callable[..., Iterator[Message]]] = {
+            ev.BodyMoved: self._moved,
+            ev.SensorRead: self._read,
+            ev.SensorFailed: lambda e, t: self._log(e, t, foxglove.ERROR, f"sensor {e.sensor}: {e.detail}"),
+            ev.SubscriberDetached: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.callback} raised: {e.detail}"),
+            ev.BlockFailed: lambda e, t: self._log(e, t, foxglove.FATAL, f"block {e.block} {e.kind}: {e.detail}"),
+            ev.Touched: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.kind} with {e.other}"),
+            ev.CommandExpired: lambda e, t: self._log(e, t, foxglove.ERROR, f"no command came for {e.actuator}"),
+            ev.GoalEntered: lambda e, t: self._log(e, t, foxglove.INFO, f"goal {e.goal} reached"),
+            ev.Judged: lambda e, t: self._log(e, t, foxglove.INFO, f"outcome: {e.outcome}. {e.reason}"),
+            ev.Replanned: lambda e, t: self._log(e, t, foxglove.INFO, f"{e.node} plans anew ({e.count})"),
+            ev.RuleChanged: self._rule,
+            ev.TicketChanged: self._ticket,
+        }
+
+    def draws(self, kind: type[Event]) -> bool:
+        """Whether this kind of event gives messages at all."""
+        return kind in self._draw
+
+    def messages(self, event: Event, time: int) -> Iterator[Message]:
+        """The messages of an event at a time [ns]."""
+        return self._draw[type(event)](event, time)
+
+    def scene(self, time: int) -> Message:
+        """The world's outline, its places and the bodies' hulls, to be drawn once."""
+        outlines = [_outline(o, time) for o in self._header.outlines]
+        places = [_place(p, time) for p in self._header.places]
+        hulls = [_hull(b, time) for b in self._header.bodies if b.hull]
+        return (
+            "/world/scene",
+            foxglove.SCENE,
+            _json({"deletions": [], "entities": [*outlines, *places, *hulls]}),
+        )
+
+    def log(self, agent: str, time: int, level: int, text: str) -> Message:
+        """One line of an agent's log."""
+        name = agent or WORLD
+        stamp = foxglove.timestamp(time)
+        line = {"timestamp": stamp, "level": level, "message": text, "name": name, "file": "", "line": 0}
+        return f"/{name}/log", foxglove.LOG, _json(line)
+
+    def _log(self, event: Event, time: int, level: int, text: str) -> Iterator[Message]:
+        yield self.log(event.agent, time, level, text)
+
+    def _moved(self, event: ev.BodyMoved, time: int) -> Iterator[Message]:
+        if not math.isfinite(event.x + event.y + event.yaw):
+            return
+        if event.body not in self._frames:
+            self._frames[event.body] = (f"/{event.body}/pose", msgspec.json.encode(event.body).decode())
+        topic, name = self._frames[event.body]
+        sec, nsec = divmod(time, 1_000_000_000)
+        x, y, z, w = event.x, event.y, math.sin(event.yaw / 2.0), math.cos(event.yaw / 2.0)
+        yield topic, foxglove.POSE, (_POSE % (sec, nsec, x, y, z, w)).encode()
+        yield "/tf", foxglove.TRANSFORM, (_FRAME % (sec, nsec, name, x, y, z, w)).encode()
+
+    def _read(self, event: ev.SensorRead, time: int) -> Iterator[Message]:
+        lines = self._beams.get((event.agent, event.sensor))
+        if lines is not None and len(event.data) == 8 * lines.count:
+            yield lines.topic, foxglove.SCENE, lines.fill(event.data, time)
+
+    def _rule(self, event: ev.RuleChanged, time: int) -> Iterator[Message]:
+        level = foxglove.WARNING if event.phase.startswith("fired") else foxglove.DEBUG
+        reading = f" ({event.reading})" if event.reading else ""
+        yield self.log(event.agent, time, level, f"rule {event.rule} {event.phase}{reading}")
+
+    def _ticket(self, event: ev.TicketChanged, time: int) -> Iterator[Message]:
+        if event.state == "FAILED":
+            yield self.log(event.agent, time, foxglove.WARNING, f"{event.action} failed: {event.reason}")
+
+
+class _BeamLines:
+    """The beams of one range sensor as lines in its body's frame, ready to be filled with ranges."""
+
+    def __init__(self, body: BodyInfo, sensor: str) -> None:
+        beams = body.beams[sensor]
+        self.topic = f"/{body.name}/{sensor}/beams"
+        self.count = len(beams)
+        self._reach = np.array([b.reach for b in beams])  # (n,) [m]
+        self._start = np.array([[b.x, b.y] for b in beams]).reshape(-1, 2)  # (n, 2) [m]
+        self._way = np.array([[math.cos(b.yaw), math.sin(b.yaw)] for b in beams]).reshape(-1, 2)  # (n, 2)
+        # The beginnings never change; what changes is written once as a mark, and a mark becomes a place to fill.
+        points = [p for b in beams for p in ((b.x, b.y, body.height), (7e77, 7e77, body.height))]
+        lines = [foxglove.line(2, points, _BEAM, 0.01)]
+        update = {
+            "deletions": [],
+            "entities": [foxglove.entity(0, body.name, f"{body.name}/{sensor}", lines=lines)],
+        }
+        text = _json(update).decode().replace("%", "%%").replace("7e77", "%.3f")
+        self._template = text.replace('"timestamp":{"sec":0,"nsec":0}', '"timestamp":{"sec":%d,"nsec":%d}', 1)
+
+    def fill(self, data: bytes, time: int) -> bytes:
+        ranges = np.frombuffer(data)  # (n,) [m]
+        # No echo is drawn to the sensor's reach, a broken value not at all.
+        shown = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self._reach))
+        ends = self._start + self._way * shown[:, None]
+        return (self._template % (*divmod(time, 1_000_000_000), *ends.ravel().tolist())).encode()
+
+
+def _outline(outline: Outline, time: int) -> foxglove.Json:
+    points = [(x, y, 0.0) for x, y in outline.points]
+    top = [(x, y, outline.height) for x, y in outline.points]
+    if outline.radius > 0.0:
+        size = 2.0 * outline.radius
+        disc = {
+            "pose": foxglove.pose(*outline.points[0], outline.height / 2.0),
+            "size": {"x": size, "y": size, "z": outline.height},
+            "bottom_scale": 1.0,
+            "top_scale": 1.0,
+            "color": _WALL,
+        }
+        return foxglove.entity(time, WORLD, outline.name, cylinders=[disc])
+    loops = [foxglove.line(1, loop, _WALL, 0.02) for loop in (points, top)]
+    return foxglove.entity(time, WORLD, outline.name, lines=loops)
+
+
+def _place(place: Place, time: int) -> foxglove.Json:
+    radius = place.radius or 0.1
+    ring = [
+        (place.x + radius * math.cos(a), place.y + radius * math.sin(a), 0.0) for a in np.linspace(0, 2 * np.pi, 33)
+    ]
+    text = {
+        "pose": foxglove.pose(place.x, place.y, 0.2),
+        "billboard": True,
+        "font_size": 0.12,
+        "scale_invariant": False,
+        "color": _PLACE,
+        "text": place.name,
+    }
+    return foxglove.entity(time, WORLD, place.name, lines=[foxglove.line(0, ring, _PLACE, 0.02)], texts=[text])
+
+
+def _hull(body: BodyInfo, time: int) -> foxglove.Json:
+    loops = [foxglove.line(1, [(x, y, z) for x, y in body.hull], _HULL, 0.02) for z in (0.0, body.height)]
+    return foxglove.entity(time, body.name, f"{body.name}/hull", lines=loops)
+
+
+def _json(value: foxglove.Json) -> bytes:
+    return msgspec.json.encode(value)

@@ -1,0 +1,206 @@
+"""Why did it do that? What an agent knew, planned, had fired and sent at a time, from its recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from ..errors import Fault, InputError, unknown
+from ..event import (
+    ActuatorCommanded,
+    AtomicStarted,
+    BodyMoved,
+    Change,
+    Event,
+    Followed,
+    KnowledgeChanged,
+    NodeTicked,
+    RuleChanged,
+    SensorRead,
+    SignalsWritten,
+    TicketChanged,
+    Value,
+)
+from .diverge import describe
+from .recording import Recording
+
+_RECENT = 0.5  # [s] of events that are told one by one
+_STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, Followed)  # but for what comes every period
+
+
+@dataclass
+class Why:
+    """What one agent had in mind at a time; everything is the latest up to it.
+
+    Attributes:
+        t: The time asked for [s].
+        agent: The agent.
+        signals: Values by signal, SI units, with the time they were written [s].
+        graph: Attributes by node; relations as `relation -> target` with True.
+        tree: What each node of the mission tree last said.
+        rules: The last thing of each rule that is active.
+        fired: The last firings, newest last.
+        tickets: The tickets that have not ended.
+        atomic: The atomic action that began last.
+        commands: The last command by actuator.
+        followed: The follower's last tick.
+        bodies: Where the simulation says the bodies are.
+        changes: The last change of each kind.
+        recent: The events of the last half second but what comes every period.
+    """
+
+    t: float
+    agent: str
+    signals: dict[str, tuple[float, list[float]]] = field(default_factory=dict)
+    graph: dict[str, dict[str, Value]] = field(default_factory=dict)
+    tree: dict[str, NodeTicked] = field(default_factory=dict)
+    rules: dict[str, RuleChanged] = field(default_factory=dict)
+    fired: list[RuleChanged] = field(default_factory=list)
+    tickets: dict[int, TicketChanged] = field(default_factory=dict)
+    atomic: AtomicStarted | None = None
+    commands: dict[str, ActuatorCommanded] = field(default_factory=dict)
+    followed: Followed | None = None
+    bodies: dict[str, BodyMoved] = field(default_factory=dict)
+    changes: dict[str, Change] = field(default_factory=dict)
+    recent: list[Event] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        return "\n".join(_render(self))
+
+
+def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
+    """What an agent knew, planned, had fired and sent at a time.
+
+    Args:
+        recording: The run.
+        t: The time [s]; events up to it count.
+        agent: Which one; None for the only one, or the first.
+
+    Raises:
+        InputError: There is no such agent, or the run has no such time.
+    """
+    names = [a.name for a in recording.header.agents]
+    name = agent if agent is not None else names[0] if names else ""
+    if name not in names:
+        raise InputError(unknown("agent", name, names, "The run"))
+    why, last = Why(t, name), recording.header.start
+    # A time that somebody typed is rounded: allow for half a millisecond.
+    for event in recording.events():
+        last = max(last, event.t)
+        if event.t <= t + 5e-4 and (event.agent == name or isinstance(event, BodyMoved)):
+            _take(why, event)
+    if not recording.header.start <= t <= last + 5e-4:
+        known = f"from {recording.header.start:g} s to {last:g} s"
+        raise InputError(Fault(f"the run has no time {t:g} s.", hint=f"It goes {known}."))
+    return why
+
+
+def _take(why: Why, event: Event) -> None:
+    if isinstance(event, SignalsWritten):
+        why.signals.update({n: (event.t, v) for n, v in event.values.items()})
+    elif isinstance(event, KnowledgeChanged):
+        _learn(why.graph, event)
+    elif isinstance(event, NodeTicked):
+        why.tree[event.node] = event
+    elif isinstance(event, RuleChanged):
+        why.rules.pop(event.rule, None)
+        if event.phase not in ("ended", "released"):
+            why.rules[event.rule] = event
+        if event.phase.startswith("fired"):
+            why.fired.append(event)
+    elif isinstance(event, TicketChanged):
+        why.tickets.pop(event.ticket, None)
+        if event.state in ("QUEUED", "RUNNING"):
+            why.tickets[event.ticket] = event
+    elif isinstance(event, AtomicStarted):
+        why.atomic = event
+    elif isinstance(event, ActuatorCommanded):
+        why.commands[event.actuator] = event
+    elif isinstance(event, Followed):
+        why.followed = event
+    elif isinstance(event, BodyMoved):
+        why.bodies[event.body] = event
+    elif isinstance(event, Change):
+        why.changes[event.kind] = event
+    if event.t >= why.t - _RECENT and not isinstance(event, _STREAMS):
+        why.recent.append(event)
+
+
+def _learn(graph: dict[str, dict[str, Value]], event: KnowledgeChanged) -> None:
+    node = graph.setdefault(event.subject, {})
+    if event.what == "node added":
+        node["kind"] = event.name
+    elif event.what == "node removed":
+        graph.pop(event.subject)
+    elif event.what == "attribute":
+        node[event.name] = event.value
+    elif event.what in ("edge added", "edge changed"):
+        node[f"{event.name} -> {event.value}"] = True
+    elif event.what == "edge removed":
+        node.pop(f"{event.name} -> {event.value}", None)
+
+
+def _render(why: Why) -> Iterable[str]:
+    yield f"{why.agent} at t = {why.t:.3f} s"
+    yield from _part("known", [_signal(n, *s, why.t) for n, s in sorted(why.signals.items())])
+    yield from _part("", [_node(n, a) for n, a in sorted(why.graph.items())])
+    yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {_values(e.values)}" for e in why.changes.values()])
+    yield from _part("planned", [f"{e.status:8} {e.node}{_since(e, why.t)}" for e in why.tree.values()])
+    active = [f"{e.rule} {e.phase}, priority {e.priority}{_since(e, why.t)}: {e.reading}" for e in why.rules.values()]
+    yield from _part("fired", active or ["no rule is active"])
+    if why.fired:
+        last = why.fired[-1]
+        yield f"             last: {last.rule}{_since(last, why.t)}: {last.reading}"
+    tickets = [
+        f"#{e.ticket} {e.state} {e.action}({_values(e.parameters)}) {e.priority} by {e.by}"
+        for e in why.tickets.values()
+    ]
+    yield from _part("sent", tickets or ["nothing is in the pipeline"])
+    if why.atomic is not None:
+        yield f"             began {why.atomic.action}({_values(why.atomic.parameters)}){_since(why.atomic, why.t)}"
+    for command in why.commands.values():
+        yield f"             {command.actuator} = {_numbers(command.values)} ({command.route}){_since(command, why.t)}"
+    if why.followed is not None:
+        yield f"             {_follower(why.followed)}{_since(why.followed, why.t)}"
+    yield from _part(
+        "truth", [f"{b.body} at ({b.x:.3f}, {b.y:.3f}) m, yaw {b.yaw:.3f} rad" for b in why.bodies.values()]
+    )
+    yield from _part("just before", [describe(e) for e in why.recent[-10:]])
+
+
+def _part(title: str, lines: list[str]) -> Iterable[str]:
+    for i, line in enumerate(lines):
+        yield f"{title if i == 0 else '':<13}{line}"
+
+
+def _since(event: Event, t: float) -> str:
+    age = t - event.t
+    return "" if age < 5e-4 else f", {age:.2f} s ago"
+
+
+def _follower(tick: Followed) -> str:
+    return f"follower: {tick.cross_track * 100:+.1f} cm off, heading {tick.heading_error:+.3f} rad, {tick.rung}"
+
+
+def _signal(name: str, stamp: float, values: list[float], t: float) -> str:
+    age = "" if t - stamp < 5e-4 else f", {t - stamp:.2f} s old"
+    return f"{name} = {_numbers(values)}{age}"
+
+
+def _node(name: str, attributes: dict[str, Value]) -> str:
+    return f"{name}: {_values(attributes)}"
+
+
+def _values(values: object) -> str:
+    if not isinstance(values, dict):
+        return str(values)
+    return ", ".join(k if v is True else f"{k}={_numbers(v)}" for k, v in values.items())
+
+
+def _numbers(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.3f}"
+    if isinstance(value, list):
+        shown = ", ".join(_numbers(v) for v in value)
+        return shown if len(value) == 1 else f"[{shown}]"
+    return str(value)

@@ -1,0 +1,77 @@
+"""What a recording says of a run before it starts."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+import platform
+from collections.abc import Mapping, Sequence
+
+from ..agent import Agent
+from ..catalog import ScenarioSpec
+from ..drivers.mujoco.body import hull_outline, outlines
+from ..drivers.mujoco.sensors import RangeCone
+from ..plan import NodeOutline, TreePlan
+from ..record import AgentInfo, BodyInfo, Place, RunHeader, TreeNode
+from .stage import Stage
+
+_PACKAGES = ("rocs_bt", "mujoco", "casadi", "py-trees", "networkx", "numpy")
+
+
+def versions() -> dict[str, str]:
+    """The versions that a run's bits depend on, by package."""
+    return {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in _PACKAGES}}
+
+
+def make_header(
+    scenario: ScenarioSpec, stage: Stage, agents: Sequence[Agent], *, seed: int, mode: str, content_hash: str
+) -> RunHeader:
+    """The header of one run."""
+    rate = scenario.rate
+    model = stage.world.model
+    return RunHeader(
+        scenario=scenario.name,
+        seed=seed,
+        mode=mode,
+        command=f"rocs-bt run {scenario.name} --seed {seed}" + (f" --mode {mode}" if mode != "lockstep" else ""),
+        versions=versions(),
+        content_hash=content_hash,
+        rates={"physics": 1.0 / rate.physics, "control": rate.control, "plan": rate.plan},
+        agents=tuple(_agent(scenario, agent) for agent in agents),
+        bodies=tuple(_body(model, stage, name) for name in stage.world.robots),
+        outlines=outlines(model, stage.world.robots),
+        places=tuple(
+            Place(
+                name=place.name,
+                x=place.pose.x,
+                y=place.pose.y,
+                yaw=place.pose.yaw if math.isfinite(place.pose.yaw) else 0.0,
+                kind=place.kind,
+                radius=place.tolerance,
+            )
+            for place in scenario.places
+        ),
+    )
+
+
+def _agent(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
+    spec = next(a for a in scenario.agents if a.name == agent.name)
+    nodes = agent.plan.outline if isinstance(agent.plan, TreePlan) else ()
+    return AgentInfo(name=spec.name, robot=spec.robot, mission=spec.mission, rules=spec.rules, nodes=_nodes(nodes))
+
+
+def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:
+    children: Mapping[str, list[str]] = {node.path: [] for node in outline}
+    for node in outline:
+        parent = node.path.rpartition("/")[0]
+        while parent and parent not in children:  # a node's own name may hold a slash
+            parent = parent.rpartition("/")[0]
+        if parent:
+            children[parent].append(node.path)
+    return tuple(TreeNode(path=n.path, type=n.kind, children=tuple(children[n.path])) for n in outline)
+
+
+def _body(model: object, stage: Stage, name: str) -> BodyInfo:
+    sensors = stage.sensors.get(name, {})
+    beams = {s.name: s.beams() for s in sensors.values() if isinstance(s, RangeCone)}
+    return BodyInfo(name=name, hull=hull_outline(model, stage.world.robots[name]), beams=beams)

@@ -1,0 +1,159 @@
+"""Metrics: what summary.json says of each agent, from the event stream alone, so a recording gives the same."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..event import (
+    ActuatorCommanded,
+    Approached,
+    BodyMoved,
+    Event,
+    Followed,
+    GoalEntered,
+    Judged,
+    Replanned,
+    RuleChanged,
+    TicketChanged,
+    Touched,
+)
+
+_HELD = 0.2  # [s] for which a command counts at most: after that the watchdog stops the wheels
+_ENDED = ("SUCCEEDED", "FAILED", "CANCELLED")
+
+
+@dataclass
+class _Tally:
+    """One agent's sums so far."""
+
+    path_length: float = 0.0
+    at: tuple[float, float] | None = None
+    min_clearance: float | None = None
+    touches: Counter[str] = field(default_factory=Counter)
+    activations: int = 0
+    switches: int = 0
+    replans: int = 0
+    route: str = ""  # of the last command; empty while idle
+    driven_by: str = ""  # the last route that was not idle
+    since: float = 0.0
+    times: dict[str, float] = field(default_factory=lambda: {"reactive": 0.0, "deliberative": 0.0})
+    actions: dict[str, Counter[str]] = field(default_factory=dict)
+    cross: list[float] = field(default_factory=list)
+    solve: list[float] = field(default_factory=list)
+    goals: set[str] = field(default_factory=set)
+    judged: Judged | None = None
+
+
+class Metrics:
+    """An event sink that counts.
+
+    Args:
+        agents: The agents' names.
+    """
+
+    def __init__(self, agents: Iterable[str]) -> None:
+        self._tallies = {name: _Tally() for name in agents}
+        self._takes: dict[type[Event], Callable[[_Tally, Any], None]] = {
+            BodyMoved: _moved,
+            Approached: _approached,
+            Touched: _touched,
+            RuleChanged: _rule,
+            ActuatorCommanded: _commanded,
+            Replanned: _replanned,
+            TicketChanged: _ticket,
+            Followed: _followed,
+            GoalEntered: _entered,
+            Judged: _judged,
+        }
+
+    def emit(self, event: Event) -> None:
+        """Count one event."""
+        take, tally = self._takes.get(type(event)), self._tallies.get(event.agent)
+        if take is not None and tally is not None:
+            take(tally, event)
+
+    def of(self, agent: str) -> dict[str, Any]:
+        """One agent's part of summary.json; SI units, None for what there was nothing of."""
+        tally = self._tallies[agent]
+        judged = tally.judged or Judged(t=0.0, outcome="timeout", reason="the run did not end")
+        return {
+            "outcome": judged.outcome,
+            "reason": judged.reason,
+            "time_to_goal": judged.time_to_goal,
+            "goals_reached": len(tally.goals),
+            "path_length": tally.path_length,
+            "min_clearance": tally.min_clearance,
+            "collisions": tally.touches["collision"],
+            "struck": tally.touches["struck"],
+            "reflex_activations": tally.activations,
+            "route_switches": tally.switches,
+            "time_reactive": tally.times["reactive"],
+            "time_deliberative": tally.times["deliberative"],
+            "replans": tally.replans,
+            "actions": {name: dict(sorted(counts.items())) for name, counts in sorted(tally.actions.items())},
+            "tracking_error": {
+                "cross_rms": math.sqrt(sum(c * c for c in tally.cross) / len(tally.cross)) if tally.cross else None,
+                "cross_max": max(map(abs, tally.cross), default=None),
+            },
+            "solve_time": {"median": quantile(tally.solve, 0.5), "p99": quantile(tally.solve, 0.99)},
+        }
+
+
+def quantile(values: Iterable[float], share: float) -> float | None:
+    """The value below which a share of the values lies, the nearest of them; None of nothing."""
+    ordered = sorted(values)
+    return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else None
+
+
+def _moved(tally: _Tally, event: BodyMoved) -> None:
+    if tally.at is not None:
+        tally.path_length += math.hypot(event.x - tally.at[0], event.y - tally.at[1])
+    tally.at = event.x, event.y
+
+
+def _approached(tally: _Tally, event: Approached) -> None:
+    tally.min_clearance = event.distance
+
+
+def _touched(tally: _Tally, event: Touched) -> None:
+    tally.touches[event.kind] += 1
+
+
+def _rule(tally: _Tally, event: RuleChanged) -> None:
+    tally.activations += event.phase in ("fired", "fired again")
+
+
+def _commanded(tally: _Tally, event: ActuatorCommanded) -> None:
+    if tally.route:
+        tally.times[tally.route] += min(event.t - tally.since, _HELD)
+    tally.route, tally.since = "", event.t
+    if event.route in ("reactive", "deliberative"):
+        tally.switches += tally.driven_by not in ("", event.route)
+        tally.route = tally.driven_by = event.route
+
+
+def _replanned(tally: _Tally, event: Replanned) -> None:
+    tally.replans += 1
+
+
+def _ticket(tally: _Tally, event: TicketChanged) -> None:
+    if event.state in _ENDED:
+        tally.actions.setdefault(event.action, Counter())[event.state] += 1
+
+
+def _followed(tally: _Tally, event: Followed) -> None:
+    tally.cross.append(event.cross_track)
+    if event.solve_time > 0.0:
+        tally.solve.append(event.solve_time)
+
+
+def _entered(tally: _Tally, event: GoalEntered) -> None:
+    tally.goals.add(event.goal)
+
+
+def _judged(tally: _Tally, event: Judged) -> None:
+    tally.judged = event

@@ -1,0 +1,80 @@
+"""Giving the robots on a stage their minds: missions, rules and what they are told, from a scenario's names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..agent import Agent, Mind, Rates, build_agent
+from ..catalog import AgentSpec, Catalog, RobotSpec, ScenarioSpec
+from ..clock import Clock, Rate
+from ..device import Sensor, Watchdog
+from ..errors import InputError
+from ..event import EventSink
+from ..plan import mission_arguments
+
+Build = Callable[..., Any]
+
+
+def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None = None) -> Mind:
+    """What a scenario says of one agent's mind.
+
+    Args:
+        scenario: The scenario.
+        agent: One of its agents.
+        catalog: Where missions and rules are found.
+        build: A mission to play instead of the scenario's.
+
+    Raises:
+        InputError: A name does not exist, or the mission does not take the parameters.
+    """
+    mission = build or catalog.load_mission(agent.mission)
+    try:
+        parameters = mission_arguments(mission, agent.parameters if build is None else {})
+    except InputError as error:
+        raise error.at(scenario.file, agent.parameters_line or agent.line) from error
+    return Mind(
+        build=mission,
+        mission=agent.mission if build is None else getattr(build, "__module__", "mission"),
+        parameters=parameters,
+        rules=[catalog.find("rules", name).path for name in agent.rules],
+        places=[place for place in scenario.places if agent.name in place.agents],
+    )
+
+
+def build_minds(
+    scenario: ScenarioSpec,
+    catalog: Catalog,
+    robots: Mapping[str, RobotSpec],
+    sensors: Mapping[str, Mapping[str, Sensor]],
+    actuators: Mapping[str, Mapping[str, Watchdog]],
+    sensor_rates: Mapping[str, Mapping[str, Rate]],
+    *,
+    clock: Clock,
+    sink: EventSink,
+    timer: Callable[[], float] | None = None,
+    missions: Mapping[str, Build] | None = None,
+) -> list[Agent]:
+    """All agents of a scenario, in its order; mappings are by agent.
+
+    Raises:
+        InputError: Something in a mission, a rule file or robot.toml does not fit, with every fault of that file.
+    """
+    period = scenario.rate.control_rate.period
+    rates = Rates(control=Rate(1, period), plan=scenario.rate.plan_rate)
+    return [
+        build_agent(
+            agent.name,
+            robots[agent.name],
+            load_mind(scenario, agent, catalog, (missions or {}).get(agent.name)),
+            sensors=sensors[agent.name],
+            actuators=actuators[agent.name],
+            sensor_rates=sensor_rates[agent.name],
+            rates=rates,
+            clock=clock,
+            sink=sink,
+            timer=timer,
+            load_class=catalog.load_class,
+        )
+        for agent in scenario.agents
+    ]

@@ -1,0 +1,138 @@
+"""How an agent did: exactly one outcome, from the simulation's truth (DESIGN 9)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..errors import BlockError
+from ..geometry import Pose2
+
+OUTCOMES = ("error", "collision", "success", "stuck", "timeout")
+"""In the order of their weight: an earlier one outranks all later ones."""
+
+_PROGRESS = 0.05  # [m] that a robot must get on ...
+_PATIENCE = 15.0  # [s] ... in this time, while it is commanded to move
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Where an agent must truly be: a place's name, position and tolerance [m]."""
+
+    name: str
+    pose: Pose2
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An outcome, why, and when the mission's goal was reached [s]; None if it was not."""
+
+    outcome: str
+    reason: str
+    time_to_goal: float | None
+
+
+class MindState(Protocol):
+    """What a judge asks a mind."""
+
+    @property
+    def status(self) -> str:
+        """The mission's: RUNNING, SUCCESS or FAILURE."""
+        ...
+
+    @property
+    def reason(self) -> str:
+        """Why the mission failed; empty while it did not."""
+        ...
+
+    @property
+    def failure(self) -> BlockError | None:
+        """The block that failed; None while all is well."""
+        ...
+
+
+class Judge:
+    """Watches one agent, a control period at a time.
+
+    Args:
+        goal: The scenario's goal check; None where the mission's word is enough.
+        end_on_collision: Whether a collision decides at once.
+
+    Attributes:
+        decided: Whether nothing that may still come can matter.
+    """
+
+    def __init__(self, goal: Goal | None = None, *, end_on_collision: bool = False) -> None:
+        self._goal = goal
+        self._end_on_collision = end_on_collision
+        self._found: dict[str, str] = {}
+        self._anchor: Pose2 | None = None
+        self._trying = 0.0
+        self._last: float | None = None
+        self._mission = "RUNNING"
+        self._distance = math.inf
+        self.time_to_goal: float | None = None
+        self.decided = False
+
+    def update(
+        self, t: float, pose: Pose2, mind: MindState, *, commanded: bool, collisions: Sequence[str] = ()
+    ) -> bool:
+        """Look at one control period.
+
+        Args:
+            t: The time [s].
+            pose: Where the robot truly is.
+            mind: Its mind.
+            commanded: Whether it is asked to move.
+            collisions: What it ran into since the last time.
+
+        Returns:
+            Whether the outcome is decided.
+        """
+        self._mission = mind.status
+        self._distance = math.inf if self._goal is None else pose.distance(self._goal.pose)
+        if mind.failure is not None:
+            self._note("error", str(mind.failure), decides=True)
+        for other in collisions:
+            self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
+        if mind.status == "SUCCESS" and (self._goal is None or self._distance <= self._goal.tolerance):
+            if self.time_to_goal is None:
+                self.time_to_goal = t
+            self._note("success", "", decides=True)
+        elif mind.status == "FAILURE":
+            self._note("stuck", f"the mission failed: {mind.reason or 'it says not why'}", decides=True)
+        self._watch_progress(t, pose, commanded)
+        return self.decided
+
+    def verdict(self) -> Verdict:
+        """The outcome as things stand."""
+        for outcome in OUTCOMES:
+            if outcome in self._found:
+                return Verdict(outcome, self._found[outcome], self.time_to_goal)
+        return Verdict("timeout", self._why_not(), None)
+
+    def _note(self, outcome: str, reason: str, *, decides: bool) -> None:
+        self._found.setdefault(outcome, reason)
+        self.decided = self.decided or decides
+
+    def _watch_progress(self, t: float, pose: Pose2, commanded: bool) -> None:
+        passed = 0.0 if self._last is None else t - self._last
+        self._last = t
+        if self._anchor is None or pose.distance(self._anchor) >= _PROGRESS:
+            self._anchor, self._trying = pose, 0.0
+        elif commanded:
+            self._trying += passed
+        if self._trying >= _PATIENCE - 1e-9:
+            reason = f"it got on less than {_PROGRESS} m in {_PATIENCE:g} s near x = {pose.x:.2f} m, y = {pose.y:.2f} m"
+            self._note("stuck", reason, decides=True)
+
+    def _why_not(self) -> str:
+        if self._goal is None:
+            return f"the mission is still {self._mission}"
+        where = f"{self._distance:.2f} m from '{self._goal.name}'"
+        if self._mission == "SUCCESS":
+            return f"the mission says SUCCESS, but it is {where}, whose tolerance is {self._goal.tolerance:g} m"
+        return f"the mission is still {self._mission}, {where}"

@@ -1,0 +1,84 @@
+"""Where robots start: the scenario's poses, moved by the seed, with nobody inside of anything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ..drivers.mujoco import MujocoWorld
+from ..errors import Fault, InputError
+from ..geometry import Pose2, wrap_angle
+from .streams import stream
+
+_DRAWS = 20  # until a start is called impossible
+
+
+class Start(Protocol):
+    """What placement needs of an agent or a mover of a scenario."""
+
+    @property
+    def name(self) -> str:
+        """The robot's name in the world."""
+        ...
+
+    @property
+    def pose(self) -> Pose2:
+        """Where it starts, before the seed moves it."""
+        ...
+
+    @property
+    def jitter(self) -> Pose2:
+        """Half-widths of the uniform draw."""
+        ...
+
+
+def place_all(world: MujocoWorld, starts: Sequence[Start], content: str, seed: int) -> dict[str, Pose2]:
+    """Put every robot at its start, drawn anew while it is inside of something.
+
+    Args:
+        world: The world; all its robots are placed.
+        starts: Where they start.
+        content: A hash of the scenario's content.
+        seed: The episode's seed.
+
+    Returns:
+        The poses by robot.
+
+    Raises:
+        InputError: A robot cannot stand where it should; tells for each one where, and in what.
+    """
+    poses, faults = {}, []
+    # Out of each other's way first: those that are not placed yet must not block those that are.
+    for i, start in enumerate(starts):
+        world.place(start.name, Pose2(1e4 + 10.0 * i, 1e4))
+    for start in starts:
+        rng = stream(content, seed, start.name, "start")
+        for _ in range(_DRAWS):
+            pose = jittered(start.pose, start.jitter, rng)
+            world.place(start.name, pose)
+            distance, thing = world.clearance(start.name, limit=1e-6)
+            if not thing:
+                break
+        else:
+            faults.append(_inside(start.name, pose, distance, thing))
+        poses[start.name] = pose
+    if faults:
+        raise InputError(*faults)
+    return poses
+
+
+def jittered(pose: Pose2, jitter: Pose2, rng: np.random.Generator) -> Pose2:
+    """The pose, moved by three uniform draws within the half-widths of `jitter`."""
+    x, y, yaw = rng.uniform(-1.0, 1.0, 3).tolist()
+    return Pose2(pose.x + x * jitter.x, pose.y + y * jitter.y, wrap_angle(pose.yaw + yaw * jitter.yaw))
+
+
+def _inside(name: str, pose: Pose2, distance: float, thing: str) -> Fault:
+    return Fault(
+        f"{name} cannot start at x = {pose.x:.2f} m, y = {pose.y:.2f} m, yaw = {math.degrees(pose.yaw):.0f} deg: "
+        f"its hull would be {max(-distance, 0.0):.2f} m inside '{thing}'.",
+        hint="Move its start, or make its jitter smaller.",
+    )

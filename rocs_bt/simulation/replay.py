@@ -1,0 +1,107 @@
+"""Replay: the recorded sensors to the same mind, which must reach the same decisions (DESIGN 9)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from ..agent import robot_drive
+from ..catalog import Catalog, RobotSpec, ScenarioSpec, content_hash
+from ..clock import SimulatedClock
+from ..device import Sensor, Watchdog
+from ..drivers.replay import ReplayActuator, replay_sensors
+from ..errors import RecordingError
+from ..event import AgentStopped, CommandExpired, Event, ListSink
+from ..record import WORLD_EVENTS, Divergence, Recording, compare
+from .minds import Build, build_minds
+
+_NOT_THE_MINDS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired)
+
+
+def replay(
+    recording: Recording,
+    catalog: Catalog | None = None,
+    *,
+    agent: str | None = None,
+    missions: Mapping[str, Build] | None = None,
+) -> Divergence | None:
+    """Feed a recording's sensors to the minds of its scenario, and compare what they do with what was recorded.
+
+    Args:
+        recording: Of a lockstep run; one that was cut off is compared as far as it goes.
+        catalog: Where the scenario is found; the project around the current folder by default.
+        agent: Compare this agent alone.
+        missions: By agent, the mission's `build` that was played instead of the scenario's.
+
+    Returns:
+        The first difference; None when every decision is the same, byte for byte but for wall-time fields.
+
+    Raises:
+        RecordingError: The run was threaded, or the content is not the one that was recorded.
+        InputError: The scenario is not found, or does not load.
+    """
+    header = recording.header
+    if header.mode != "lockstep":
+        raise RecordingError(
+            f"'{recording.path}' was recorded in {header.mode} mode, whose decisions depend on wall time and do not "
+            "repeat. Record it in lockstep mode, or ask it with --why."
+        )
+    catalog = catalog or Catalog.here()
+    scenario = catalog.load_scenario(header.scenario)
+    if content_hash(catalog.content_of(scenario)) != header.content_hash:
+        raise RecordingError(
+            f"the content of '{header.scenario}' has changed since '{recording.path}' was recorded (content_hash "
+            f"{header.content_hash[:12]}). Check out the version that was recorded, or run the scenario again."
+        )
+    recorded = [e for e in recording.events() if not isinstance(e, _NOT_THE_MINDS)]
+    found = _decide(scenario, catalog, recorded, missions)
+    if agent is not None:
+        recorded, found = ([e for e in events if e.agent == agent] for events in (recorded, found))
+    return compare(recorded, found, cut_off=not recording.complete)
+
+
+def _decide(
+    scenario: ScenarioSpec,
+    catalog: Catalog,
+    recorded: Sequence[Event],
+    missions: Mapping[str, Build] | None,
+) -> list[Event]:
+    """What the scenario's minds do when their sensors say what they said."""
+    control, sink = scenario.rate.control_rate, ListSink()
+    clock = SimulatedClock(scenario.rate.physics)
+    robots = {a.name: catalog.load_robot(a.robot) for a in scenario.agents}
+    sensors: dict[str, Mapping[str, Sensor]] = {}
+    for name, robot in robots.items():
+        sensors[name] = dict(replay_sensors(recorded, name, [s.name for s in robot.sensors], clock).items())
+    minds = build_minds(
+        scenario,
+        catalog,
+        robots,
+        sensors,
+        {name: _actuators(robot, clock) for name, robot in robots.items()},
+        {n: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()},
+        clock=clock,
+        sink=sink,
+        missions=missions,
+    )
+    stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}
+    last = round(recorded[-1].t / control.period) if recorded else -1
+    for count in range(last + 1):
+        for mind in minds:
+            if (stop := stops.get(mind.name)) and count >= round(stop.t / control.period):
+                mind.stop(stop.by)
+        for mind in minds:
+            if not mind.stopped:
+                mind.step(count)
+        clock.advance(control.every)
+    return sink.events
+
+
+def _actuators(robot: RobotSpec, clock: SimulatedClock) -> dict[str, Watchdog]:
+    wheels = len(robot_drive(robot.drive).wheels)
+    return {
+        a.name: Watchdog(
+            ReplayActuator(a.name, wheels if a.name == robot.drive.actuator else 1, clock), clock, math.inf
+        )
+        for a in robot.actuators
+    }

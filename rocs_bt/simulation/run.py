@@ -1,0 +1,228 @@
+"""One call: a scenario to its outcome, its recording and its report (DESIGN 9)."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..agent import Agent, ThreadedRunner
+from ..catalog import Catalog, ScenarioSpec, content_hash
+from ..clock import WallClock
+from ..errors import InputError
+from ..event import Event, EventSink, Fanout
+from ..record import Recorder, Recording, write_report
+from .episode import Episode, Result
+from .header import make_header, versions
+from .metrics import Metrics
+from .minds import Build, build_minds
+from .stage import Stage, set_stage
+
+MODES = ("lockstep", "threaded")
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run left behind.
+
+    Attributes:
+        summary: What summary.json holds (DESIGN 9).
+        recording: run.mcap; None where nothing was recorded.
+        report: report.html; None where none was written.
+    """
+
+    summary: Mapping[str, Any]
+    recording: Path | None = None
+    report: Path | None = None
+
+    @property
+    def success(self) -> bool:
+        """Whether every agent succeeded."""
+        return all(agent["outcome"] == "success" for agent in self.summary["agents"].values())
+
+    def __str__(self) -> str:
+        lines = [f"{self.summary['scenario']}, seed {self.summary['seed']}, {self.summary['sim_time']:.1f} s simulated"]
+        for name, agent in self.summary["agents"].items():
+            reason = f": {agent['reason']}" if agent["reason"] else ""
+            lines.append(
+                f"{name} {agent['outcome']}{reason}; {agent['path_length']:.2f} m, {agent['collisions']} collisions, "
+                f"{agent['reflex_activations']} reflexes, {agent['replans']} re-plans"
+            )
+        return "\n".join(lines)
+
+
+class Relay:
+    """A sink whose target is known only after those that emit into it have been built; it keeps what came before."""
+
+    def __init__(self) -> None:
+        self._early: list[Event] = []
+        self.emit: Callable[[Event], None] = self._early.append
+
+    def open(self, target: EventSink) -> None:
+        """Hand over what came so far, and from now on everything at once."""
+        for event in self._early:
+            target.emit(event)
+        self.emit = target.emit
+
+
+def run(
+    scenario: ScenarioSpec | str,
+    catalog: Catalog | None = None,
+    *,
+    seed: int = 1,
+    mode: str = "lockstep",
+    out: Path | str | None = None,
+    duration: float | None = None,
+    report: bool = True,
+    view: bool = False,
+    video: Path | None = None,
+    progress: Callable[[float], None] | None = None,
+    missions: Mapping[str, Build] | None = None,
+    prepare: Callable[[Stage], None] | None = None,
+    sinks: Sequence[EventSink] = (),
+) -> RunResult:
+    """Run a scenario.
+
+    Args:
+        scenario: A scenario, or its name or file.
+        catalog: Where content is found; the project around the current folder by default.
+        seed: The episode's seed.
+        mode: `lockstep` or `threaded`.
+        out: The folder for summary.json, run.mcap and report.html; None writes nothing.
+        duration: The longest it may take [s]; the scenario's own by default.
+        report: Whether to write report.html.
+        view: Show MuJoCo's viewer.
+        video: Render a video to this file.
+        progress: Called once a control period with the time [s].
+        missions: By agent, a mission's `build` to play instead of the scenario's.
+        prepare: Called with the stage before the minds are built; it may replace devices, to break them in a test.
+        sinks: More sinks for all events.
+
+    Raises:
+        InputError: Something in the content is wrong; nothing was written.
+        RocsError: The engine failed.
+    """
+    catalog = catalog or Catalog.here()
+    spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
+    if mode not in MODES:
+        raise InputError(f"no mode is named '{mode}'. There are: {', '.join(MODES)}.")
+    relay, metrics = Relay(), Metrics(a.name for a in spec.agents)
+    clock = WallClock() if mode == "threaded" else None
+    stage = set_stage(spec, catalog, seed, relay, clock=clock)
+    if prepare is not None:
+        prepare(stage)
+    agents = stage_minds(spec, stage, catalog, relay, missions)
+    digest = content_hash(catalog.content_of(spec))
+    with ExitStack() as stack:
+        recorder = None
+        if out is not None:
+            Path(out).mkdir(parents=True, exist_ok=True)
+            header = make_header(spec, stage, agents, seed=seed, mode=mode, content_hash=digest)
+            recorder = Recorder(Path(out) / "run.mcap", header)
+            stack.callback(recorder.close)
+        relay.open(Fanout(metrics, *([recorder] if recorder else []), *sinks))
+        for agent in agents:
+            stack.callback(agent.close)
+        watch = _watchers(stack, stage, progress, view, video)
+        episode = Episode(
+            stage.world,
+            agents,
+            stage.judges,
+            movers=stage.movers,
+            wheels=stage.wheels,
+            goals=stage.goals,
+            control=spec.rate.control_rate,
+            duration=spec.duration if duration is None else duration,
+            sink=relay,
+            watch=watch,
+        )
+        result = _play(episode, agents, clock)
+        summary = _summary(spec, seed, mode, digest, result, metrics)
+        if recorder is not None:
+            recorder.close(summary)
+    return _keep(summary, None if out is None else Path(out), report)
+
+
+def stage_minds(
+    spec: ScenarioSpec, stage: Stage, catalog: Catalog, sink: EventSink, missions: Mapping[str, Build] | None = None
+) -> list[Agent]:
+    """The minds of those on a stage."""
+    return build_minds(
+        spec,
+        catalog,
+        stage.robots,
+        stage.sensors,
+        stage.actuators,
+        stage.sensor_rates,
+        clock=stage.clock,
+        sink=sink,
+        timer=time.perf_counter,
+        missions=missions,
+    )
+
+
+def _play(episode: Episode, agents: Sequence[Agent], clock: WallClock | None) -> Result:
+    if clock is None:
+        return episode.run()
+    return episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in agents])
+
+
+def _watchers(
+    stack: ExitStack, stage: Stage, progress: Callable[[float], None] | None, view: bool, video: Path | None
+) -> Callable[[float], bool]:
+    """Everybody who looks at the run once a control period, as one; False when the viewer's window was closed."""
+    watchers: list[Callable[[float], bool]] = []
+    if view:
+        from .viewer import Viewer
+
+        watchers.append(stack.enter_context(Viewer(stage.world)))
+    if video is not None:
+        from .video import Video
+
+        watchers.append(stack.enter_context(Video(stage.world, video)))
+
+    def watch(t: float) -> bool:
+        if progress is not None:
+            progress(t)
+        going = [watcher(t) for watcher in watchers]  # each of them looks, whatever the others say
+        return all(going)
+
+    return watch
+
+
+def _summary(spec: ScenarioSpec, seed: int, mode: str, digest: str, result: Result, metrics: Metrics) -> dict[str, Any]:
+    return {
+        "scenario": spec.name,
+        "seed": seed,
+        "mode": mode,
+        "versions": versions(),
+        "content_hash": digest,
+        "sim_time": result.sim_time,
+        "wall_time": result.wall_time,
+        "real_time_factor": result.real_time_factor,
+        "trajectory_hash": result.trajectory_hash,
+        "agents": {
+            agent.name: {
+                "robot": agent.robot,
+                "mission": agent.mission,
+                "rules": list(agent.rules),
+                **metrics.of(agent.name),
+            }
+            for agent in spec.agents
+        },
+    }
+
+
+def _keep(summary: Mapping[str, Any], out: Path | None, report: bool) -> RunResult:
+    if out is None:
+        return RunResult(summary)
+    (out / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    recording, page = out / "run.mcap", out / "report.html"
+    if not report:
+        return RunResult(summary, recording)
+    write_report(Recording.open(recording), summary, page)
+    return RunResult(summary, recording, page)

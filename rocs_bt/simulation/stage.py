@@ -1,0 +1,195 @@
+"""Setting the stage: from a scenario's file to a world with robots that can sense and act, but do not think yet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..agent import robot_drive
+from ..catalog import Catalog, RobotSpec, ScenarioSpec, content_hash, is_reference, make_entry
+from ..clock import Clock, Rate, SimulatedClock
+from ..device import Sensor, Watchdog
+from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compose_world, make_actuator, make_sensor
+from ..errors import Fault, InputError
+from ..event import CommandExpired, EventSink
+from ..geometry import Pose2
+from .mover import Mover, make_mover
+from .outcome import Goal, Judge
+from .placement import place_all
+from .streams import stream
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A world in which everybody stands at the start.
+
+    Attributes:
+        world: The world.
+        clock: Its time.
+        robots: By agent and mover.
+        sensors: By agent, then by name.
+        actuators: By agent, then by name; guarded.
+        sensor_rates: By agent, then by name, over control periods.
+        movers: Who else moves.
+        wheels: By robot, how fast its rims truly go [m/s].
+        judges: By agent.
+        goals: By agent, those that it may enter.
+        starts: Where everybody stands.
+    """
+
+    world: MujocoWorld
+    clock: Clock
+    robots: Mapping[str, RobotSpec]
+    sensors: Mapping[str, Mapping[str, Sensor]]
+    actuators: Mapping[str, Mapping[str, Watchdog]]
+    sensor_rates: Mapping[str, Mapping[str, Rate]]
+    movers: Sequence[Mover]
+    wheels: Mapping[str, Callable[[], list[float]]]
+    judges: Mapping[str, Judge]
+    goals: Mapping[str, Sequence[Goal]]
+    starts: Mapping[str, Pose2]
+
+
+def set_stage(
+    scenario: ScenarioSpec, catalog: Catalog, seed: int, sink: EventSink, *, clock: Clock | None = None
+) -> Stage:
+    """Compose the world, place everybody, and make all devices.
+
+    Args:
+        scenario: What is to be played.
+        catalog: Where its robots and its world are found.
+        seed: The episode's seed.
+        sink: Where events go.
+        clock: Time; a simulated one by default.
+
+    Raises:
+        InputError: Content is missing or does not fit together, or somebody would start inside of something.
+    """
+    time = clock or SimulatedClock(scenario.rate.physics)
+    world, robots = _compose(scenario, catalog, time)
+    content = content_hash([make_entry(scenario.file, "scenario", "file")])
+    starts = place_all(world, [*scenario.agents, *scenario.movers], content, seed)
+    sensors: dict[str, dict[str, Sensor]] = {}
+    actuators: dict[str, dict[str, Watchdog]] = {}
+    wheels: dict[str, Callable[[], list[float]]] = {}
+    for agent in scenario.agents:
+        spec = robots[agent.name]
+        sensors[agent.name] = {
+            s.name: make_sensor(
+                world,
+                agent.name,
+                s.name,
+                _driver(catalog, spec, s.driver),
+                s.parameters,
+                noise=s.noise,
+                rng=stream(content, seed, agent.name, f"noise of {s.name}"),
+            )
+            for s in spec.sensors
+        }
+        actuators[agent.name] = _actuators(world, catalog, agent.name, spec, time, sink, wheels)
+    rates = {
+        a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
+        for a in scenario.agents
+    }
+    movers = _movers(world, scenario, robots, content, seed, wheels)
+    goals = {
+        a.name: [Goal(p.name, p.pose, p.tolerance) for p in scenario.places if p.kind == "goal" and a.name in p.agents]
+        for a in scenario.agents
+    }
+    judges = {
+        a.name: Judge(
+            next((g for g in _goals_of(scenario) if g.name == a.success), None),
+            end_on_collision=scenario.end_on_collision,
+        )
+        for a in scenario.agents
+    }
+    return Stage(world, time, robots, sensors, actuators, rates, movers, wheels, judges, goals, starts)
+
+
+def compose_scenario(scenario: ScenarioSpec, catalog: Catalog, clock: Clock | None = None) -> MujocoWorld:
+    """A scenario's compiled world alone, with its robots at the origin.
+
+    Raises:
+        InputError: Content is missing or does not fit together.
+    """
+    return _compose(scenario, catalog, clock or SimulatedClock(scenario.rate.physics))[0]
+
+
+def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[MujocoWorld, dict[str, RobotSpec]]:
+    specs = {name: catalog.load_robot(name) for name in scenario.robots}
+    robots = {a.name: specs[a.robot] for a in scenario.agents} | {m.name: specs[m.robot] for m in scenario.movers}
+    minds = {agent.name for agent in scenario.agents}
+    placed = []
+    for name, spec in robots.items():
+        if spec.model is None:
+            raise InputError(
+                Fault(f"the robot '{spec.name}' has no model.", spec.file, hint='Add model = "robot.xml".')
+            )
+        mounts = [SensorMount(s.name, _driver(catalog, spec, s.driver), s.parameters) for s in spec.sensors]
+        placed.append(Placed(name, spec.model, mounts if name in minds else ()))
+    arena = catalog.find("world", scenario.world).path
+    return compose_world(arena, placed, step=scenario.rate.physics, clock=clock), robots
+
+
+def _driver(catalog: Catalog, robot: RobotSpec, driver: str) -> Any:
+    """A driver's name, or the class that `file.py:Class` beside robot.toml means."""
+    if not is_reference(driver):
+        return driver
+    file, _, cls = driver.partition(":")
+    return catalog.load_class(robot.folder / file, cls)
+
+
+def _actuators(
+    world: MujocoWorld,
+    catalog: Catalog,
+    agent: str,
+    robot: RobotSpec,
+    clock: Clock,
+    sink: EventSink,
+    wheels: dict[str, Callable[[], list[float]]],
+) -> dict[str, Watchdog]:
+    made = {}
+    for spec in robot.actuators:
+        device = make_actuator(world, agent, spec.name, _driver(catalog, robot, spec.driver), spec.parameters)
+        if spec.name == robot.drive.actuator and hasattr(device, "measured"):
+            wheels[agent] = device.measured
+
+        def expired(t: float, name: str = spec.name) -> None:
+            sink.emit(CommandExpired(t=t, agent=agent, actuator=name))
+
+        made[spec.name] = Watchdog(device, clock, spec.max_command_age, expired)
+        world.guard(made[spec.name])
+    return made
+
+
+def _movers(
+    world: MujocoWorld,
+    scenario: ScenarioSpec,
+    robots: Mapping[str, RobotSpec],
+    content: str,
+    seed: int,
+    wheels: dict[str, Callable[[], list[float]]],
+) -> list[Mover]:
+    movers = []
+    for mover in scenario.movers:
+        robot = robots[mover.name]
+        spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
+        device = make_actuator(world, mover.name, spec.name, spec.driver, spec.parameters)
+        if hasattr(device, "measured"):
+            wheels[mover.name] = device.measured
+        made = make_mover(
+            mover.script,
+            mover.parameters,
+            name=mover.name,
+            world=world,
+            drive=robot_drive(robot.drive),
+            wheels=device,
+            rng=stream(content, seed, mover.name, mover.script),
+        )
+        movers.append(made)
+    return movers
+
+
+def _goals_of(scenario: ScenarioSpec) -> list[Goal]:
+    return [Goal(p.name, p.pose, p.tolerance) for p in scenario.places if p.kind == "goal"]

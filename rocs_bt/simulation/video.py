@@ -1,0 +1,156 @@
+"""A video of a run, rendered without a display where OpenGL works in software."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..drivers.mujoco import MujocoWorld
+from ..errors import Fault, InputError
+
+Frame = npt.NDArray[np.uint8]
+
+_FORMATS = (".mp4", ".gif", ".webp", ".png")
+_BACKENDS = ("egl", "osmesa")
+_INSTALL = (
+    "Install one of them: on Debian and Ubuntu 'apt-get install libegl1 libgl1 libgl1-mesa-dri' or "
+    "'apt-get install libosmesa6'. Without it, report.html has the run as an animation."
+)
+
+
+class Video:
+    """Renders a world from above and writes it to a file; a context manager that an episode calls.
+
+    Args:
+        world: What to film.
+        file: `.mp4` needs the extra [video]; `.gif` and `.webp` need nothing more; `.png` is the last frame alone.
+        size: Width and height [pixels]; by default small enough for the format.
+        rate: Frames per simulated second [1/s].
+
+    Raises:
+        InputError: The format is not known, or cannot be written or rendered on this machine; says what to install.
+    """
+
+    def __init__(
+        self, world: MujocoWorld, file: Path, *, size: tuple[int, int] | None = None, rate: float = 10.0
+    ) -> None:
+        if file.suffix not in _FORMATS:
+            raise InputError(
+                Fault(f"cannot write a video as '{file.name}'.", hint=f"Its name must end in {', '.join(_FORMATS)}.")
+            )
+        if file.suffix == ".mp4" and importlib.util.find_spec("imageio_ffmpeg") is None:
+            raise InputError(
+                Fault("writing .mp4 needs the extra [video].", hint="pip install 'rocs_bt[video]', or write a .gif.")
+            )
+        self._file = file
+        self._rate = rate
+        self._due = 0.0
+        self._camera = _Camera(world, size or ((1280, 960) if file.suffix == ".mp4" else (640, 480)))
+        self._frames: list[Any] = []
+        self._writer: Any = None
+
+    def __enter__(self) -> Video:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def __call__(self, t: float) -> bool:
+        """Film the world at time t [s], if a frame is due; never ends the run."""
+        if t >= self._due - 1e-9:
+            self._due += 1.0 / self._rate
+            self._take(self._camera.shoot())
+        return True
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._camera.close()
+        if self._writer is not None:
+            self._writer.close()
+            self._writer = None
+        elif self._frames:
+            first, *rest = self._frames
+            still = self._file.suffix == ".png"
+            options = {} if still else {"save_all": True, "append_images": rest, "loop": 0}
+            first.save(self._file, duration=round(1000.0 / self._rate), **options)
+            self._frames = []
+
+    def _take(self, frame: Frame) -> None:
+        if self._file.suffix == ".mp4":
+            if self._writer is None:
+                imageio = importlib.import_module("imageio.v2")
+                self._writer = imageio.get_writer(str(self._file), fps=self._rate, macro_block_size=None)
+            self._writer.append_data(frame)
+            return
+        image = importlib.import_module("PIL.Image").fromarray(frame)
+        if self._file.suffix == ".png":
+            self._frames = [image]
+        else:
+            self._frames.append(image.quantize(64) if self._file.suffix == ".gif" else image)
+
+
+class _Camera:
+    """MuJoCo's classic renderer on a context of its own, looking down on the whole world."""
+
+    def __init__(self, world: MujocoWorld, size: tuple[int, int]) -> None:
+        import mujoco
+
+        self._mj, self._world, self._size = mujoco, world, size
+        self._gl = _context(size)
+        self._gl.make_current()
+        model = world.model
+        model.vis.global_.offwidth = max(int(model.vis.global_.offwidth), size[0])
+        model.vis.global_.offheight = max(int(model.vis.global_.offheight), size[1])
+        self._scene = mujoco.MjvScene(model, maxgeom=2000)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # four times as fast
+        self._option = mujoco.MjvOption()
+        self._option.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = 0
+        self._option.geomgroup[3] = 1  # hulls
+        self._render = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._render)
+        self._view = mujoco.MjvCamera()
+        self._view.lookat[:] = model.stat.center
+        self._view.distance = 0.85 * model.stat.extent
+        self._view.azimuth, self._view.elevation = 90.0, -65.0
+
+    def shoot(self) -> Frame:
+        """One frame, (height, width, 3)."""
+        mj, (width, height) = self._mj, self._size
+        with self._world.lock:
+            self._world.update_poses()
+            mj.mjv_updateScene(
+                self._world.model,
+                self._world.data,
+                self._option,
+                None,
+                self._view,
+                mj.mjtCatBit.mjCAT_ALL,
+                self._scene,
+            )
+        view = mj.MjrRect(0, 0, width, height)
+        frame = np.empty((height, width, 3), dtype=np.uint8)
+        mj.mjr_render(view, self._scene, self._render)
+        mj.mjr_readPixels(frame, None, view, self._render)
+        return frame[::-1].copy()
+
+    def close(self) -> None:
+        """Let go of the graphics."""
+        self._render.free()
+        self._gl.free()
+
+
+def _context(size: tuple[int, int]) -> Any:
+    """An OpenGL context without a display: the first backend that works."""
+    tried = []
+    for backend in _BACKENDS:
+        try:
+            return importlib.import_module(f"mujoco.{backend}").GLContext(*size)
+        except Exception as error:  # noqa: BLE001 - OpenGL loaders raise whatever their platform raises
+            tried.append(f"{backend}: {' '.join(str(error).split())[:120]}")
+    raise InputError(Fault(f"a video was asked for, but no OpenGL works here ({'; '.join(tried)}).", hint=_INSTALL))

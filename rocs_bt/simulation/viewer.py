@@ -1,0 +1,56 @@
+"""Watching a run in MuJoCo's viewer."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+import threading
+from types import TracebackType
+
+from ..clock import WallClock
+from ..drivers.mujoco import MujocoWorld
+from ..errors import Fault, InputError
+
+
+class Viewer:
+    """MuJoCo's passive viewer on a world; a context manager that an episode calls once a control period.
+
+    In lockstep it also holds the run back to the pace of the wall clock, so that a person can follow it.
+
+    Args:
+        world: What to show.
+
+    Raises:
+        InputError: There is no display, or MuJoCo's viewer does not start on this machine.
+    """
+
+    def __init__(self, world: MujocoWorld) -> None:
+        if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+            raise InputError(
+                Fault(
+                    "the viewer was asked for, but this machine has no display: DISPLAY and WAYLAND_DISPLAY are unset.",
+                    hint="Look at the animation in report.html instead, or render a video with --video FILE.",
+                )
+            )
+        viewer = importlib.import_module("mujoco.viewer")
+        try:
+            self._handle = viewer.launch_passive(world.model, world.data, show_left_ui=False, show_right_ui=False)
+        except (RuntimeError, ImportError, OSError) as error:
+            raise InputError(Fault(f"the viewer does not start: {error}.", hint="See 'rocs-bt doctor'.")) from error
+        self._world = world
+        self._clock = WallClock()
+
+    def __enter__(self) -> Viewer:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._handle.close()
+
+    def __call__(self, t: float) -> bool:
+        """Show the world at time t [s]; False when the person has closed the window."""
+        with self._world.lock:
+            self._world.update_poses()
+            self._handle.sync()
+        self._clock.wait_until(t, threading.Event())
+        return bool(self._handle.is_running())

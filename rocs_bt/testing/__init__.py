@@ -1,0 +1,1 @@
+"""For tests of missions, rules and robots: a pytest plugin, which pip installs with the package."""

@@ -1,0 +1,188 @@
+"""Quantities with units: what files say, and the SI numbers inside (DESIGN 4).
+
+A file writes `"0.5 m"` or `"60 deg"`; the engine holds metres and radians. The angle is a dimension of its own
+here, so that a length cannot stand where an angle is meant.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Annotated
+
+from .errors import Fault, UnitError, did_you_mean
+
+_BASE = ("m", "s", "rad", "kg", "A", "K", "bit")
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """Exponents of the base units m, s, rad, kg, A, K, bit."""
+
+    exponents: tuple[int, ...] = (0,) * len(_BASE)
+
+    def __mul__(self, other: Dimension) -> Dimension:
+        return Dimension(tuple(a + b for a, b in zip(self.exponents, other.exponents, strict=True)))
+
+    def __truediv__(self, other: Dimension) -> Dimension:
+        return Dimension(tuple(a - b for a, b in zip(self.exponents, other.exponents, strict=True)))
+
+    def __pow__(self, power: int) -> Dimension:
+        return Dimension(tuple(a * power for a in self.exponents))
+
+    def __str__(self) -> str:
+        def side(sign: int) -> list[str]:
+            return [
+                name if abs(e) == 1 else f"{name}{abs(e)}"
+                for name, e in zip(_BASE, self.exponents, strict=True)
+                if e * sign > 0
+            ]
+
+        above, below = side(1), side(-1)
+        if not above and not below:
+            return "1"
+        return ("*".join(above) or "1") + "".join(f"/{b}" for b in below)
+
+
+def _base(name: str) -> Dimension:
+    return Dimension(tuple(int(name == b) for b in _BASE))
+
+
+NONE = Dimension()
+LENGTH, TIME, ANGLE, MASS, CURRENT, TEMPERATURE, DATA = (_base(b) for b in _BASE)
+SPEED = LENGTH / TIME
+TURN_RATE = ANGLE / TIME
+ACCELERATION = SPEED / TIME
+FREQUENCY = NONE / TIME
+FORCE = MASS * ACCELERATION
+
+_UNITS: dict[str, tuple[float, Dimension]] = {
+    "1": (1.0, NONE),
+    "%": (0.01, NONE),
+    "m": (1.0, LENGTH),
+    "mm": (1e-3, LENGTH),
+    "cm": (1e-2, LENGTH),
+    "km": (1e3, LENGTH),
+    "s": (1.0, TIME),
+    "ms": (1e-3, TIME),
+    "us": (1e-6, TIME),
+    "min": (60.0, TIME),
+    "h": (3600.0, TIME),
+    "rad": (1.0, ANGLE),
+    "deg": (math.pi / 180.0, ANGLE),
+    "rev": (2.0 * math.pi, ANGLE),
+    "Hz": (1.0, FREQUENCY),
+    "kHz": (1e3, FREQUENCY),
+    "kg": (1.0, MASS),
+    "g": (1e-3, MASS),
+    "N": (1.0, FORCE),
+    "Nm": (1.0, FORCE * LENGTH),
+    "J": (1.0, FORCE * LENGTH),
+    "W": (1.0, FORCE * SPEED),
+    "A": (1.0, CURRENT),
+    "V": (1.0, FORCE * SPEED / CURRENT),
+    "K": (1.0, TEMPERATURE),
+    "bit": (1.0, DATA),
+}
+
+_FACTOR = re.compile(r"\s*([*/]?)\s*(1(?![0-9])|%|[A-Za-z]+)(?:\^?(-?[0-9]))?")
+_NUMBER = re.compile(r"\s*([+-]?(?:inf|[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\.[0-9]+(?:[eE][+-]?[0-9]+)?))\s*")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number in SI units, with its dimension."""
+
+    value: float
+    dimension: Dimension
+
+    def __str__(self) -> str:
+        unit = "" if self.dimension == NONE else f" {self.dimension}"
+        return f"{self.value:g}{unit}"
+
+
+def unit_names() -> tuple[str, ...]:
+    """Every simple unit that `parse_unit` knows."""
+    return tuple(_UNITS)
+
+
+def parse_unit(text: str) -> Quantity:
+    """The SI factor and the dimension of a unit such as `m/s2`, `deg`, `1`.
+
+    Raises:
+        UnitError: The text is no unit; the message lists what exists.
+    """
+    factor, dimension, at = 1.0, NONE, 0
+    stripped = text.strip()
+    if not stripped:
+        return Quantity(1.0, NONE)
+    while at < len(stripped):
+        match = _FACTOR.match(stripped, at)
+        if match is None or (at > 0 and not match[1]) or (at == 0 and match[1]):
+            raise UnitError(Fault(f"'{text}' is not a unit.", hint="Write for example 'm', 'deg', 'm/s', 'm/s2'."))
+        name, power = match[2], int(match[3] or 1)
+        if name not in _UNITS:
+            raise UnitError(Fault(f"'{name}' in '{text}' is not a unit.", hint=did_you_mean(name, _UNITS, "The list")))
+        sign = -1 if match[1] == "/" else 1
+        factor *= _UNITS[name][0] ** (sign * power)
+        dimension = dimension * _UNITS[name][1] ** (sign * power)
+        at = match.end()
+    return Quantity(factor, dimension)
+
+
+def parse_quantity(text: str) -> Quantity:
+    """A quantity such as `0.5 m`, `-60 deg`, `20 Hz` or `3` (which has no dimension).
+
+    Raises:
+        UnitError: No number, or no unit that is known.
+    """
+    match = _NUMBER.match(text)
+    if match is None:
+        raise UnitError(Fault(f"'{text}' is not a quantity.", hint="Write a number and its unit, such as '0.5 m'."))
+    unit = parse_unit(text[match.end() :])
+    return Quantity(float(match[1]) * unit.value, unit.dimension)
+
+
+def convert(value: object, dimension: Dimension, what: str = "this value") -> float:
+    """A file's value as an SI number of the wanted dimension.
+
+    A plain number passes only where no unit is wanted; everything else must carry its unit.
+
+    Args:
+        value: What the file holds: a string such as `"0.5 m"`, or a number.
+        dimension: What is wanted.
+        what: The name of the value, for the message.
+
+    Raises:
+        UnitError: No unit, an unknown one, or one of another dimension.
+    """
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise UnitError(Fault(f"{what} must be a quantity in {dimension}, found {value!r}."))
+    if isinstance(value, (int, float)):
+        if dimension == NONE:
+            return float(value)
+        raise UnitError(
+            Fault(
+                f"{what} needs a unit, found the bare number {value}.",
+                hint=f'Write "{value} {dimension}" or another unit of the same dimension.',
+            )
+        )
+    quantity = parse_quantity(value)
+    if quantity.dimension != dimension:
+        raise UnitError(
+            Fault(
+                f"{what} must be in {dimension}, found '{value}' which is in {quantity.dimension}.",
+                hint=f"Write a number with a unit of {dimension}.",
+            )
+        )
+    return quantity.value
+
+
+# What parameters of actions and nodes are annotated with: a float in SI units, and the dimension that files must give.
+Metres = Annotated[float, LENGTH]
+MetresPerSecond = Annotated[float, SPEED]
+MetresPerSecondSquared = Annotated[float, ACCELERATION]
+Radians = Annotated[float, ANGLE]
+RadiansPerSecond = Annotated[float, TURN_RATE]
+Seconds = Annotated[float, TIME]

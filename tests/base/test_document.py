@@ -1,0 +1,128 @@
+"""TOML with places: every fault at once, each with file, line and column."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rocs_bt.document import read_toml
+from rocs_bt.errors import InputError
+from rocs_bt.units import ANGLE, FREQUENCY, LENGTH
+
+FILE = Path("robot.toml")
+
+TEXT = '''format = "robot/1"
+[drive]
+track = "0.3 s"     # wrong dimension
+
+[[sensor]]
+name = "sonar"
+sites = ["a",
+         "b"]
+rate = 20
+
+[[sensor]]
+nmae = "pose"
+rate = "20 Hz"
+[sensor.extra]
+angle = "3 m"
+
+[rule."Avoid it".action]
+turn = """
+60 deg"""
+'''
+
+
+def read(text=TEXT):
+    table = read_toml(FILE, text)
+    table.text("format")
+    table.table("drive").quantity("track", LENGTH)
+    for sensor in table.tables("sensor"):
+        sensor.text("name")
+        sensor.quantity("rate", FREQUENCY)
+        sensor.texts("sites", [])
+        sensor.table("extra").quantity("angle", ANGLE, default=0.0)
+    for rule in table.named_tables("rule").values():
+        rule.table("action").text("turn")
+    return table
+
+
+def test_all_faults_are_found_at_once_and_placed():
+    with pytest.raises(InputError) as error:
+        read().done()
+    places = {(f.line, f.column): f.message for f in error.value.faults}
+    assert set(places) == {(3, 1), (9, 1), (11, 1), (12, 1), (15, 1)}
+    assert "track must be in m" in places[3, 1]
+    assert "rate needs a unit" in places[9, 1]
+    assert "sensor.1 has no 'name'" in places[11, 1]
+    assert "no use for 'nmae'" in places[12, 1]
+    assert "angle must be in rad" in places[15, 1]
+    assert str(error.value.faults[0]).startswith("robot.toml:3:1: ")
+
+
+def test_the_closest_key_is_suggested():
+    with pytest.raises(InputError, match=r"Did you mean 'name'\?"):
+        read().done()
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ('a = "b', "robot.toml:1: "),
+        ("a = 1\na = 2\nb = 3", "robot.toml:2:6: "),
+        ("[x", "robot.toml:1: "),
+        ("a = [1,", "robot.toml:1: "),
+        ("a = nope\n", "robot.toml:1:5: "),
+    ],
+)
+def test_what_is_not_toml_is_placed(text, place):
+    with pytest.raises(InputError) as error:
+        read_toml(FILE, text)
+    assert str(error.value).startswith(place)
+    assert "not valid TOML" in str(error.value)
+
+
+def test_a_missing_file_is_an_input_error(tmp_path):
+    with pytest.raises(InputError, match="cannot read the file: No such file"):
+        read_toml(tmp_path / "none.toml")
+
+
+def test_bytes_that_are_no_text_are_an_input_error(tmp_path):
+    (tmp_path / "bad.toml").write_bytes(b"a = \xff")
+    with pytest.raises(InputError, match="not UTF-8"):
+        read_toml(tmp_path / "bad.toml")
+
+
+def test_wrong_types_and_limits_are_noted():
+    table = read_toml(FILE, 'n = "x"\nb = 1\nl = "a"\nt = 3\nq = "9 m"\nc = "rde"')
+    table.integer("n"), table.flag("b"), table.texts("l"), table.table("t")
+    table.quantity("q", LENGTH, high=5.0)
+    table.choice("c", ["red", "blue"])
+    assert [f.line for f in table.faults] == [1, 2, 3, 4, 5, 6]
+    assert "Did you mean 'red'?" in str(table.faults[-1])
+
+
+@given(st.text(alphabet="abz=[]{}\"'\n\t #.,0159-_\\", max_size=80))
+def test_any_text_is_toml_or_an_input_error(text):
+    try:
+        table = read_toml(FILE, text)
+        for key in list(table.keys()):
+            assert table.place(key)[0] >= 0
+    except InputError as error:
+        assert error.faults[0].file == FILE
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from("abcdef"), st.sampled_from(["1", '"x"', "[1,\n2]", '"""\nq = 1\n"""', "{z = 1}"]))
+    )
+)
+def test_the_place_of_every_key_is_its_line(items):
+    items = list(dict(items).items())
+    lines, expected = [], {}
+    for key, value in items:
+        expected[key] = "\n".join(lines).count("\n") + (2 if lines else 1)
+        lines.append(f"{key} = {value}")
+    table = read_toml(FILE, "\n".join(lines))
+    assert {key: table.place(key)[0] for key in expected} == expected

@@ -1,0 +1,141 @@
+"""Shipped content, mutated: every loader answers with success or with an InputError that names the file."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.actions import ACTIONS
+from rocs_bt.catalog import Catalog, classes_in, load_robot, make_entry, shipped_root
+from rocs_bt.check.paper import paper_agent
+from rocs_bt.drivers.mujoco import compose_world
+from rocs_bt.errors import InputError
+from rocs_bt.expression import Environment
+from rocs_bt.reactive import load_rules
+
+SHIPPED = shipped_root()
+ROBOT = SHIPPED / "robots" / "pioneer_p3dx" / "robot.toml"
+ODD_VALUES = [
+    "nan", "inf", "-inf", "1e400", '"1e400 m"', '"inf m"', '"-inf deg"', '"nan m"', "0", "-1", '""', '"x"', "[]", "{}",
+    "[[]]", "true", '"0 Hz"', '"-20 Hz"', '"1e-300 s"', "1979-05-27", '"5 m5"', '"5 m/s/s/s/s"', '"../../etc"',
+    '"a/b.py:C"',    '"own.py:Own"', "99999999999999999999", '"\\u0000"', '["0 m", 3]', '"0.5 m" # ü',
+]  # fmt: skip
+
+
+@st.composite
+def mutations(draw, text: str) -> bytes:
+    """One to three edits of a text: cut, doubled, moved or odd."""
+    for _ in range(draw(st.integers(1, 3))):
+        lines = text.splitlines(keepends=True) or ["\n"]
+        at = draw(st.integers(0, len(lines) - 1))
+        kind = draw(st.sampled_from(["cut", "drop", "double", "swap", "odd", "character", "insert"]))
+        if kind == "cut":
+            text = text[: draw(st.integers(0, len(text)))]
+        elif kind == "drop":
+            text = "".join(lines[:at] + lines[at + 1 :])
+        elif kind == "double":
+            text = "".join([*lines[:at], lines[at], *lines[at:]])
+        elif kind == "swap":
+            other = draw(st.integers(0, len(lines) - 1))
+            lines[at], lines[other] = lines[other], lines[at]
+            text = "".join(lines)
+        elif kind == "odd":
+            odd = draw(st.sampled_from(ODD_VALUES))
+            lines[at] = re.sub(r'(=\s*)("[^"]*"|[^"\n]+)', lambda m, odd=odd: m[1] + odd, lines[at], count=1)
+            text = "".join(lines)
+        elif kind == "character" and text:
+            place = draw(st.integers(0, len(text) - 1))
+            text = text[:place] + draw(st.characters(codec="utf-8")) + text[place + 1 :]
+        else:
+            place = draw(st.integers(0, len(text)))
+            text = text[:place] + draw(st.text(max_size=8)) + text[place:]
+    return text.encode("utf-8", errors="surrogatepass")
+
+
+def campaign(examples: int):
+    """Repeatable in `make test`; `make soak` draws anew."""
+    soak = examples > 1000
+    return settings(
+        max_examples=examples,
+        deadline=None,
+        derandomize=not soak,
+        database=None,
+        phases=[Phase.generate, Phase.shrink] if soak else [Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+
+
+@cache
+def environment() -> Environment:
+    catalog = Catalog()
+    agent = paper_agent(catalog.load_robot("pioneer_p3dx"), catalog.load_class)
+    return Environment.of(agent.knowledge.signals)
+
+
+def read_robot(path: Path) -> None:
+    robot = load_robot(path)
+    paper_agent(robot, Catalog(code=False).load_class)
+
+
+def read_scenario(path: Path) -> None:
+    Catalog().load_scenario(str(path))
+
+
+def read_rules(path: Path) -> None:
+    load_rules(path, environment(), ACTIONS)
+
+
+def read_world(path: Path) -> None:
+    compose_world(path, [])
+
+
+def read_python(path: Path) -> None:
+    classes_in(path)
+
+
+CASES = [
+    (ROBOT, read_robot, 150),
+    (SHIPPED / "scenarios" / "exp1.toml", read_scenario, 150),
+    (SHIPPED / "rules" / "avoid_collision.toml", read_rules, 150),
+    (SHIPPED / "scenarios" / "worlds" / "arena_box.xml", read_world, 60),
+    (ROBOT.with_name("robot.xml"), read_world, 60),
+    (SHIPPED / "planners" / "missions" / "go_to.py", read_python, 60),
+]
+
+
+def fuzz(source: Path, read, examples: int) -> None:
+    text = source.read_text(encoding="utf-8")
+
+    @campaign(examples)
+    @given(mutations(text))
+    def holds(data: bytes) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / source.name
+            for beside in source.parent.glob("robot.xml"):
+                (path.parent / beside.name).write_bytes(beside.read_bytes())
+            path.write_bytes(data)
+            try:
+                read(path)
+            except InputError as error:
+                assert error.faults
+                assert all(fault.message for fault in error.faults)
+            make_entry(path, "rules", "file")  # its description is read from whatever is there
+
+    holds()
+
+
+@pytest.mark.parametrize(("source", "read", "examples"), CASES, ids=lambda v: v.name if isinstance(v, Path) else "")
+def test_mutated_content_is_read_or_refused(source, read, examples):
+    fuzz(source, read, examples)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("source", "read", "examples"), CASES, ids=lambda v: v.name if isinstance(v, Path) else "")
+def test_mutated_content_is_read_or_refused_for_long(source, read, examples):
+    fuzz(source, read, 30 * examples)

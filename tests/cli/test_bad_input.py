@@ -1,0 +1,148 @@
+"""Whatever a person gets wrong: exit 2, a message that says what to do, never a traceback, and nothing written."""
+
+from __future__ import annotations
+
+import re
+import shutil
+
+import pytest
+
+SCENARIO, ROBOT, RULES = "scenarios/first.toml", "robots/rover/robot.toml", "rules/keep_clear.toml"
+WORLD, BODY, MISSION = "scenarios/worlds/yard.xml", "robots/rover/robot.xml", "planners/missions/patrol.py"
+
+
+def refused(told, *patterns):
+    assert told.code == 2, told.out + told.err
+    assert "Traceback" not in told.err
+    for pattern in patterns:
+        assert re.search(pattern, told.err), told.err
+
+
+@pytest.mark.parametrize("command", [("run", "first"), ("check",)], ids=lambda c: c[0])
+@pytest.mark.parametrize(
+    ("file", "old", "new", "message"),
+    [
+        (SCENARIO, 'x = "1.5 m"', 'x = "1.5 s"', r"first\.toml:8:1: x must be in m, found '1\.5 s' which is in s\."),
+        (SCENARIO, 'x = "1.5 m"', "x = 1.5", r"first\.toml:8:1: x needs a unit, found the bare number 1\.5\. Write"),
+        (SCENARIO, 'robot = "rover"', 'robot = "rovr"', r"first\.toml:18:1: no robot is named 'rovr'\. Did you mean"),
+        (SCENARIO, "[[place]]", "[[place", r"first\.toml:6:\d+: not valid TOML"),
+        (SCENARIO, 'cruise = "0.4 m/s"', 'cruise = "0.4 m"', r"first\.toml:\d+.*: cruise must be in m/s"),
+        (SCENARIO, 'cruise = "0.4 m/s"', 'crs = "0.4 m/s"', r"first\.toml:\d+.*: no parameter is named 'crs'"),
+        (SCENARIO, 'x = "-1.5 m"', 'x = "-2.5 m"', r"R1 cannot start at .* inside 'wall_west'.*Move its start"),
+        (
+            SCENARIO,
+            'duration = "60 s"',
+            'duration = "60 s"\n[rate]\nplan = "7 Hz"',
+            r"plan rate of 7 Hz.* Use .* Hz or",
+        ),
+        (
+            SCENARIO,
+            'duration = "60 s"',
+            'duration = "60 s"\n[rate]\ncontrol = "50 Hz"',
+            r"20 Hz is 2\.5 steps of 0\.02 s",
+        ),
+        (RULES, "min(front) <", "min(frnt) <", r"keep_clear\.toml:5:\d+: .*'frnt'.* Did you mean 'front'"),
+        (RULES, "> 0.50 m", "> 0.50 s", r"keep_clear\.toml:6:\d+: "),
+        (RULES, "> 0.50 m", "> 0.50", r"keep_clear\.toml:6:\d+: "),
+        (RULES, '"AvoidCollision"', '"AvoidColision"', r"keep_clear\.toml:13:\d+: .*Did you mean 'AvoidCollision'"),
+        (RULES, "priority = 50", "", r"keep_clear\.toml:4:\d+: .*priority"),
+        (ROBOT, 'half_angle = "15 deg"', 'half_angle = "15 m"', r"robot\.toml:\d+:1: half_angle must be in rad"),
+        (ROBOT, '"sonar3"', '"sonar33"', r"'sonar33'.* Did you mean 'sonar3'"),
+        (ROBOT, 'motors = ["left_motor"', 'motors = ["lft_motor"', r"lft_motor.*left_motor"),
+        (BODY, "</worldbody>", "", r"robot\.xml:\d*:?\d*:? ?.*"),
+        (WORLD, "</worldbody>", "", r"yard\.xml.*not a valid MJCF model"),
+        (MISSION, '"GoTo"', '"GoTwo"', r"no action is named 'GoTwo'\. Did you mean 'GoTo'"),
+        (MISSION, "mission.act", "mission.actt", r"patrol\.py.*AttributeError|raised AttributeError"),
+        (MISSION, "def build(", "def build(:", r"patrol\.py:\d+:\d+: not valid Python"),
+        (MISSION, "import py_trees\n", "import py_threes\n", r"patrol\.py:\d+: .*py_threes"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_place(project, rocs_bt, command, file, old, new, message):
+    path = project / file
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    refused(rocs_bt(*command), message)
+    assert not (project / "runs").exists()
+
+
+@pytest.mark.parametrize("file", [SCENARIO, ROBOT, RULES, WORLD, BODY])
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_a_truncated_file_is_refused(project, rocs_bt, file, share):
+    data = (project / file).read_bytes()
+    (project / file).write_bytes(data[: int(share * len(data))])
+    told = rocs_bt("check", project / file)
+    assert "Traceback" not in told.err
+    # A rule file may be cut between two rules, and then be whole.
+    assert told.code == 2 or share == 0.9
+
+
+@pytest.mark.parametrize("file", [SCENARIO, ROBOT, RULES, WORLD, BODY, MISSION])
+def test_a_file_that_is_no_text_is_refused(project, rocs_bt, file):
+    (project / file).write_bytes(b"\xff\xfe\x00\x01" * 50)
+    refused(rocs_bt("run", "first"))
+
+
+@pytest.mark.parametrize("gone", ["robots/rover/robot.xml", WORLD, MISSION, RULES])
+def test_a_file_that_is_gone_is_told(project, rocs_bt, gone):
+    (project / gone).unlink()
+    refused(rocs_bt("run", "first"), r"no .*(is named|there is no)|there is no")
+
+
+def test_all_faults_of_a_project_are_told_at_once(project, rocs_bt):
+    for file, old, new in [
+        (SCENARIO, 'x = "1.5 m"', 'x = "1.5 s"'),
+        (RULES, "> 0.50 m", "> 0.50 s"),
+        (ROBOT, 'rate = "20 Hz"', 'rate = "20 m"'),
+        (WORLD, "</worldbody>", ""),
+    ]:
+        path = project / file
+        path.write_text(path.read_text().replace(old, new))
+    refused(rocs_bt("check"), r"first\.toml:8:1", r"keep_clear\.toml:6", r"robot\.toml:\d+:1: rate must", r"yard\.xml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "exp"], r"no scenario is named 'exp'\. Did you mean 'exp1'\?"),
+        (["run", "nowhere/exp1.toml"], r"no scenario file is named 'nowhere/exp1\.toml'"),
+        (["run", "exp1", "--for", "-3"], r"--for must be a time above zero"),
+        (["run", "exp1", "--for", "nan"], r"--for must be a time above zero"),
+        (["run", "exp1", "--seed", "-1"], r"Invalid value for '--seed'"),
+        (["run", "exp1", "--mode", "warp"], r"'warp' is not one of 'lockstep', 'threaded'"),
+        (["run"], r"Missing argument 'SCENARIO'"),
+        (["run", "exp1", "--no-code"], r"go_to\.py: this Python content may not run: --no-code was given"),
+        (["list", "robt"], r"no kind of content is named 'robt'\. Did you mean 'robot'"),
+        (["show", "go_too"], r"no mission is named 'go_too'\. Did you mean 'go_to'"),
+        (["show", "go_to", "--robot", "pioner"], r"no robot is named 'pioner'\. Did you mean 'pioneer_p3dx'"),
+        (["check", "nowhere"], r"nowhere: there is no such file or folder"),
+        (["replay", "nowhere"], r"recording 'nowhere' cannot be read"),
+        (["plot", "nowhere"], r"recording 'nowhere' cannot be read"),
+        (["fly"], r"No such command 'fly'"),
+    ],
+    ids=lambda a: " ".join(a) if isinstance(a, list) else "",
+)
+def test_a_wrong_command_line_is_refused(rocs_bt, arguments, message):
+    refused(rocs_bt(*arguments), message)
+
+
+def test_new_does_not_write_over_anything(rocs_bt, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years of work")
+    refused(rocs_bt("new", "mine"), r"'mine' exists and is not empty\. Choose")
+    assert [p.name for p in (tmp_path / "mine").iterdir()] == ["thesis.txt"]
+
+
+def test_two_files_of_one_name_are_told(project, rocs_bt):
+    shutil.copy(project / MISSION, project / "planners" / "missions" / "patrol.xml")
+    refused(rocs_bt("run", "first"), r"two mission files are named 'patrol'")
+
+
+def test_a_defect_of_ours_is_exit_3(rocs_bt, monkeypatch):
+    def broken(self, kind=None):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("rocs_bt.catalog.Catalog.list", broken)
+    told = rocs_bt("list")
+    assert told.code == 3
+    assert "defect of rocs_bt" in told.err

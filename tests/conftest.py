@@ -1,0 +1,129 @@
+"""What several rooms' tests share: a robot without physics whose wheels do exactly what they are told."""
+
+import math
+
+import pytest
+
+from rocs_bt.actions import action_table
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.drive import make_drive
+from rocs_bt.control.follower import Follower
+from rocs_bt.device import Actuator
+from rocs_bt.errors import DeviceError
+from rocs_bt.event import ListSink
+from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.geometry import Pose2, wrap_angle
+from rocs_bt.knowledge import Knowledge
+from rocs_bt.pipeline import Pipeline, Priority
+from rocs_bt.signal import Signal
+from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
+
+DRIVE = make_drive("differential", track=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+FOLLOWER = Follower(DRIVE)  # one for all tests: whoever uses it resets it first
+
+
+class _Wheels(Actuator):
+    """Wheels that turn as told from now on."""
+
+    def __init__(self):
+        super().__init__("wheels", 2)
+        self.speeds = [0.0, 0.0]
+        self.broken = False
+
+    def command(self, values):
+        if self.broken:
+            raise DeviceError("the motor driver does not answer")
+        self.speeds = list(values)
+
+    def neutral(self):
+        self.speeds = [0.0, 0.0]
+
+
+class Rig:
+    """A mind's Execute on such a robot, in lockstep.
+
+    Attributes:
+        pose: Where the robot truly is.
+        lost: True while no pose comes from its sensors.
+        path: Every pose so far.
+    """
+
+    def __init__(self, period=0.05):
+        self.clock, self.sink, self.wheels = SimulatedClock(period), ListSink(), _Wheels()
+        self.pose, self.lost, self.path = Pose2(0.0, 0.0, 0.0), False, []
+        self.knowledge = Knowledge("R1", self.clock, self.sink)
+        self.knowledge.robot.drive = DRIVE
+        for name, size, dimensions in (
+            ("pose", 3, (LENGTH, LENGTH, ANGLE)),
+            ("wheel_speeds", 2, (SPEED,)),
+            ("speed", 1, (SPEED,)),
+            ("turn_rate", 1, (TURN_RATE,)),
+            ("front", 1, (LENGTH,)),
+        ):
+            self.knowledge.signals.declare(Signal(name, size, dimensions, max_age=0.15))
+        self.knowledge.signals.freeze()
+        self.actions = action_table()
+        self.pipeline = Pipeline(self.clock, self.sink, "R1")
+        self.body = RobotBody(
+            agent="R1",
+            knowledge=self.knowledge,
+            drive=DRIVE,
+            follower=FOLLOWER,
+            clock=self.clock,
+            period=period,
+            actuators={"wheels": self.wheels},
+            wheels="wheels",
+            sink=self.sink,
+        )
+        self.execute = Execute(self.pipeline, self.body)
+        self.sense()
+
+    def sense(self):
+        t, signals = self.clock.now(), self.knowledge.signals
+        twist = DRIVE.twist(self.wheels.speeds)
+        if not self.lost:
+            signals.write("pose", self.pose, t)
+        signals.write("wheel_speeds", self.wheels.speeds, t)
+        signals.write("speed", [twist.forward], t)
+        signals.write("turn_rate", [twist.turn], t)
+
+    def submit(self, action, priority=Priority.NORMAL, by="test"):
+        return self.pipeline.submit(action, priority, by)
+
+    def run(self, periods=1):
+        """Execute, move on, sense."""
+        for _ in range(periods):
+            self.execute.run(self.clock.now())
+            twist, period = DRIVE.twist(self.wheels.speeds), self.body.period
+            half = 0.5 * period * twist.turn
+            x, y = Pose2(self.pose.x, self.pose.y, self.pose.yaw + half).transform(twist.forward * period, 0.0)
+            self.pose = Pose2(x, y, wrap_angle(self.pose.yaw + 2.0 * half))
+            self.path.append(self.pose)
+            self.clock.advance()
+            self.sense()
+
+    def finish(self, ticket, limit=2000):
+        """Run until a ticket has ended; the periods that took."""
+        for count in range(limit):
+            if ticket.state.done:
+                return count
+            self.run()
+        raise AssertionError(f"{ticket} has not ended after {limit} periods, at {self.pose}")
+
+    def of(self, kind):
+        return [e for e in self.sink.events if isinstance(e, kind)]
+
+    def put(self, x, y, degrees=0.0):
+        """Put the robot somewhere."""
+        self.pose = Pose2(x, y, math.radians(degrees))
+        self.sense()
+
+
+@pytest.fixture
+def rig():
+    return Rig()
+
+
+@pytest.fixture(scope="session")
+def make_rig():
+    return Rig

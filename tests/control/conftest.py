@@ -1,0 +1,24 @@
+from __future__ import annotations
+
+import pytest
+
+from rocs_bt.control.drive import Drive, differential_drive, mecanum_drive, skid_drive
+
+LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
+DRIVES = {
+    "differential": differential_drive(track=0.33, **LIMITS),
+    "skid": skid_drive(effective_track=1.0, **LIMITS),
+    "mecanum": mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS),
+}
+
+
+@pytest.fixture
+def drive() -> Drive:
+    """A P3DX-like differential drive."""
+    return DRIVES["differential"]
+
+
+@pytest.fixture(params=sorted(DRIVES))
+def any_drive(request: pytest.FixtureRequest) -> Drive:
+    """Every kind of drive in turn."""
+    return DRIVES[request.param]

@@ -1,0 +1,368 @@
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Callable
+from pathlib import Path as FilePath
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.control.drive import Drive, make_drive
+from rocs_bt.control.follower import Command, Follower, FollowerSettings
+from rocs_bt.control.goal import GoalApproach
+from rocs_bt.control.path import Path
+from rocs_bt.control.profile import speed_profile
+from rocs_bt.control.reference import PathReference, Preview, Reference, TimedReference, TurnReference
+from rocs_bt.errors import InputError
+from rocs_bt.geometry import Pose2, Twist2
+
+PERIOD = 0.05
+LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
+Array = npt.NDArray[np.float64]
+
+
+class Plant:
+    """Wheels that lag behind their command, and turns that slip."""
+
+    def __init__(self, drive: Drive, pose: Pose2, lag: float = 0.04, slip: float = 0.97) -> None:
+        self.drive, self.pose, self.lag, self.slip = drive, pose, lag, slip
+        self.wheels = np.zeros(len(drive.wheels))
+
+    @property
+    def twist(self) -> Twist2:
+        return self.drive.twist(self.wheels)
+
+    def move(self, command: Array, period: float = PERIOD) -> None:
+        for _ in range(10):
+            self.wheels = self.wheels + (command - self.wheels) * (1.0 - math.exp(-0.1 * period / self.lag))
+            twist, dt = self.twist, 0.1 * period
+            turned = dt * self.slip * twist.turn
+            ahead = Pose2(self.pose.x, self.pose.y, self.pose.yaw + 0.5 * turned)
+            self.pose = Pose2(*ahead.transform(dt * twist.forward, dt * twist.left), ahead.yaw + 0.5 * turned)
+
+
+class Fixed(Reference):
+    """Always the same preview."""
+
+    def __init__(self, stages: Array) -> None:
+        self.stages = stages
+
+    def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
+        return Preview(self.stages, 0.0, 0.0)
+
+
+def along(drive: Drive, path: Path, cruise: float = 0.5) -> PathReference:
+    return PathReference(path, speed_profile(path, drive, cruise=cruise))
+
+
+def drive_on(
+    follower: Follower, plant: Plant, reference: Reference, steps: int, period: float = PERIOD
+) -> list[Command]:
+    commands = []
+    for _ in range(steps):
+        commands.append(follower.step(plant.pose, None, reference, period))
+        plant.move(commands[-1].wheel_speeds, period)
+    return commands
+
+
+def check_limits(drive: Drive, commands: list[Command], period: float = PERIOD) -> None:
+    speeds = np.vstack([np.zeros(len(drive.wheels)), *(c.wheel_speeds for c in commands)])
+    assert np.isfinite(speeds).all()
+    assert np.abs(speeds).max() <= drive.max_wheel_speed * (1 + 1e-9)
+    assert np.abs(np.diff(speeds, axis=0)).max() <= drive.max_wheel_acceleration * period * (1 + 1e-9)
+
+
+def tour() -> Path:
+    t = np.linspace(0.0, 2.0 * np.pi, 600)
+    loop = 1.25 * np.column_stack([np.sin(t), np.sin(t) * np.cos(t)])
+    return Path(np.vstack([loop, loop[-1] + [1.5, 1.5], loop[-1] + [0.5, 2.5]]))
+
+
+@pytest.mark.parametrize("period", [0.05, 0.02])
+def test_a_curved_path_with_a_corner_is_tracked_within_the_limits(drive: Drive, period: float) -> None:
+    plant, path = Plant(drive, Pose2(0.25, 0.25, 0.3)), tour()
+    commands = drive_on(Follower(drive), plant, along(drive, path, 0.7), round(18.0 / period), period)
+    assert all(c.ok for c in commands)
+    check_limits(drive, commands, period)
+    cross = np.array([c.cross_track for c in commands])[round(3.0 / period) :]
+    assert np.sqrt(np.mean(cross**2)) < 0.008
+    assert np.abs(cross).max() < 0.04
+    end = path.position(path.length)
+    assert math.hypot(plant.pose.x - end[0], plant.pose.y - end[1]) < 0.005
+
+
+def test_every_kind_of_drive_arrives(any_drive: Drive) -> None:
+    path = Path.through([(0, 0), (1.5, 0), (1.5, 1.0)], corner_radius=0.3)
+    plant, reference = Plant(any_drive, Pose2(0.0, 0.1, 0.2)), along(any_drive, path)
+    commands = drive_on(Follower(any_drive), plant, reference, 200)
+    check_limits(any_drive, commands)
+    assert reference.s is not None
+    assert GoalApproach(distance=0.02).reached(path, reference.s, plant.pose, plant.twist)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.0, math.pi, -2.5])
+def test_a_robot_far_beside_the_path_in_any_heading_joins_it(drive: Drive, yaw: float) -> None:
+    plant, path = Plant(drive, Pose2(0.5, 1.5, yaw)), Path.line((0, 0), (5, 0))
+    commands = drive_on(Follower(drive), plant, along(drive, path), 400)
+    check_limits(drive, commands)
+    assert plant.pose.distance(Pose2(5.0, 0.0)) < 0.02
+
+
+def test_a_turn_on_the_spot_stays_on_the_spot(any_drive: Drive) -> None:
+    plant = Plant(any_drive, Pose2(1.0, 2.0, -0.5), slip=1.0)
+    drive_on(Follower(any_drive), plant, TurnReference(2.5, 1.0, 2.0), 120)
+    assert plant.pose.yaw == pytest.approx(2.5, abs=0.01)
+    assert plant.pose.distance(Pose2(1.0, 2.0)) < 0.01
+
+
+def test_a_timetable_is_kept(drive: Drive) -> None:
+    t = np.linspace(0.0, 10.0, 101)
+    heading = 0.4 * t
+    poses = np.column_stack([np.sin(heading), 1.0 - np.cos(heading), heading])
+    now = [0.0]
+    reference, plant, follower = TimedReference(t, poses, lambda: now[0]), Plant(drive, Pose2(0, 0)), Follower(drive)
+    for k in range(160):
+        now[0] = k * PERIOD
+        plant.move(follower.step(plant.pose, None, reference, PERIOD).wheel_speeds)
+    angle = 0.4 * 160 * PERIOD
+    assert plant.pose.distance(Pose2(math.sin(angle), 1.0 - math.cos(angle))) < 0.03
+
+
+def test_predicting_over_the_lag_tracks_a_slow_drive_better(drive: Drive) -> None:
+    def error(lag: float) -> float:
+        plant = Plant(drive, Pose2(0.0, 0.0, math.pi / 4), lag=0.25, slip=1.0)
+        follower, path, worst = Follower(drive, FollowerSettings(wheel_lag=lag)), tour(), 0.0
+        reference, s = along(drive, path, 0.7), 0.0
+        for _ in range(240):
+            plant.move(follower.step(plant.pose, None, reference, PERIOD).wheel_speeds)
+            s = path.project(plant.pose.x, plant.pose.y, s)
+            worst = max(worst, float(np.hypot(*(path.position(s) - plant.pose[:2]))))
+        return worst
+
+    assert error(0.25) < 0.6 * error(0.0)
+
+
+@pytest.mark.parametrize("lag", [0.02, 0.07, 0.1, 0.33])
+def test_the_pose_is_predicted_over_exactly_the_lag(drive: Drive, lag: float) -> None:
+    seen: list[Pose2] = []
+
+    class Spy(PathReference):
+        def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
+            seen.append(pose)
+            assert lead == lag
+            return super().sample(pose, twist, times, lead)
+
+    line = Path.line((0, 0), (9, 0))
+    reference = Spy(line, speed_profile(line, drive, cruise=0.5))
+    follower, plant = Follower(drive, FollowerSettings(wheel_lag=lag)), Plant(drive, Pose2(0, 0, 0))
+    drive_on(follower, plant, reference, 80)
+    here = plant.pose
+    follower.step(here, None, reference, PERIOD)
+    assert seen[-1] == pytest.approx((here.x + 0.5 * lag, here.y, here.yaw), abs=1e-3)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc, which the compiled linearisation is built with")
+def test_the_compiled_follower_commands_the_same(
+    drive: Drive, tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # where the compiler leaves its files
+    plants = [Plant(drive, Pose2(0.25, 0.25, 0.3)) for _ in range(2)]
+    compiled, plain = (
+        drive_on(Follower(drive, FollowerSettings(jit=jit)), plant, along(drive, tour(), 0.7), 40)
+        for jit, plant in zip((True, False), plants, strict=True)
+    )
+    for one, other in zip(compiled, plain, strict=True):
+        np.testing.assert_allclose(one.wheel_speeds, other.wheel_speeds, atol=1e-6)
+
+
+coordinates = st.floats(-6.0, 6.0)
+numbers = coordinates | st.sampled_from([math.nan, math.inf, -math.inf, 1e300])
+poses = st.tuples(numbers, numbers, numbers)
+
+
+@given(
+    st.lists(st.tuples(poses, st.none() | st.lists(numbers, min_size=4, max_size=4)), min_size=1, max_size=12),
+    st.sampled_from(["differential", "mecanum"]),
+    st.sampled_from([0.01, 0.05, 0.2]),
+)
+@settings(max_examples=60, deadline=None)
+def test_no_input_breaks_the_limits_or_brings_out_nan(
+    ticks: list[tuple[tuple[float, float, float], list[float] | None]], kind: str, period: float
+) -> None:
+    follower = FOLLOWERS[kind]
+    drive = follower.drive
+    follower.reset()
+    reference, last = along(drive, tour(), 0.7), np.zeros(len(drive.wheels))
+    for pose, given_speeds in ticks:
+        wheels = None if given_speeds is None else np.array(given_speeds[: len(drive.wheels)])
+        if wheels is not None and np.isfinite(wheels).all():
+            last = drive.saturate(wheels)
+        command = follower.step(Pose2(*pose), wheels, reference, period)
+        assert np.isfinite(command.wheel_speeds).all()
+        assert np.abs(command.wheel_speeds).max() <= drive.max_wheel_speed * (1 + 1e-9)
+        allowed = drive.max_wheel_acceleration * period * (1 + 1e-9) + 1e-9
+        assert np.abs(command.wheel_speeds - last).max() <= allowed
+        last = command.wheel_speeds
+
+
+@given(st.lists(st.floats(-9.0, 9.0), min_size=120, max_size=120), st.floats(-1.2, 1.2), st.floats(-1.2, 1.2))
+@settings(max_examples=40, deadline=None)
+def test_any_reference_is_solved_within_the_limits(stages: list[float], left: float, right: float) -> None:
+    follower, now = FOLLOWERS["differential"], np.array([left, right])
+    follower.reset()
+    command = follower.step(Pose2(0, 0, 0), now, Fixed(np.array(stages).reshape(20, 6)), PERIOD)
+    assert command.ok
+    assert np.abs(command.wheel_speeds - now).max() <= 1.5 * PERIOD * (1 + 1e-9)
+    assert np.abs(command.wheel_speeds).max() <= 1.2 * (1 + 1e-9)
+
+
+def rolling(drive: Drive) -> tuple[Follower, Plant, PathReference]:
+    follower, plant = Follower(drive), Plant(drive, Pose2(0, 0, 0))
+    reference = along(drive, Path.line((0, 0), (9, 0)))
+    drive_on(follower, plant, reference, 40)
+    return follower, plant, reference
+
+
+@pytest.mark.parametrize("lost", [Pose2(math.nan, 0, 0), Pose2(0, math.inf, 0), Pose2(0, 0, math.nan)])
+def test_without_a_pose_it_brakes_at_once_keeping_the_curvature_then_recovers(drive: Drive, lost: Pose2) -> None:
+    follower, plant, reference = rolling(drive)
+    before = follower.step(plant.pose, np.array([0.2, 0.4]), reference, PERIOD).wheel_speeds
+    for k in range(1, 8):
+        command = follower.step(lost, None, reference, PERIOD)
+        assert command.rung == "braking"
+        assert not command.ok
+        assert math.isnan(command.cross_track)
+        fastest = max(0.0, np.abs(before).max() - k * 1.5 * PERIOD)
+        np.testing.assert_allclose(command.wheel_speeds, before * fastest / np.abs(before).max(), atol=1e-12)
+    assert follower.step(plant.pose, None, reference, PERIOD).ok
+
+
+def test_a_reference_or_wheel_speeds_that_are_no_numbers_brake(drive: Drive) -> None:
+    follower, plant, reference = rolling(drive)
+    speed = follower.step(plant.pose, None, reference, PERIOD).wheel_speeds.mean()
+    broken = follower.step(plant.pose, None, Fixed(np.full((20, 6), math.nan)), PERIOD)
+    assert broken.rung == "braking"
+    assert broken.wheel_speeds.mean() == pytest.approx(speed - 1.5 * PERIOD, abs=1e-6)
+    unknown = follower.step(plant.pose, np.array([math.nan, 0.1]), reference, PERIOD)
+    assert unknown.rung == "braking"
+    assert unknown.wheel_speeds.mean() == pytest.approx(speed - 3.0 * PERIOD, abs=1e-6)
+
+
+@pytest.mark.parametrize("garbage", [math.nan, math.inf, 50.0, 1.3])
+def test_a_failing_solver_falls_back_on_the_plan_then_brakes_then_recovers(
+    drive: Drive, monkeypatch: pytest.MonkeyPatch, garbage: float
+) -> None:
+    follower, plant, reference = rolling(drive)
+    solve = follower._program.solve
+    starts: list[Array] = []
+
+    def fail(pose: Pose2, q: Array, start: Array, stages: Array) -> Array:
+        starts.append(np.array(start))
+        nodes = solve(pose, q, start, stages).copy()
+        nodes[1:] = garbage
+        return nodes
+
+    monkeypatch.setattr(follower._program, "solve", fail)
+    commands = drive_on(follower, plant, reference, 12)
+    assert [c.rung for c in commands] == ["previous plan"] * 3 + ["braking"] * 9
+    np.testing.assert_allclose([c.wheel_speeds for c in commands[:3]], 0.5, atol=0.02)
+    np.testing.assert_allclose(commands[-1].wheel_speeds, 0.0, atol=1e-9)
+    assert starts[0].shape == (8, 2)  # the plan that had worked
+    assert starts[1].shape == (2,)  # afresh, from the present speed
+    monkeypatch.setattr(follower._program, "solve", solve)
+    assert drive_on(follower, plant, reference, 1)[0].ok
+
+
+def test_a_solver_that_writes_nothing_is_noticed(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
+    follower, plant, reference = rolling(drive)
+    monkeypatch.setattr(follower._program, "_trigger", lambda: None)
+    assert follower.step(plant.pose, None, reference, PERIOD).rung == "previous plan"
+
+
+def test_a_truncated_solve_never_breaks_a_limit(drive: Drive) -> None:
+    follower = Follower(drive, FollowerSettings(iterations=5))
+    rng = np.random.default_rng(3)
+    rungs, commands = set(), []
+    for _ in range(150):
+        pose = Pose2(*rng.normal(0.0, 2.0, 3))
+        commands.append(follower.step(pose, None, Fixed(rng.normal(0.0, 3.0, (20, 6))), PERIOD))
+        rungs.add(commands[-1].rung)
+    assert "braking" in rungs
+    check_limits(drive, commands)
+
+
+def test_a_kidnapped_robot_forgets_its_plan_and_finds_the_path_again(
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    follower, plant, reference = rolling(drive)
+    solve, starts = follower._program.solve, []
+
+    def spy(pose: Pose2, q: Array, start: Array, stages: Array) -> Array:
+        starts.append(start.shape)
+        return solve(pose, q, start, stages)
+
+    monkeypatch.setattr(follower._program, "solve", spy)
+    plant.pose = Pose2(6.0, 1.0, 2.0)
+    commands = drive_on(follower, plant, reference, 240)
+    assert starts[:2] == [(2,), (8, 2)]
+    assert all(c.ok for c in commands)
+    assert plant.pose.distance(Pose2(9.0, 0.0)) < 0.02
+
+
+def test_it_goes_on_from_the_speed_that_a_reflex_left(drive: Drive) -> None:
+    follower, plant, reference = rolling(drive)
+    command = follower.step(plant.pose, np.array([-0.3, -0.3]), reference, PERIOD)
+    np.testing.assert_allclose(command.wheel_speeds, -0.3 + 1.5 * PERIOD, atol=1e-6)
+
+
+def test_same_inputs_give_the_same_bits(any_drive: Drive) -> None:
+    def run(follower: Follower) -> bytes:
+        follower.reset()
+        plant = Plant(any_drive, Pose2(0.25, 0.25, 0.3))
+        commands = drive_on(follower, plant, along(any_drive, tour(), 0.7), 60)
+        return b"".join(c.wheel_speeds.tobytes() for c in commands)
+
+    one, other = Follower(any_drive), Follower(any_drive)
+    first = run(one)
+    assert run(one) == first
+    assert run(other) == first
+
+
+def test_commands_belong_to_the_caller(drive: Drive) -> None:
+    follower, plant, reference = rolling(drive)
+    command = follower.step(plant.pose, None, reference, PERIOD)
+    kept = command.wheel_speeds.copy()
+    command.wheel_speeds[:] = 9.0
+    then = follower.step(plant.pose, None, reference, PERIOD).wheel_speeds
+    assert np.abs(then - kept).max() <= 1.5 * PERIOD * (1 + 1e-9)
+
+
+def test_time_is_what_the_injected_timer_says(drive: Drive) -> None:
+    ticks = iter([10.0, 10.25])
+    reference = along(drive, Path.line((0, 0), (1, 0)))
+    assert Follower(drive, timer=lambda: next(ticks)).step(Pose2(0, 0), None, reference, PERIOD).solve_time == 0.25
+    assert math.isnan(Follower(drive).step(Pose2(0, 0), None, reference, PERIOD).solve_time)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda f, r: f.step(Pose2(0, 0), None, r, 0.0), "control period"),
+        (lambda f, r: f.step(Pose2(0, 0), None, r, math.nan), "control period"),
+        (lambda f, r: f.step(Pose2(0, 0), np.zeros(3), r, PERIOD), "'left', 'right'.*found 3 speeds"),
+        (lambda f, r: Follower(f.drive, FollowerSettings(wheel_lag=-1.0)), "wheel_lag"),
+    ],
+)
+def test_misuse_is_named(drive: Drive, wrong: Callable[[Follower, Reference], object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        wrong(Follower(drive), along(drive, Path.line((0, 0), (1, 0))))
+
+
+FOLLOWERS = {
+    "differential": Follower(make_drive("differential", track=0.33, **LIMITS)),
+    "mecanum": Follower(make_drive("mecanum", half_length=0.22, half_width=0.2, **LIMITS)),
+}

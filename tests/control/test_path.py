@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.control.path import Path
+from rocs_bt.errors import InputError
+
+coordinates = st.floats(-5.0, 5.0)
+points = st.tuples(coordinates, coordinates)
+polylines = st.lists(points, min_size=1, max_size=8)
+
+
+def circle(radius: float, count: int) -> Path:
+    angles = np.linspace(0.0, 2.0 * np.pi, count)
+    return Path(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+
+@given(polylines)
+def test_a_path_keeps_its_ends_and_never_gains_length(corners: list[tuple[float, float]]) -> None:
+    path = Path(corners)
+    legs = np.hypot(*np.diff(np.array(corners), axis=0).T)
+    assert path.length == pytest.approx(legs.sum(), abs=1e-6)
+    np.testing.assert_allclose(path.position(0.0), corners[0], atol=1e-8)
+    np.testing.assert_allclose(path.position(path.length), corners[-1], atol=1e-8)
+    assert np.isfinite(path.samples).all()
+
+
+@given(polylines, points)
+@settings(max_examples=60)
+def test_projection_is_the_nearest_place(corners: list[tuple[float, float]], point: tuple[float, float]) -> None:
+    path = Path(corners)
+    x, y = point
+    fine = path.position(np.linspace(0.0, path.length, 20001))
+    nearest = np.hypot(fine[:, 0] - x, fine[:, 1] - y).min()
+    found = path.position(path.project(x, y))
+    # On a cell beside the nearest sample the true nearest place may be a fraction of the spacing closer.
+    assert math.hypot(found[0] - x, found[1] - y) <= nearest + path.spacing
+
+
+@given(st.floats(-0.4, 0.4), st.floats(0.1, 0.9), st.floats(-0.4, 0.4))
+def test_projection_from_a_near_hint_finds_the_foot_of_the_normal(error: float, at: float, offset: float) -> None:
+    path = circle(1.5, 400)
+    s = at * path.length
+    x, y, yaw, _ = path.look(s)
+    found = path.project(x - offset * math.sin(yaw), y + offset * math.cos(yaw), s + error)
+    assert found == pytest.approx(s, abs=0.02)
+
+
+def test_a_hint_follows_a_crossing_path_in_order() -> None:
+    t = np.linspace(0.0, 2.0 * np.pi, 800)
+    path = Path(np.column_stack([np.sin(t), np.sin(t) * np.cos(t)]))
+    half = path.length / 2.0
+    assert path.project(0.0, 0.0, half - 0.1) == pytest.approx(half, abs=0.02)
+    assert path.project(0.0, 0.0, 0.1) == pytest.approx(0.0, abs=0.02)
+
+
+def test_a_robot_that_was_carried_off_is_found_again() -> None:
+    path = Path.line((0.0, 0.0), (20.0, 0.0))
+    assert path.project(17.3, 0.2, hint=1.0) == pytest.approx(17.3, abs=1e-6)
+
+
+@pytest.mark.parametrize("count", [40, 400, 4000])
+def test_heading_and_curvature_of_a_circle(count: int) -> None:
+    path = circle(0.8, count)
+    inner = np.linspace(0.1, path.length - 0.1, 300)
+    assert path.curvature(inner).mean() == pytest.approx(1 / 0.8, rel=0.01)
+    np.testing.assert_allclose(path.heading(inner), np.pi / 2 + inner / 0.8, atol=0.05)
+    if count > 100:
+        np.testing.assert_allclose(path.curvature(inner), 1 / 0.8, rtol=0.1)
+
+
+def test_single_and_vectorised_look_ups_agree() -> None:
+    path = Path.through([(0, 0), (1, 0), (1, 2)], corner_radius=0.3)
+    stations = np.linspace(-0.5, path.length + 0.5, 57)
+    rows = path.at(stations)
+    for s, row in zip(stations, rows, strict=True):
+        np.testing.assert_allclose(path.at(s), row, atol=1e-12)
+        np.testing.assert_allclose(path.look(float(s)), row, atol=1e-12)
+    assert path.at(-0.5)[0] == 0.0
+    np.testing.assert_allclose(path.position(99.0), [1.0, 2.0])
+
+
+def test_rounded_corners_have_the_radius_asked_for_and_touch_the_legs() -> None:
+    path = Path.through([(0, 0), (2, 0), (2, 2)], corner_radius=0.5)
+    assert path.length == pytest.approx(4.0 - 2 * 0.5 + 0.5 * math.pi / 2, abs=1e-3)
+    assert path.curvature(path.length / 2) == pytest.approx(2.0, rel=0.02)
+    s = path.project(2.0 - 0.5, 0.5)
+    middle = path.position(path.length / 2)
+    assert math.hypot(middle[0] - 1.5, middle[1] - 0.5) == pytest.approx(0.5, abs=1e-3)
+    assert 0.0 < s < path.length
+
+
+def test_a_radius_too_large_for_its_legs_is_cut_down() -> None:
+    path = Path.through([(0, 0), (0.4, 0), (0.4, 3)], corner_radius=5.0)
+    assert path.position(0.0) == pytest.approx([0.0, 0.0])
+    assert path.curvature(np.linspace(0, path.length, 200)).max() == pytest.approx(1 / 0.2, rel=0.1)
+
+
+def test_straight_on_and_straight_back_are_left_as_they_are() -> None:
+    path = Path.through([(0, 0), (1, 0), (2, 0), (1, 0)], corner_radius=0.3)
+    assert path.length == pytest.approx(3.0)
+    assert np.isfinite(path.samples).all()
+
+
+@pytest.mark.parametrize("same", [[(1.0, 2.0)], [(1.0, 2.0)] * 3])
+def test_a_path_of_one_place_is_legal(same: list[tuple[float, float]]) -> None:
+    path = Path(same)
+    assert path.length == 0.0
+    assert path.project(7.0, -3.0, hint=2.0) == 0.0
+    np.testing.assert_array_equal(path.at([0.0, 5.0]), [[1.0, 2.0, 0.0, 0.0]] * 2)
+    assert path.look(3.0) == (1.0, 2.0, 0.0, 0.0)
+
+
+def test_repeated_points_change_nothing() -> None:
+    once, twice = Path([(0, 0), (1, 0), (1, 1)]), Path([(0, 0), (0, 0), (1, 0), (1, 0), (1, 1), (1, 1)])
+    np.testing.assert_array_equal(once.samples, twice.samples)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [([], "one or more points"), ([1.0, 2.0], "one or more points"), ([(0, 0), (math.nan, 1)], "point 1")],
+)
+def test_points_that_are_none_are_refused(wrong: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Path(wrong)  # type: ignore[arg-type]
+
+
+def test_numbers_out_of_range_are_refused() -> None:
+    with pytest.raises(InputError, match="spacing"):
+        Path([(0, 0), (1, 0)], spacing=0.0)
+    with pytest.raises(InputError, match="corner radius"):
+        Path.through([(0, 0), (1, 0)], corner_radius=-1.0)

@@ -1,0 +1,151 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rocs_bt.control.drive import Drive
+from rocs_bt.control.goal import GoalApproach
+from rocs_bt.control.path import Path
+from rocs_bt.control.profile import speed_profile
+from rocs_bt.control.reference import PathReference, TimedReference, TurnReference
+from rocs_bt.errors import InputError
+from rocs_bt.geometry import Pose2, Twist2
+
+TIMES = 0.1 * np.arange(1, 21)
+STILL = Twist2(0.0)
+
+
+def along(drive: Drive, path: Path, cruise: float = 0.5) -> PathReference:
+    return PathReference(path, speed_profile(path, drive, cruise=cruise, acceleration=0.5))
+
+
+def test_a_robot_at_rest_is_asked_to_gain_speed_from_where_it_is(drive: Drive) -> None:
+    preview = along(drive, Path.line((0, 0), (10, 0))).sample(Pose2(2.0, 0.3, 0.1), STILL, TIMES, 0.0)
+    assert preview.cross_track == pytest.approx(0.3)
+    assert preview.heading_error == pytest.approx(0.1)
+    gained = np.minimum(TIMES, 1.0)
+    expected = 2.0 + 0.25 * gained**2 + 0.5 * np.maximum(TIMES - 1.0, 0.0)
+    np.testing.assert_allclose(preview.stages[:, 0], expected, atol=5e-3)
+    np.testing.assert_allclose(preview.stages[:, 3], 0.5 * gained, atol=5e-3)
+    np.testing.assert_allclose(preview.stages[:, [1, 2, 4, 5]], 0.0, atol=1e-12)
+
+
+def test_the_end_is_reached_in_finite_time_and_held(drive: Drive) -> None:
+    preview = along(drive, Path.line((0, 0), (1, 0))).sample(Pose2(0.7, 0.0, 0.0), Twist2(0.5), TIMES, 0.0)
+    np.testing.assert_allclose(preview.stages[-5:, 0], 1.0, atol=1e-9)
+    np.testing.assert_allclose(preview.stages[-5:, 3], 0.0, atol=1e-6)
+    assert (np.diff(preview.stages[:, 0]) >= -1e-12).all()
+
+
+@given(st.floats(-3.0, 12.0), st.floats(-2.0, 2.0), st.floats(-3.1, 3.1), st.floats(-1.0, 1.0))
+def test_previews_never_outrun_profile_or_acceleration(x: float, y: float, yaw: float, speed: float) -> None:
+    drive = _drive()
+    reference = along(drive, Path.through([(0, 0), (5, 0), (5, 4)], corner_radius=0.3))
+    preview = reference.sample(Pose2(x, y, yaw), Twist2(speed), TIMES, 0.0)
+    speeds = preview.stages[:, 3]
+    assert np.isfinite(preview.stages).all()
+    assert (speeds >= 0.0).all()
+    assert (speeds <= max(0.5, speed) + 0.1).all()
+    assert (np.diff(speeds) <= 0.5 * 0.1 * 2 + 1e-9).all()
+    assert abs(preview.stages[0, 2] - yaw) <= math.pi + 0.4
+    if abs(preview.heading_error) > math.pi / 2:
+        np.testing.assert_allclose(preview.stages[:, :2], [[x, y]] * 20)
+
+
+def test_a_robot_that_looks_backwards_turns_first(drive: Drive) -> None:
+    preview = along(drive, Path.line((0, 0), (10, 0))).sample(Pose2(1.0, 0.0, 3.0), STILL, TIMES, 0.0)
+    np.testing.assert_allclose(preview.stages[:, :2], [[1.0, 0.0]] * 20)
+    assert (np.diff(preview.stages[:, 2]) <= 0.0).all()
+    assert preview.stages[-1, 2] < 1.0
+    assert preview.stages[:, 5].min() == pytest.approx(-1.5)
+
+
+def test_yaw_never_jumps_over_many_laps(drive: Drive) -> None:
+    angles = np.linspace(0.0, 6.0 * np.pi, 1200)
+    reference = along(drive, Path(np.column_stack([np.cos(angles), np.sin(angles)])))
+    reference.s = 5.0 * math.pi
+    preview = reference.sample(Pose2(-1.0, 0.0, -math.pi / 2), Twist2(0.4), TIMES, 0.0)
+    assert reference.s == pytest.approx(5.0 * math.pi, abs=0.02)
+    np.testing.assert_allclose(preview.stages[0, 2], -math.pi / 2, atol=0.1)
+    assert np.abs(np.diff(preview.stages[:, 2])).max() < 0.1
+
+
+def test_a_path_of_one_place_asks_for_no_heading(drive: Drive) -> None:
+    preview = along(drive, Path([(1.0, 1.0)])).sample(Pose2(1.0, 1.0, 2.0), STILL, TIMES, 0.0)
+    np.testing.assert_allclose(preview.stages, [[1.0, 1.0, 2.0, 0.0, 0.0, 0.0]] * 20, atol=1e-12)
+
+
+def test_a_timetable_is_read_on_its_clock_and_ahead_of_it() -> None:
+    times, poses = [10.0, 12.0, 14.0], [(0, 0, 0), (2, 0, 0), (2, 2, math.pi / 2)]
+    reference = TimedReference(times, poses, now=lambda: 10.5)
+    preview = reference.sample(Pose2(0.7, 0.1, 0.0), STILL, np.array([0.5, 1.0, 9.0]), lead=0.2)
+    np.testing.assert_allclose(preview.stages[:, 0], [1.2, 1.7, 2.0])
+    np.testing.assert_allclose(preview.stages[:2, 3:], [[1.0, 0.0, 0.0]] * 2, atol=1e-12)
+    np.testing.assert_allclose(preview.stages[2], [2.0, 2.0, math.pi / 2, 0.0, 0.0, 0.0], atol=1e-12)
+    assert preview.cross_track == pytest.approx(0.1)
+
+
+def test_a_timetable_turns_the_short_way_round_and_near_the_robot() -> None:
+    reference = TimedReference([0.0, 1.0], [(0, 0, 3.0), (0, 0, -3.0)], now=lambda: 0.0)
+    preview = reference.sample(Pose2(0, 0, -3.1), STILL, np.array([0.5, 1.0]), 0.0)
+    assert preview.stages[:, 2] == pytest.approx([math.pi - math.tau, -3.0])
+    assert preview.stages[0, 5] == pytest.approx(math.tau - 6.0)
+
+
+@pytest.mark.parametrize(
+    ("times", "poses"),
+    [([], np.zeros((0, 3))), ([0.0, 1.0], [(0, 0, 0)]), ([0.0, 0.0], np.zeros((2, 3))), ([math.nan], [(0, 0, 0)])],
+)
+def test_timetables_that_are_none_are_refused(times: list[float], poses: object) -> None:
+    with pytest.raises(InputError, match="timed reference"):
+        TimedReference(times, poses, now=lambda: 0.0)  # type: ignore[arg-type]
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.floats(-2.0, 2.0))
+def test_turns_stay_within_rate_and_acceleration_and_do_not_pass_the_goal(yaw: float, goal: float, turn: float) -> None:
+    preview = TurnReference(goal, 1.0, 2.0, rate=1.0, acceleration=2.0).sample(
+        Pose2(1.0, 2.0, yaw), Twist2(0.0, turn), 0.1 * np.arange(1, 101), 0.0
+    )
+    yaws, rates = preview.stages[:, 2], preview.stages[:, 5]
+    assert math.cos(yaws[-1] - goal) == pytest.approx(1.0, abs=1e-6)
+    assert np.abs(rates).max() <= max(1.0, abs(turn)) + 1e-9
+    steps = np.diff(np.concatenate([[yaw], yaws]))
+    assert (steps >= -1e-9).all() or (steps <= 1e-9).all()
+    assert abs(yaws[-1] - yaw) <= math.tau
+
+
+def test_half_way_round_a_turn_goes_on_in_its_direction() -> None:
+    def last(turn: float) -> float:
+        preview = TurnReference(0.0, 0.0, 0.0).sample(Pose2(0.0, 0.0, 3.1), Twist2(0.0, turn), TIMES, 0.0)
+        return float(preview.stages[-1, 2])
+
+    assert last(0.5) > 3.1
+    assert last(-0.5) < 3.1
+
+
+def test_a_profile_of_another_path_is_refused(drive: Drive) -> None:
+    profile = speed_profile(Path.line((0, 0), (2, 0)), drive, cruise=0.5)
+    with pytest.raises(InputError, match="its own path"):
+        PathReference(Path.line((0, 0), (3, 0)), profile)
+
+
+def test_arrival_needs_place_way_and_rest() -> None:
+    lap = np.linspace(0.0, math.tau, 200)
+    path, arrived = Path(np.column_stack([np.cos(lap), np.sin(lap)])), GoalApproach()
+    there = Pose2(1.0, 0.0, math.pi / 2)
+    assert arrived.reached(path, path.length - 0.01, there, Twist2(0.01))
+    assert not arrived.reached(path, 0.0, there, Twist2(0.01))
+    assert not arrived.reached(path, path.length, Pose2(1.1, 0.0), Twist2(0.01))
+    assert not arrived.reached(path, path.length, there, Twist2(0.2))
+    assert not arrived.reached(path, path.length, there, Twist2(0.0, turn=1.0))
+    assert not arrived.reached(path, path.length, Pose2(math.nan, 0.0), Twist2(0.0))
+
+
+def _drive() -> Drive:
+    from rocs_bt.control.drive import differential_drive
+
+    return differential_drive(track=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)

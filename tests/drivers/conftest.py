@@ -1,0 +1,35 @@
+"""A world to drive in, and the shipped robot's devices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.catalog import RobotSpec, load_robot
+from rocs_bt.drivers.mujoco import MujocoWorld, Placed, SensorMount, compose_world
+
+ROOT = Path(__file__).parents[2]
+
+EMPTY = """<mujoco><worldbody><geom name="floor" type="plane" size="20 20 0.1"/>{}</worldbody></mujoco>"""
+
+
+@pytest.fixture(scope="session")
+def p3dx() -> RobotSpec:
+    return load_robot(ROOT / "robots" / "pioneer_p3dx" / "robot.toml")
+
+
+@pytest.fixture
+def make_world(tmp_path: Path, p3dx: RobotSpec) -> Callable[..., MujocoWorld]:
+    """A floor with whatever geoms a test wants on it, the robot R2 with sensors, and others without."""
+
+    def make(geoms: str = "", others: tuple[str, ...] = (), step: float = 0.005) -> MujocoWorld:
+        arena = tmp_path / "arena.xml"
+        arena.write_text(EMPTY.format(geoms))
+        assert p3dx.model is not None
+        mounts = [SensorMount(s.name, s.driver, s.parameters) for s in p3dx.sensors]
+        robots = [Placed("R2", p3dx.model, mounts), *(Placed(name, p3dx.model) for name in others)]
+        return compose_world(arena, robots, step=step)
+
+    return make

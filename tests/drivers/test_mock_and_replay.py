@@ -1,0 +1,155 @@
+"""The mock obeys exactly; the replay repeats exactly."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.drive import differential_drive
+from rocs_bt.device import Watchdog
+from rocs_bt.drivers import DRIVER_PARAMETERS, mock, parameters_of_driver, read_parameters
+from rocs_bt.drivers.mock import MockRobot, MockSensor, MockWorld, along_arc, make_actuator, make_sensor
+from rocs_bt.drivers.mujoco import ACTUATORS, SENSORS
+from rocs_bt.drivers.parameters import RangeConeParameters
+from rocs_bt.drivers.replay import ReplayActuator, replay_sensors
+from rocs_bt.errors import DeviceError, InputError, UnknownName
+from rocs_bt.event import SensorFailed, SensorRead, pack
+from rocs_bt.geometry import Pose2, Twist2
+from rocs_bt.units import ANGLE, LENGTH
+
+DRIVE = differential_drive(track=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
+WHEELS = {"motors": ["l", "r"], "wheel_radius": 0.1}
+speeds = st.floats(-1.0, 1.0)
+
+
+def robot(world: MockWorld) -> MockRobot:
+    return MockRobot(world, DRIVE, Pose2(0.0, 0.0), {"front": Pose2(0.2, 0.0, 0.0)})
+
+
+@given(speeds, speeds, st.floats(-3.0, 3.0), st.floats(0.001, 2.0))
+def test_an_arc_is_what_many_small_steps_are(left: float, right: float, yaw: float, duration: float) -> None:
+    twist, pose = DRIVE.twist(np.array([left, right])), Pose2(1.0, 2.0, yaw)
+    whole, parts = along_arc(pose, twist, duration), pose
+    for _ in range(64):
+        parts = along_arc(parts, twist, duration / 64)
+    assert whole.distance(parts) < 1e-9
+    assert math.cos(whole.yaw - parts.yaw) == pytest.approx(1.0)
+
+
+@given(speeds, st.floats(0.01, 1.0))
+def test_sideways_drives_go_sideways(left: float, duration: float) -> None:
+    pose = along_arc(Pose2(0.0, 0.0, math.pi / 2), Twist2(0.0, 0.0, left), duration)
+    assert pose == pytest.approx((-left * duration, 0.0, math.pi / 2), abs=1e-12)
+
+
+def test_a_mock_robot_does_as_commanded_and_says_so() -> None:
+    clock = SimulatedClock(0.1)
+    world = MockWorld(clock, segments=[((2.0, -1.0), (2.0, 1.0))])
+    body = robot(world)
+    wheels = make_actuator(body, "wheels", "velocity", WHEELS)
+    wheels.command([0.5, 0.5])
+    for _ in range(10):
+        clock.advance()
+        world.advance(0.1)
+    assert body.pose == pytest.approx((0.5, 0.0, 0.0))
+    assert make_sensor(body, "p", "position", {}).read().values[:2] == pytest.approx([0.5, 0.0])
+    assert make_sensor(body, "e", "wheel_speed", WHEELS).read().values == [0.5, 0.5]
+    sonar = make_sensor(body, "s", "range_cone", {"sites": ["front"], "range": [0.1, 5.0]})
+    assert sonar.read().values == pytest.approx([1.3])
+    assert sonar.read().stamp == pytest.approx(1.0)
+
+
+def test_a_mock_robot_stops_when_its_watchdog_expires() -> None:
+    clock = SimulatedClock(0.1)
+    world = MockWorld(clock)
+    body = robot(world)
+    watchdog = Watchdog(make_actuator(body, "wheels", "velocity", WHEELS), clock, 0.2)
+    body.watchdogs.append(watchdog)
+    watchdog.command([1.0, 1.0])
+    for _ in range(10):
+        world.advance(0.1)
+        clock.advance()
+    assert body.pose.x == pytest.approx(0.3)  # at 0, 0.1 and 0.2 s it still drove
+
+
+@given(st.floats(0.0, 6.2), st.floats(0.5, 3.0), st.floats(0.05, 0.4))
+def test_a_ray_at_a_circle_stops_at_its_rim(yaw: float, distance: float, radius: float) -> None:
+    centre = (distance * math.cos(yaw), distance * math.sin(yaw))
+    world = MockWorld(SimulatedClock(0.1), circles=[(centre, radius)])
+    assert world.ray(0.0, 0.0, yaw) == pytest.approx(distance - radius)
+    assert world.ray(0.0, 0.0, yaw + math.pi) == math.inf
+
+
+def test_a_mock_sensor_can_be_told_what_to_say_and_to_break() -> None:
+    sensor = MockSensor("s", robot(MockWorld(SimulatedClock(0.1))))
+    sensor.values = [math.nan, 1.0]
+    assert sensor.read().values[1] == 1.0
+    sensor.broken = "unplugged"
+    with pytest.raises(DeviceError, match="'s' refuses: unplugged"):
+        sensor.read()
+
+
+def test_every_backend_has_every_driver() -> None:
+    assert set(SENSORS) | set(ACTUATORS) == set(mock.SENSORS) | set(mock.ACTUATORS) == set(DRIVER_PARAMETERS)
+
+
+def test_unknown_drivers_and_mounts_list_what_exists() -> None:
+    body = robot(MockWorld(SimulatedClock(0.1)))
+    with pytest.raises(UnknownName, match="The mock backend has: orientation, position"):
+        make_sensor(body, "s", "lidar", {})
+    with pytest.raises(InputError, match="no mount for sensor 's' is named 'rear'"):
+        make_sensor(body, "s", "range_cone", {"sites": ["rear"], "range": [0.1, 1.0]})
+    with pytest.raises(InputError, match="has 1 motors, the robot's drive 2 wheels"):
+        make_actuator(body, "wheels", "velocity", {"motors": ["l"], "wheel_radius": 0.1})
+
+
+def test_drivers_declare_dimensions() -> None:
+    declared = parameters_of_driver(RangeConeParameters)
+    assert declared["range"].dimension == LENGTH
+    assert declared["range"].many
+    assert declared["half_angle"].dimension == ANGLE
+    assert not declared["half_angle"].required
+    assert declared["sites"].dimension is None
+
+
+def test_all_faults_of_parameters_are_told_at_once() -> None:
+    with pytest.raises(InputError) as error:
+        read_parameters(RangeConeParameters, {"sites": "sonar0", "beams": 3}, "sensor 's'")
+    assert len(error.value.faults) == 3
+
+
+def test_a_replay_says_what_was_recorded_when_it_was() -> None:
+    clock = SimulatedClock(0.05)
+    events = [
+        SensorRead(t=0.0, agent="R2", sensor="sonar", stamp=0.0, data=pack([1.0, math.inf])),
+        SensorRead(t=0.0, agent="R3", sensor="sonar", stamp=0.0, data=pack([9.0])),
+        SensorRead(t=0.1, agent="R2", sensor="sonar", stamp=0.05, data=pack([0.5, 0.4])),
+        SensorFailed(t=0.2, agent="R2", sensor="sonar", detail="gone"),
+    ]
+    sonar = replay_sensors(events, "R2", ["sonar"], clock)["sonar"]
+    assert sonar.read().values == [1.0, math.inf]
+    clock.advance()
+    with pytest.raises(DeviceError, match="no reading of sensor 'sonar' at this time"):
+        sonar.read()
+    clock.advance()
+    reading = sonar.read()
+    assert (reading.stamp, reading.values) == (0.05, [0.5, 0.4])
+    clock.advance(2)
+    for _ in range(2):
+        with pytest.raises(DeviceError, match="gone"):
+            sonar.read()
+        clock.advance()
+
+
+def test_a_replay_actuator_only_notes() -> None:
+    clock = SimulatedClock(0.1)
+    wheels = ReplayActuator("wheels", 2, clock)
+    wheels.command([0.1, 0.2])
+    clock.advance()
+    wheels.neutral()
+    assert wheels.commands == [(0.0, (0.1, 0.2)), (0.1, (0.0, 0.0))]

@@ -1,0 +1,189 @@
+"""Composing, contacts and clearances."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.catalog import RobotSpec
+from rocs_bt.drivers.mujoco import MujocoWorld, Placed, compose_world, make_actuator
+from rocs_bt.drivers.mujoco.body import hull_outline, outlines
+from rocs_bt.errors import InputError
+from rocs_bt.geometry import Pose2
+
+MakeWorld = Callable[..., MujocoWorld]
+
+ROOT = Path(__file__).parents[2]
+ARENA = ROOT / "scenarios" / "worlds" / "arena_box.xml"
+WALL = '<geom name="wall" type="box" size="0.05 3 0.25" pos="1.05 0 0.25"/>'
+
+
+def drive(world: MujocoWorld, p3dx: RobotSpec, robot: str, speed: float) -> None:
+    make_actuator(world, robot, "wheels", "velocity", p3dx.actuators[0].parameters).command((speed, speed))
+
+
+def test_the_hull_is_the_true_outline(make_world: MakeWorld) -> None:
+    world = make_world()
+    points = hull_outline(world.model, world.robots["R2"])
+    xs, ys = [p[0] for p in points], [p[1] for p in points]
+    assert (max(xs) - min(xs), max(ys) - min(ys)) == pytest.approx((0.455, 0.381), abs=1e-6)
+    for geom in world.robots["R2"].geoms:  # nothing that collides sticks out of it
+        if world.model.geom_contype[geom] and geom not in world.robots["R2"].hull:
+            reach = world.model.geom_aabb[geom][3:]
+            assert abs(world.model.body_pos[world.model.geom_bodyid[geom]][1]) + min(reach) <= 0.1905
+
+
+def test_the_arena_is_as_decoded() -> None:
+    world = compose_world(ARENA, [])
+    found = {o.name: o.points for o in outlines(world.model, world.robots)}
+    assert sorted(found) == ["box", "wall_east", "wall_north", "wall_south", "wall_west"]
+    assert min(x for x, _ in found["wall_east"]) == pytest.approx(2.475)
+    assert max(y for _, y in found["wall_south"]) == pytest.approx(-2.425)
+    assert sorted(found["box"])[0] == pytest.approx((-0.75, 0.75))
+
+
+def test_clearance_is_hull_to_nearest_thing(make_world: MakeWorld) -> None:
+    world = make_world(WALL, others=("R1",))
+    world.place("R1", Pose2(-3.0, 0.0, 0.0))
+    world.place("R2", Pose2(0.0, 0.0, 0.0))
+    assert world.clearance("R2") == (pytest.approx(1.0 - 0.183, abs=1e-6), "wall")
+    world.place("R2", Pose2(-2.0, 0.0, 0.0))
+    assert world.clearance("R2") == (pytest.approx(1.0 - 0.272 - 0.183, abs=1e-6), "R1")
+    assert world.clearance("R2", limit=0.3) == (0.3, "")
+    world.place("R2", Pose2(0.9, 0.0, 0.0))
+    assert world.clearance("R2")[0] == pytest.approx(-0.083, abs=1e-3)
+
+
+def test_room_is_from_things_that_cannot_move(make_world: MakeWorld) -> None:
+    world = make_world(WALL, others=("R1",))
+    world.place("R1", Pose2(0.5, 0.0, 0.0))
+    assert world.room(0.4, 0.0) == pytest.approx(0.6)
+    assert world.room(1.05, 0.0) == 0.0
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.5])
+def test_running_into_a_wall_is_one_contact_while_moving(make_world: MakeWorld, p3dx: RobotSpec, speed: float) -> None:
+    world = make_world(WALL)
+    world.place("R2", Pose2(0.75, 0.0, 0.0))
+    drive(world, p3dx, "R2", speed)
+    found = []
+    for _ in range(60):
+        world.advance(10)
+        found += world.contacts()
+    assert [(c.robot, c.other, c.moving) for c in found] == [("R2", "wall", True)]
+
+
+def test_a_robot_that_stands_still_is_struck(make_world: MakeWorld, p3dx: RobotSpec) -> None:
+    world = make_world(others=("R1",))
+    world.place("R1", Pose2(-0.8, 0.0, 0.0))
+    drive(world, p3dx, "R1", 0.3)
+    found = []
+    for _ in range(40):
+        world.advance(10)
+        found += world.contacts()
+    assert {(c.robot, c.other): c.moving for c in found} == {("R2", "R1"): False, ("R1", "R2"): True}
+
+
+def test_a_robot_pushed_into_a_wall_moves(make_world: MakeWorld, p3dx: RobotSpec) -> None:
+    world = make_world('<geom name="wall" type="box" size="0.05 3 0.25" pos="0.35 0 0.25"/>', others=("R1",))
+    world.place("R1", Pose2(-0.8, 0.0, 0.0))
+    drive(world, p3dx, "R1", 1.0)
+    found = []
+    for _ in range(60):
+        world.advance(10)
+        found += world.contacts()
+    assert ("R2", "wall", True) in [(c.robot, c.other, c.moving) for c in found]
+
+
+PLAY = """
+import hashlib, sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from rocs_bt.catalog import load_robot
+from rocs_bt.drivers.mujoco import Placed, compose_world, make_actuator
+from rocs_bt.geometry import Pose2
+p3dx = load_robot(Path({robot!r}))
+world = compose_world(Path({arena!r}), [Placed("R2", p3dx.model), Placed("R1", p3dx.model)])
+world.place("R2", Pose2(-1.0, 2.0, 0.3)); world.place("R1", Pose2(0.2, 2.1, 3.0))
+for name, speeds in (("R2", (0.4, 0.3)), ("R1", (0.3, 0.35))):
+    make_actuator(world, name, "wheels", "velocity", p3dx.actuators[0].parameters).command(speeds)
+digest = hashlib.sha256()
+for _ in range(80):
+    world.advance(10); world.digest(digest)
+print(digest.hexdigest())
+"""
+
+
+def test_the_same_drive_gives_the_same_bits_in_another_process() -> None:
+    robot = str(ROOT / "robots" / "pioneer_p3dx" / "robot.toml")
+    code = PLAY.format(tests=str(ROOT), robot=robot, arena=str(ARENA))
+    runs = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True) for _ in range(2)]
+    assert len(runs[0].stdout.strip()) == 64
+    assert runs[0].stdout == runs[1].stdout
+
+
+def test_the_digest_follows_the_state(make_world: MakeWorld) -> None:
+    world = make_world()
+    first, second = hashlib.sha256(), hashlib.sha256()
+    world.digest(first)
+    world.place("R2", Pose2(0.0, 0.0, 1e-9))
+    world.digest(second)
+    assert first.hexdigest() != second.hexdigest()
+
+
+def test_it_can_be_read_while_another_thread_steps(make_world: MakeWorld) -> None:
+    world, stop = make_world(WALL), threading.Event()
+
+    def step() -> None:
+        while not stop.is_set():
+            world.advance(1)
+
+    thread = threading.Thread(target=step)
+    thread.start()
+    try:
+        for _ in range(300):
+            assert world.clearance("R2")[0] == pytest.approx(1.0 - 0.183, abs=1e-3)
+    finally:
+        stop.set()
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<mujoco><worldbody><geom", "not a valid MJCF model"),
+        ("<mujoco><worldbody><geom type='cube'/></worldbody></mujoco>", "not a valid MJCF model"),
+        ("<mujoco><worldbody/></mujoco>", "root body must be named 'base', found none"),
+        ("<mujoco><worldbody><body name='base'><geom size='1'/></body></worldbody></mujoco>", "'base' cannot move"),
+    ],
+)
+def test_a_wrong_robot_model_is_told(tmp_path: Path, text: str, message: str) -> None:
+    model = tmp_path / "robot.xml"
+    model.write_text(text)
+    with pytest.raises(InputError, match=message) as error:
+        compose_world(ARENA, [Placed("R2", model)])
+    assert error.value.faults[0].file == model
+
+
+def test_a_missing_world_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there is no such model file"):
+        compose_world(tmp_path / "nowhere.xml", [])
+
+
+def test_a_robots_own_options_do_not_change_the_world(tmp_path: Path) -> None:
+    model = tmp_path / "robot.xml"
+    model.write_text(
+        "<mujoco><option timestep='0.1' gravity='0 0 0'/><worldbody><body name='base'><freejoint/>"
+        "<geom size='0.1'/></body></worldbody></mujoco>"
+    )
+    world = compose_world(ARENA, [Placed("R2", model)], step=0.004)
+    assert world.step == 0.004
+    assert world.model.opt.gravity[2] == pytest.approx(-9.81)
+    assert math.isclose(world.model.opt.timestep, 0.004)

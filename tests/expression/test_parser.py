@@ -1,0 +1,205 @@
+"""What the language accepts, what it refuses, and how it says so."""
+
+import string
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.errors import InputError
+from rocs_bt.expression import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, Environment, compile_expression, evaluate, parse
+from rocs_bt.signal import Signal
+from rocs_bt.units import ANGLE, LENGTH, NONE, SPEED
+
+ENVIRONMENT = Environment.packed(
+    [
+        Signal("front", 3, (LENGTH,)),
+        Signal("rear", 1, (LENGTH,)),
+        Signal("pose", 3, (LENGTH, LENGTH, ANGLE)),
+        Signal("speed", 1, (SPEED,)),
+        Signal("flag", 1, (NONE,)),
+    ]
+)
+X = [0.5, 0.6, 0.7, 0.2, 3.0, 4.0, 0.5, 0.4, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("0.5 m", 0.5),
+        ("50cm", 0.5),
+        ("180 deg", 3.141592653589793),
+        ("-3.6 km/h", -1.0),
+        ("2 m/s2", 2.0),
+        ("1e-3 m", 0.001),
+        ("inf m", float("inf")),
+        ("1 m-2 m", -1.0),
+        ("2 m^2", 2.0),
+        ("4 m^-1", 4.0),
+        ("1 m/min(front)", 2.0),
+        ("1 m/2", 0.5),
+        ("1 km/h/s * 3.6 s", 1.0),
+        (" 1 + 2 * 3 ", 7.0),
+        ("0.5 m / speed", 1.25),
+        ("0.5 m/s * 2", 1.0),
+        ("hypot(pose[0], pose[1])", 5.0),
+        ("pose[-1]", 0.5),
+        ("min(front[1:])", 0.6),
+        ("min(front, rear)", 0.2),
+        ("min(rear)", 0.2),
+        ("rear[0]", 0.2),
+        ("max(1, 2, 3)", 3.0),
+        ("mean(front)", (0.5 + 0.6 + 0.7) / 3),
+        ("sum(front - 0.1 m)", (0.5 - 0.1) + (0.6 - 0.1) + (0.7 - 0.1)),
+        ("sum(front * front)", 0.25 + 0.36 + 0.7 * 0.7),
+        ("count(front < 0.65 m)", 2.0),
+        ("sqrt(pose[0] * pose[0])", 3.0),
+        ("abs(-2)", 2.0),
+        ("clip(5, 1, 3)", 3.0),
+        ("side(0)", 1.0),
+        ("sign(0)", 0.0),
+        ("wrap_angle(370 deg) / 1 deg", 10.0),
+        ("min_valid(front, 2)", 0.5),
+        ("1 if speed > 0.1 m/s else 2", 1.0),
+        ("speed > 0.1 m/s and not speed > 1 m/s", True),
+        ("0.1 m/s < speed < 0.3 m/s", False),
+        ("any(front > 0.65 m) or False", True),
+        ("all(0.1 m < front < 0.65 m)", False),
+        ("min(front) <\n 0.6 m", True),
+    ],
+)
+def test_values(text, expected):
+    value = compile_expression(text, ENVIRONMENT)(X)
+    assert value == pytest.approx(expected)
+    assert value == evaluate(parse(text, ENVIRONMENT), X)
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "message"),
+    [
+        ("min(frnt) < 0.5 m", 5, "no signal or alias is named 'frnt'. Did you mean 'front'?"),
+        ("speed < 0.5 m", 1, "speed is in m/s and 0.5 m is in m"),
+        ("speed > 0 m/s and min(front) < 0.5 m/s", 19, "min(front) is in m and 0.5 m/s is in m/s"),
+        ("min(front) < 0.5", 1, "Write the number with its unit"),
+        ("speed + 1 m", 1, "speed is in m/s and 1 m is in m"),
+        ("(speed if speed > 0 m/s else 1 m)", 2, "speed is in m/s and 1 m is in m"),
+        ("0.5 metres < rear", 5, "'metres' behind a number is not a unit"),
+        ("front < 0.5 m and True", 1, "'and' needs one true or false, but front < 0.5 m has 3; use any or all"),
+        ("not speed", 1, "'not' needs true or false, but speed is in m/s"),
+        ("min(front < 1 m)", 1, "front < 1 m is true or false"),
+        ("any(front)", 1, "needs comparisons"),
+        ("pose + pose", 1, "pose has 3 values of different units; use an index"),
+        ("front + front[0:2]", 1, "front has 3 values and front[0:2] has 2"),
+        ("  front[3]", 3, "front has 3 values, so there is no front[3]"),
+        ("front[2:2]", 1, "is empty or beyond the 3 values"),
+        ("front[0:3:2]", 1, "no step"),
+        ("front[flag]", 7, "an index is a whole number"),
+        ("(front + front)[0]", 1, "only signals and their slices have an index"),
+        ("clip(speed, 1 m/s)", 1, "it takes 3 values, found 2. Write clip(a, low, high)"),
+        ("sqrt(speed)", 1, "needs a square"),
+        ("wrap_angle(speed)", 1, "needs an angle"),
+        ("min_valid(front, 4)", 1, "a whole number from 1 to 3"),
+        ("hypot(front, front)", 1, "it takes single values"),
+        ("open(front)", 1, "no signal or alias is named 'open'"),
+        ("front(1)", 1, "no function is named 'front'"),
+        ("min(a=1)", 1, "takes plain values"),
+        ("min < 1", 1, "'min' is a function"),
+        ("speed.real", 1, "no use for 'speed.real'"),
+        ("flag ** 2", 1, "no use for 'flag ** 2'"),
+        ("flag % 2", 6, "no use for '%'"),
+        ("flag in front", 1, "no use for 'flag in front'"),
+        ("(flag, flag)", 1, "no use for"),
+        ("[flag for flag in front]", 1, "no use for"),
+        ("lambda: 1", 1, "no use for 'lambda: 1'"),
+        ("(flag := 2)", 2, "no use for"),
+        ("'text'", 1, 'no use for "\'"'),
+        ("1j", 2, "'j' behind a number is not a unit"),
+        ("9" * 400, 1, "too large"),
+        ("min(front", 4, "not an expression: '(' was never closed"),
+        ("", 0, "the expression is empty"),
+        ("1" + " + 1" * (MAX_LENGTH // 4), 0, f"at most {MAX_LENGTH} characters"),
+        ("(" * (MAX_DEPTH + 1) + "1" + ")" * (MAX_DEPTH + 1), 0, f"at most {MAX_DEPTH} deep"),
+        ("-" * 900 + "1", 0, f"at most {MAX_DEPTH} deep"),
+        ("1" + " + 1" * MAX_DEPTH, 0, f"at most {MAX_DEPTH} deep"),
+    ],
+)
+def test_refusals(text, column, message):
+    with pytest.raises(InputError) as caught:
+        parse(text, ENVIRONMENT)
+    assert message in str(caught.value)
+    if column:
+        assert caught.value.faults[0].column == column
+
+
+def test_all_unknown_names_are_told_at_once():
+    with pytest.raises(InputError) as caught:
+        parse("foo < bar", ENVIRONMENT)
+    assert [f.column for f in caught.value.faults] == [1, 7]
+
+
+def test_aliases_stand_for_their_trees_and_keep_their_names():
+    environment = ENVIRONMENT.with_alias("gap", parse("min(front[0:2]) - 0.1 m", ENVIRONMENT))
+    node = parse("gap < 0.5 m", environment)
+    assert evaluate(node, X) is True
+    assert node.args[0].text == "gap"
+    assert node == parse("min(front[0:2]) - 0.1 m < 0.5 m", ENVIRONMENT)
+
+
+def test_aliases_cannot_grow_without_bound():
+    environment = ENVIRONMENT.with_alias("a0", parse("rear + rear", ENVIRONMENT))
+    for i in range(6):
+        environment = environment.with_alias(f"a{i + 1}", parse(f"a{i} + a{i}", environment))
+    with pytest.raises(InputError, match="at most 500 operations, found 767 with its aliases"):
+        parse("a6 + a6 + a6", environment)
+
+
+WORDS = [
+    *"+-*/<>()[]:,.=!'\"%@{}^\\~;",
+    *FUNCTIONS,
+    "front",
+    "rear",
+    "pose",
+    "speed",
+    "0.5 m",
+    "1",
+    "60 deg",
+    "inf",
+    "and",
+    "or",
+    "not",
+    "if",
+    "else",
+]
+WORDS += [" ", "lambda", "__import__", "__class__", "True", "None", "await", "in"]
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.one_of(st.lists(st.sampled_from(WORDS), max_size=25).map(" ".join), st.text(string.printable, max_size=60)))
+def test_any_text_is_parsed_or_refused_and_never_more(text):
+    try:
+        node = parse(text, ENVIRONMENT)
+    except InputError as error:
+        assert all(fault.message for fault in error.faults)
+        return
+    allowed = {"number", "truth", "read", "neg", "+", "-", "*", "/", "compare", "and", "or", "not", "if", *FUNCTIONS}
+    assert {n.op for n in node.walk()} <= allowed
+    if not node.kind.size:
+        compile_expression(text, ENVIRONMENT)(X)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_no_shape_of_python_beyond_the_language_is_accepted(data):
+    """Wraps what is legal in every other kind of Python expression."""
+    wrapped = data.draw(
+        st.sampled_from(
+            ["{}.real", "({},)", "[{}]", "{{{}}}", "(lambda: {})", "({})()", "f'{{{}}}'", "{} if 1 else 2", "(x:={})",
+             "[{} for i in front]", "{} | 1", "{} // 1", "{} ** 2", "~{}", "{} is 1", "{} in front", "await {}",
+             "getattr({})", "min(*{})", "{}[0]", "{}@1", "({} for i in front)", "{}\n;1", "...", "yield {}"]
+        )
+    )  # fmt: skip
+    text = wrapped.format(data.draw(st.sampled_from(["speed", "0.5 m", "min(front)", "True"])))
+    if text == "speed[0]":
+        return
+    with pytest.raises(InputError):
+        parse(text, ENVIRONMENT)

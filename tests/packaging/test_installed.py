@@ -1,0 +1,93 @@
+"""The product works from a wheel, a wheel built from the sdist, an editable install and a checkout, from any folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FORMS = ["wheel", "wheel from sdist", "editable", "checkout"]
+
+pytest.importorskip("build", reason="building needs the test extra")
+pytest.importorskip("hatchling", reason="building needs the test extra")
+
+
+def do(*command: str | Path, cwd: Path | None = None, **environment: str) -> str:
+    clean = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME")}
+    done = subprocess.run(command, cwd=cwd, env={**clean, **environment}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory) -> dict[str, Path]:
+    """The sdist, and a wheel from the checkout and one from the sdist."""
+    direct, both = tmp_path_factory.mktemp("direct"), tmp_path_factory.mktemp("both")
+    do(sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", direct, ROOT)
+    do(sys.executable, "-m", "build", "--no-isolation", "--outdir", both, ROOT)
+    (wheel,), (from_sdist,), (sdist,) = direct.glob("*.whl"), both.glob("*.whl"), both.glob("*.tar.gz")
+    return {"wheel": wheel, "wheel from sdist": from_sdist, "sdist": sdist}
+
+
+@pytest.fixture(scope="session", params=FORMS)
+def command(request, built, tmp_path_factory) -> tuple[list[str | Path], dict[str, str]]:
+    """What stands for `rocs-bt` in a clean environment that has the dependencies but no other rocs_bt."""
+    folder = tmp_path_factory.mktemp("environment")
+    venv.create(folder, symlinks=os.name != "nt")
+    python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
+    scripts = python.parent
+    # A path that a .pth file adds has its own .pth files ignored, so an editable rocs_bt in it is not found.
+    paths = do(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))").strip()
+    (Path(paths) / "dependencies.pth").write_text(sysconfig.get_path("purelib"))
+    if request.param == "checkout":
+        return [python, "-m", "rocs_bt.cli"], {"PYTHONPATH": str(ROOT)}
+    what = ["--editable", ROOT] if request.param == "editable" else [built[request.param]]
+    pip = [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index"]
+    do(*pip, "--no-build-isolation", "--disable-pip-version-check", *what)
+    return [scripts / "rocs-bt"], {}
+
+
+def test_all_content_is_found_from_another_folder(command, tmp_path):
+    arguments, environment = command
+    entries = json.loads(do(*arguments, "list", "--json", cwd=tmp_path, **environment))
+    found = {(e["kind"], e["name"]) for e in entries}
+    assert {
+        ("scenario", "exp1"),
+        ("robot", "pioneer_p3dx"),
+        ("mission", "go_to"),
+        ("rules", "avoid_collision"),
+    } <= found
+    assert all(Path(e["path"]).is_file() and e["doc"] for e in entries)
+
+
+def test_exp1_runs_from_another_folder(command, tmp_path):
+    arguments, environment = command
+    out = do(*arguments, "run", "exp1", "--json", cwd=tmp_path, **environment)
+    summary = json.loads(out)
+    assert summary["agents"]["R2"]["outcome"] == "success"
+    written = {p.name for p in (tmp_path / "runs" / "exp1-1").iterdir()}
+    assert {"summary.json", "run.mcap", "report.html"} <= written
+
+
+def test_the_wheels_are_the_same_and_carry_content_and_licence(built):
+    names = [sorted(zipfile.ZipFile(built[form]).namelist()) for form in ("wheel", "wheel from sdist")]
+    assert names[0] == names[1]
+    for wanted in ("_content/robots/pioneer_p3dx/robot.xml", "_content/scenarios/exp1.toml", "py.typed"):
+        assert f"rocs_bt/{wanted}" in names[0]
+    assert any(n.endswith("licenses/LICENSE") for n in names[0])
+    assert not [n for n in names[0] if n.startswith("tests/") or "__pycache__" in n]
+
+
+def test_the_sdist_carries_nothing_that_was_made(built):
+    with tarfile.open(built["sdist"]) as archive:
+        names = archive.getnames()
+    assert not [n for n in names if "/runs/" in n or "__pycache__" in n or "/.venv/" in n]

@@ -1,0 +1,56 @@
+"""A mind's Plan and Execute on the robot without physics: plan at 10 Hz, control at 20 Hz, a reflex at will."""
+
+import pytest
+
+from rocs_bt.expression import Environment, compile_expression
+from rocs_bt.pipeline import Priority
+from rocs_bt.plan import Mission, TreePlan
+
+
+class Mind:
+    def __init__(self, rig):
+        self.rig = rig
+        environment = Environment.of(rig.knowledge.signals)
+        self.mission = Mission(
+            "test",
+            knowledge=rig.knowledge,
+            pipeline=rig.pipeline,
+            actions=rig.actions,
+            clock=rig.clock,
+            sink=rig.sink,
+            compile_guard=lambda text: compile_expression(text, environment),
+            rule_reading=lambda rule: "front = 0.21 m",
+        )
+        self.plan = None
+
+    def start(self, root):
+        self.plan = TreePlan(root, self.mission)
+        return self.plan
+
+    def run(self, periods=1):
+        for _ in range(periods):
+            if self.rig.clock.count % 2 == 0 or self.plan.called:
+                self.plan.run(self.rig.clock.now())
+            self.rig.run()
+
+    def until_done(self, limit=2000):
+        for _ in range(limit):
+            if self.plan.status != "RUNNING":
+                return
+            self.run()
+        raise AssertionError(f"the plan has not ended after {limit} periods\n{self.plan.display()}")
+
+    def flinch(self, action, rule="rules/Flinch"):
+        """A reflex from its firing to its end, as the reflex arc does it."""
+        self.rig.pipeline.hold(True)
+        ticket = self.rig.pipeline.submit(action, Priority.HIGH, by=rule)
+        while not ticket.state.done:
+            self.run()
+        self.rig.pipeline.hold(False)
+        self.plan.replan(f"{rule} ended")
+        return ticket
+
+
+@pytest.fixture
+def mind(rig):
+    return Mind(rig)

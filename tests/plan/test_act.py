@@ -1,0 +1,228 @@
+"""The Act leaf: submit, wait, be pre-empted, be halted, give up."""
+
+import math
+
+import pytest
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
+
+from rocs_bt.action import Reason
+from rocs_bt.actions import Flinch
+from rocs_bt.errors import InputError
+from rocs_bt.event import Replanned, TicketChanged
+from rocs_bt.geometry import Pose2
+from rocs_bt.pipeline import TicketState
+
+
+@pytest.fixture
+def goal(rig):
+    rig.knowledge.world.place("goal", Pose2(2.0, 0.0), kind="goal")
+    return "goal"
+
+
+def test_it_runs_while_the_action_does_and_succeeds_with_it(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal)
+    plan = mind.start(leaf)
+    mind.run()
+    assert (leaf.status, leaf.name) == (Status.RUNNING, "GoTo goal")
+    mind.until_done()
+    assert (plan.status, plan.reason) == ("SUCCESS", "")
+    assert leaf.replans == 0
+    assert mind.rig.pose.distance(Pose2(2.0, 0.0)) < 0.06
+
+
+def test_it_fails_with_the_actions_reason(mind, goal):
+    leaf = mind.mission.act("GoTo", goal="gaol")
+    plan = mind.start(leaf)
+    mind.until_done()
+    assert plan.status == "FAILURE"
+    assert plan.reason.startswith("GoTo gaol: NO_GOAL: ")
+    assert "Did you mean 'goal'" in plan.reason
+    assert leaf.failure.reason is Reason.NO_GOAL
+
+
+def test_after_a_reflex_it_stays_running_and_sends_the_action_again_from_where_the_robot_is(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal)
+    plan = mind.start(leaf)
+    mind.run(20)
+    first = leaf.ticket
+    mind.flinch(Flinch(speed=-0.3, distance=0.3))
+    assert leaf.status is Status.RUNNING
+    mind.run()
+    assert (first.state, first.cancelled_by) == (TicketState.CANCELLED, "rules/Flinch")
+    assert leaf.ticket is not first
+    assert leaf.ticket.action is not first.action
+    assert leaf.ticket.state is TicketState.RUNNING
+    assert leaf.replans == 1
+    assert [(e.node, e.count) for e in mind.rig.of(Replanned)] == [("GoTo goal", 1)]
+    mind.until_done()
+    assert plan.status == "SUCCESS"
+
+
+def test_while_a_reflex_is_active_nothing_is_submitted(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal)
+    mind.start(leaf)
+    mind.run(20)
+    mind.rig.pipeline.hold(True)
+    mind.rig.submit(Flinch(speed=-0.3), by="rules/Flinch", priority=type(leaf.ticket.priority).HIGH)
+    mind.run(40)
+    assert mind.rig.pipeline.queued() == ()
+    assert leaf.status is Status.RUNNING
+    assert leaf.feedback_message == "GoTo waits for rules/Flinch"
+    assert mind.rig.wheels.speeds == [0.0, 0.0]
+
+
+def test_progress_of_the_mission_is_kept_through_a_reflex(mind, goal):
+    turn, go = mind.mission.act("TurnTo", yaw=0.5), mind.mission.act("GoTo", goal=goal)
+    mind.start(Sequence("go", memory=True, children=[turn, go]))
+    while turn.status is not Status.SUCCESS:
+        mind.run()
+    mind.run(20)
+    mind.flinch(Flinch(speed=-0.3))
+    mind.until_done()
+    turns = {e.ticket for e in mind.rig.of(TicketChanged) if e.action == "TurnTo"}
+    assert len(turns) == 1
+    assert (turn.replans, go.replans) == (0, 1)
+
+
+def test_a_halted_leaf_cancels_its_own_ticket_and_only_that(mind, goal):
+    stop = mind.mission.when("front < 0.5 m")
+    leaf = mind.mission.act("GoTo", goal=goal)
+    other = mind.rig.submit(Flinch(speed=0.1, distance=50.0, timeout=500.0))
+    mind.start(Selector("go", memory=False, children=[stop, leaf]))
+    mind.run(5)
+    assert leaf.ticket.state is TicketState.QUEUED
+    mind.rig.knowledge.signals.write("front", [0.3], mind.rig.clock.now())
+    mind.run(2)
+    assert (leaf.ticket.state, leaf.ticket.cancelled_by) == (TicketState.CANCELLED, "go/GoTo goal")
+    assert other.state is TicketState.RUNNING
+    assert mind.plan.status == "SUCCESS"
+
+
+def test_a_leaf_that_ended_long_ago_cancels_nothing_when_its_parent_begins_anew(mind, goal):
+    turn = mind.mission.act("TurnTo", yaw=0.0)
+    root = Sequence("go", memory=True, children=[turn, mind.mission.act("GoTo", goal=goal)])
+    mind.start(root)
+    mind.run(10)
+    ended = turn.ticket
+    assert turn.status is Status.SUCCESS
+    root.stop(Status.INVALID)
+    assert ended.state is TicketState.SUCCEEDED
+
+
+def test_a_leaf_that_ended_long_ago_leaves_the_goal_to_who_pursues_it_now(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal)
+    mind.start(leaf)
+    mind.until_done()
+    mind.rig.knowledge.world.pursue(goal)
+    leaf.stop(Status.INVALID)
+    assert mind.rig.knowledge.world.pursued() == goal
+
+
+def test_a_halted_leaf_gives_its_goal_up(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal)
+    plan = mind.start(leaf)
+    mind.run(5)
+    assert mind.rig.knowledge.world.pursued() == "goal"
+    plan.close()
+    assert mind.rig.knowledge.world.pursued() is None
+    assert leaf.ticket.state is TicketState.CANCELLED
+
+
+def test_it_fails_when_somebody_else_cancels_its_action(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal)
+    plan = mind.start(leaf)
+    mind.run(5)
+    mind.rig.execute.stop("operator")
+    mind.run(2)
+    assert plan.reason == "GoTo goal: OTHER: GoTo was cancelled by operator"
+
+
+def test_too_many_reflexes_without_progress_are_stuck_with_the_reflex_and_its_reading(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal, max_preemptions=3)
+    plan = mind.start(leaf)
+    for _ in range(4):
+        mind.run(2)
+        assert plan.status == "RUNNING"
+        mind.flinch(Flinch(speed=-0.3, distance=0.05))
+    mind.run(2)
+    assert plan.status == "FAILURE"
+    assert leaf.failure.reason is Reason.STUCK
+    assert plan.reason == (
+        "GoTo goal: STUCK: 4 pre-emptions without progress, the last by rules/Flinch (front = 0.21 m)"
+    )
+    assert mind.rig.knowledge.world.pursued() is None
+
+
+def test_reflexes_with_progress_in_between_are_not(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal, max_preemptions=3)
+    plan = mind.start(leaf)
+    for _ in range(8):
+        mind.run(14)
+        mind.flinch(Flinch(speed=-0.3, distance=0.02))
+    assert leaf.replans >= 7
+    mind.until_done()
+    assert plan.status == "SUCCESS"
+
+
+def test_to_and_fro_is_no_progress(mind, goal):
+    """Nearer than at the last pre-emption is not enough: it must be nearer than ever."""
+    leaf = mind.mission.act("GoTo", goal=goal, max_preemptions=4)
+    plan = mind.start(leaf)
+    for _ in range(12):
+        mind.run(20)
+        mind.rig.put(0.0, 0.0)
+        mind.flinch(Flinch(speed=-0.3, distance=0.02))
+    assert plan.status == "FAILURE"
+    assert leaf.failure.reason is Reason.STUCK
+
+
+def test_an_action_that_cannot_measure_its_progress_counts_every_reflex(mind):
+    leaf = mind.mission.act("TurnTo", yaw=3.0, max_preemptions=2)
+    assert math.isnan(leaf._make().remaining(mind.rig.knowledge))
+    mind.start(leaf)
+    for _ in range(3):
+        mind.run(2)
+        mind.flinch(Flinch(speed=-0.3, distance=0.02))
+    mind.run(2)
+    assert leaf.failure.reason is Reason.STUCK
+
+
+def test_a_leaf_that_begins_anew_counts_anew(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal, max_preemptions=3)
+    mind.start(leaf)
+    for _ in range(5):
+        mind.run(2)
+        mind.flinch(Flinch(speed=-0.3, distance=0.02))
+        mind.run(2)
+        leaf.stop(Status.INVALID)
+    assert leaf.failure is None
+
+
+def test_two_leaves_in_parallel_queue_their_actions(mind, goal):
+    leaves = [mind.mission.act("TurnTo", yaw=0.5), mind.mission.act("GoTo", goal=goal)]
+    plan = mind.start(Parallel("both", policy=ParallelPolicy.SuccessOnAll(), children=leaves))
+    mind.run()
+    assert [t.state for t in (leaf.ticket for leaf in leaves)] == [TicketState.RUNNING, TicketState.QUEUED]
+    mind.until_done()
+    assert plan.status == "SUCCESS"
+
+
+class TestMaking:
+    def test_quantities_carry_their_unit(self, mind, goal):
+        leaf = mind.mission.act("GoTo", goal=goal, cruise="30 cm/s")
+        assert leaf._make().cruise == pytest.approx(0.3)
+
+    @pytest.mark.parametrize(
+        ("action", "parameters", "message"),
+        [
+            ("GoTwo", {}, "no action is named 'GoTwo'. Did you mean 'GoTo'"),
+            ("GoTo", {"goal": "goal", "speed": 0.5}, "no parameter of GoTo is named 'speed'"),
+            ("GoTo", {}, "GoTo needs goal"),
+            ("GoTo", {"goal": "goal", "cruise": "0.5 s"}, "cruise of GoTo must be in m/s, found '0.5 s'"),
+        ],
+    )
+    def test_what_is_wrong_is_told_when_the_tree_is_built(self, mind, action, parameters, message):
+        with pytest.raises(InputError) as caught:
+            mind.mission.act(action, **parameters)
+        assert message in str(caught.value)

@@ -1,0 +1,201 @@
+"""TreePlan, Plan, conditions and waits."""
+
+import pytest
+from py_trees.behaviours import Running
+from py_trees.common import Status
+from py_trees.composites import Selector, Sequence
+
+from rocs_bt.channel import Publisher
+from rocs_bt.errors import InputError
+from rocs_bt.event import Change, NodeTicked
+from rocs_bt.geometry import Pose2
+from rocs_bt.plan import Plan
+from rocs_bt.plan.plan import RUNNING
+
+
+def front(mind, value):
+    mind.rig.knowledge.signals.write("front", [value], mind.rig.clock.now())
+
+
+def test_only_changes_of_status_are_told_by_path_children_first(mind):
+    mind.rig.knowledge.world.place("goal", Pose2(0.3, 0.0), kind="goal")
+    children = [mind.mission.wait("0.1 s"), mind.mission.wait(0.1), mind.mission.act("GoTo", goal="goal")]
+    mind.start(Sequence("go", memory=True, children=children))
+    mind.until_done()
+    seen = [(e.node, e.status) for e in mind.rig.of(NodeTicked)]
+    assert seen == [
+        ("go/wait 0.1 s", "RUNNING"),
+        ("go", "RUNNING"),
+        ("go/wait 0.1 s#2", "RUNNING"),
+        ("go/wait 0.1 s", "SUCCESS"),
+        ("go/GoTo goal", "RUNNING"),
+        ("go/wait 0.1 s#2", "SUCCESS"),
+        ("go/GoTo goal", "SUCCESS"),
+        ("go", "SUCCESS"),
+    ]
+
+
+def test_a_tree_that_ended_is_not_ticked_again(mind):
+    plan = mind.start(mind.mission.wait(0.1))
+    mind.until_done()
+    ticks = plan.ticks
+    mind.run(10)
+    assert (plan.status, plan.ticks) == ("SUCCESS", ticks)
+
+
+def test_a_change_calls_for_a_tick_and_a_tick_answers_it(mind):
+    plan = mind.start(Running("wait"))
+    publisher = Publisher("obstacle")
+    publisher.connect(plan.inbox)
+    assert not plan.called
+    publisher.publish(0.0, Change(t=0.0, source="obstacle", kind="obstacle"))
+    assert plan.called
+    plan.run(0.0)
+    assert not plan.called
+
+
+def test_so_does_asking_for_a_new_plan(mind):
+    plan = mind.start(Running("wait"))
+    plan.replan("rules/Flinch ended")
+    assert plan.called
+    plan.run(0.0)
+    assert not plan.called
+
+
+def test_the_outline_has_every_node_once_by_path(mind):
+    plan = mind.start(Sequence("a", memory=True, children=[Running("b"), Running("b"), Running("c")]))
+    assert [(n.path, n.kind, n.depth) for n in plan.outline] == [
+        ("a", "Sequence", 0),
+        ("a/b", "Running", 1),
+        ("a/b#2", "Running", 1),
+        ("a/c", "Running", 1),
+    ]
+    assert "c" in plan.display()
+
+
+def test_nodes_are_set_up_and_shut_down_once(mind):
+    calls = []
+
+    class Node(Running):
+        def setup(self, **kwargs):
+            calls.append(("setup", self.name))
+
+        def shutdown(self):
+            calls.append(("shutdown", self.name))
+
+    plan = mind.start(Sequence("a", memory=True, children=[Node("b")]))
+    plan.close()
+    assert calls == [("setup", "b"), ("shutdown", "b")]
+
+
+class TestConditions:
+    def test_a_condition_asks_the_snapshot_of_the_tick(self, mind):
+        leaf = mind.mission.when("front > 50 cm")
+        plan = mind.start(Selector("try", memory=False, children=[leaf, Running("wait")]))
+        front(mind, 0.3)
+        mind.run()
+        assert leaf.status is Status.FAILURE
+        assert leaf.feedback_message == "'front > 50 cm' does not hold: front = 0.3 m"
+        front(mind, 0.7)
+        mind.run(2)
+        assert plan.status == "SUCCESS"
+        assert leaf.feedback_message == ""
+
+    def test_what_is_not_known_does_not_hold_either_way(self, mind):
+        leaves = [mind.mission.when("front > 0.5 m"), mind.mission.when("front <= 0.5 m")]
+        plan = mind.start(Selector("either", memory=False, children=leaves))
+        mind.run()
+        assert plan.status == "FAILURE"
+        assert "front = invalid" in plan.reason
+
+    def test_all_conditions_of_a_tick_see_the_same_snapshot(self, mind):
+        front(mind, 0.3)
+        leaves = [mind.mission.when("front < 0.5 m"), Sneak(mind), mind.mission.when("front < 0.5 m", name="still")]
+        plan = mind.start(Sequence("same", memory=True, children=leaves))
+        mind.run()
+        assert plan.status == "SUCCESS"
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            ("frnt > 0.5 m", "frnt"),
+            ("front > 0.5 s", "s"),
+            ("front", "'front' is in m, not true or false"),
+            ("front >", "in 'front >': not an expression"),
+        ],
+    )
+    def test_what_is_wrong_is_told_when_the_tree_is_built(self, mind, text, message):
+        with pytest.raises(InputError) as caught:
+            mind.mission.when(text)
+        assert message in str(caught.value)
+
+
+class Sneak(Running):
+    """Writes a signal in the midst of a tick."""
+
+    def __init__(self, mind):
+        super().__init__("sneak")
+        self.mind = mind
+
+    def update(self):
+        front(self.mind, 9.0)
+        return Status.SUCCESS
+
+
+class TestWait:
+    @pytest.mark.parametrize(("duration", "ticks"), [(0.0, 1), (0.1, 2), (0.25, 4), ("1 s", 11), ("500 ms", 6)])
+    def test_it_reads_the_injected_clock(self, mind, duration, ticks):
+        plan = mind.start(mind.mission.wait(duration))
+        mind.until_done()
+        assert plan.ticks == ticks
+
+    @pytest.mark.parametrize("duration", ["2 m", "soon"])
+    def test_it_wants_a_time(self, mind, duration):
+        with pytest.raises(InputError):
+            mind.mission.wait(duration)
+
+
+class TestUsersPlan:
+    """Paper, 5.3: a user's class implements `run`."""
+
+    class Patrol(Plan):
+        places = ("a", "b")
+        ticket = None
+        round = 0
+
+        def run(self, t):
+            self.kinds = [c.value.kind for c in self.changes()]
+            if self.ticket is None or self.ticket.state.done:
+                if self.round == len(self.places):
+                    self.status = "SUCCESS"
+                    return
+                self.ticket = self.submit("GoTo", goal=self.places[self.round])
+                self.round += 1
+
+    @pytest.fixture
+    def patrol(self, mind):
+        rig = mind.rig
+        rig.knowledge.world.place("a", Pose2(0.5, 0.0))
+        rig.knowledge.world.place("b", Pose2(0.5, 0.5))
+        mind.plan = self.Patrol(
+            "patrol",
+            knowledge=rig.knowledge,
+            pipeline=rig.pipeline,
+            actions=rig.actions,
+            clock=rig.clock,
+            sink=rig.sink,
+        )
+        return mind.plan
+
+    def test_it_drives_the_robot(self, mind, patrol):
+        assert patrol.status == RUNNING
+        mind.until_done()
+        assert mind.rig.pose.distance(Pose2(0.5, 0.5)) < 0.06
+
+    def test_it_hears_changes(self, mind, patrol):
+        publisher = Publisher("obstacle")
+        publisher.connect(patrol.inbox)
+        publisher.publish(0.0, Change(t=0.0, source="obstacle", kind="obstacle"))
+        mind.run()
+        assert patrol.kinds == ["obstacle"]
+        assert not patrol.called

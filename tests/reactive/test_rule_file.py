@@ -1,0 +1,344 @@
+"""Rule files: what loads, and what each kind of mistake is told as, with its place."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.action import AtomicAction, Progress
+from rocs_bt.actions import ACTIONS as SHIPPED_ACTIONS
+from rocs_bt.document import read_toml
+from rocs_bt.errors import InputError
+from rocs_bt.expression import Environment
+from rocs_bt.reactive import RuleModel, check_rules, load_rules
+from rocs_bt.signal import Signal
+from rocs_bt.units import LENGTH, SPEED, MetresPerSecond, Radians, Seconds
+
+ENVIRONMENT = Environment.packed(
+    [
+        *(Signal(name, 3, (LENGTH,)) for name in ("front", "left_gap", "right_gap", "rear")),
+        Signal("speed", 1, (SPEED,)),
+        Signal("goal_distance", 1, (LENGTH,)),
+    ]
+)
+
+
+@dataclass(kw_only=True, eq=False)
+class Turn(AtomicAction):
+    """Turns."""
+
+    angle: Radians
+    wheels: Annotated[Sequence[float], SPEED] = (0.0, 0.0)
+    speed: MetresPerSecond = 0.5
+    label: str = ""
+    times: int = 1
+    fast: bool = False
+    until: Callable[[], bool] | None = None
+
+    def act(self, body):
+        return Progress.SUCCEEDED
+
+
+@dataclass(kw_only=True, eq=False)
+class AvoidCollision(AtomicAction):
+    """As the shipped one."""
+
+    turn: Radians
+    speed: MetresPerSecond = 0.25
+    duration: Seconds = 2.0
+
+    def act(self, body):
+        return Progress.SUCCEEDED
+
+
+@dataclass(kw_only=True, eq=False)
+class Flinch(AtomicAction):
+    """As the shipped one."""
+
+    speed: MetresPerSecond
+    distance: Annotated[float, LENGTH] = 0.08
+    timeout: Seconds = 1.5
+
+    def act(self, body):
+        return Progress.SUCCEEDED
+
+
+@dataclass(kw_only=True, eq=False)
+class Stop(AtomicAction):
+    """As the shipped one."""
+
+    below: MetresPerSecond = 0.02
+    patience: Seconds = 1.0
+
+    def act(self, body):
+        return Progress.SUCCEEDED
+
+
+ACTIONS = {"Turn": Turn, "AvoidCollision": AvoidCollision, "Flinch": Flinch, "Stop": Stop}
+
+GOOD = """format = "reflex/1"
+doc = "Turns."
+
+[alias]
+gap = "min(left_gap)"
+
+[rule.Turn]
+doc = "Turns away."
+tags = ["safety"]
+when = "min(front) < 0.4 m and gap < 1 m"
+until = "min(front) > 0.5 m"
+for = "0.05 s"
+cooldown = "0.5 s"
+trigger = "edge"
+priority = 5
+on_invalid = "trip"
+
+[rule.Turn.action]
+name = "Turn"
+angle = "60 deg * side(gap - min(right_gap))"
+wheels = ["speed", "0.1 m/s"]
+label = "hello"
+times = 2
+fast = true
+
+[rule.Turn.action.on_invalid]
+angle = "60 deg"
+"""
+
+
+def write(tmp_path, text):
+    file = tmp_path / "turn.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_a_good_file_loads_with_all_its_parts(tmp_path):
+    rules = load_rules(write(tmp_path, GOOD), ENVIRONMENT, ACTIONS)
+    (rule,) = rules.rules
+    assert (rules.name, rules.doc, rule.name, rule.doc) == ("turn", "Turns.", "turn/Turn", "Turns away.")
+    assert (rule.hold, rule.cooldown, rule.level, rule.priority, rule.tags) == (0.05, 0.5, False, 5, ("safety",))
+    x = [0.3] * 3 + [0.2] * 3 + [0.9] * 3 + [1.0] * 3 + [0.7, 5.0]
+    parameters = rule.parameters(x, blind=False)
+    assert parameters.pop("angle") == pytest.approx(-np.pi / 3)
+    assert parameters == {"wheels": [0.7, 0.1], "label": "hello", "times": 2, "fast": True}
+    assert check_rules(write(tmp_path, GOOD), ENVIRONMENT, ACTIONS) == []
+
+
+MISTAKES = [
+    # what to replace, by what, line, column, a piece of the message
+    ('"reflex/1"', '"reflex/9"', 1, 1, "'reflex/9' is no format. Did you mean 'reflex/1'?"),
+    ('format = "reflex/1"\n', "", 0, 0, "the file has no 'format'"),
+    ("min(left_gap)", "min(left_gab)", 5, 12, "no signal or alias is named 'left_gab'. Did you mean 'left_gap'?"),
+    ("gap = ", "front = ", 5, 1, "'front' cannot be an alias"),
+    ("gap = ", "deg = ", 5, 1, "'deg' cannot be an alias"),
+    ("min(front) < 0.4 m", "min(frnt) < 0.4 m", 10, 13, "no signal or alias is named 'frnt'. Did you mean 'front'?"),
+    ("0.4 m and", "0.4 m/s and", 10, 9, "min(front) is in m and 0.4 m/s is in m/s"),
+    ("0.4 m and", "0.4 and", 10, 9, "Write the number with its unit"),
+    ("gap < 1 m", "gap", 10, 9, "'and' needs true or false, but gap is in m"),
+    ('"min(front) > 0.5 m"', '"min(front)"', 11, 10, "'until' must be true or false, but min(front) is in m"),
+    ('"min(front) > 0.5 m"', '"front > 0.5 m"', 11, 10, "'until' must be true or false, but front > 0.5 m is 3 values"),
+    ('"min(front) > 0.5 m"', "3", 11, 1, "until must be a text, found 3"),
+    ('when = "min', 'whem = "min', 7, 1, "rule.Turn has no 'when'"),
+    ('when = "min', 'whem = "min', 10, 1, "rule.Turn has no use for 'whem'. Did you mean 'when'?"),
+    ('for = "0.05 s"', 'for = "0.05 m"', 12, 1, "for must be in s, found '0.05 m' which is in m"),
+    ('for = "0.05 s"', "for = 0.05", 12, 1, "for needs a unit, found the bare number 0.05"),
+    ('"0.5 s"', '"-1 s"', 13, 1, "cooldown must be at least 0 s, found '-1 s'"),
+    ('"edge"', '"egde"', 14, 1, "'egde' is no trigger. Did you mean 'edge'?"),
+    ("priority = 5", 'priority = "high"', 15, 1, "priority must be a whole number, found 'high'"),
+    ("priority = 5\n", "", 7, 1, "rule.Turn has no 'priority'"),
+    ('on_invalid = "trip"\n', "", 7, 1, "Turn is tagged safety, so it must say what an invalid guard means"),
+    ('"trip"', '"tripp"', 16, 1, "'tripp' is no on_invalid. Did you mean 'trip'?"),
+    ('"trip"', '"hold"', 16, 1, "Turn holds while its guard is invalid, but has no 'max_hold'"),
+    ('"trip"', '"trip"\nmax_hold = "1 s"', 17, 1, "Turn has no use for max_hold"),
+    ('name = "Turn"', 'name = "Trun"', 19, 1, "no action is named 'Trun'. Did you mean 'Turn'?"),
+    ('name = "Turn"\n', "", 18, 1, "rule.Turn.action has no 'name'"),
+    ("angle = \"60 deg *", "angel = \"60 deg *", 20, 1, "no parameter of Turn is named 'angel'. Did you mean 'angle'?"),
+    ("angle = \"60 deg *", "angel = \"60 deg *", 19, 1, "Turn needs angle. It takes: angle, wheels"),
+    ("60 deg * side", "0.6 m * side", 20, 10, "'angle' must be one number in rad, but 0.6 m * side"),
+    ("60 deg * side(gap", "60 deg * site(gap", 20, 19, "no signal or alias is named 'site'"),
+    ('["speed", "0.1 m/s"]', '["speed", "0.1 m"]', 21, 21, "'wheels' must be one number in m/s, but 0.1 m is in m"),
+    ('["speed", "0.1 m/s"]', '"speed"', 21, 1, "'wheels' must be a list of numbers in m/s, found 'speed'"),
+    ('["speed", "0.1 m/s"]', "[0.1]", 21, 1, "'wheels' needs a unit, found the bare number 0.1"),
+    ('"hello"', "5", 22, 1, "'label' must be a text, found 5"),
+    ("times = 2", "times = true", 23, 1, "'times' must be a whole number, found True"),
+    ("fast = true", 'until = "true"', 24, 1, "'until' cannot be given in a rule file"),
+    ("fast = true", 'speed = "1 m/s / 0"', 24, 1, "'speed' has no value"),
+    ('on_invalid]\nangle = "60 deg"', 'on_invalid]\nangle = "60 m"', 27, 1, "'angle' must be in rad, found '60 m'"),
+    ('on_invalid]\nangle = "60 deg"', 'on_invalid]\nangel = "60 deg"', 27, 1, "no parameter of Turn is named 'angel'"),
+    ('on_invalid]\nangle = "60 deg"', "on_invalid]", 20, 1, "'angle' reads signals, so it can be invalid"),
+    ("[rule.Turn]", "[rule.Turn]\nmodes = []", 8, 1, "rule.Turn has no use for 'modes'"),
+    ("[rule.Turn]", "[rule.'Turn it']\n[rule.Turn]", 7, 1, "'Turn it' cannot be a rule's name"),
+    ("gap = ", "not = ", 5, 1, "'not' cannot be an alias"),
+    ("[alias]", "[alias", 4, 7, "not valid TOML"),
+    ("[rule.Turn]", "[rule.Turn]\n[rule.Turn]", 8, 11, "not valid TOML"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "line", "column", "message"), MISTAKES)
+def test_mistakes(tmp_path, old, new, line, column, message):
+    assert GOOD.count(old) >= 1
+    file = write(tmp_path, GOOD.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        load_rules(file, ENVIRONMENT, ACTIONS)
+    told = [str(f) for f in caught.value.faults]
+    place = f"{file}:{line}:{column}: " if line else f"{file}: "
+    assert any(t.startswith(place) and message in t for t in told), told
+    assert [str(f) for f in check_rules(file, ENVIRONMENT, ACTIONS)] == told
+
+
+def test_all_faults_are_told_at_once(tmp_path):
+    broken = GOOD.replace("min(front)", "min(frnt)").replace('"0.05 s"', '"0.05 m"').replace('"edge"', '"egde"')
+    with pytest.raises(InputError) as caught:
+        load_rules(write(tmp_path, broken), ENVIRONMENT, ACTIONS)
+    assert [f.line for f in caught.value.faults] == [10, 11, 12, 14]
+
+
+def test_a_tie_is_refused_unless_the_actions_are_equal(tmp_path):
+    def rule(name, angle):
+        return f'[rule.{name}]\nwhen = "speed > 1 m/s"\npriority = 5\naction = {{ name = "Turn", angle = "{angle}" }}\n'
+
+    head = 'format = "reflex/1"\n'
+    load_rules(write(tmp_path, head + rule("A", "1 rad") + rule("B", "1 rad")), ENVIRONMENT, ACTIONS)
+    file = write(tmp_path, head + rule("A", "1 rad") + rule("B", "2 rad"))
+    with pytest.raises(InputError, match=r"turn.toml:8:1: A and B have the same priority 5 but different actions"):
+        load_rules(file, ENVIRONMENT, ACTIONS)
+
+
+def test_an_action_is_a_table(tmp_path):
+    text = 'format = "reflex/1"\n[rule.A]\nwhen = "True"\npriority = 1\naction = "Turn"\n'
+    with pytest.raises(InputError, match=r"turn.toml:5:1: action must be a table, found 'Turn'"):
+        load_rules(write(tmp_path, text), ENVIRONMENT, ACTIONS)
+    with pytest.raises(InputError, match=r"turn.toml:2:1: rule.A has no 'action'"):
+        load_rules(write(tmp_path, text.replace('action = "Turn"', "")), ENVIRONMENT, ACTIONS)
+
+
+def test_a_file_without_rules_and_a_missing_file(tmp_path):
+    with pytest.raises(InputError, match="the file has no rule"):
+        load_rules(write(tmp_path, 'format = "reflex/1"\n'), ENVIRONMENT, ACTIONS)
+    (fault,) = check_rules(tmp_path / "none.toml", ENVIRONMENT, ACTIONS)
+    assert "cannot read the file" in fault.message
+
+
+def test_a_table_that_was_read_already_loads_too():
+    table = read_toml(Path("given.toml"), GOOD)
+    assert load_rules(table, ENVIRONMENT, ACTIONS).rules[0].name == "given/Turn"
+
+
+def test_the_column_points_into_an_inline_table(tmp_path):
+    text = """format = "reflex/1"
+[rule.A]
+when = "speed > 1 m/s"
+priority = 1
+action = { name = "Turn", angle = "1 rad * sied(speed)" }
+"""
+    with pytest.raises(InputError, match=r"turn.toml:5:44: no signal or alias is named 'sied'"):
+        load_rules(write(tmp_path, text), ENVIRONMENT, ACTIONS)
+
+
+junk = st.sampled_from(
+    ["", "0", '"', "[", "]", "=", "nan", "true", "{}", '"x"', "\n", "min(", "m/s", "\\", "é", "..", "-"]
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, len(GOOD)), st.integers(0, 12), st.one_of(junk, st.text(max_size=8)))
+def test_a_mutilated_file_is_loaded_or_refused(at, cut, put):
+    text = GOOD[:at] + put + GOOD[at + cut :]
+    try:
+        load_rules(read_toml(Path("fuzz.toml"), text), ENVIRONMENT, ACTIONS)
+    except InputError as error:
+        assert error.faults
+
+
+words = st.sampled_from(["", "front", "min(front) < 1 m", "1 m", "Turn", "trip"])
+values = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(-5, 5), st.floats(), words),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=2), st.dictionaries(st.sampled_from(["name", "angle", "x"]), inner, max_size=2)
+    ),
+    max_leaves=4,
+)
+KEYS = [
+    "when",
+    "until",
+    "for",
+    "cooldown",
+    "trigger",
+    "priority",
+    "on_invalid",
+    "max_hold",
+    "action",
+    "tags",
+    "doc",
+    "x",
+]
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.dictionaries(st.sampled_from(KEYS), values, max_size=8))
+def test_any_value_at_any_key_is_loaded_or_refused(rule):
+    def toml(value):
+        if value is None:
+            return '"None"'
+        if isinstance(value, bool):
+            return str(value).lower()
+        if isinstance(value, list):
+            return f"[{', '.join(map(toml, value))}]"
+        if isinstance(value, dict):
+            return "{" + ", ".join(f"{k} = {toml(v)}" for k, v in value.items()) + "}"
+        return f'"{value}"' if isinstance(value, str) else repr(value)
+
+    text = 'format = "reflex/1"\n[rule.A]\n' + "".join(f"{k} = {toml(v)}\n" for k, v in rule.items())
+    try:
+        load_rules(read_toml(Path("fuzz.toml"), text), ENVIRONMENT, ACTIONS)
+    except InputError as error:
+        assert error.faults
+
+
+SHIPPED = Path(__file__).parents[2] / "rules" / "avoid_collision.toml"
+
+
+class TestShipped:
+    """rules/avoid_collision.toml on ranges by hand."""
+
+    def wanted(self, **changes):
+        values = {"front": 1.0, "left_gap": 1.0, "right_gap": 1.0, "rear": 1.0, "goal_distance": 3.0} | changes
+        x = np.array([v for n, s in ENVIRONMENT.signals.items() for v in [values.get(n, 0.0)] * s.size])
+        model = RuleModel(load_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS))
+        model.react(x, 0.0)
+        return {r.rule.rpartition("/")[2]: r.parameters for r in model.react(x, 1.0)}
+
+    def test_it_wants_nothing_when_there_is_room(self):
+        assert check_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS) == []
+        assert self.wanted() == {}
+        assert self.wanted(front=np.inf, left_gap=np.inf, right_gap=np.inf, rear=np.inf, goal_distance=np.inf) == {}
+
+    def test_it_turns_to_the_side_with_more_room(self):
+        assert self.wanted(front=0.39, right_gap=0.8)["AvoidCollision"]["turn"] == pytest.approx(np.pi / 3)
+        assert self.wanted(front=0.39, left_gap=0.8)["AvoidCollision"]["turn"] == pytest.approx(-np.pi / 3)
+        both_free = self.wanted(front=0.39, left_gap=np.inf, right_gap=np.inf)
+        assert both_free["AvoidCollision"]["turn"] == pytest.approx(np.pi / 3)
+
+    def test_the_goal_gate(self):
+        assert "AvoidCollision" in self.wanted(front=0.25, goal_distance=0.4)
+        assert self.wanted(front=0.25, goal_distance=0.3) == {}
+        assert "AvoidCollision" in self.wanted(front=0.04, goal_distance=0.0)
+
+    def test_it_flinches_away_from_what_is_close(self):
+        assert self.wanted(front=0.19)["Flinch"]["speed"] == -0.35
+        assert self.wanted(rear=0.19)["Flinch"]["speed"] == 0.35
+        assert self.wanted(left_gap=0.14)["Flinch"]["speed"] == -0.35
+        assert "Flinch" not in self.wanted(left_gap=0.16)
+
+    def test_between_two_things_it_stands_still(self):
+        assert self.wanted(front=0.19, rear=0.24)["Flinch"]["speed"] == 0.0
+        assert self.wanted(front=0.19, rear=0.26)["Flinch"]["speed"] == -0.35
+
+    def test_blind_it_stands_still(self):
+        for signal in ("front", "left_gap", "right_gap", "rear", "goal_distance"):
+            assert self.wanted(**{signal: np.nan})["Blind"] == {"below": 0.0, "patience": 3600.0}

@@ -1,0 +1,224 @@
+"""The life of a rule: a plain reference, random rule sets on random traces, and each law by example."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.action import AtomicAction, Progress
+from rocs_bt.document import read_toml
+from rocs_bt.expression import Environment, evaluate
+from rocs_bt.reactive import OnInvalid, RuleModel, load_rules
+from rocs_bt.signal import Signal
+from rocs_bt.units import LENGTH, SPEED, MetresPerSecond
+
+ENVIRONMENT = Environment.packed(
+    [Signal("front", 3, (LENGTH,)), Signal("rear", 1, (LENGTH,)), Signal("speed", 1, (SPEED,))]
+)
+
+
+@dataclass(kw_only=True, eq=False)
+class Move(AtomicAction):
+    """Moves."""
+
+    speed: MetresPerSecond = 0.5
+
+    def act(self, body):
+        return Progress.SUCCEEDED
+
+
+ACTIONS = {"Move": Move}
+
+
+def load(text):
+    return load_rules(read_toml(Path("rules.toml"), 'format = "reflex/1"\n' + text), ENVIRONMENT, ACTIONS)
+
+
+def one(**keys):
+    """A model of one rule `rules/R` on `speed > 1 m/s`."""
+    lines = {"when": "speed > 1 m/s", "priority": 1} | keys
+    body = "".join(f"{k.rstrip('_')} = {v if isinstance(v, int) else repr(v)}\n" for k, v in lines.items())
+    return RuleModel(load(f"[rule.R]\n{body}[rule.R.action]\nname = 'Move'\n"))
+
+
+def trace(model, rows):
+    """Whether the rule is latched after each (t, speed)."""
+    found = []
+    for t, speed in rows:
+        model.react(np.array([1.0, 1.0, 1.0, 1.0, speed]), t)
+        found.append(bool(model.latched))
+    return found
+
+
+class Reference:
+    """One rule's life, as plainly as it can be told."""
+
+    def __init__(self, rule):
+        self.rule = rule
+        self.reset()
+
+    def reset(self):
+        self.latched, self.rise, self.ready, self.blind = False, None, -math.inf, None
+
+    def step(self, x, t):
+        rule = self.rule
+        if not self.latched:
+            holds = evaluate(rule.when.node, x)
+        elif rule.until is not None:
+            holds = evaluate(rule.until.node, x)
+        else:
+            when = evaluate(rule.when.node, x)
+            holds = None if when is None else not when
+        if holds is not None:
+            self.blind = None
+        else:
+            self.blind = t if self.blind is None else self.blind
+            policy = rule.on_invalid.value
+            if policy == "hold" and t - self.blind < rule.max_hold - 1e-9:
+                return
+            danger = policy in ("trip", "hold")
+            holds = danger if not self.latched else not danger
+        if self.latched and holds:
+            self.latched = False
+            if rule.level:
+                self.ready = t + rule.cooldown
+        elif not self.latched and not holds:
+            self.rise = None
+        elif not self.latched:
+            self.rise = t if self.rise is None else self.rise
+            if t - self.rise >= rule.hold - 1e-9 and t >= self.ready - 1e-9:
+                self.latched, self.rise = True, None
+                if not rule.level:
+                    self.ready = t + rule.cooldown
+
+
+guards = st.sampled_from(
+    [
+        "min(front) < 0.5 m",
+        "min(front) < 0.5 m and speed > 0.1 m/s",
+        "rear < 0.5 m or min_valid(front, 2) < 0.4 m",
+        "any(front < 0.3 m)",
+        "rear / speed < 1 s",
+        "speed > 0 m/s and rear / speed < 2 s",
+        "min(front) < rear",
+    ]
+)
+times = st.sampled_from(["0 s", "0.05 s", "0.1 s", "0.3 s"])
+
+
+@st.composite
+def rule_sets(draw):
+    text = ""
+    for i in range(draw(st.integers(1, 4))):
+        policy = draw(st.sampled_from([p.value for p in OnInvalid]))
+        until = draw(st.one_of(st.none(), guards.map(lambda g: f"not ({g})"), st.just("min(front) > 0.7 m")))
+        text += f"[rule.R{i}]\nwhen = '{draw(guards)}'\n" + (f"until = '{until}'\n" if until else "")
+        text += f"for = '{draw(times)}'\ncooldown = '{draw(times)}'\npriority = {i}\non_invalid = '{policy}'\n"
+        text += f"trigger = '{draw(st.sampled_from(['edge', 'level']))}'\n"
+        text += f"max_hold = '{draw(times)}'\n" if policy == "hold" else ""
+        text += f"[rule.R{i}.action]\nname = 'Move'\nspeed = '{i} m/s + speed'\n"
+    return load(text)
+
+
+ranges = st.sampled_from([0.1, 0.35, 0.45, 0.6, 0.8, math.inf, math.nan])
+rows = st.tuples(
+    st.lists(ranges, min_size=4, max_size=4),
+    st.sampled_from([0.0, 0.05, 0.5, 1.0, math.nan]),
+    st.sampled_from([0.05, 0.05, 0.05, 0.013, 0.2, 0.0, -0.3]),
+)
+
+
+@settings(max_examples=120, deadline=None)
+@given(rule_sets(), st.lists(rows, max_size=40))
+def test_it_lives_as_the_plain_reference_does(rules, steps):
+    model, reference, t = RuleModel(rules), [Reference(rule) for rule in rules.rules], 10.0
+    for distances, speed, dt in steps:
+        x = [*distances, speed]
+        t += dt
+        before = [r.latched for r in reference]
+        for state in reference:
+            if dt < 0.0:
+                state.reset()
+            state.step(x, t)
+        told = {reflex.rule: reflex for reflex in model.react(np.array(x), t)}
+        assert set(model.latched) == {r.rule.name for r in reference if r.latched}
+        for was, state in zip(before, reference, strict=True):
+            reflex = told.pop(state.rule.name, None)
+            if reflex is None:
+                assert not state.latched
+                assert not was or dt < 0.0
+                continue
+            assert reflex.latched is state.latched
+            assert reflex.priority == state.rule.priority
+            if reflex.latched:
+                assert reflex.parameters["speed"] == (state.rule.priority + speed if speed == speed else 0.5)
+        assert not told
+
+
+def test_hysteresis_is_the_rules():
+    model = one(until="speed < 0.5 m/s")
+    assert trace(model, [(0, 0.9), (1, 1.1), (2, 0.6), (3, 0.4), (4, 0.9)]) == [False, True, True, False, False]
+
+
+def test_for_is_counted_on_the_snapshots_time():
+    model = one(for_="0.1 s")
+    assert trace(model, [(0, 2), (0.05, 2), (0.1, 2)]) == [False, False, True]
+    assert trace(one(for_="0.1 s"), [(0, 2), (0.09, 0), (0.1, 2), (0.2, 2)]) == [False, False, False, True]
+
+
+def test_time_going_backwards_begins_anew():
+    model = one(until="speed < 0 m/s", cooldown="5 s")
+    assert trace(model, [(3, 2), (4, 0.5), (1, 0.5), (2, 2)]) == [True, True, False, True]
+
+
+def test_cooldown_of_an_edge_rule_begins_when_it_fires():
+    rows = [(0, 2), (0.1, 0), (0.2, 2), (0.5, 2)]
+    assert trace(one(cooldown="0.5 s"), rows) == [True, False, False, True]
+
+
+def test_cooldown_of_a_level_rule_begins_when_it_releases():
+    rows = [(0, 2), (0.4, 0), (0.5, 2), (0.89, 2), (0.9, 2)]
+    assert trace(one(cooldown="0.5 s", trigger="level"), rows) == [True, False, False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("policy", "expected"), [("trip", [True] * 4), ("clear", [False] * 4), ("hold", [False, False, True, True])]
+)
+def test_invalid_before_the_latch(policy, expected):
+    keys = {"max_hold": "0.2 s"} if policy == "hold" else {}
+    model = one(on_invalid=policy, **keys)
+    assert trace(model, [(0, math.nan), (0.1, math.nan), (0.2, math.nan), (0.3, math.nan)]) == expected
+
+
+@pytest.mark.parametrize(("policy", "expected"), [("trip", True), ("clear", False), ("hold", True)])
+def test_invalid_behind_the_latch(policy, expected):
+    keys = {"max_hold": "0.2 s"} if policy == "hold" else {}
+    assert trace(one(on_invalid=policy, **keys), [(0, 2), (0.1, math.nan), (9, math.nan)]) == [True, expected, expected]
+
+
+def test_each_blind_while_is_held_for_its_own():
+    rows = [(0, math.nan), (0.1, 0), (0.3, math.nan), (0.4, math.nan), (0.5, math.nan)]
+    assert trace(one(on_invalid="hold", max_hold="0.2 s"), rows) == [False, False, False, False, True]
+
+
+def test_fallbacks_stand_in_while_the_guard_is_invalid():
+    rules = load(
+        "[rule.R]\nwhen = 'rear < 1 m'\npriority = 1\non_invalid = 'trip'\n[rule.R.action]\nname = 'Move'\n"
+        "speed = 'speed * 2'\n[rule.R.action.on_invalid]\nspeed = '0 m/s'\n"
+    )
+    model = RuleModel(rules)
+    for rear, speed, expected in [(0.5, 0.2, 0.4), (math.nan, 0.2, 0.0), (0.5, math.nan, 0.0)]:
+        (reflex,) = model.react(np.array([1.0, 1.0, 1.0, rear, speed]), 0.0)
+        assert reflex.parameters == {"speed": expected}
+
+
+def test_the_reading_tells_what_latched_and_what_released():
+    model = one(until="speed < 0.5 m/s")
+    (latched,) = model.react(np.array([1, 1, 1, 1, 1.234]), 0.0)
+    (released,) = model.react(np.array([1, 1, 1, 1, 0.25]), 1.0)
+    assert (latched.describe(), released.describe()) == ("speed = 1.23 m/s", "speed = 0.25 m/s")
+    assert (latched.latched, released.latched) == (True, False)

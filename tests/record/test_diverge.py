@@ -1,0 +1,85 @@
+"""Where two streams of events differ."""
+
+import math
+
+import msgspec
+import pytest
+
+from rocs_bt.event import BodyMoved, Change, Followed, SensorRead, TicketChanged
+from rocs_bt.record.diverge import WORLD_EVENTS, compare, describe
+
+from . import synthetic
+
+
+def test_a_recording_equals_what_was_emitted(recording):
+    assert compare(recording.events(), synthetic.events()) is None
+
+
+def test_wall_time_does_not_count():
+    events = synthetic.events(3.0)
+    later = [
+        msgspec.structs.replace(e, solve_time=e.solve_time + 1.0) if isinstance(e, Followed) else e for e in events
+    ]
+    assert compare(events, later) is None
+    off = [
+        msgspec.structs.replace(e, cross_track=e.cross_track + 1e-12) if isinstance(e, Followed) else e for e in events
+    ]
+    assert compare(events, off).fields == ("cross_track",)
+
+
+def test_the_first_difference_is_found_with_what_came_before():
+    events = synthetic.events(3.0)
+    at = next(i for i, e in enumerate(events) if isinstance(e, TicketChanged) and e.action == "AvoidCollision")
+    changed = [*events]
+    changed[at] = msgspec.structs.replace(events[at], state="FAILED")
+    changed[-1] = events[0]
+    found = compare(events, changed, context=3)
+    assert found.index == at
+    assert found.t == events[at].t
+    assert found.fields == ("state",)
+    assert found.before == tuple(events[at - 3 : at])
+    text = str(found)
+    assert f"t = {events[at].t:.3f} s, at event {at + 1}" in text
+    assert "recorded" in text
+    assert "state=FAILED" in text
+    assert "differ in state" in text
+
+
+def test_a_stream_that_ends_early_differs_there():
+    events = synthetic.events(1.0)
+    found = compare(events, events[:-1])
+    assert found.index == len(events) - 1
+    assert found.found is None
+    assert found.fields == ()
+    assert "(the end)" in str(found)
+    assert compare(events[:-1], events).expected is None
+    assert compare(events[:-1], events, cut_off=True) is None
+    assert compare(events, events[:-1], cut_off=True).found is None
+
+
+def test_the_worlds_events_can_be_left_out():
+    events = synthetic.events(1.0)
+    mind = [e for e in events if not isinstance(e, BodyMoved)]
+    assert compare(events, mind) is not None
+    assert compare(events, mind, skip=WORLD_EVENTS) is None
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "same"), [(math.nan, math.nan, True), (0.0, -0.0, False), (math.inf, math.nan, False)]
+)
+def test_numbers_are_compared_bit_by_bit(a, b, same):
+    def one(x):
+        return [Change(t=0.0, source="s", kind="k", values={"x": x})]
+
+    assert (compare(one(a), one(b)) is None) is same
+
+
+def test_the_order_of_parameters_does_not_count():
+    a = Change(t=0.0, source="s", kind="k", values={"x": 1.0, "y": 2.0})
+    b = Change(t=0.0, source="s", kind="k", values={"y": 2.0, "x": 1.0})
+    assert compare([a], [b]) is None
+
+
+def test_packed_values_are_told_as_numbers():
+    (event, *_) = (e for e in synthetic.events(0.1) if isinstance(e, SensorRead) and e.sensor == "position")
+    assert describe(event) == "t=0.000 R2 SensorRead sensor=position stamp=0 data=[-1, 2, -0.6]"

@@ -1,0 +1,129 @@
+"""The figures show what was recorded."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+from rocs_bt.errors import InputError, RecordingError
+from rocs_bt.event import AtomicStarted, BodyMoved
+from rocs_bt.record.figures.figure import OTHER, ROUTES
+from rocs_bt.record.figures.plot import FIGURES, write_figures
+from rocs_bt.record.header import RunHeader
+from rocs_bt.record.history import History
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.recording import Recording
+
+from . import synthetic
+
+
+@pytest.fixture(scope="module")
+def run(recording):
+    return History(recording)
+
+
+def artists(canvas, prefix):
+    return [a for axes in canvas.axes for a in axes.get_children() if (a.get_gid() or "").startswith(prefix)]
+
+
+def named(name):
+    return next(f for f in FIGURES if f.name == name)
+
+
+def test_history_knows_routes_switches_and_reflexes(run):
+    agent = run.agents["R2"]
+    assert [s.name for s in agent.routes] == ["deliberative", "reactive"] * 2 + ["deliberative", "idle"]
+    assert len(agent.switches) == 4
+    assert len(agent.reflexes(run.end)) == 2
+    assert all(0.5 < s.end - s.begin < 5.0 for s in agent.reflexes(run.end))
+    assert [s.name for s in agent.runs(run.end)] == [
+        "GoTo #1", "AvoidCollision #2", "GoTo #3", "AvoidCollision #4", "GoTo #5",
+    ]  # fmt: skip
+
+
+def test_the_arena_shows_paths_by_route_actions_and_switches(run):
+    canvas = named("arena").make([run])
+    paths = artists(canvas, "arena-0-R2-path")
+    agent = run.agents["R2"]
+    assert [to_hex(p.get_color()) for p in paths] == [ROUTES[s.name] for s in agent.routes]
+    # The stretches together are the whole path that the simulation told.
+    told = [(e.x, e.y) for e in synthetic.events() if isinstance(e, BodyMoved) and e.body == "R2"]
+    drawn = {tuple(p) for line in paths for p in line.get_xydata().tolist()}
+    assert drawn == set(told)
+    for route in ("deliberative", "reactive"):
+        (dots,) = artists(canvas, f"arena-0-R2-actions-{route}")
+        begun = [e for e in synthetic.events() if isinstance(e, AtomicStarted) and e.route == route]
+        assert len(dots.get_xdata()) == len(begun)
+    (squares,) = artists(canvas, "arena-0-R2-switches")
+    assert len(squares.get_offsets()) == 4
+    (other,) = artists(canvas, "arena-0-R1-path")
+    assert to_hex(other.get_color()) == OTHER
+    assert len(artists(canvas, "arena-outline")) == len(run.header.outlines)
+    assert len(artists(canvas, "arena-place")) == 1
+
+
+def test_the_coordinates_are_those_of_every_body(run):
+    canvas = named("coordinates").make([run])
+    for i, what in enumerate("xy"):
+        (r1,) = artists(canvas, f"coordinates-0-{what}-R1")
+        np.testing.assert_array_equal(r1.get_ydata(), run.bodies["R1"].pose[:, i])
+        assert len(artists(canvas, f"coordinates-0-{what}-R2")) == len(run.agents["R2"].routes)
+
+
+def test_activation_has_a_row_for_the_route_each_rule_and_each_action(run):
+    canvas = named("activation").make([run])
+    (axes,) = canvas.axes
+    assert [t.get_text() for t in axes.get_yticklabels()] == [
+        "route",
+        "rule AvoidCollision",
+        "GoTo()",
+        "AvoidCollision()",
+    ]
+    bars = artists(canvas, "activation-0-R2")
+    assert [len(b.get_paths()) for b in bars] == [6, 2, 3, 2]
+
+
+def test_wheels_show_command_and_truth(run):
+    canvas = named("wheels").make([run])
+    assert len(canvas.axes) == 2
+    command = run.agents["R2"].commands["wheels"]
+    for wheel in (0, 1):
+        (told,) = artists(canvas, f"wheels-0-R2-{wheel}-told")
+        (true,) = artists(canvas, f"wheels-0-R2-{wheel}-true")
+        np.testing.assert_array_equal(told.get_ydata()[:-1], command.values[:, wheel])
+        np.testing.assert_array_equal(true.get_ydata(), run.bodies["R2"].wheels[:, wheel])
+
+
+def test_two_runs_are_laid_over_each_other(run):
+    for figure in FIGURES:
+        one, two = figure.make([run]), figure.make([run, run])
+        first = artists(two, f"{figure.name}-0")
+        second = artists(two, f"{figure.name}-1")
+        assert len(first) == len(second) == len(artists(one, f"{figure.name}-0")) > 0
+
+
+def test_files_are_written_and_the_same_each_time(recording, tmp_path):
+    paths = write_figures([recording], tmp_path / "a", formats=("png", "svg"))
+    assert sorted(p.name for p in paths) == sorted(f"{f.name}.{e}" for f in FIGURES for e in ("png", "svg"))
+    for path in paths:
+        assert path.read_bytes().startswith(b"\x89PNG" if path.suffix == ".png" else b"<?xml")
+    for path in write_figures([Recording.open(recording.path)], tmp_path / "b", formats=("svg",)):
+        assert path.read_bytes() == (tmp_path / "a" / path.name).read_bytes()
+    png = (tmp_path / "a" / "activation.png").read_bytes()
+    assert named("activation").render([History(recording)], "png") == png
+
+
+def test_a_run_with_nothing_in_it_can_be_drawn(tmp_path):
+    Recorder(tmp_path / "run.mcap", RunHeader(scenario="empty", seed=1)).close()
+    Recorder(tmp_path / "agents.mcap", synthetic.header()).close()
+    for name in ("run.mcap", "agents.mcap"):
+        assert len(write_figures([Recording.open(tmp_path / name)], tmp_path / "out", formats=("svg",))) == len(FIGURES)
+
+
+def test_wrong_wishes_are_told(recording, tmp_path):
+    with pytest.raises(InputError, match=r"'bmp' is not known.*png, svg, pdf"):
+        write_figures([recording], tmp_path, formats=("bmp",))
+    with pytest.raises(InputError, match="no recording"):
+        write_figures([], tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RecordingError, match="cannot be written"):
+        write_figures([recording], tmp_path / "file")

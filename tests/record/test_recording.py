@@ -1,0 +1,292 @@
+"""What is written is read back: exactly, after any cut, and never silently wrong."""
+
+import math
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import rocs_bt.event as ev
+from rocs_bt.errors import RecordingError
+from rocs_bt.event import Event, ListSink, SensorRead, TicketChanged, pack
+from rocs_bt.record import codec
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.recording import Recording
+
+from . import synthetic
+
+
+def write(path: Path, events, summary=None) -> Path:
+    recorder = Recorder(path, synthetic.header())
+    for event in events:
+        recorder.emit(event)
+    recorder.close(summary)
+    return path
+
+
+def same(a: Event, b: Event) -> bool:
+    """Equality in which NaN equals NaN."""
+    return msgspec.msgpack.encode(a, order="sorted") == msgspec.msgpack.encode(b, order="sorted")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run") / "run.mcap"
+    return write(path, synthetic.events(6.0), synthetic.summary())
+
+
+def test_every_kind_of_event_has_a_topic_of_its_own():
+    assert len({codec.topic_of(kind, "R2") for kind in codec.KINDS}) == len(codec.KINDS) >= 15
+    assert codec.topic_of(ev.TicketChanged, "R2") == "/R2/tickets"
+    assert codec.topic_of(ev.BodyMoved, "") == "/world/poses"
+
+
+number = st.floats(allow_nan=True, allow_infinity=True)
+text = st.text(st.characters(exclude_categories=("Cs",)), max_size=12)
+value = st.one_of(number, st.integers(-(2**53), 2**53), text, st.booleans(), st.none(), st.lists(number, max_size=3))
+fields = {float: number, str: text, int: st.integers(-(2**31), 2**31), bytes: st.binary(max_size=40)}
+fields[float | None] = st.one_of(number, st.none())
+
+
+@st.composite
+def any_event(draw) -> Event:
+    kind = draw(st.sampled_from(codec.KINDS))
+    values = {}
+    for field in msgspec.structs.fields(kind):
+        if field.name in ("values", "parameters", "attributes"):
+            values[field.name] = draw(st.dictionaries(text, value, max_size=3))
+        elif field.name == "value":
+            values[field.name] = draw(value)
+        elif field.name == "signals":
+            values[field.name] = tuple(draw(st.lists(text, max_size=3)))
+        elif field.name == "sizes":
+            values[field.name] = tuple(draw(st.lists(st.integers(0, 9), max_size=3)))
+        elif field.name == "t":
+            values["t"] = draw(st.floats(0.0, 1e6))
+        else:
+            values[field.name] = draw(fields[field.type])
+    return kind(**values)
+
+
+@settings(max_examples=300)
+@given(any_event())
+def test_json_gives_back_the_very_event(event):
+    data = codec.encode(event)
+    msgspec.json.decode(data)  # plain JSON, for others
+    assert same(codec.decode(data), event)
+
+
+def test_even_the_sign_of_a_nan_comes_back():
+    event = ev.Followed(t=0.0, cross_track=-math.nan, heading_error=-math.inf, rung="")
+    back = codec.decode(codec.encode(event))
+    assert math.copysign(1.0, back.cross_track) == -1.0
+    assert back.heading_error == -math.inf
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(any_event(), max_size=30))
+def test_a_file_gives_back_all_events_in_their_order(tmp_path_factory, events):
+    path = write(tmp_path_factory.mktemp("round") / "run.mcap", events)
+    back = list(Recording.open(path).events())
+    assert len(back) == len(events)
+    assert all(same(a, b) for a, b in zip(back, events, strict=True))
+
+
+def test_a_whole_run_comes_back_with_header_and_summary(run):
+    recording = Recording.open(run)
+    assert recording.complete
+    assert recording.header == synthetic.header()
+    assert recording.summary == synthetic.summary()
+    assert list(recording.events()) == synthetic.events(6.0)
+    assert list(recording.events()) == list(recording.events())
+    assert Recording.open(run.parent).header == recording.header  # the run's folder will do
+
+
+def test_same_events_same_bytes(run, tmp_path):
+    again = write(tmp_path / "again.mcap", synthetic.events(6.0), synthetic.summary())
+    assert again.read_bytes() == run.read_bytes()
+
+
+def test_readings_are_the_tape_of_each_sensor(run):
+    tapes = Recording.open(run).readings("R2")
+    assert set(tapes) == {"sonar", "position", "encoders"}
+    assert [e.t for e in tapes["sonar"]] == pytest.approx(np.arange(120) * 0.05)
+    assert all(len(e.values) == 16 for e in tapes["sonar"])
+    assert Recording.open(run).readings("nobody") == {}
+
+
+def test_numbers_of_numpy_are_recorded_as_numbers(tmp_path):
+    event = TicketChanged(
+        t=0.0, agent="R2", ticket=1, action="GoTo", priority="NORMAL", state="QUEUED", by="root",
+        parameters={"speed": np.float64(0.1) + np.float32(0), "n": np.int64(3), "gap": np.float64(math.inf)},
+    )  # fmt: skip
+    (back,) = Recording.open(write(tmp_path / "run.mcap", [event])).events()
+    assert back.parameters == {"speed": 0.1, "n": 3, "gap": math.inf}
+
+
+def test_cut_anywhere_it_is_read_up_to_the_cut_or_refused(run, tmp_path):
+    data, events = run.read_bytes(), synthetic.events(6.0)
+    begin = data.index(b"/world/scene")  # behind the header
+    rng = np.random.default_rng(1)
+    cuts = [*range(40), *range(len(data) - 40, len(data)), *rng.integers(begin, len(data), 150).tolist()]
+    seen = []
+    for cut in cuts:
+        path = tmp_path / "cut.mcap"
+        path.write_bytes(data[:cut])
+        try:
+            recording = Recording.open(path)
+        except RecordingError as error:
+            assert cut < begin, error
+            assert "cut.mcap" in str(error)
+            continue
+        found = list(recording.events())
+        assert not recording.complete
+        assert found == events[: len(found)]
+        seen.append((cut, len(found)))
+    counts = [n for _, n in sorted(seen)]
+    assert counts == sorted(counts)
+    assert counts[-1] == len(events)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [(b"", "empty"), (b"hello world", "begins with"), (b"\x89MCAP0\r\n", "cut off before")],
+)
+def test_what_is_no_recording_is_refused(tmp_path, content, says):
+    path = tmp_path / "x.mcap"
+    path.write_bytes(content)
+    with pytest.raises(RecordingError, match=says):
+        Recording.open(path)
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(RecordingError, match=r"nothing\.mcap.*No such file"):
+        Recording.open(tmp_path / "nothing.mcap")
+
+
+def test_another_programs_mcap_is_refused(tmp_path):
+    from mcap.writer import CompressionType, Writer
+
+    path = tmp_path / "other.mcap"
+    writer = Writer(str(path), compression=CompressionType.NONE)
+    writer.start()
+    writer.add_message(writer.register_channel("a", "json", 0), 0, b"{}", 0)
+    writer.finish()
+    with pytest.raises(RecordingError, match="not written by rocs_bt"):
+        Recording.open(path)
+
+
+def test_a_later_format_is_refused(run, tmp_path):
+    path = tmp_path / "later.mcap"
+    path.write_bytes(run.read_bytes().replace(b"format\x01\0\0\x001", b"format\x01\0\0\x009"))
+    with pytest.raises(RecordingError, match="format 9; this version of rocs_bt reads format 1"):
+        Recording.open(path)
+
+
+def test_damage_is_told_not_read(run, tmp_path):
+    data = bytearray(run.read_bytes())
+    data[len(data) // 2] ^= 0x01
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(data)
+    with pytest.raises(RecordingError, match="damaged"):
+        Recording.open(path)
+
+
+def test_a_killed_writer_leaves_all_but_the_last_half_second(tmp_path):
+    script = textwrap.dedent("""
+        import os, signal, sys
+        from pathlib import Path
+        from rocs_bt.event import SensorRead, pack
+        from rocs_bt.record.header import RunHeader
+        from rocs_bt.record.recorder import Recorder
+        recorder = Recorder(Path(sys.argv[1]), RunHeader(scenario="killed", seed=1))
+        for k in range(400):
+            recorder.emit(SensorRead(t=k * 0.05, agent="R2", sensor="s", stamp=k * 0.05, data=pack([k])))
+        os.kill(os.getpid(), signal.SIGKILL)
+    """)
+    path = tmp_path / "run.mcap"
+    ended = subprocess.run([sys.executable, "-c", script, str(path)], check=False)
+    assert ended.returncode == -signal.SIGKILL
+    recording = Recording.open(path)
+    found = list(recording.events())
+    assert not recording.complete
+    assert recording.summary is None
+    assert found[-1].t >= 399 * 0.05 - 0.55
+    assert [e.values for e in found] == [[float(k)] for k in range(len(found))]
+
+
+def test_a_full_disk_is_told_at_the_end_and_harms_nobody(tmp_path):
+    full = Path("/dev/full")
+    if not full.exists():
+        pytest.skip("this system has no /dev/full to fill")
+    with pytest.raises(RecordingError, match="cannot be written: No space left"):
+        Recorder(full, synthetic.header())
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    with full.open("wb", buffering=0) as disk:
+        recorder._file._file.close()
+        recorder._file._file = disk  # the disk fills up while the run goes on
+        for event in synthetic.events(2.0):
+            recorder.emit(event)
+        with pytest.raises(RecordingError, match=r"ends early, at t = .*No space left"):
+            recorder.close(synthetic.summary())
+
+
+def test_an_event_that_is_not_data_is_told_at_the_end_and_the_rest_is_kept(tmp_path):
+    good, bad = synthetic.events(0.5), TicketChanged(
+        t=0.1, agent="R2", ticket=1, action="A", priority="HIGH", state="QUEUED", by="x", parameters={"p": object()}
+    )  # fmt: skip
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    for event in [bad, *good, SensorRead(t=math.nan, sensor="s", stamp=0.0, data=b"")]:
+        recorder.emit(event)
+    with pytest.raises(RecordingError, match=r"misses 2 of the events; the first: TicketChanged at t = 0\.1 s"):
+        recorder.close({"agents": {}})
+    recording = Recording.open(tmp_path / "run.mcap")
+    assert recording.complete
+    assert list(recording.events()) == good
+
+
+def test_nothing_is_taken_after_the_end(tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    recorder.close()
+    recorder.emit(synthetic.events(0.1)[0])
+    recorder.close()
+    assert list(Recording.open(recorder.path).events()) == []
+
+
+def test_threads_may_emit_at_once(tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+
+    def emit(agent: str) -> None:
+        for k in range(500):
+            recorder.emit(SensorRead(t=k * 0.01, agent=agent, sensor="s", stamp=k * 0.01, data=pack([k])))
+
+    threads = [threading.Thread(target=emit, args=(f"R{i}",)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    recorder.close()
+    found = list(Recording.open(recorder.path).events())
+    for i in range(4):
+        mine = [e.values[0] for e in found if e.agent == f"R{i}"]
+        assert mine == [float(k) for k in range(500)]
+
+
+def test_kinds_that_a_user_adds_are_written_and_skipped(tmp_path):
+    class Sang(Event, frozen=True, kw_only=True):
+        song: str
+
+    sink = ListSink()
+    sink.emit(Sang(t=0.0, agent="R2", song="la"))
+    sink.emit(SensorRead(t=0.0, agent="R2", sensor="s", stamp=0.0, data=b""))
+    path = write(tmp_path / "run.mcap", sink.events)
+    assert b'"song":"la"' in path.read_bytes()
+    assert list(Recording.open(path).events()) == sink.events[1:]

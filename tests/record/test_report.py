@@ -1,0 +1,185 @@
+"""The report: one file that needs nothing else, and says what happened."""
+
+import json
+import re
+from collections import Counter
+
+import pytest
+
+from rocs_bt.errors import RecordingError
+from rocs_bt.event import BlockFailed, Judged, NodeTicked, SensorFailed, SensorRead, Touched, pack
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.recording import Recording
+from rocs_bt.record.report import render_report, write_report
+
+from . import chromium, synthetic
+
+
+@pytest.fixture(scope="module")
+def page(recording):
+    return render_report(recording, recording.summary)
+
+
+def data_of(page):
+    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)[1])
+
+
+def test_it_is_one_file_that_refers_to_nothing_outside(page):
+    without_names = re.sub(r'xmlns(:\w+)?="[^"]*"', "", page)
+    assert "http:" not in without_names
+    assert "https:" not in without_names
+    assert not re.search(r"<(link|script|img|iframe)[^>]*\s(src|href)=\"(?!data:)", page)
+    assert "@import" not in page
+    assert not re.search(r"url\((?!#)", page)
+
+
+def test_ids_exist_and_exist_once(page):
+    ids = Counter(re.findall(r'\sid="([^"]+)"', page))
+    assert [i for i, n in ids.items() if n > 1] == []
+    wanted = set(re.findall(r'(?:xlink:)?href="#([^"]+)"', page)) | set(re.findall(r"url\(#([^)]+)\)", page))
+    assert wanted
+    assert wanted <= set(ids)
+
+
+def test_it_says_what_happened_in_plain_words(page):
+    assert "R2 reached its goal after 12.3 s." in page
+    assert "The mission succeeded, and R2 stands 0.08 m from origin." in page
+    assert page.count("<svg") == 4
+    assert page.count("avoid_collision/AvoidCollision</td>") >= 2
+    assert "rocs-bt run exp1 --seed 7" in page
+    assert "mujoco 4.0.1" in page
+    assert 'class="status SUCCESS"' in page
+    assert "What went wrong" not in page
+    assert "cut off" not in page
+
+
+def test_the_animation_has_every_body_beam_and_route(page):
+    data = data_of(page)
+    assert [b["name"] for b in data["bodies"]] == ["R2", "R1"]
+    assert all(len(b["t"]) == len(b["x"]) == len(b["yaw"]) == 400 for b in data["bodies"])
+    (agent,) = data["agents"]
+    (beams,) = agent["beams"]
+    assert len(beams["beams"]) == 16
+    assert len(beams["ranges"]) == len(beams["t"]) == 400
+    assert len(agent["switches"]) == 4
+    assert data["bounds"] == pytest.approx([-2.5, -2.5, 2.525, 2.525])
+
+
+def test_it_stays_small(page):
+    assert len(page) * 60 / 20 < 3_000_000  # a run of 60 s would be three times as long as this one
+
+
+def test_the_same_recording_gives_the_same_page(recording, page):
+    assert render_report(recording, recording.summary) == page
+
+
+def test_faults_and_a_cut_off_run_are_told(tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    for event in [
+        *synthetic.events(2.0),
+        SensorFailed(t=2.0, agent="R2", sensor="sonar", detail="no answer"),
+        BlockFailed(t=2.0, agent="R2", block="R2/analyze ranges", kind="hung", detail="0.2 s without a beat"),
+        Touched(t=2.0, agent="R2", other="R1", kind="struck"),
+        NodeTicked(t=2.0, agent="R2", node="go to", status="FAILURE", feedback="</script><b>LOST_SENSOR"),
+        SensorRead(t=2.0, agent="R2", sensor="sonar", stamp=2.0, data=pack([float("nan")] * 16)),
+    ]:
+        recorder.emit(event)
+    recorder.close()
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(recorder.path.read_bytes()[:-100])
+    write_report(Recording.open(path), None, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert "The run ended before R2 came to an outcome" in page
+    assert "cut off at 2.00 s" in page
+    for text in ("sensor sonar failed: no answer", "block R2/analyze ranges hung", "struck by R1"):
+        assert text in page
+    assert "&lt;/script&gt;&lt;b&gt;LOST_SENSOR" in page
+    assert "<b>LOST_SENSOR" not in page
+    assert data_of(page)["agents"][0]["beams"][0]["ranges"][-1] == [-1] * 16
+
+
+def test_without_a_summary_the_outcome_is_what_was_judged(tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    recorder.emit(Judged(t=9.0, agent="R2", outcome="stuck", reason="0.01 m in 15 s"))
+    recorder.close()
+    page = render_report(Recording.open(recorder.path), None)
+    assert "R2 got stuck." in page
+    assert "0.01 m in 15 s." in page
+
+
+def test_a_folder_that_is_not_there_is_told(recording, tmp_path):
+    with pytest.raises(RecordingError, match=r"report.*cannot be written: No such file"):
+        write_report(recording, None, tmp_path / "no" / "report.html")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    path = chromium.find()
+    if path is None:
+        pytest.skip(f"no Chromium: none of {', '.join(chromium.NAMES)} is installed")
+    browser = chromium.Browser(path, tmp_path_factory.mktemp("chromium"))
+    yield browser
+    browser.close()
+
+
+@pytest.mark.browser
+def test_in_a_browser_the_slider_moves_the_picture_and_no_error_is_logged(browser, recording, tmp_path):
+    write_report(recording, recording.summary, tmp_path / "report.html")
+    browser.open((tmp_path / "report.html").as_uri())
+    assert browser.evaluate("[...document.querySelectorAll('figure svg')].map(s => s.clientWidth > 200)") == [True] * 4
+
+    def move(t):
+        browser.evaluate(f"slider.value = {t}; slider.dispatchEvent(new Event('input'))")
+        told = browser.evaluate(
+            "[time.textContent, ...[...document.querySelectorAll('.mind dd')].map(d => d.textContent)]"
+        )
+        return browser.evaluate("picture.toDataURL()"), told
+
+    pictures, told = zip(*(move(t) for t in (0.0, 2.0, 6.0, 20.0)), strict=True)
+    assert len(set(pictures)) == 4
+    assert [row[0] for row in told] == ["0.00", "2.00", "6.00", "20.00"]
+    assert [row[1] for row in told] == ["GoTo", "GoTo", "GoTo", "–"]
+    assert [row[2] for row in told] == ["GoTo", "AvoidCollision", "GoTo", "–"]
+    assert told[1][3].startswith("AvoidCollision: min(front) = 0.")
+    assert [row[3] == "–" for row in told] == [True, False, True, True]
+    assert browser.evaluate("document.querySelector('.mind h3 span').textContent") == "idle"
+
+    browser.evaluate("document.querySelector('.firings button.t').click()")
+    assert browser.evaluate("time.textContent") == browser.evaluate(
+        "document.querySelector('.firings button.t').textContent.split(' ')[0]"
+    )
+    browser.evaluate("slider.value = 0; slider.dispatchEvent(new Event('input')); play.click()")
+    assert browser.evaluate("new Promise(r => setTimeout(() => r(Number(time.textContent)), 400))") > 0.0
+    browser.evaluate("play.click()")
+    stopped = browser.evaluate("time.textContent")
+    assert browser.evaluate("new Promise(r => setTimeout(() => r(time.textContent), 100))") == stopped
+    assert browser.errors == []
+    assert [u for u in browser.requests if not u.startswith(("file:", "data:"))] == []
+
+
+@pytest.mark.browser
+def test_in_a_browser_it_fits_a_telephone_and_the_dark(browser, recording, tmp_path):
+    write_report(recording, recording.summary, tmp_path / "report.html")
+    browser.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
+    browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+    browser.open((tmp_path / "report.html").as_uri())
+    assert browser.evaluate("document.documentElement.scrollWidth") <= 390
+    paper, ink = browser.evaluate(
+        "[getComputedStyle(document.body).backgroundColor, getComputedStyle(document.body).color]"
+    )
+    brightness = [sum(map(int, re.findall(r"\d+", c)[:3])) for c in (paper, ink)]
+    assert brightness[0] < 150 < 600 < brightness[1]
+    tick = browser.evaluate("getComputedStyle(document.querySelector('figure svg text')).fill")
+    assert sum(map(int, re.findall(r"\d+", tick)[:3])) > 600
+    browser.call("Emulation.setEmulatedMedia", features=[])
+    browser.call("Emulation.clearDeviceMetricsOverride")
+    assert browser.errors == []
+
+
+@pytest.mark.browser
+def test_in_a_browser_an_empty_run_is_no_error(browser, tmp_path):
+    Recorder(tmp_path / "run.mcap", synthetic.header()).close()
+    write_report(Recording.open(tmp_path / "run.mcap"), None, tmp_path / "report.html")
+    browser.open((tmp_path / "report.html").as_uri())
+    assert browser.evaluate("time.textContent") == "0.00"
+    assert browser.errors == []

@@ -1,0 +1,84 @@
+"""What was known, planned, fired and sent at a time."""
+
+import pytest
+
+from rocs_bt.errors import InputError
+from rocs_bt.event import KnowledgeChanged, ListSink, RuleChanged
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.recording import Recording
+from rocs_bt.record.why import explain
+
+from . import synthetic
+
+FIRED = next(e for e in synthetic.events() if isinstance(e, RuleChanged))
+
+
+def test_in_a_reflex_everything_is_there(recording):
+    why = explain(recording, FIRED.t + 0.1)
+    assert why.agent == "R2"
+    assert set(why.signals) == {"front", "rear", "pose", "wheel_speeds"}
+    assert why.signals["pose"][0] == pytest.approx(FIRED.t + 0.1)
+    assert why.tree["go to"].status == "RUNNING"
+    assert why.rules == {FIRED.rule: FIRED}
+    assert [(k.action, k.state, k.priority) for k in why.tickets.values()] == [("AvoidCollision", "RUNNING", "HIGH")]
+    assert why.commands["wheels"].route == "reactive"
+    assert why.atomic.action == "TurnAngle"
+    assert why.graph["origin"]["kind"] == "goal"
+    assert set(why.bodies) == {"R1", "R2"}
+    text = str(why)
+    for part in (
+        "known",
+        "planned",
+        "fired",
+        "sent",
+        "truth",
+        FIRED.reading,
+        "0.10 s ago",
+        "AvoidCollision(turn=1.047)",
+    ):
+        assert part in text
+
+
+def test_before_and_after_it_no_rule_is_active(recording):
+    before, after = explain(recording, FIRED.t - 0.05), explain(recording, 19.0)
+    assert before.rules == after.rules == {}
+    assert before.fired == []
+    assert len(after.fired) == 2
+    assert "no rule is active" in str(before)
+    assert "nothing is in the pipeline" in str(after)
+    assert after.tree["go to"].status == "SUCCESS"
+
+
+def test_a_time_as_typed_includes_its_period(recording):
+    assert explain(recording, round(FIRED.t, 3)).rules
+
+
+def test_the_graph_is_as_it_was(tmp_path):
+    sink = ListSink()
+    for t, what, subject, name, value in [
+        (0.0, "node added", "R2", "robot", None),
+        (0.0, "node added", "box", "object", None),
+        (0.1, "attribute", "box", "width", 0.5),
+        (0.2, "edge added", "R2", "near", "box"),
+        (0.3, "edge removed", "R2", "near", "box"),
+        (0.4, "node removed", "box", "object", None),
+    ]:
+        sink.emit(KnowledgeChanged(t=t, agent="R2", what=what, subject=subject, name=name, value=value))
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    for event in sink.events:
+        recorder.emit(event)
+    recorder.close()
+    run = Recording.open(recorder.path)
+    assert explain(run, 0.25).graph == {
+        "R2": {"kind": "robot", "near -> box": True},
+        "box": {"kind": "object", "width": 0.5},
+    }
+    assert explain(run, 0.35).graph["R2"] == {"kind": "robot"}
+    assert explain(run, 0.4).graph == {"R2": {"kind": "robot"}}
+
+
+def test_a_wrong_time_or_agent_is_told(recording):
+    with pytest.raises(InputError, match=r"the run has no time 21 s\. It goes from 0 s to 20 s"):
+        explain(recording, 21.0)
+    with pytest.raises(InputError, match=r"no agent is named 'R3'.*R2"):
+        explain(recording, 1.0, agent="R3")

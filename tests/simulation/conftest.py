@@ -1,0 +1,89 @@
+"""A stage of the shipped EXP1, and a mind that only drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import pytest
+
+from rocs_bt.catalog import Catalog, ScenarioSpec
+from rocs_bt.errors import BlockError
+from rocs_bt.event import EventSink
+from rocs_bt.simulation import Episode, Result, Stage, set_stage
+
+Script = Callable[[float], Sequence[float] | None]
+
+
+@dataclass
+class Wheels:
+    """A mind that drives by a script: the rim speeds at a time, or None for no command at all."""
+
+    name: str
+    stage: Stage
+    script: Script
+    status: str = "RUNNING"
+    reason: str = ""
+    failure: BlockError | None = None
+    stopped: int = 0
+
+    def step(self, count: int) -> None:
+        speeds = self.script(self.stage.clock.now())
+        if speeds is not None:
+            self.stage.actuators[self.name]["wheels"].command(speeds)
+
+    def stop(self, by: str = "") -> None:
+        self.stopped += 1
+        self.stage.actuators[self.name]["wheels"].neutral()
+
+
+@pytest.fixture(scope="session")
+def catalog() -> Catalog:
+    return Catalog()
+
+
+@pytest.fixture(scope="session")
+def exp1(catalog: Catalog) -> ScenarioSpec:
+    return catalog.load_scenario("exp1")
+
+
+@pytest.fixture(scope="session")
+def make_mind() -> type[Wheels]:
+    return Wheels
+
+
+@pytest.fixture(scope="session")
+def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, Stage]]:
+    """Play a scenario with a mind that only drives."""
+
+    def play(
+        scenario: ScenarioSpec,
+        script: Script,
+        sink: EventSink,
+        *,
+        seed: int = 1,
+        duration: float = 5.0,
+        change: Callable[[Wheels, float], None] = lambda mind, t: None,
+    ) -> tuple[Result, Wheels, Stage]:
+        stage = set_stage(scenario, catalog, seed, sink)
+        mind = Wheels("R2", stage, script)
+
+        def watch(t: float) -> bool:
+            change(mind, t)
+            return True
+
+        episode = Episode(
+            stage.world,
+            [mind],
+            stage.judges,
+            movers=stage.movers,
+            wheels=stage.wheels,
+            goals=stage.goals,
+            control=scenario.rate.control_rate,
+            duration=duration,
+            sink=sink,
+            watch=watch,
+        )
+        return episode.run(), mind, stage
+
+    return play

@@ -1,0 +1,105 @@
+"""What summary.json counts, from events alone."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from rocs_bt.event import (
+    ActuatorCommanded,
+    Approached,
+    BodyMoved,
+    Followed,
+    GoalEntered,
+    Judged,
+    Replanned,
+    RuleChanged,
+    TicketChanged,
+    Touched,
+    pack,
+)
+from rocs_bt.simulation import Metrics
+from rocs_bt.simulation.metrics import quantile
+
+
+def command(t: float, route: str) -> ActuatorCommanded:
+    return ActuatorCommanded(t=t, agent="R2", actuator="wheels", route=route, data=pack([0.1, 0.1]))
+
+
+def test_nothing_happened() -> None:
+    metrics = Metrics(["R2"])
+    assert metrics.of("R2") == {
+        "outcome": "timeout",
+        "reason": "the run did not end",
+        "time_to_goal": None,
+        "goals_reached": 0,
+        "path_length": 0.0,
+        "min_clearance": None,
+        "collisions": 0,
+        "struck": 0,
+        "reflex_activations": 0,
+        "route_switches": 0,
+        "time_reactive": 0.0,
+        "time_deliberative": 0.0,
+        "replans": 0,
+        "actions": {},
+        "tracking_error": {"cross_rms": None, "cross_max": None},
+        "solve_time": {"median": None, "p99": None},
+    }
+
+
+def test_everything_is_counted_for_its_own_agent() -> None:
+    metrics = Metrics(["R2", "R3"])
+    for x in (0.0, 0.3, 0.0):
+        metrics.emit(BodyMoved(t=x, agent="R2", body="R2", x=x, y=0.0, yaw=0.0))
+    metrics.emit(BodyMoved(t=0.0, body="R1", x=9.0, y=0.0, yaw=0.0))
+    for distance in (0.5, 0.2):
+        metrics.emit(Approached(t=0.0, agent="R2", other="box", distance=distance))
+    metrics.emit(Touched(t=0.0, agent="R2", other="box", kind="collision"))
+    metrics.emit(Touched(t=0.0, agent="R2", other="R1", kind="struck"))
+    for phase in ("latched", "fired", "updated", "fired again", "released", "ended"):
+        metrics.emit(RuleChanged(t=0.0, agent="R2", rule="r", phase=phase, priority=1))
+    metrics.emit(Replanned(t=0.0, agent="R2", node="GoTo", count=1))
+    for state in ("QUEUED", "RUNNING", "CANCELLED"):
+        metrics.emit(
+            TicketChanged(t=0.0, agent="R2", ticket=1, action="GoTo", priority="NORMAL", state=state, by="plan")
+        )
+    metrics.emit(GoalEntered(t=1.0, agent="R2", goal="dock", distance=0.05))
+    metrics.emit(GoalEntered(t=2.0, agent="R2", goal="dock", distance=0.05))
+    for cross, solve in ((0.03, 1e-4), (-0.04, 0.0)):
+        metrics.emit(Followed(t=0.0, agent="R2", cross_track=cross, heading_error=0.0, rung="solved", solve_time=solve))
+    metrics.emit(Judged(t=3.0, agent="R2", outcome="success", time_to_goal=3.0))
+    found = metrics.of("R2")
+    assert found["path_length"] == pytest.approx(0.6)
+    assert found["min_clearance"] == 0.2
+    assert (found["collisions"], found["struck"]) == (1, 1)
+    assert (found["reflex_activations"], found["replans"], found["goals_reached"]) == (2, 1, 1)
+    assert found["actions"] == {"GoTo": {"CANCELLED": 1}}
+    assert found["tracking_error"] == {"cross_rms": pytest.approx(math.sqrt(0.00125)), "cross_max": 0.04}
+    assert found["solve_time"] == {"median": 1e-4, "p99": 1e-4}
+    assert (found["outcome"], found["time_to_goal"]) == ("success", 3.0)
+    assert metrics.of("R3") == Metrics(["R3"]).of("R3")
+
+
+def test_time_goes_to_the_route_that_commands() -> None:
+    metrics = Metrics(["R2"])
+    routes = ["deliberative"] * 4 + ["reactive"] * 2 + ["idle"] + ["reactive"] + ["deliberative"]
+    for i, route in enumerate(routes):
+        metrics.emit(command(0.05 * i, route))
+    found = metrics.of("R2")
+    assert found["time_deliberative"] == pytest.approx(0.2)
+    assert found["time_reactive"] == pytest.approx(0.15)
+    assert found["route_switches"] == 2
+
+
+def test_a_command_counts_no_longer_than_the_watchdog_lets_it() -> None:
+    metrics = Metrics(["R2"])
+    metrics.emit(command(0.0, "reactive"))
+    metrics.emit(command(10.0, "reactive"))
+    assert metrics.of("R2")["time_reactive"] == pytest.approx(0.2)
+
+
+def test_quantiles_are_values_that_occurred() -> None:
+    values = [float(v) for v in range(100, 0, -1)]
+    assert (quantile(values, 0.5), quantile(values, 0.99), quantile([], 0.5)) == (51.0, 100.0, None)

@@ -1,0 +1,98 @@
+"""Exactly one outcome, the weightiest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rocs_bt.errors import BlockError
+from rocs_bt.geometry import Pose2
+from rocs_bt.simulation import OUTCOMES, Goal, Judge
+
+GOAL = Goal("dock", Pose2(1.0, 0.0), 0.1)
+
+
+@dataclass
+class Mind:
+    status: str = "RUNNING"
+    reason: str = ""
+    failure: BlockError | None = None
+
+
+def judged(judge: Judge, outcome: str, t: float) -> None:
+    """Let a judge see what makes an outcome."""
+    mind, pose, hit = Mind(), Pose2(0.0, 0.0), []
+    if outcome == "error":
+        mind.failure = BlockError("R2/plan", "raised", "ValueError: 3")
+    elif outcome == "collision":
+        hit = ["box"]
+    elif outcome == "success":
+        mind.status, pose = "SUCCESS", Pose2(0.95, 0.0)
+    elif outcome == "stuck":
+        mind.status, mind.reason = "FAILURE", "STUCK: 5 pre-emptions"
+    judge.update(t, pose, mind, commanded=True, collisions=hit)
+
+
+@pytest.mark.parametrize("pair", list(combinations(OUTCOMES, 2)))
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_an_earlier_outcome_outranks_a_later_one(pair: tuple[str, str], order: tuple[int, int]) -> None:
+    judge = Judge(GOAL)
+    for t, i in enumerate(order):
+        judged(judge, pair[i], float(t))
+    assert judge.verdict().outcome == pair[0]
+
+
+def test_success_needs_the_truth_as_well_as_the_missions_word() -> None:
+    judge, mind = Judge(GOAL), Mind(status="SUCCESS")
+    judge.update(1.0, Pose2(0.7, 0.0), mind, commanded=False)
+    assert not judge.decided
+    assert judge.verdict().outcome == "timeout"
+    assert "says SUCCESS, but it is 0.30 m from 'dock', whose tolerance is 0.1 m" in judge.verdict().reason
+    judge.update(2.0, Pose2(0.91, 0.0), mind, commanded=False)
+    assert judge.decided
+    assert (judge.verdict().outcome, judge.verdict().time_to_goal) == ("success", 2.0)
+
+
+def test_without_a_goal_check_the_missions_word_is_enough() -> None:
+    judge = Judge()
+    assert judge.update(1.0, Pose2(0.0, 0.0), Mind(status="SUCCESS"), commanded=False)
+    assert judge.verdict().outcome == "success"
+
+
+def test_a_collision_ends_the_run_only_if_the_scenario_says_so() -> None:
+    for ends in (False, True):
+        judge = Judge(GOAL, end_on_collision=ends)
+        judged(judge, "collision", 1.0)
+        assert judge.decided is ends
+        assert judge.verdict().reason == "it ran into box at 1.00 s"
+
+
+def test_a_collision_on_the_way_keeps_the_time_to_the_goal() -> None:
+    judge = Judge(GOAL)
+    judged(judge, "collision", 1.0)
+    judged(judge, "success", 2.0)
+    assert (judge.verdict().outcome, judge.verdict().time_to_goal) == ("collision", 2.0)
+
+
+@given(st.floats(0.0, 0.049), st.booleans())
+def test_stuck_is_no_progress_while_commanded(wobble: float, commanded: bool) -> None:
+    judge, t = Judge(GOAL), 0.0
+    while t < 20.0 and not judge.decided:
+        judge.update(t, Pose2(wobble if int(t * 20) % 2 else 0.0, 0.0), Mind(), commanded=commanded)
+        t += 0.05
+    assert judge.decided is commanded
+    if commanded:
+        assert t == pytest.approx(15.05, abs=0.06)
+        assert judge.verdict().outcome == "stuck"
+        assert "less than 0.05 m in 15 s" in judge.verdict().reason
+
+
+def test_slow_progress_is_progress() -> None:
+    judge = Judge(GOAL)
+    for i in range(1200):
+        judge.update(i * 0.05, Pose2(0.0, i * 0.05 * 0.004), Mind(), commanded=True)
+    assert not judge.decided

@@ -1,0 +1,113 @@
+"""The house itself: who may import whom, what is public, and how large a room may grow (DESIGN 2 and 13)."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rocs_bt
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCES = sorted(p for p in (ROOT / "rocs_bt").rglob("*.py") if "_content" not in p.parts)
+HEAVY = ("casadi", "matplotlib", "mujoco", "networkx", "numpy", "py_trees", "scipy")
+
+PUBLIC = [
+    "Action",
+    "Actuator",
+    "Agent",
+    "Analyze",
+    "AtomicAction",
+    "Catalog",
+    "Change",
+    "Clock",
+    "Execute",
+    "Failure",
+    "InputError",
+    "Knowledge",
+    "MacroAction",
+    "Mission",
+    "Monitor",
+    "Pipeline",
+    "Plan",
+    "Pose2",
+    "Priority",
+    "Progress",
+    "ReactiveModel",
+    "Reading",
+    "Reason",
+    "RocsError",
+    "Sensor",
+    "Signal",
+    "SimulatedClock",
+    "Twist2",
+    "WallClock",
+    "run",
+]
+
+
+def test_imports_point_downwards():
+    linter = Path(sys.executable).with_name("lint-imports")
+    if not linter.exists():
+        pytest.skip("import-linter is not installed")
+    done = subprocess.run([linter, "--no-cache"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_public_names_are_these():
+    assert rocs_bt.__all__ == PUBLIC == sorted(PUBLIC)
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_every_public_name_can_be_had_and_says_what_it_is(name):
+    assert getattr(rocs_bt, name).__doc__
+    assert name in dir(rocs_bt)
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'Nonsense'"):
+        rocs_bt.Nonsense  # noqa: B018 - looking is the test
+
+
+@pytest.mark.parametrize("code", ["import rocs_bt", "import rocs_bt.cli.main as m; assert m.call(['--help']) == 0"])
+def test_nothing_heavy_is_loaded_before_it_is_used(code):
+    asks = f"{code}\nimport sys\nprint(sorted(set(sys.modules) & set({HEAVY!r})))"
+    done = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_command_line_knows_its_commands():
+    import importlib
+
+    from rocs_bt.cli.main import COMMANDS
+
+    for name in COMMANDS:
+        assert importlib.import_module(f"rocs_bt.cli.{name}").command.help
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_no_file_and_no_function_is_too_long(path):
+    text = path.read_text()
+    assert len(text.splitlines()) <= 400
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            lines = node.end_lineno - node.body[1 if ast.get_docstring(node) and len(node.body) > 1 else 0].lineno + 1
+            assert lines <= 60, f"{node.name} has {lines} lines"
+
+
+def test_the_versions_agree():
+    import tomllib
+
+    assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"] == rocs_bt.__version__
+
+
+def test_constraints_are_exact_pins_and_name_no_index():
+    for line in (ROOT / "constraints.txt").read_text().splitlines():
+        if line and not line.startswith("#"):
+            requirement, _, marker = line.partition(" ; ")
+            assert requirement.count("==") == 1
+            assert not marker or "python_version" in marker
+            assert "://" not in line
