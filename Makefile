@@ -51,11 +51,11 @@ bench: setup
 	$(BIN)/python benchmarks
 
 soak: setup
-	$(BIN)/python -m pytest -m soak -n 2
+	$(BIN)/python -m pytest -m soak -n 2 -rP
 
 wheel: setup
 	$(BIN)/python -m build --no-isolation
 
 clean:
-	rm -rf build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .benchmarks
+	rm -rf build dist runs MUJOCO_LOG.TXT .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .benchmarks
 	find rocs_bt tests benchmarks examples planners robots -name __pycache__ -type d -prune -exec rm -rf {} +

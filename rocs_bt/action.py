@@ -1,12 +1,13 @@
 """Actions: what Plan and the reflexes ask for, and Execute carries out (paper, 5.1; DESIGN 7).
 
 An action is a dataclass whose fields are its parameters, in SI units; a field's annotation tells files which
-dimension they must give:
+dimension they must give, and which numbers make sense:
 
     @dataclass(kw_only=True, eq=False)
     class Nod(AtomicAction):
         \"\"\"Move the head once.\"\"\"
         angle: Radians = 0.3
+        rate: PositiveRadiansPerSecond = 1.0
         def act(self, body: Body) -> Progress | Failure: ...
 """
 
@@ -15,9 +16,10 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import numbers
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
@@ -26,7 +28,7 @@ from .clock import Clock
 from .device import Actuator
 from .errors import Fault, InputError, unknown
 from .event import Event, Value
-from .units import NONE, Dimension
+from .units import FINITE, NONE, Bounds, Dimension
 
 if TYPE_CHECKING:  # for the types of Body alone; at run time every arrow points down
     from .control.drive import Drive
@@ -45,6 +47,7 @@ class Reason(Enum):
     """Why an action or a leaf failed."""
 
     LOST_POSE = "the pose is not known"
+    LOST_LEADER = "nobody knows where the leader is"
     LOST_SENSOR = "a reading that it needs is not valid"
     NO_GOAL = "the goal is not known"
     BLOCKED = "the way is blocked"
@@ -62,6 +65,11 @@ class Failure:
 
     reason: Reason
     evidence: str = ""
+
+    @classmethod
+    def cannot(cls, error: InputError) -> Failure:
+        """The failure of who was asked for something impossible."""
+        return cls(Reason.CANNOT, " ".join(str(fault) for fault in error.faults))
 
     def __str__(self) -> str:
         return f"{self.reason.name}: {self.evidence or self.reason.value}"
@@ -136,11 +144,11 @@ class Action(ABC):
         """Take new parameters while acting; a reflex does so while its rule stays latched.
 
         Raises:
-            InputError: No parameter has that name.
+            InputError: No parameter has that name, or a value is out of its bounds; then all stay as they were.
         """
+        if faults := _faults(type(self), parameters):
+            raise InputError(*faults)
         for name, value in parameters.items():
-            if name not in parameters_of(type(self)):
-                raise InputError(unknown(f"parameter of {self.name}", name, parameters_of(type(self)), self.name))
             setattr(self, name, value)
 
     def remaining(self, knowledge: Knowledge) -> float:
@@ -156,7 +164,10 @@ class AtomicAction(Action):
 
     @abstractmethod
     def act(self, body: Body) -> Progress | Failure:
-        """Do one control period's worth; called once a period until it is done. Must not block."""
+        """Do one control period's worth; called once a period until it is done. Must not block.
+
+        An `ActionFailed` or an `InputError` that it raises is its failure, the latter for Reason.CANNOT.
+        """
 
 
 class MacroAction(Action):
@@ -166,19 +177,88 @@ class MacroAction(Action):
     def decompose(self, body: Body) -> Iterator[Action]:
         """Yield the next smaller action when the one before has succeeded, reading Knowledge as it goes.
 
-        Where a yielded action fails, `ActionFailed` is raised at the `yield`; what is not caught fails the macro.
+        Where a yielded action fails, `ActionFailed` is raised at the `yield`; what is not caught fails the macro. So
+        does an `InputError`, for Reason.CANNOT.
         """
+
+
+class Impossible(AtomicAction):
+    """Stands in for an action that cannot be made as it was asked for, and fails at once (CANNOT).
+
+    A reflex whose parameters come out impossible must still stop what runs, and be told of, as any other.
+
+    Args:
+        asked: The action's name.
+        parameters: What was asked of it.
+        error: Why it cannot be.
+    """
+
+    def __init__(self, asked: str, parameters: Mapping[str, Any], error: InputError) -> None:
+        self._asked = asked
+        self._parameters = {name: _plain(value) for name, value in parameters.items()}
+        self._failure = Failure.cannot(error)
+
+    @property
+    def name(self) -> str:
+        return self._asked
+
+    @property
+    def parameters(self) -> dict[str, Value]:
+        return self._parameters
+
+    def update(self, **parameters: Any) -> None:
+        """Nothing makes it possible: it is made anew when it is asked for again."""
+
+    def act(self, body: Body) -> Failure:
+        return self._failure
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """What a parameter of an action is: its type, and for a number its dimension and default."""
+    """What a parameter of an action or a mission is.
+
+    Attributes:
+        name: Its name.
+        type: Its type.
+        dimension: Of a number, or of each in a list; None for what is none.
+        required: Whether it must be given.
+        default: What it is otherwise.
+        bounds: Which numbers make sense.
+    """
 
     name: str
     type: Any
     dimension: Dimension | None
     required: bool
     default: Any
+    bounds: Bounds = FINITE
+
+    @classmethod
+    def annotated(cls, name: str, hint: Any, required: bool, default: Any) -> Parameter:
+        """A parameter from its annotation, such as `PositiveMetresPerSecond`."""
+        extras = getattr(hint, "__metadata__", ())
+        plain = hint.__origin__ if extras else hint
+        dimension = next((e for e in extras if isinstance(e, Dimension)), NONE if plain is float else None)
+        # Annotated flattens what it nests; what was written outermost stands last, and counts.
+        bounds = next((e for e in reversed(extras) if isinstance(e, Bounds)), FINITE)
+        return cls(name, plain, dimension, required, default, bounds)
+
+    def faults(self, value: Any, what: str) -> list[Fault]:
+        """Why it cannot have this value, in SI units; empty when it can. The one place that holds bounds.
+
+        Args:
+            value: A number, a list of numbers, or anything else, about which nothing is said.
+            what: The parameter, for the message, such as `cruise of GoTo`.
+        """
+        if self.dimension is None:
+            return []
+        if self.type is float and not isinstance(value, numbers.Real):
+            return [Fault(f"{what} must be a number, found {value!r}.")]
+        wrong = next((v for v in _numbers(value) if not self.bounds.admit(v)), None)
+        if wrong is None:
+            return []
+        unit = "" if self.dimension == NONE else f" {self.dimension}"
+        return [Fault(f"{what} must be {self.bounds}, found {wrong:g}{unit}.")]
 
 
 @functools.cache
@@ -189,16 +269,9 @@ def parameters_of(action: type[Action]) -> dict[str, Parameter]:
     for field in dataclasses.fields(action):
         if not field.init:
             continue
-        hint, dimension = hints[field.name], None
-        for extra in getattr(hint, "__metadata__", ()):
-            if isinstance(extra, Dimension):
-                dimension = extra
-        plain = hint.__origin__ if hasattr(hint, "__metadata__") else hint
-        if plain is float and dimension is None:
-            dimension = NONE
         required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
         default = None if required or field.default is dataclasses.MISSING else field.default
-        found[field.name] = Parameter(field.name, plain, dimension, required, default)
+        found[field.name] = Parameter.annotated(field.name, hints[field.name], required, default)
     return found
 
 
@@ -206,18 +279,39 @@ def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mappin
     """An action by name, as rules and leaves ask for it.
 
     Raises:
-        InputError: The name, or a parameter, does not exist, or a required one is missing; lists what does.
+        InputError: The name, or a parameter, does not exist, a required one is missing, or a value is out of its
+            bounds; lists what does exist.
     """
     if name not in table:
         raise InputError(unknown("action", name, table))
     declared = parameters_of(table[name])
-    faults = [unknown(f"parameter of {name}", p, declared, name) for p in parameters if p not in declared]
+    faults = _faults(table[name], parameters)
     missing = [p for p, d in declared.items() if d.required and p not in parameters]
     if missing:
         faults.append(Fault(f"{name} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(declared)}."))
     if faults:
         raise InputError(*faults)
     return table[name](**parameters)
+
+
+def _faults(action: type[Action], parameters: Mapping[str, Any]) -> list[Fault]:
+    """What is wrong with values for an action's parameters: names and bounds."""
+    declared, name, faults = parameters_of(action), action.__name__, list[Fault]()
+    for key, value in parameters.items():
+        if key not in declared:
+            faults.append(unknown(f"parameter of {name}", key, declared, name))
+        else:
+            faults += declared[key].faults(value, f"{key} of {name}")
+    return faults
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """The numbers in a value, in a list of values, in a list of lists."""
+    if isinstance(value, numbers.Real):
+        yield float(value)
+    elif isinstance(value, Iterable) and not isinstance(value, str):
+        for part in value:
+            yield from _numbers(part)
 
 
 def _plain(value: Any) -> Value:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+import msgspec
 
 from .errors import Fault, WiringError
 from .event import Change
@@ -21,8 +22,7 @@ Signals = Mapping[str, Sequence[float]]
 """What a Monitor publishes: the values of its signals by name, SI units."""
 
 
-@dataclass(frozen=True, slots=True)
-class Stamped(Generic[T]):
+class Stamped(msgspec.Struct, Generic[T], frozen=True):
     """A value with the time it is about [s] and the block or device it comes from."""
 
     t: float
@@ -44,6 +44,7 @@ class Inbox(Generic[T]):
         self._samples: deque[Stamped[T]] = deque(maxlen=capacity)
         self._lock = threading.Lock()
         self._arrived = threading.Condition(self._lock)
+        self._waiting = 0
         self.overflows = 0
 
     def put(self, sample: Stamped[T]) -> None:
@@ -52,7 +53,8 @@ class Inbox(Generic[T]):
             if len(self._samples) == self._samples.maxlen:
                 self.overflows += 1
             self._samples.append(sample)
-            self._arrived.notify_all()
+            if self._waiting:
+                self._arrived.notify_all()
 
     @property
     def pending(self) -> bool:
@@ -74,7 +76,11 @@ class Inbox(Generic[T]):
     def wait(self, timeout: float, stop: Callable[[], bool]) -> bool:
         """Wait until something is there, `stop()` is true, or the timeout [s] passed; True when something is."""
         with self._lock:
-            self._arrived.wait_for(lambda: bool(self._samples) or stop(), timeout)
+            self._waiting += 1
+            try:
+                self._arrived.wait_for(lambda: bool(self._samples) or stop(), timeout)
+            finally:
+                self._waiting -= 1
             return bool(self._samples)
 
 

@@ -45,13 +45,23 @@ class SimulatedClock(Clock):
 
 
 class WallClock(Clock):
-    """Real time since it was made [s]; `wait_until` sleeps, and wakes early when `stop` is set."""
+    """Real time since it was made [s]; `wait_until` sleeps, and wakes early when `stop` is set.
 
-    def __init__(self) -> None:
+    Args:
+        running: False lets it stand at zero until `start`, so that a run does not count what setting it up took.
+    """
+
+    def __init__(self, running: bool = True) -> None:
+        self._start: float | None = None
+        if running:
+            self.start()
+
+    def start(self) -> None:
+        """Begin at zero, now."""
         self._start = time.monotonic()
 
     def now(self) -> float:
-        return time.monotonic() - self._start
+        return 0.0 if self._start is None else time.monotonic() - self._start
 
     def wait_until(self, deadline: float, stop: threading.Event) -> bool:
         """Sleep until the deadline [s]; True unless `stop` was set before it."""

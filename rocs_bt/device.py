@@ -9,14 +9,14 @@ import math
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+
+import msgspec
 
 from .clock import Clock
 from .errors import DeviceError
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(msgspec.Struct, frozen=True):
     """One sample of a sensor.
 
     Attributes:
@@ -88,6 +88,9 @@ class Watchdog(Actuator):
         clock: Where time is read.
         max_age: Longest silence [s].
         on_expiry: Called once when it goes to neutral, with the time [s].
+
+    Attributes:
+        actuator: The guarded device.
     """
 
     def __init__(
@@ -98,13 +101,14 @@ class Watchdog(Actuator):
         on_expiry: Callable[[float], None] = lambda t: None,
     ) -> None:
         super().__init__(actuator.name, actuator.size)
-        self._actuator = actuator
+        self.actuator = actuator
         self._clock = clock
         self._max_age = max_age
         self._on_expiry = on_expiry
         self._lock = threading.Lock()
         self._last: float | None = None
         self._shut = False
+        self._stops = 0  # how often it was sent to neutral
 
     @property
     def expiry(self) -> float:
@@ -116,8 +120,12 @@ class Watchdog(Actuator):
         with self._lock:
             if self._shut:
                 raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
-            self._actuator.command(values)
+            stops = self._stops
+            self.actuator.command(values)
             self._last = self._clock.now()
+            if self._stops != stops:  # somebody stopped it while the command was on its way: that holds
+                self.actuator.neutral()
+                self._last = None
 
     def neutral(self) -> None:
         self._neutral()
@@ -138,13 +146,15 @@ class Watchdog(Actuator):
         return True
 
     def close(self) -> None:
-        self._actuator.close()
+        self.actuator.close()
 
     def _neutral(self) -> None:
-        # A device may hang in `command` while it holds the lock; stopping must not wait for it.
+        # A device may hang in `command` while it holds the lock; stopping must not wait for it. Counted first, so that
+        # a command that comes out of the device after this finds that it was stopped.
+        self._stops += 1
         held = self._lock.acquire(timeout=0.02)
         try:
-            self._actuator.neutral()
+            self.actuator.neutral()
             self._last = None
         finally:
             if held:

@@ -11,6 +11,7 @@ what nobody asked for is an unknown key.
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Collection, Iterator, Sequence
@@ -133,7 +134,7 @@ class Table:
             dimension: What it must be.
             default: The value where the key is missing [SI].
             low: The least value allowed [SI].
-            high: The greatest value allowed [SI].
+            high: The greatest value allowed [SI]; any finite one where None.
         """
         value = self.raw(key, default)
         if key not in self._data:
@@ -143,14 +144,14 @@ class Table:
     def quantities(
         self, key: str, dimension: Dimension, count: int | None = None, default: Any = _MISSING
     ) -> list[float]:
-        """A list of numbers with their units, in SI units."""
+        """A list of numbers with their units, in SI units; infinite ones are allowed."""
         values = self._typed(key, list, "a list of quantities", default, [])
         if key not in self._data:
             return list(values)
         if count is not None and len(values) != count:
             self.fault(key, f"{key} must have {count} values, found {len(values)}.")
             return [0.0] * count
-        return [self._quantity(key, v, dimension, None, None) for v in values]
+        return [self._quantity(key, v, dimension, None, math.inf) for v in values]
 
     def table(self, key: str, optional: bool = True) -> Table:
         """A table inside this one; an empty one where it is missing."""
@@ -215,8 +216,10 @@ class Table:
             self.adopt(key, error)
             return 0.0 if low is None else low
         if (low is not None and number < low) or (high is not None and number > high):
-            span = f"at least {low:g}" if high is None else f"between {low or 0:g} and {high:g}"
+            span = f"at least {low:g}" if high in (None, math.inf) else f"between {low or 0:g} and {high:g}"
             self.fault(key, f"{key} must be {span} {dimension}, found '{value}'.")
+        elif high is None and math.isinf(number):
+            self.fault(key, f"{key} must be finite, found '{value}'.")
         return number
 
 

@@ -18,7 +18,8 @@ Every message says what was asked, what was found, what exists and what to do.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -123,6 +124,28 @@ class BlockError(RocsError):
 
 class RecordingError(RocsError):
     """A recording that cannot be read, or that does not fit what is asked of it."""
+
+
+@contextmanager
+def blame(file: Path | None, line: int = 0) -> Iterator[None]:
+    """Whoever is refused in here was refused for what stands in a file.
+
+    Faults that have no place get this one, and what Knowledge or a Pipeline refuses becomes a fault: content decides
+    the names that they are given.
+
+    Args:
+        file: The file.
+        line: 1-based; 0 when unknown.
+
+    Raises:
+        InputError: Instead of any KnowledgeError or PipelineError.
+    """
+    try:
+        yield
+    except InputError as error:
+        raise error.at(file, line) from error
+    except (KnowledgeError, PipelineError) as error:
+        raise InputError(Fault(str(error), file, line)) from error
 
 
 def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> str:

@@ -297,8 +297,9 @@ class Fanout:
 
     def __init__(self, *sinks: EventSink) -> None:
         self.sinks = sinks
+        self._emits = [sink.emit for sink in sinks]
 
     def emit(self, event: Event) -> None:
         """Hand the event on."""
-        for sink in self.sinks:
-            sink.emit(event)
+        for emit in self._emits:
+            emit(event)

@@ -47,3 +47,13 @@ class Twist2(NamedTuple):
     forward: float  # [m/s]
     turn: float = 0.0  # [rad/s], left positive
     left: float = 0.0  # [m/s], zero for drives that cannot go sideways
+
+
+def along_arc(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
+    """Where a constant body twist leads in a while [s] (Lynch and Park, Modern Robotics, 13.3)."""
+    angle = twist.turn * duration
+    # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0.
+    along, across = (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle) if abs(angle) > 1e-9 else (1.0, 0.0)
+    forward, left = twist.forward * duration, twist.left * duration
+    x, y = pose.transform(along * forward - across * left, across * forward + along * left)
+    return Pose2(x, y, wrap_angle(pose.yaw + angle))

@@ -179,10 +179,44 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
     return quantity.value
 
 
-# What parameters of actions and nodes are annotated with: a float in SI units, and the dimension that files must give.
+@dataclass(frozen=True)
+class Bounds:
+    """Which numbers make sense for a parameter, in SI units; NaN never does.
+
+    Attributes:
+        low: The least.
+        above: Whether it must be greater than that.
+        infinite: Whether infinity makes sense, such as for a duration without an end.
+    """
+
+    low: float = -math.inf
+    above: bool = False
+    infinite: bool = False
+
+    def admit(self, value: float) -> bool:
+        """Whether a number lies within them."""
+        return (value > self.low if self.above else value >= self.low) and (self.infinite or not math.isinf(value))
+
+    def __str__(self) -> str:
+        least = "positive" if self.above else f"{self.low:g} or more"
+        words = [*([least] if math.isfinite(self.low) else []), *([] if self.infinite else ["finite"])]
+        return " and ".join(words) or "a number"
+
+
+FINITE = Bounds()
+POSITIVE = Bounds(0.0, above=True)
+NOT_NEGATIVE = Bounds(0.0)
+
+# What parameters of actions and missions are annotated with: a float in SI units, the dimension that files must give,
+# and which numbers make sense: any finite one, unless it says Positive, or as in Annotated[Metres, NOT_NEGATIVE].
 Metres = Annotated[float, LENGTH]
 MetresPerSecond = Annotated[float, SPEED]
 MetresPerSecondSquared = Annotated[float, ACCELERATION]
 Radians = Annotated[float, ANGLE]
 RadiansPerSecond = Annotated[float, TURN_RATE]
 Seconds = Annotated[float, TIME]
+PositiveMetres = Annotated[Metres, POSITIVE]
+PositiveMetresPerSecond = Annotated[MetresPerSecond, POSITIVE]
+PositiveRadians = Annotated[Radians, POSITIVE]
+PositiveRadiansPerSecond = Annotated[RadiansPerSecond, POSITIVE]
+PositiveSeconds = Annotated[Seconds, POSITIVE]

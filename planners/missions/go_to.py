@@ -7,9 +7,9 @@ what stands in the way is the reflexes' matter, and after each of them the missi
 from py_trees.behaviour import Behaviour
 
 from rocs_bt.plan import Mission
-from rocs_bt.units import MetresPerSecond
+from rocs_bt.units import PositiveMetresPerSecond
 
 
-def build(mission: Mission, *, goal: str = "goal", cruise: MetresPerSecond = 0.5) -> Behaviour:
+def build(mission: Mission, *, goal: str = "goal", cruise: PositiveMetresPerSecond = 0.5) -> Behaviour:
     """One leaf: GoTo."""
     return mission.act("GoTo", goal=goal, cruise=cruise)

@@ -7,9 +7,9 @@ anew when it has drifted off the line.
 from py_trees.behaviour import Behaviour
 
 from rocs_bt.plan import Mission
-from rocs_bt.units import MetresPerSecond
+from rocs_bt.units import PositiveMetresPerSecond
 
 
-def build(mission: Mission, *, speed: MetresPerSecond = 0.3) -> Behaviour:
+def build(mission: Mission, *, speed: PositiveMetresPerSecond = 0.3) -> Behaviour:
     """One leaf: GoToOrigin."""
     return mission.act("GoToOrigin", speed=speed)

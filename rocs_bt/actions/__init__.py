@@ -3,6 +3,7 @@
 from .avoid_collision import AvoidCollision
 from .flinch import Flinch
 from .follow_path import FollowPath
+from .follow_robot import FollowRobot
 from .go_to import GoTo
 from .go_to_origin import GoToOrigin
 from .set_wheel_speed import SetWheelSpeed
@@ -18,6 +19,7 @@ __all__ = [
     "AvoidCollision",
     "Flinch",
     "FollowPath",
+    "FollowRobot",
     "GoTo",
     "GoToOrigin",
     "SetWheelSpeed",

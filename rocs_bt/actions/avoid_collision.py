@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..action import Action, Body, MacroAction
 from ..geometry import Twist2
-from ..units import MetresPerSecond, Radians, RadiansPerSecond, Seconds
+from ..units import MetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds, Radians
 from .set_wheel_speed import SetWheelSpeed
 from .turn_angle import TurnAngle
 
@@ -24,9 +24,9 @@ class AvoidCollision(MacroAction):
     """
 
     turn: Radians
-    duration: Seconds = 2.0
+    duration: PositiveSeconds = 2.0
     speed: MetresPerSecond = 0.25
-    rate: RadiansPerSecond = 1.5
+    rate: PositiveRadiansPerSecond = 1.5
 
     def decompose(self, body: Body) -> Iterator[Action]:
         yield TurnAngle(angle=self.turn, rate=self.rate)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..geometry import Pose2, Twist2
-from ..units import Metres, MetresPerSecond, Seconds
+from ..units import MetresPerSecond, PositiveMetres, PositiveSeconds
 
 
 @dataclass(kw_only=True, eq=False)
@@ -24,8 +24,8 @@ class Flinch(AtomicAction):
     """
 
     speed: MetresPerSecond
-    distance: Metres = 0.08
-    timeout: Seconds = 1.5
+    distance: PositiveMetres = 0.08
+    timeout: PositiveSeconds = 1.5
     _begun: float | None = field(default=None, init=False, repr=False)
     _start: Pose2 | None = field(default=None, init=False, repr=False)
     _forward: bool = field(default=True, init=False, repr=False)

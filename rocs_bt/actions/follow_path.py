@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..action import Action, Body, MacroAction
 from ..control.path import Path
-from ..errors import InputError
 from ..geometry import Pose2
-from ..units import LENGTH, Metres, MetresPerSecond
+from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond
 from .following import OFF, PathDrive
 
 if TYPE_CHECKING:
@@ -36,15 +35,12 @@ class FollowPath(MacroAction):
     """
 
     points: Annotated[Sequence[Sequence[float]], LENGTH]
-    cruise: MetresPerSecond = 0.5
-    tolerance: Metres = 0.05
-    corner_radius: Metres = 0.2
+    cruise: PositiveMetresPerSecond = 0.5
+    tolerance: PositiveMetres = 0.05
+    corner_radius: Annotated[Metres, NOT_NEGATIVE] = 0.2
 
     def decompose(self, body: Body) -> Iterator[Action]:
-        try:
-            whole = Path.through([list(p[:2]) for p in self.points], self.corner_radius)
-        except InputError as error:
-            raise ActionFailed(Reason.CANNOT, str(error)) from error
+        whole = Path.through([list(p[:2]) for p in self.points], self.corner_radius)
         drive, end = PathDrive(body, self.cruise), Pose2(*whole.position(whole.length).tolist())
         while True:
             pose = drive.pose()

@@ -10,7 +10,7 @@ from ..action import Action, Body
 from ..control.drive import Array
 from ..control.path import Path
 from ..control.profile import speed_profile
-from ..control.reference import PathReference
+from ..control.reference import PathReference, Reference
 from ..event import Followed
 from ..geometry import Pose2
 from .pose import PoseWatch
@@ -78,8 +78,12 @@ class PathDrive:
         """This period's command, as the action that gives it; the path must have begun."""
         if self._reference is None:
             return self.brake()
+        return self.follow(pose, self._reference)
+
+    def follow(self, pose: Pose2, reference: Reference) -> Action:
+        """This period's command for any reference, as the action that gives it."""
         body = self._body
-        command = body.follower.step(pose, self._wheels(), self._reference, body.period)
+        command = body.follower.step(pose, self._wheels(), reference, body.period)
         if math.isfinite(command.cross_track):
             self._cross_track = command.cross_track
             body.note(

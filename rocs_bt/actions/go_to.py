@@ -11,7 +11,7 @@ from ..action import Action, ActionFailed, Body, MacroAction, Reason
 from ..control.path import Path
 from ..errors import did_you_mean
 from ..geometry import Pose2
-from ..units import Metres, MetresPerSecond
+from ..units import PositiveMetres, PositiveMetresPerSecond
 from .following import PathDrive
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ class GoTo(MacroAction):
     """
 
     goal: str
-    cruise: MetresPerSecond = 0.5
-    tolerance: Metres = 0.05
+    cruise: PositiveMetresPerSecond = 0.5
+    tolerance: PositiveMetres = 0.05
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world = body.knowledge.world

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..action import Action, Body, MacroAction
 from ..geometry import Pose2, Twist2
-from ..units import Metres, MetresPerSecond, Radians
+from ..units import PositiveMetres, PositiveMetresPerSecond, PositiveRadians
 from .pose import PoseWatch
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
@@ -35,9 +35,9 @@ class GoToOrigin(MacroAction):
         drift: Bearing error at which to look at the origin anew [rad].
     """
 
-    speed: MetresPerSecond = 0.3
-    tolerance: Metres = 0.08
-    drift: Radians = 0.2
+    speed: PositiveMetresPerSecond = 0.3
+    tolerance: PositiveMetres = 0.08
+    drift: PositiveRadians = 0.2
     goal: ClassVar[str] = ORIGIN
 
     def decompose(self, body: Body) -> Iterator[Action]:

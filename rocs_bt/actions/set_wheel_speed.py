@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from ..action import AtomicAction, Body, Failure, Progress, Reason
-from ..units import SPEED, Seconds
+from ..units import SPEED, Bounds, Seconds
 
 
 @dataclass(kw_only=True, eq=False)
@@ -28,7 +28,7 @@ class SetWheelSpeed(AtomicAction):
     """
 
     speeds: Annotated[Sequence[float], SPEED]
-    duration: Seconds = math.inf
+    duration: Annotated[Seconds, Bounds(0.0, infinite=True)] = math.inf
     until: Callable[[Body], bool] | None = None
     _begun: float | None = field(default=None, init=False, repr=False)
 

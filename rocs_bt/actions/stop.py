@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
 from ..action import AtomicAction, Body, Failure, Progress
-from ..units import MetresPerSecond, Seconds
+from ..units import NOT_NEGATIVE, MetresPerSecond, PositiveSeconds
 
 
 @dataclass(kw_only=True, eq=False)
@@ -19,8 +20,8 @@ class Stop(AtomicAction):
         patience: How long to command where the wheels' speeds are not known [s].
     """
 
-    below: MetresPerSecond = 0.02
-    patience: Seconds = 1.0
+    below: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.02
+    patience: PositiveSeconds = 1.0
     _begun: float | None = field(default=None, init=False, repr=False)
 
     def act(self, body: Body) -> Progress | Failure:

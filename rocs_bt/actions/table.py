@@ -10,6 +10,7 @@ from ..errors import Fault, InputError
 from .avoid_collision import AvoidCollision
 from .flinch import Flinch
 from .follow_path import FollowPath
+from .follow_robot import FollowRobot
 from .go_to import GoTo
 from .go_to_origin import GoToOrigin
 from .set_wheel_speed import SetWheelSpeed
@@ -23,6 +24,7 @@ _SHIPPED: tuple[type[Action], ...] = (
     AvoidCollision,
     Flinch,
     FollowPath,
+    FollowRobot,
     GoTo,
     GoToOrigin,
     SetWheelSpeed,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..geometry import Twist2, wrap_angle
-from ..units import Radians, RadiansPerSecond
+from ..units import PositiveRadians, PositiveRadiansPerSecond, Radians
 from .pose import PoseWatch
 
 ACCELERATION = 4.0  # [rad/s2] what the shipped robots hold without slipping; slower drives use their own limit
@@ -30,8 +30,8 @@ class TurnAngle(AtomicAction):
     """
 
     angle: Radians
-    rate: RadiansPerSecond = 1.5
-    tolerance: Radians = 0.02
+    rate: PositiveRadiansPerSecond = 1.5
+    tolerance: PositiveRadians = 0.02
     _left: float | None = field(default=None, init=False, repr=False)
     _yaw: float = field(default=0.0, init=False, repr=False)
     _speed: float = field(default=0.0, init=False, repr=False)

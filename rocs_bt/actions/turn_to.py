@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..action import Action, Body, MacroAction
 from ..geometry import wrap_angle
-from ..units import Radians, RadiansPerSecond
+from ..units import PositiveRadians, PositiveRadiansPerSecond, Radians
 from .pose import PoseWatch
 from .stop import Stop
 from .turn_angle import TurnAngle
@@ -24,8 +24,8 @@ class TurnTo(MacroAction):
     """
 
     yaw: Radians
-    rate: RadiansPerSecond = 1.5
-    tolerance: Radians = 0.02
+    rate: PositiveRadiansPerSecond = 1.5
+    tolerance: PositiveRadians = 0.02
 
     def decompose(self, body: Body) -> Iterator[Action]:
         watch = PoseWatch()

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ..action import Action, Body, MacroAction
-from ..units import RadiansPerSecond
+from ..units import PositiveRadiansPerSecond
 from .turn_to_position import TurnToPosition
 
 
@@ -18,7 +18,7 @@ class TurnToOrigin(MacroAction):
         rate: Fastest turn [rad/s].
     """
 
-    rate: RadiansPerSecond = 1.5
+    rate: PositiveRadiansPerSecond = 1.5
 
     def decompose(self, body: Body) -> Iterator[Action]:
         yield TurnToPosition(x=0.0, y=0.0, rate=self.rate)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..action import Action, Body, MacroAction
 from ..geometry import Pose2
-from ..units import Metres, RadiansPerSecond
+from ..units import Metres, PositiveRadiansPerSecond
 from .pose import PoseWatch
 from .stop import Stop
 from .turn_angle import TurnAngle
@@ -25,7 +25,7 @@ class TurnToPosition(MacroAction):
 
     x: Metres
     y: Metres
-    rate: RadiansPerSecond = 1.5
+    rate: PositiveRadiansPerSecond = 1.5
 
     def decompose(self, body: Body) -> Iterator[Action]:
         watch = PoseWatch()

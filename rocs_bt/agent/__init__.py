@@ -1,7 +1,8 @@
 """One robot's mind: builds, wires and runs its blocks. The only composer (DESIGN 2)."""
 
+from ..catalog import robot_drive
 from .agent import Agent, Rates
-from .build import Mind, build_agent, robot_drive
+from .build import Mind, build_agent
 from .threaded import ThreadedRunner
 
 __all__ = ["Agent", "Mind", "Rates", "ThreadedRunner", "build_agent", "robot_drive"]

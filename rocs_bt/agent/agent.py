@@ -6,6 +6,8 @@ process. It holds the blocks and knows the order of effects; `lockstep` and `thr
 
 from __future__ import annotations
 
+import math
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -22,6 +24,9 @@ from ..monitor import Monitor
 from ..pipeline import Pipeline
 from ..plan import Plan
 from ..reactive import ReflexArc
+
+HALT = 3
+"""Periods of the plan that its last turn may take before the agent stops without it."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,7 @@ class Agent:
         pipeline: The queue between them.
         failure: The block that failed, and why; None while all is well.
         stopped: Whether it was stopped; nothing comes after that.
+        reacted: When the reflexes were last evaluated [s].
     """
 
     def __init__(
@@ -83,8 +89,17 @@ class Agent:
         self.clock = clock
         self.rates = rates
         self.failure: BlockError | None = None
-        self._sink = sink
         self.stopped = False
+        self.reacted = -math.inf
+        self._sink = sink
+        self._failing = threading.Lock()
+        self._planning = threading.Lock()
+        self._plan_closed = False
+
+    @property
+    def going(self) -> bool:
+        """Whether it has neither failed nor been stopped: only then do its blocks run."""
+        return self.failure is None and not self.stopped
 
     @property
     def status(self) -> str:
@@ -110,19 +125,29 @@ class Agent:
                 self.guarded(f"monitor {monitor.name}", monitor.run, t, count)
         self.guarded("reflexes", self.react, t)
         for analyze in self.analyzes:
-            self.guarded(f"analyze {analyze.name}", analyze.run, t)
+            if analyze.inbox.pending:
+                self.guarded(f"analyze {analyze.name}", analyze.run, t)
         if self.rates.plan.due(count) or self.plan.called:
-            self.guarded("plan", self.plan.run, t)
+            self.guarded("plan", self.decide, t)
         self.guarded("execute", self.execute.run, t)
 
     def react(self, t: float) -> None:
         """Evaluate the reflexes on a fresh snapshot; may be called from any monitor's thread."""
         self.arc.run(self.knowledge.signals.snapshot(t, np.empty(self.knowledge.signals.size)), t)
+        self.reacted = t
+
+    def decide(self, t: float) -> None:
+        """One turn of Plan; none once it is closed. Safe while another thread stops the agent."""
+        with self._planning:
+            if not self._plan_closed:
+                self.plan.run(t)
 
     def guarded(self, block: str, turn: Callable[..., None], *args: object) -> None:
         """Run one turn of a block; if it raises or ends, stop the wheels first and keep the reason."""
-        if self.failure is not None:
-            return
+        if self.going:
+            self._attempt(block, turn, *args)
+
+    def _attempt(self, block: str, turn: Callable[..., None], *args: object) -> None:
         try:
             turn(*args)
         except SystemExit as error:
@@ -131,24 +156,29 @@ class Agent:
             self.fail(block, "raised", f"{type(error).__name__}: {error}", error)
 
     def fail(self, block: str, kind: str, detail: str, cause: BaseException | None = None) -> None:
-        """Stop the wheels for good, then say which block failed and why. The first failure counts."""
-        for actuator in self.actuators.values():
-            actuator.shut()
-        if self.failure is not None:
-            return
-        self.failure = BlockError(f"{self.name}/{block}", kind, detail)
-        self.failure.__cause__ = cause
+        """Stop the wheels for good, then say which block failed and why. Any thread may; the first failure counts."""
+        detail += self._shut()
+        with self._failing:
+            if not self.going:
+                return
+            self.failure = BlockError(f"{self.name}/{block}", kind, detail)
+            self.failure.__cause__ = cause
         self._sink.emit(BlockFailed(t=self.clock.now(), agent=self.name, block=block, kind=kind, detail=detail))
+        self.pipeline.clear(f"the failure of {block}")
 
     def stop(self, by: str = "the end of the run") -> None:
-        """Cancel everything and let the wheels stand, once; the agent may not be used after it."""
+        """Halt the plan, cancel everything and let the wheels stand, once; the agent may not be used after it.
+
+        After a failure too: what runs is halted and stopped, so that every ticket and every node comes to its end.
+        """
         if self.stopped:
             return
-        self.stopped = True
         self._sink.emit(AgentStopped(t=self.clock.now(), agent=self.name, by=by))
-        self.guarded("execute", self.execute.stop, by)
-        for actuator in self.actuators.values():
-            actuator.neutral()
+        self._attempt("plan", self._close_plan)
+        self._attempt("execute", self.execute.stop, by)
+        with self._failing:
+            self.stopped = True
+        self._shut()
 
     def close(self) -> None:
         """Let go of all devices."""
@@ -156,3 +186,23 @@ class Agent:
             sensor.close()
         for actuator in self.actuators.values():
             actuator.close()
+
+    def _close_plan(self) -> None:
+        """Close the plan between two of its turns; one that hangs is left alone."""
+        if not self._planning.acquire(timeout=HALT * self.rates.plan.every * self.rates.control.period):
+            return
+        try:
+            self._plan_closed = True
+            self.plan.close()
+        finally:
+            self._planning.release()
+
+    def _shut(self) -> str:
+        """Send all actuators to neutral for good; tells of those that did not obey."""
+        problems = ""
+        for actuator in self.actuators.values():
+            try:
+                actuator.shut()
+            except Exception as error:  # noqa: BLE001 - one that breaks its contract must not keep the next from stopping
+                problems += f"; and actuator '{actuator.name}' did not stop: {type(error).__name__}: {error}"
+        return problems

@@ -12,27 +12,26 @@ from typing import Any, TypeVar
 from ..action import Action
 from ..actions import action_table
 from ..analyze import ANALYZERS, Analyze
-from ..catalog import DriveSpec, PlaceSpec, RobotSpec, is_reference
+from ..catalog import DriveSpec, PlaceSpec, RobotSpec, is_reference, robot_drive
 from ..catalog import load_class as load_class_from_file
 from ..clock import Clock, Rate
-from ..control.drive import Drive, make_drive
+from ..control.drive import Drive
 from ..control.follower import Follower, FollowerSettings
 from ..device import Sensor, Watchdog
-from ..errors import Fault, InputError, unknown
+from ..errors import Fault, InputError, blame, unknown
 from ..event import EventSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
-from ..knowledge import Knowledge
+from ..knowledge import Knowledge, RobotModel, StrategyModel, WorldModel
 from ..monitor import MONITORS, Monitor, Watched
 from ..pipeline import Pipeline
 from ..plan import Mission, Plan, TreePlan
 from ..reactive import ReactiveModel, ReflexArc, RuleModel, load_rules
 from .agent import Agent, Rates
+from .block import make_block
 
 T = TypeVar("T")
 LoadClass = Callable[[Path, str], type]
-
-_NO_DRIVE_NUMBERS = ("wheel_radius", "wheel_lag")  # of robot.toml's [drive]: the driver's, and the follower's
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,11 @@ class Mind:
         rules: The rule files.
         reflexes: Makes reactive models in Python, besides the rule files, from the agent's Knowledge.
         places: What it is told of the world at the start.
+        peers: Which other robots there are, and by which tag a robot sensor knows each.
         actions: Actions besides the shipped ones.
+        world_model: The class of `knowledge.world`, for a user's own (paper, 5.3: optional extension points).
+        robot_model: The class of `knowledge.robot`.
+        strategy_model: The class of `knowledge.strategy`.
     """
 
     build: Callable[..., Any]
@@ -55,7 +58,11 @@ class Mind:
     rules: Sequence[Path] = ()
     reflexes: Callable[[Knowledge], Sequence[ReactiveModel]] = lambda knowledge: ()
     places: Sequence[PlaceSpec] = ()
+    peers: Mapping[str, int] = field(default_factory=dict)
     actions: Sequence[type[Action]] = ()
+    world_model: type[WorldModel] = WorldModel
+    robot_model: type[RobotModel] = RobotModel
+    strategy_model: type[StrategyModel] = StrategyModel
 
 
 def build_agent(
@@ -91,8 +98,11 @@ def build_agent(
         InputError: A class, signal, action or parameter that is named does not exist, with every fault.
     """
     drive = robot_drive(robot.drive)
-    knowledge = Knowledge(name, clock, sink)
-    describe(knowledge, robot, drive, mind.places)
+    knowledge = Knowledge(
+        name, clock, sink, world=mind.world_model, robot=mind.robot_model, strategy=mind.strategy_model
+    )
+    describe(knowledge, robot, drive, mind.places, mind.peers)
+    _check_wheels(robot, drive, actuators)
     monitors = _monitors(robot, knowledge, sensors, sensor_rates, sink, load_class)
     declare_signals(knowledge, monitors, robot)
     actions = action_table(*mind.actions)
@@ -122,8 +132,9 @@ def build_agent(
         compile_guard=lambda text: compile_expression(text, environment),
         rule_reading=arc.reading,
     )
-    planned = mind.build(mission, **mind.parameters)
-    plan = planned if isinstance(planned, Plan) else TreePlan(planned, mission)
+    with blame(*_source(mind.build)):
+        planned = mind.build(mission, **mind.parameters)
+        plan = planned if isinstance(planned, Plan) else TreePlan(planned, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")
     return Agent(
         name,
@@ -142,16 +153,9 @@ def build_agent(
     )
 
 
-def robot_drive(spec: DriveSpec) -> Drive:
-    """The kinematics that robot.toml's `[drive]` describes.
-
-    Raises:
-        InputError: No such kind, or a number is missing or wrong.
-    """
-    return make_drive(spec.kind, **{k: v for k, v in spec.parameters.items() if k not in _NO_DRIVE_NUMBERS})
-
-
-def describe(knowledge: Knowledge, robot: RobotSpec, drive: Drive, places: Sequence[PlaceSpec]) -> None:
+def describe(
+    knowledge: Knowledge, robot: RobotSpec, drive: Drive, places: Sequence[PlaceSpec], peers: Mapping[str, int]
+) -> None:
     """Put the robot, its devices and blocks, and what it is told of the world, into the graph (paper, 4.2)."""
     graph, name = knowledge.graph, knowledge.agent
     knowledge.robot.drive = drive
@@ -167,30 +171,42 @@ def describe(knowledge: Knowledge, robot: RobotSpec, drive: Drive, places: Seque
         **sizes,
     )
     for sensor in robot.sensors:
-        graph.add(sensor.name, "sensor", driver=sensor.driver, signal=sensor.signal, monitor=sensor.monitor)
-        graph.relate(name, "has_sensor", sensor.name)
+        with blame(robot.file, sensor.line):
+            graph.add(sensor.name, "sensor", driver=sensor.driver, signal=sensor.signal, monitor=sensor.monitor)
+            graph.relate(name, "has_sensor", sensor.name)
     for actuator in robot.actuators:
-        graph.add(actuator.name, "actuator", driver=actuator.driver, max_command_age=actuator.max_command_age)
-        graph.relate(name, "has_actuator", actuator.name)
+        with blame(robot.file, actuator.line):
+            graph.add(actuator.name, "actuator", driver=actuator.driver, max_command_age=actuator.max_command_age)
+            graph.relate(name, "has_actuator", actuator.name)
     for place in places:
         x, y, yaw = place.pose
         pose = place.pose if math.isfinite(yaw) else type(place.pose)(x, y)
         attributes = dict(place.attributes) if place.kind == "object" else {"tolerance": place.tolerance}
-        knowledge.world.place(place.name, pose, kind=place.kind, **attributes)
+        with blame(None, place.line):  # of the scenario, which the caller knows
+            knowledge.world.place(place.name, pose, kind=place.kind, **attributes)
+    for peer, tag in peers.items():
+        graph.add(peer, "peer", tag=tag)
 
 
 def declare_signals(knowledge: Knowledge, monitors: Sequence[Monitor], robot: RobotSpec) -> None:
     """Declare what the monitors write; after this the layout of a snapshot is fixed.
 
     Raises:
-        InputError: A sensor of robot.toml names a signal that no monitor writes.
+        InputError: Two monitors write one signal, or a sensor of robot.toml names one that no monitor writes.
     """
+    lines, writers = {m.name: m.line for m in robot.monitors}, dict[str, str]()
     for monitor in monitors:
-        for signal in monitor.signals():
-            knowledge.signals.declare(signal)
+        with blame(robot.file, lines.get(monitor.name, 0)):
+            for signal in monitor.signals():
+                if (other := writers.setdefault(signal.name, monitor.name)) != monitor.name:
+                    raise InputError(
+                        f"the monitors '{other}' and '{monitor.name}' both write the signal '{signal.name}'. "
+                        "Take one of them out."
+                    )
+                knowledge.signals.declare(signal)
     known = knowledge.signals.names
     faults = [
-        unknown("signal", s.signal, known, "Its monitors").at(robot.file)
+        unknown("signal", s.signal, known, "The robot").at(robot.file, s.line)
         for s in robot.sensors
         if s.signal not in known
     ]
@@ -207,11 +223,21 @@ def _monitors(
     sink: EventSink,
     load_class: LoadClass,
 ) -> list[Monitor]:
-    monitors = []
+    monitors, devices = [], {s.name: s for s in robot.sensors}
     for spec in robot.monitors:
-        watched = [Watched(sensors[name], rates[name]) for name in spec.sensors]
-        cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
-        monitors.append(_construct(cls, robot, spec.parameters, spec.name, watched, knowledge, sink))
+        watched = [Watched(sensors[name], rates[name], devices[name].max_age) for name in spec.sensors]
+        with blame(robot.file, spec.line):
+            cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
+            monitor = make_block(cls, spec.parameters, spec.name, watched, knowledge, sink)
+            for sensor, size in monitor.expects().items():
+                if sensor not in spec.sensors:
+                    raise InputError(unknown("sensor", sensor, spec.sensors, f"The monitor '{spec.name}'"))
+                if devices[sensor].size not in (None, size):
+                    raise InputError(
+                        f"{spec.cls} '{spec.name}' expects {size} values from the sensor '{sensor}', which has "
+                        f"{devices[sensor].size}. Make the two agree."
+                    )
+        monitors.append(monitor)
     return monitors
 
 
@@ -226,13 +252,39 @@ def _analyzers(
     by_name = {m.name: m for m in monitors}
     analyzers = []
     for spec in robot.analyzers:
-        cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
-        analyze = _construct(cls, robot, spec.parameters, spec.name, knowledge, sink)
+        with blame(robot.file, spec.line):
+            cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
+            analyze = make_block(cls, spec.parameters, spec.name, knowledge, sink)
+            heard = [signal.name for monitor in spec.monitors for signal in by_name[monitor].signals()]
+            if missed := [name for name in analyze.expects() if name not in heard]:
+                raise InputError(*(unknown("signal", n, heard, f"What '{spec.name}' listens to") for n in missed))
         for monitor in spec.monitors:
             by_name[monitor].attach(analyze)
         analyze.attach(plan)
         analyzers.append(analyze)
     return analyzers
+
+
+def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, Watchdog]) -> None:
+    """That the drive's actuator has a motor for each of its wheels."""
+    size, wheels = actuators[robot.drive.actuator].size, drive.wheels
+    if size != len(wheels):
+        line = next((a.line for a in robot.actuators if a.name == robot.drive.actuator), 0)
+        raise InputError(
+            Fault(
+                f"the actuator '{robot.drive.actuator}' takes {size} rim speeds, but a '{robot.drive.kind}' drive has "
+                f"{len(wheels)} wheels.",
+                robot.file,
+                line,
+                hint=f"Give it a motor for each: {', '.join(wheels)}.",
+            )
+        )
+
+
+def _source(build: Callable[..., Any]) -> tuple[Path | None, int]:
+    """Where a mission's function stands: its file, and its line."""
+    code = getattr(inspect.unwrap(build), "__code__", None)
+    return (None, 0) if code is None else (Path(code.co_filename), code.co_firstlineno)
 
 
 def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpec, load_class: LoadClass) -> type[T]:
@@ -241,19 +293,8 @@ def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpe
         file, _, cls = name.partition(":")
         return load_class(robot.folder / file, cls)
     if name not in table:
-        raise InputError(unknown(f"{kind} class", name, table).at(robot.file))
+        raise InputError(unknown(f"{kind} class", name, table))
     return table[name]
-
-
-def _construct(cls: type[T], robot: RobotSpec, parameters: Mapping[str, Any], *args: Any) -> T:
-    """A block with the parameters that robot.toml gives it."""
-    try:
-        inspect.signature(cls).bind(*args, **parameters)
-        return cls(*args, **parameters)
-    except (TypeError, ValueError, OverflowError) as error:  # not a number where one was meant
-        raise InputError(
-            Fault(f"{cls.__name__} '{args[0]}' does not take these parameters: {error}.", robot.file)
-        ) from error
 
 
 def _follower_settings(drive: DriveSpec) -> FollowerSettings:

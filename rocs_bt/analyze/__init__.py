@@ -4,6 +4,7 @@ from .analyze import Analyze
 from .pass_orientation import PassOrientation
 from .pass_position import PassPosition
 from .pass_range import PassRange
+from .peer_analyze import PeerAnalyze
 from .table import ANALYZERS
 
-__all__ = ["ANALYZERS", "Analyze", "PassOrientation", "PassPosition", "PassRange"]
+__all__ = ["ANALYZERS", "Analyze", "PassOrientation", "PassPosition", "PassRange", "PeerAnalyze"]

@@ -29,6 +29,10 @@ class Analyze(MonitorSubscriber, ABC):
         self._sink = sink
         self._publisher: Publisher[Change] = Publisher(name)
 
+    def expects(self) -> Sequence[str]:
+        """The signals that its monitors must write for it; none as shipped."""
+        return ()
+
     @abstractmethod
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         """What changed, by the samples that arrived since the last turn, oldest first; never empty."""

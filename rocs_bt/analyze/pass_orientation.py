@@ -24,6 +24,9 @@ class PassOrientation(Analyze):
         self._step = step
         self._told: float | None = None
 
+    def expects(self) -> Sequence[str]:
+        return ("pose",)
+
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         sample = next((s for s in reversed(samples) if "pose" in s.value), None)
         if sample is None or not math.isfinite(sample.value["pose"][2]):

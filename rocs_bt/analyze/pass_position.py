@@ -13,13 +13,16 @@ from .analyze import Analyze
 class PassPosition(Analyze):
     """Relates the robot to the goals and places it is `at`, and tells Plan when it arrives at one or leaves it."""
 
+    def expects(self) -> Sequence[str]:
+        return ("pose",)
+
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         sample = next((s for s in reversed(samples) if "pose" in s.value), None)
         if sample is None or not all(math.isfinite(v) for v in sample.value["pose"]):
             return
         x, y = sample.value["pose"][:2]
         graph, robot, world = self.knowledge.graph, self.knowledge.agent, self.knowledge.world
-        there = set(graph.related(robot, "at"))
+        there = graph.related(robot, "at")
         for place in world.goals():
             pose = world.pose_of(place)
             if pose is None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 from ..channel import Signals, Stamped
+from ..errors import InputError
 from ..event import Change
 from .analyze import Analyze
 
@@ -28,9 +30,14 @@ class PassRange(Analyze):
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
+        if not 0.0 < near < clear < math.inf:
+            raise InputError(f"near must be above 0 m and below clear, found {near:g} m and {clear:g} m.")
         self._groups = tuple(groups)
         self._near = near
         self._clear = clear
+
+    def expects(self) -> Sequence[str]:
+        return self._groups
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         graph, robot = self.knowledge.graph, self.knowledge.agent

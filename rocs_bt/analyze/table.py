@@ -8,5 +8,8 @@ from .analyze import Analyze
 from .pass_orientation import PassOrientation
 from .pass_position import PassPosition
 from .pass_range import PassRange
+from .peer_analyze import PeerAnalyze
 
-ANALYZERS: Mapping[str, type[Analyze]] = {a.__name__: a for a in (PassOrientation, PassPosition, PassRange)}
+_SHIPPED = (PassOrientation, PassPosition, PassRange, PeerAnalyze)
+
+ANALYZERS: Mapping[str, type[Analyze]] = {a.__name__: a for a in _SHIPPED}

@@ -2,8 +2,17 @@
 
 from .catalog import Catalog, find_project, is_path, shipped_root
 from .entry import KINDS, Entry, content_hash, kind_of, make_entry
-from .python_content import classes_in, functions_in, is_reference, load_class, load_module
-from .robot_file import ActuatorSpec, AnalyzeSpec, DriveSpec, MonitorSpec, RobotSpec, SensorSpec, load_robot
+from .python_content import classes_in, functions_in, is_reference, load_class
+from .robot_file import (
+    ActuatorSpec,
+    AnalyzeSpec,
+    DriveSpec,
+    MonitorSpec,
+    RobotSpec,
+    SensorSpec,
+    load_robot,
+    robot_drive,
+)
 from .scenario_file import AgentSpec, MoverSpec, PlaceSpec, RateSpec, ScenarioSpec, read_scenario
 
 __all__ = [
@@ -29,9 +38,9 @@ __all__ = [
     "is_reference",
     "kind_of",
     "load_class",
-    "load_module",
     "load_robot",
     "make_entry",
     "read_scenario",
+    "robot_drive",
     "shipped_root",
 ]

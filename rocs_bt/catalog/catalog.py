@@ -11,7 +11,8 @@ from typing import Any, cast
 
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError, UnknownName, unknown
-from .entry import KINDS, Entry, kind_of, make_entry, scan
+from .entry import KINDS, Entry, make_entry, scan
+from .fit import misfits
 from .python_content import classes_in, fault_of, load_class, load_module
 from .robot_file import RobotSpec, load_robot
 from .scenario_file import ScenarioSpec, read_scenario
@@ -93,16 +94,6 @@ class Catalog:
             raise UnknownName(unknown(kind, name, entries))
         return entries[name]
 
-    def find_any(self, name: str) -> Entry:
-        """One entry by name or path, of whatever kind has it first: scenarios, missions, rules, robots, the rest."""
-        if is_path(name):
-            kind = kind_of(Path(name).resolve())
-            return self._by_path(kind or "scenario", Path(name))
-        for kind in KINDS:
-            if name in self._entries(kind):
-                return self._entries(kind)[name]
-        raise UnknownName(unknown("content", name, [e.name for e in self.list()]))
-
     def load_robot(self, name: str) -> RobotSpec:
         """A robot by its name.
 
@@ -127,6 +118,8 @@ class Catalog:
                     scenario.rate.sensor_rate(sensor.rate, f"{each}/{sensor.name}")
             except InputError as error:
                 faults += error.at(scenario.file, scenario.rate.line).faults
+            else:
+                faults += misfits(scenario, each, robot)
         if faults:
             raise InputError(*faults)
         self._allow(*(entry.path for entry in self.content_of(scenario)))
@@ -235,8 +228,8 @@ def _guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
     def guarded(*args: Any, **kwargs: Any) -> Any:
         try:
             return build(*args, **kwargs)
-        except RocsError:
-            raise
+        except InputError as error:  # told by what the mission used; the mission is where it was asked for
+            raise error.at(path, fault_of(path, error).line) from error
         except Exception as error:  # a person's own code may raise anything, and that is an input that is wrong
             raise InputError(fault_of(path, error)) from error
 

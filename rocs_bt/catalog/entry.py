@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-# Where each kind stands in a project; a name that several kinds have means the first of them.
+# Where each kind stands in a project, in the order in which people read of them.
 KINDS: dict[str, tuple[str, ...]] = {
     "scenario": ("scenarios/*.toml",),
     "mission": ("planners/missions/*.py", "planners/missions/*.xml"),

@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from ..analyze import ANALYZERS
-from ..control.drive import DRIVES
+from ..control.drive import DRIVES, Drive, make_drive
 from ..document import Table, read_toml
 from ..errors import InputError, did_you_mean
 from ..monitor import MONITORS
 from ..units import FREQUENCY, LENGTH, NONE, TIME, Dimension, parse_unit
 from .python_content import classes_in, is_reference
-from .values import drive_parameters, driver_parameters, free_parameters
+from .values import drive_parameters, driver_parameters, free_parameters, given_name
 
 FORMAT = "robot/1"
+
+_NO_DRIVE_NUMBERS = ("wheel_radius", "wheel_lag")  # of [drive]: the driver's, and the follower's
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,7 @@ class DriveSpec:
     Attributes:
         kind: The kind of drive, such as `differential`.
         actuator: The actuator that takes the wheel rim speeds.
-        parameters: Its numbers, in SI units, as `control.make_drive` takes them.
+        parameters: Its numbers, in SI units.
     """
 
     kind: str
@@ -49,6 +51,8 @@ class SensorSpec:
         dimension: What its values are.
         max_age: How long a reading stays valid [s]; None for three of its periods.
         parameters: What the driver takes, in SI units.
+        size: How many values a reading has; None where only a user's own driver knows.
+        line: Where its table stands in the file.
     """
 
     name: str
@@ -60,6 +64,8 @@ class SensorSpec:
     dimension: Dimension = NONE
     max_age: float | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    size: int | None = None
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -71,12 +77,14 @@ class MonitorSpec:
         cls: The class's name in the table of monitors, or `file.py:Class` beside robot.toml.
         sensors: The sensors that it interprets.
         parameters: What the class takes, in SI units; sub-tables are dicts.
+        line: Where its table stands in the file.
     """
 
     name: str
     cls: str
     sensors: tuple[str, ...]
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -88,12 +96,14 @@ class AnalyzeSpec:
         cls: The class's name in the table of analysers, or `file.py:Class` beside robot.toml.
         monitors: The Monitors that it listens to.
         parameters: What the class takes, in SI units.
+        line: Where its table stands in the file.
     """
 
     name: str
     cls: str
     monitors: tuple[str, ...]
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -105,12 +115,16 @@ class ActuatorSpec:
         driver: The driver that makes it, or `file.py:Class` beside robot.toml.
         max_command_age: The longest silence after which it goes to neutral [s].
         parameters: What the driver takes, in SI units.
+        size: How many values a command has; None where only a user's own driver knows.
+        line: Where its table stands in the file.
     """
 
     name: str
     driver: str
     max_command_age: float = 0.2
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    size: int | None = None
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -157,6 +171,15 @@ class RobotSpec:
         return tuple(dict.fromkeys(self.folder / n.partition(":")[0] for n in names if is_reference(n)))
 
 
+def robot_drive(spec: DriveSpec) -> Drive:
+    """The kinematics that robot.toml's `[drive]` describes.
+
+    Raises:
+        InputError: No such kind, or a number is missing or wrong.
+    """
+    return make_drive(spec.kind, **{k: v for k, v in spec.parameters.items() if k not in _NO_DRIVE_NUMBERS})
+
+
 def load_robot(file: Path) -> RobotSpec:
     """Read a robot.toml; what is wrong in it is told all at once.
 
@@ -170,11 +193,12 @@ def load_robot(file: Path) -> RobotSpec:
     body = root.table("body")
     length = body.quantity("length", LENGTH, math.nan, low=0.0)
     width = body.quantity("width", LENGTH, math.nan, low=0.0)
-    sensor_tables, monitor_tables = root.tables("sensor"), root.tables("monitor")
+    sensor_tables, monitor_tables, actuator_tables = (root.tables(key) for key in ("sensor", "monitor", "actuator"))
+    _unique([*sensor_tables, *actuator_tables])  # nodes of one graph
     sensors, made = _wire_sensors(sensor_tables, [_sensor(t) for t in sensor_tables], monitor_tables)
     monitors = (*made, *_wire_monitors(monitor_tables, sensors))
     analyzers = tuple(_analyze(t, monitors) for t in _unique(root.tables("analyze")))
-    actuators = tuple(_actuator(t) for t in _unique(root.tables("actuator")))
+    actuators = tuple(_actuator(t) for t in actuator_tables)
     drive = _drive(root.table("drive", optional=False), [a.name for a in actuators])
     root.done()
     name = file.parent.name
@@ -184,25 +208,42 @@ def load_robot(file: Path) -> RobotSpec:
 def _model(root: Table) -> Path | None:
     if "model" not in root:
         return None
-    model = root.file.parent / root.text("model")
-    if not model.is_file():
+    named = root.text("model")
+    model = root.file.parent / named
+    if _beside(root, "model", named) and not model.is_file():
         root.fault("model", f"there is no model file '{model.name}' beside robot.toml.")
     return model
+
+
+def _beside(table: Table, key: str, named: str) -> bool:
+    """Whether a file is in the robot's folder, which is all that a robot is made of and all that its hash covers."""
+    folder = table.file.parent.resolve()
+    if (folder / named).resolve().is_relative_to(folder):
+        return True
+    table.fault(key, f"'{named}' is not in the robot's folder.", "Put what the robot is made of beside robot.toml.")
+    return False
 
 
 def _drive(table: Table, actuators: Sequence[str]) -> DriveSpec:
     actuator = table.text("actuator", "wheels")
     if actuator not in actuators:
         _unknown(table, "actuator", actuator, actuators, "actuator")
-    kind = table.choice("kind", DRIVES)
-    return DriveSpec(kind, actuator, drive_parameters(table, kind))
+    kind, before = table.choice("kind", DRIVES), len(table.faults)
+    spec = DriveSpec(kind, actuator, drive_parameters(table, kind))
+    if kind in DRIVES and len(table.faults) == before:
+        try:
+            robot_drive(spec)
+        except InputError as error:
+            table.adopt(None, error)
+    return spec
 
 
 def _sensor(table: Table) -> SensorSpec:
     known = ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age")
-    name = table.text("name")
+    name = given_name(table)
     dimension = _dimension(table)
     driver = _class(table, "driver")
+    parameters, size = driver_parameters(table, known, driver)
     return SensorSpec(
         name=name,
         driver=driver,
@@ -211,8 +252,10 @@ def _sensor(table: Table) -> SensorSpec:
         rate=table.quantity("rate", FREQUENCY, low=0.01) if "rate" in table else None,
         noise=table.quantity("noise", dimension, 0.0, low=0.0),
         dimension=dimension,
-        max_age=table.quantity("max_age", TIME, low=0.0) if "max_age" in table else None,
-        parameters=driver_parameters(table, known, driver),
+        max_age=table.quantity("max_age", TIME, low=0.0, high=math.inf) if "max_age" in table else None,
+        parameters=parameters,
+        size=size,
+        line=table.place()[0],
     )
 
 
@@ -230,14 +273,14 @@ def _wire_sensors(
     """Each sensor with the name of its Monitor, and the Monitors that are made from a class's name alone."""
     names = {str(t.raw("name", "")) for t in declared}
     wired, made = [], []
-    for table, sensor in zip(_unique(tables), sensors, strict=True):
+    for table, sensor in zip(tables, sensors, strict=True):
         if sensor.monitor in names:
             wired.append(sensor)
             continue
         _class(table, "monitor", MONITORS)
         if sensor.name in names:
             table.fault("monitor", f"a [[monitor]] is named '{sensor.name}' too.", "Name it here, or rename it.")
-        made.append(MonitorSpec(sensor.name, sensor.monitor, (sensor.name,)))
+        made.append(MonitorSpec(sensor.name, sensor.monitor, (sensor.name,), line=sensor.line))
         wired.append(replace(sensor, monitor=sensor.name))
     return tuple(wired), made
 
@@ -246,7 +289,7 @@ def _wire_monitors(tables: Sequence[Table], sensors: Sequence[SensorSpec]) -> It
     """Each `[[monitor]]` with the sensors that it lists or that name it."""
     existing = [s.name for s in sensors]
     for table in _unique(tables):
-        name, listed = table.text("name"), table.texts("sensors", [])
+        name, listed = given_name(table), table.texts("sensors", [])
         for sensor in listed:
             if sensor not in existing:
                 _unknown(table, "sensors", sensor, existing, "sensor")
@@ -254,7 +297,7 @@ def _wire_monitors(tables: Sequence[Table], sensors: Sequence[SensorSpec]) -> It
         if not listed:
             table.fault(None, f"no sensor feeds the monitor '{name}'.", "List some: sensors = [...].")
         parameters = free_parameters(table, ("name", "class", "sensors"))
-        yield MonitorSpec(name, _class(table, "class", MONITORS), tuple(listed), parameters)
+        yield MonitorSpec(name, _class(table, "class", MONITORS), tuple(listed), parameters, table.place()[0])
 
 
 def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
@@ -265,14 +308,15 @@ def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
             _unknown(table, "monitors", name, names, "monitor")
     known = ("name", "class", "monitors")
     cls = _class(table, "class", ANALYZERS)
-    return AnalyzeSpec(table.text("name"), cls, tuple(wanted), free_parameters(table, known))
+    return AnalyzeSpec(given_name(table), cls, tuple(wanted), free_parameters(table, known), table.place()[0])
 
 
 def _actuator(table: Table) -> ActuatorSpec:
     known = ("name", "driver", "max_command_age")
     age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
     driver = _class(table, "driver")
-    return ActuatorSpec(table.text("name"), driver, age, driver_parameters(table, known, driver))
+    parameters, size = driver_parameters(table, known, driver)
+    return ActuatorSpec(given_name(table), driver, age, parameters, size, table.place()[0])
 
 
 def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:
@@ -280,6 +324,8 @@ def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> st
     name = table.text(key)
     if is_reference(name):
         file, _, cls = name.partition(":")
+        if not _beside(table, key, file):
+            return name
         try:
             classes = classes_in(table.file.parent / file)
         except InputError as error:
@@ -300,10 +346,10 @@ def _unknown(table: Table, key: str, name: str, known: Sequence[str], what: str)
 
 def _unique(tables: Sequence[Table]) -> Sequence[Table]:
     """The same tables; notes a fault at each whose name an earlier one has."""
-    seen: set[str] = set()
+    seen: dict[str, str | int] = {}
     for table in tables:
-        name = table.raw("name", "")
-        if name and str(name) in seen:
-            table.fault("name", f"another [[{table.key[0]}]] is named '{name}'.", "Give each its own name.")
-        seen.add(str(name))
+        name = str(table.raw("name", ""))
+        if name and name in seen:
+            table.fault("name", f"another [[{seen[name]}]] is named '{name}'.", "Give each its own name.")
+        seen.setdefault(name, table.key[0])
     return tables

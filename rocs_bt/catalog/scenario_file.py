@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from ..clock import Rate
 from ..document import Table
-from ..errors import Fault, InputError, did_you_mean
+from ..errors import Fault, InputError, RateError, did_you_mean
 from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, FREQUENCY, LENGTH, TIME
-from .values import free_parameters
+from .values import free_parameters, given_name
 
 FORMAT = "scenario/1"
 
@@ -65,7 +65,11 @@ class RateSpec:
             RateError: It does not divide.
         """
         wanted = self.sensors or hz or self.control
-        return Rate.dividing(wanted, 1.0 / self.control, f"the rate of sensor '{name}'")
+        try:
+            return Rate.dividing(wanted, 1.0 / self.control, f"the rate of sensor '{name}'")
+        except RateError as error:
+            all_alike = f'Or have all sensors keep step: sensors = "{self.control:g} Hz" under [rate].'
+            raise RateError(*(replace(f, hint=f"{f.hint} {all_alike}".strip()) for f in error.faults)) from error
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,7 @@ class PlaceSpec:
         tolerance: How near counts as there [m].
         agents: Whose Knowledge it goes into.
         attributes: More attributes of the node, in SI units.
+        line: Where its table stands in the file.
     """
 
     name: str
@@ -87,6 +92,7 @@ class PlaceSpec:
     tolerance: float
     agents: tuple[str, ...]
     attributes: Mapping[str, Any] = field(default_factory=dict)
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,7 @@ class AgentSpec:
         pose: Where it starts, world frame.
         jitter: Half-widths of the uniform draw that the seed adds to the pose.
         success: The goal at which it must truly be for `success`; None where the mission's word is enough.
+        at_end: Whether it must be there when the run ends, whatever its mission says, as for one that never ends.
         parameters: The mission's parameters as the file has them; the mission's annotations type them.
         line: Where its table stands in the file.
         parameters_line: Where its parameters stand in the file.
@@ -113,6 +120,7 @@ class AgentSpec:
     pose: Pose2
     jitter: Pose2
     success: str | None = None
+    at_end: bool = False
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
     parameters_line: int = 0
@@ -170,6 +178,12 @@ class ScenarioSpec:
     movers: tuple[MoverSpec, ...]
 
     @property
+    def tags(self) -> dict[str, int]:
+        """The tags that robots wear, for robot sensors, by the names of the agents and movers: 1, 2, ..."""
+        names = [*(agent.name for agent in self.agents), *(mover.name for mover in self.movers)]
+        return {name: tag for tag, name in enumerate(names, 1)}
+
+    @property
     def robots(self) -> tuple[str, ...]:
         """The names of all robots that take part, each once."""
         return tuple(dict.fromkeys([*(a.robot for a in self.agents), *(m.robot for m in self.movers)]))
@@ -190,14 +204,12 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
         InputError: With every fault, each at its line.
     """
     root.choice("format", (FORMAT,))
-    agent_tables, mover_tables = root.tables("agent"), root.tables("mover")
-    _unique([*agent_tables, *mover_tables])
+    agent_tables, mover_tables, place_tables = (root.tables(key) for key in ("agent", "mover", "place"))
+    _unique([*agent_tables, *mover_tables, *place_tables])
     agents = tuple(_agent(t, missing) for t in agent_tables)
     names = tuple(a.name for a in agents)
     if not agents:
         root.fault(None, "the scenario has no agent.", "Add an [[agent]] table.")
-    place_tables = root.tables("place")
-    _unique(place_tables)
     places = tuple(_place(t, names) for t in place_tables)
     goals = [p.name for p in places if p.kind == "goal"]
     for table, agent in zip(agent_tables, agents, strict=True):
@@ -242,17 +254,20 @@ def _rate(table: Table) -> RateSpec:
 
 def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
     known = ("name", "kind", "x", "y", "yaw", "tolerance", "agents")
+    kind = table.choice("kind", ("goal", "place", "object"), "goal")
     told = tuple(table.texts("agents", list(agents)))
     for name in told:
         if name not in agents:
             table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
     return PlaceSpec(
-        name=table.text("name"),
-        kind=table.choice("kind", ("goal", "place", "object"), "goal"),
+        name=given_name(table),
+        kind=kind,
         pose=_pose(table, yaw=math.nan),
         tolerance=table.quantity("tolerance", LENGTH, 0.1, low=1e-4),
         agents=told,
-        attributes=free_parameters(table, known),
+        # Of these only objects have attributes of their own; on others another key is a slip of the pen.
+        attributes=free_parameters(table, known) if kind == "object" else {},
+        line=table.place()[0],
     )
 
 
@@ -267,6 +282,7 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
         pose=_pose(table),
         jitter=_jitter(table),
         success=success.text("goal") if "success" in table else None,
+        at_end=success.choice("at", ("once", "end"), "once") == "end",
         parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
         line=table.place()[0],
         parameters_line=parameters.place()[0],
@@ -287,7 +303,7 @@ def _mover(table: Table, missing: Missing) -> MoverSpec:
 
 
 def _name(table: Table) -> str:
-    name = table.text("name")
+    name = given_name(table)
     if name and not name.isidentifier():
         table.fault("name", f"'{name}' cannot name a body.", "Use letters, digits and '_', beginning with a letter.")
     return name
@@ -326,5 +342,6 @@ def _unique(tables: Sequence[Table]) -> None:
     for table in tables:
         name = table.raw("name", "")
         if name and str(name) in seen:
-            table.fault("name", f"the name '{name}' is taken by an earlier table.", "Give each its own name.")
+            hint = "Agents, movers and places share their names: give each its own."
+            table.fault("name", f"the name '{name}' is taken by another table.", hint)
         seen.add(str(name))

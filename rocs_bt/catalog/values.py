@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection
 from typing import Any
@@ -24,6 +25,14 @@ _DRIVE_NUMBERS = {
     "max_wheel_acceleration": ACCELERATION,
 }
 _NUMBER = re.compile(r"\s*[+-]?(\d|\.\d|inf\b)")
+
+
+def given_name(table: Table) -> str:
+    """The `name` of a table, which must be a text that can be seen."""
+    name = table.text("name")
+    if name == table.raw("name", None) and not (name.strip() == name != "" and name.isprintable()):
+        table.fault("name", f"{name!r} is no name.", "Use at least one letter, and no space around it.")
+    return name
 
 
 def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
@@ -56,21 +65,24 @@ def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
     return {name: table.quantity(name, of, low=0.0) for name, of in _DRIVE_NUMBERS.items() if name in table}
 
 
-def driver_parameters(table: Table, known: Collection[str], driver: str) -> dict[str, Any]:
+def driver_parameters(table: Table, known: Collection[str], driver: str) -> tuple[dict[str, Any], int | None]:
     """The parameters of a device's driver, held against what the driver declares; free ones for a user's own.
 
     Args:
         table: The device's table.
         known: The keys that are not the driver's.
         driver: Its name, or `file.py:Class`.
+
+    Returns:
+        The parameters in SI units, and how many values the device has; None where that is not known.
     """
     if is_reference(driver):
-        return free_parameters(table, known)
+        return free_parameters(table, known), None
     if driver not in DRIVER_PARAMETERS:
         if driver:
             hint = did_you_mean(driver, DRIVER_PARAMETERS, "The table")
             table.fault("driver", f"no driver is named '{driver}'.", f"{hint} Or name your own: 'file.py:Class'.")
-        return free_parameters(table, known)
+        return free_parameters(table, known), None
     specs = parameters_of_driver(DRIVER_PARAMETERS[driver])
     before = len(table.faults)
     given = {name: _parameter(table, spec) for name, spec in specs.items() if name in table}
@@ -80,16 +92,16 @@ def driver_parameters(table: Table, known: Collection[str], driver: str) -> dict
             table.fault(None, f"the driver '{driver}' needs '{name}'.", f"It takes: {', '.join(specs)}.")
     if len(table.faults) == before:
         try:
-            read_parameters(DRIVER_PARAMETERS[driver], given, f"the driver '{driver}'")
+            return given, read_parameters(DRIVER_PARAMETERS[driver], given, f"the driver '{driver}'").size
         except InputError as error:
             table.adopt(None, error)
-    return given
+    return given, None
 
 
 def _parameter(table: Table, spec: DriverParameter) -> Any:
     if spec.type is float and spec.dimension is not None:
         of = spec.dimension
-        return table.quantities(spec.name, of) if spec.many else table.quantity(spec.name, of)
+        return table.quantities(spec.name, of) if spec.many else table.quantity(spec.name, of, high=math.inf)
     if spec.type is int:
         return table.integers(spec.name) if spec.many else table.integer(spec.name)
     return table.texts(spec.name) if spec.many else table.text(spec.name)

@@ -2,5 +2,6 @@
 
 from .check import Findings, check_content
 from .mission import draw_mission
+from .scenario import mind_doubts
 
-__all__ = ["Findings", "check_content", "draw_mission"]
+__all__ = ["Findings", "check_content", "draw_mission", "mind_doubts"]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..catalog import KINDS, Catalog, Entry, find_project, kind_of, make_entry
 from ..document import read_toml
-from ..errors import Fault, InputError
+from ..errors import Fault, InputError, RocsError
 from .mission import check_mission_file
 from .model import check_world
 from .python_file import check_python
@@ -65,6 +65,8 @@ def _faults(entry: Entry, catalog: Catalog) -> list[Fault]:
         return [fault.at(entry.path) for fault in _CHECKERS[entry.kind](entry, catalog)]
     except InputError as error:
         return list(error.at(entry.path).faults)
+    except RocsError as error:  # whatever one file does, the others are checked too
+        return [Fault(str(error), entry.path)]
 
 
 def _default() -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from ..agent import Agent, Mind, Rates, build_agent
@@ -10,34 +10,51 @@ from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
 from ..errors import Fault
 from ..event import NullSink
 from ..reactive import RuleModel
+from ..simulation import POSES_TRIED, FreePose, Stage, free_goal_poses, set_stage
 from .paper import idle
 
+_EASY = 0.5  # the share of poses at a goal that must be free for nobody to worry
 _LATER = 1e6  # [s]; by then a guard that holds has held for any rule's `for`
 
 
 def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
     """What keeps a scenario from being played; a goal that cannot be reached is a warning, as the run still runs.
 
-    A goal needs a pose within its tolerance at which the robot touches nothing and no reflex fires.
+    A goal needs a pose within its tolerance at which the robot touches nothing and no reflex fires; one that leaves
+    few such poses is told too.
 
     Raises:
         InputError: The world does not compile, or somebody cannot stand at the start.
     """
-    from ..simulation import set_stage
-
-    set_stage(scenario, catalog, 1, NullSink())
+    yield from _beyond(scenario, set_stage(scenario, catalog, 1, NullSink()))
     goals = {p.name: p for p in scenario.places}
     for agent in scenario.agents:
         if agent.success is not None:
-            fault = _unreachable(scenario, catalog, agent, goals[agent.success])
+            fault = _doubt(scenario, catalog, agent, goals[agent.success])
             if fault is not None:
                 yield replace(fault, file=scenario.file, line=agent.line, warning=True)
 
 
-def _unreachable(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
-    """Why an agent, alone in the world, cannot stand at a goal; None when it can."""
-    from ..simulation import free_goal_poses, set_stage
+def _beyond(scenario: ScenarioSpec, stage: Stage) -> Iterable[Fault]:
+    """Starts and places that lie beyond everything that stands in the world."""
+    left, low, right, high = stage.world.bounds()
+    named = [(f"the start of {a.name}", a.pose, a.line) for a in scenario.agents]
+    named += [(f"the start of {m.name}", m.pose, m.line) for m in scenario.movers]
+    named += [(f"the {p.kind} '{p.name}'", p.pose, p.line) for p in scenario.places]
+    for what, pose, line in named:
+        if pose.x < left or pose.x > right or pose.y < low or pose.y > high:
+            yield Fault(
+                f"{what} at x = {pose.x:g} m, y = {pose.y:g} m is outside of the world, which goes from x = {left:.3g} "
+                f"to {right:.3g} m and from y = {low:.3g} to {high:.3g} m.",
+                scenario.file,
+                line,
+                hint="Move it inside.",
+                warning=True,
+            )
 
+
+def _doubt(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
+    """Why an agent, alone in the world, cannot stand at a goal, or hardly; None when it can with ease."""
     stage = set_stage(replace(scenario, agents=(agent,), movers=()), catalog, 1, NullSink())
     world, what = stage.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
     poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance)
@@ -70,9 +87,18 @@ def _unreachable(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, goa
         world.place(agent.name, free.pose)
         fires = _firing(built)
         if not fires:
-            return None
+            return None if len(poses) >= _EASY * POSES_TRIED else _tight(agent, goal, poses)
     message = f"{what}: at every free pose within {goal.tolerance:g} m of it a reflex fires; at the last, {fires}."
     return Fault(message, hint="Move the goal or what stands there, or let the rule look at goal_distance.")
+
+
+def _tight(agent: AgentSpec, goal: PlaceSpec, poses: Sequence[FreePose]) -> Fault:
+    things = ", ".join(sorted({f"'{pose.nearest}'" for pose in poses if pose.nearest}))
+    message = (
+        f"the goal '{goal.name}' of {agent.name} is tight: {agent.robot} is free at {len(poses)} of the {POSES_TRIED} "
+        f"poses tried within {goal.tolerance:g} m of it; near it: {things}."
+    )
+    return Fault(message, hint="It can be reached, but expect contacts on the way in.")
 
 
 def _firing(agent: Agent) -> str:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..action import Parameter
-from ..actions import ACTIONS
-from ..agent import Agent
+from ..actions import action_table
+from ..agent import Agent, Mind
 from ..catalog import Catalog, Entry, functions_in
 from ..errors import Fault
 from ..expression import Environment, compile_expression
-from ..plan import TreePlan, check_mission, mission_parameters
+from ..plan import TreePlan, check_mission, mission_actions, mission_parameters
 from ..units import NONE
 from .paper import paper_agent
 
@@ -38,7 +37,7 @@ def built_faults(build: Any, agent: Agent, parameters: Mapping[str, Any]) -> lis
     environment = Environment.of(agent.knowledge.signals)
     return check_mission(
         build,
-        actions=ACTIONS,
+        actions=action_table(*mission_actions(build)),
         knowledge=agent.knowledge,
         clock=agent.clock,
         parameters=parameters,
@@ -55,7 +54,8 @@ def draw_mission(catalog: Catalog, entry: Entry, robot: str) -> str:
     build = catalog.load_mission(str(entry.path))
     declared = mission_parameters(build)
     given = {name: _any_value(p) for name, p in declared.items() if p.required}
-    agent = paper_agent(catalog.load_robot(robot), catalog.load_class, build=functools.partial(build, **given))
+    mind = Mind(build=build, parameters=given, actions=mission_actions(build))
+    agent = paper_agent(catalog.load_robot(robot), catalog.load_class, mind)
     lines = [f"{entry.name}: {entry.doc}"]
     lines += [f"  {name} = {_shown(p)}" for name, p in declared.items()]
     plan = agent.plan

@@ -22,7 +22,11 @@ def check_model(robot: RobotSpec) -> Iterable[Fault]:
 
     if robot.model is None:
         return
-    sensors = [SensorMount(s.name, s.driver, s.parameters) for s in robot.sensors if not is_reference(s.driver)]
+    sensors = [
+        SensorMount(s.name, s.driver, s.parameters, robot.file, s.line)
+        for s in robot.sensors
+        if not is_reference(s.driver)
+    ]
     try:
         # The model stands in itself, as any world will do to compile it.
         world = compose_world(robot.model, [Placed("R1", robot.model, sensors)])
@@ -37,4 +41,4 @@ def check_model(robot: RobotSpec) -> Iterable[Fault]:
         try:
             make(world, "R1", device.name, device.driver, device.parameters)
         except InputError as error:
-            yield from error.at(robot.file).faults
+            yield from error.at(robot.file, device.line).faults

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
-from ..agent import Agent, Mind, Rates, build_agent
-from ..catalog import PlaceSpec, RateSpec, RobotSpec
+from ..agent import Agent, Mind, Rates, build_agent, robot_drive
+from ..catalog import RateSpec, RobotSpec
 from ..clock import SimulatedClock
 from ..device import Actuator, Reading, Sensor, Watchdog
 from ..errors import DeviceError
@@ -51,31 +50,28 @@ def idle(mission: Mission) -> Plan:
 def paper_agent(
     robot: RobotSpec,
     load_class: Callable[[Path, str], type],
-    *,
-    build: Callable[..., Any] = idle,
-    places: Sequence[PlaceSpec] = (),
+    mind: Mind | None = None,
 ) -> Agent:
     """An agent of a robot, never to be run.
 
     Args:
         robot: The robot.
         load_class: Loads a class that robot.toml names as `file.py:Class`.
-        build: The mission, without parameters.
-        places: What it is told of the world.
+        mind: Its mission, and what it is told of the world; one that wants nothing by default.
 
     Raises:
         InputError: The robot, the mission or a place is wrong.
     """
     rate = RateSpec()
+    wheels = len(robot_drive(robot.drive).wheels)  # a user's own actuator takes what the drive gives it
     clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
     return build_agent(
         "R1",
         robot,
-        Mind(build=build, places=places),
+        mind or Mind(build=idle),
         sensors={s.name: _NoSensor(s.name) for s in robot.sensors},
         actuators={
-            a.name: Watchdog(_NoActuator(a.name, len(a.parameters.get("motors", ())) or 1), clock, a.max_command_age)
-            for a in robot.actuators
+            a.name: Watchdog(_NoActuator(a.name, a.size or wheels), clock, a.max_command_age) for a in robot.actuators
         },
         sensor_rates={s.name: RateSpec(sensors=rate.control).sensor_rate(None, s.name) for s in robot.sensors},
         rates=rates,

@@ -24,6 +24,7 @@ COMMANDS = {
     "list": "List robots, missions, rules, scenarios: all content there is.",
     "show": "Draw the tree of a mission.",
     "check": "Check content files: all faults at once.",
+    "identify": "Measure a robot's drive: track, lag, speed, braking.",
     "new": "Begin a project of your own.",
     "doctor": "Tell what works on this machine.",
 }
@@ -86,6 +87,10 @@ def call(arguments: Sequence[str]) -> int:
     except RocsError as error:
         click.echo(f"the engine failed: {error}", err=True)
         return 3
+    except OSError as error:
+        # A place that cannot be written is the person's; what has no name is ours.
+        click.echo(f"'{error.filename}' cannot be used: {error.strerror}. Name another place.", err=True)
+        return 3 if error.filename is None else 2
     except Exception:  # noqa: BLE001 - the process's boundary: a defect of ours must not look like a lost run (exit 1)
         traceback.print_exc()
         click.echo("the engine failed: this is a defect of rocs_bt. Please report the lines above.", err=True)

@@ -30,7 +30,8 @@ def command(run: Path, why: float | None, agent: str | None) -> int:
 
     difference = replay(recording, Catalog.here(), agent=agent)
     if difference is None:
-        click.echo("The same decisions, event by event.")
+        cut = "" if recording.complete else ", as far as the recording goes: it was cut off"
+        click.echo(f"The same decisions, event by event{cut}.")
         return 0
     click.echo(str(difference))
     return 1

@@ -17,6 +17,8 @@ from .progress import Progress
 if TYPE_CHECKING:
     from ..simulation import RunResult
 
+_FAULTS = 3  # that are told on the screen
+
 
 @click.command()
 @click.argument("scenario")
@@ -47,12 +49,15 @@ def command(
 
     Writes summary.json, run.mcap and report.html. Exits with 0 when every agent succeeded, else with 1.
     """
+    from ..check import mind_doubts
     from ..simulation import run
 
     if duration is not None and not 0.0 < duration < float("inf"):
         raise InputError(Fault(f"--for must be a time above zero, found {duration:g} s."))
     catalog = catalog_for(scenario, code=not no_code)
     spec = catalog.load_scenario(scenario)
+    for doubt in mind_doubts(spec, catalog):
+        click.echo(str(doubt), err=True)
     folder = out or Path("runs") / f"{spec.name}-{seed}"
     with Progress(spec.name, duration or spec.duration) as progress:
         result = run(
@@ -104,11 +109,20 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
     share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
     clearance = agent["min_clearance"]
     near = "" if clearance is None else f", never nearer than {clearance:.2f} m to anything"
+    faults = [f"  fault at {fault}" for fault in agent["faults"][:_FAULTS]]
+    if (more := len(agent["faults"]) - _FAULTS) > 0:
+        faults.append(f"  and {_count(more, 'more fault')}: see the report")
     return [
         f"{outcome}{took} ({place}){reason}",
-        f"  drove {agent['path_length']:.2f} m with {agent['collisions']} collisions{near};"
+        f"  drove {agent['path_length']:.2f} m with {_count(agent['collisions'], 'collision')}{near};"
         f" {summary['sim_time']:.1f} s simulated in {summary['wall_time']:.1f} s"
         f" ({summary['real_time_factor']:.0f} times real time)",
-        f"  {agent['reflex_activations']} reflexes held the wheels {share:.0f} % of the time,"
-        f" {agent['replans']} re-plans, {agent['route_switches']} switches between plan and reflex",
+        f"  {_count(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time,"
+        f" {_count(agent['replans'], 're-plan')},"
+        f" {_count(agent['route_switches'], 'switch', 'es')} between plan and reflex",
+        *faults,
     ]
+
+
+def _count(number: int, noun: str, plural: str = "s") -> str:
+    return f"{number} {noun}{'' if number == 1 else plural}"

@@ -77,6 +77,11 @@ class Drive:
         return np.asarray(np.linalg.pinv(self.wheels_from_q), dtype=float)
 
     @cached_property
+    def _twist_from_wheels(self) -> Array:
+        """(3, w) The body twist of wheel speeds."""
+        return self.twist_from_q @ self.q_from_wheels
+
+    @cached_property
     def speed_limit(self) -> float:
         """The fastest straight drive forward [m/s]."""
         return self._limit(Twist2(1.0))
@@ -104,7 +109,7 @@ class Drive:
 
     def twist(self, wheel_speeds: Array) -> Twist2:
         """The body twist that wheel rim speeds (w,) [m/s] make without slip."""
-        forward, left, turn = (self.twist_from_q @ self.coordinates(wheel_speeds)).tolist()
+        forward, left, turn = (self._twist_from_wheels @ wheel_speeds).tolist()
         return Twist2(forward, turn, left)
 
     def saturate(self, wheel_speeds: Array) -> Array:

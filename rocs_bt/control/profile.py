@@ -13,6 +13,9 @@ from ..errors import InputError
 from .drive import Array, Drive
 from .path import Path
 
+CRAWL = 1e-6
+"""Speed below which rounding decides how fast a profile is, and with which times are reckoned there [m/s]."""
+
 
 @dataclass(frozen=True, eq=False)
 class SpeedProfile:
@@ -105,7 +108,8 @@ def _two_passes(squared: Array, acceleration: Array, spacing: float) -> Array:
 
 
 def _times(speeds: Array, spacing: float) -> Array:
-    """(n,) Passing times [s]; exact for constant acceleration between samples, finite where a speed is zero."""
+    """(n,) Passing times [s]; exact for constant acceleration between samples, finite where speeds are zero."""
     if spacing == 0.0:
         return np.zeros_like(speeds)
-    return np.concatenate([[0.0], np.cumsum(2.0 * spacing / (speeds[1:] + speeds[:-1]))])
+    means = np.maximum(0.5 * (speeds[1:] + speeds[:-1]), CRAWL)
+    return np.concatenate([[0.0], np.cumsum(spacing / means)])

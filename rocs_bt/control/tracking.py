@@ -19,7 +19,7 @@ Modern Robotics, 2017, 3.3.2 (spatial twists).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -71,6 +71,19 @@ class Layout:
                 f"a plan needs blocks of 1 or more stages of positive length, found {self.blocks}, {self.dt} s."
             )
 
+    @cached_property
+    def _content(self) -> tuple[object, ...]:
+        """All that a program is made from."""
+        drive = self.drive
+        matrices = tuple((m.shape, m.tobytes()) for m in (drive.twist_from_q, drive.wheels_from_q))
+        return matrices, drive.max_wheel_speed, drive.max_wheel_acceleration, self.blocks, self.dt
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Layout) and self._content == other._content
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
     @property
     def n(self) -> int:
         """Coordinates of the drive."""
@@ -120,7 +133,7 @@ class Layout:
 
 
 def build(layout: Layout, weights: Weights, iterations: int, jit: bool) -> Any:
-    """The program as a CasADi Function of one vector.
+    """The program as a CasADi Function of one vector; the same Function for the same arguments, but for compiled ones.
 
     Its input is, one after the other: pose (3,), q now (n,), the plan to linearise at (blocks * n,), and for each stage
     the wanted x, y, yaw and q (stages * (3 + n)). Its output is the new plan (blocks * n,). Nothing tells whether the
@@ -132,6 +145,16 @@ def build(layout: Layout, weights: Weights, iterations: int, jit: bool) -> Any:
         iterations: The most steps of the active-set solver; a truncated solve breaks limits, which the check sees.
         jit: Compile the linearisation with the machine's C compiler (seconds once, then faster).
     """
+    # A compiled program has files that go with it; any other is kept, for building takes as long as a hundred solves.
+    return _build(layout, weights, iterations, jit) if jit else _kept(layout, weights, iterations)
+
+
+@lru_cache(maxsize=8)
+def _kept(layout: Layout, weights: Weights, iterations: int) -> Any:
+    return _build(layout, weights, iterations, jit=False)
+
+
+def _build(layout: Layout, weights: Weights, iterations: int, jit: bool) -> Any:
     import casadi as ca
 
     p = ca.SX.sym("p", 3 + layout.n + layout.size + layout.stages * (3 + layout.n))

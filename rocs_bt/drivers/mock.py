@@ -20,13 +20,15 @@ from ..clock import Clock
 from ..control.drive import Drive
 from ..device import Actuator, Reading, Sensor, Watchdog
 from ..errors import DeviceError, Fault, InputError, unknown
-from ..geometry import Pose2, Twist2, wrap_angle
+from ..geometry import Pose2, along_arc
 from .parameters import (
     DRIVER_PARAMETERS,
     RangeConeParameters,
+    RobotSensorParameters,
     VelocityParameters,
     read_parameters,
 )
+from .sightings import Sightings
 from .table import pick
 
 Point: TypeAlias = tuple[float, float]
@@ -53,7 +55,7 @@ class MockWorld:
         self.robots: list[MockRobot] = []
 
     def advance(self, duration: float) -> None:
-        """Let every robot move on for a while [s]; robots do not see or hit each other."""
+        """Let every robot move on for a while [s]; they pass through each other, and only a robot_sensor sees them."""
         for robot in self.robots:
             robot.advance(duration)
 
@@ -89,16 +91,6 @@ class MockRobot:
         for watchdog in self.watchdogs:
             watchdog.check()
         self.pose = along_arc(self.pose, self.drive.twist(np.array(self.wheel_speeds)), duration)
-
-
-def along_arc(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
-    """Where a constant body twist leads in a while [s] (Lynch and Park, Modern Robotics, 13.3)."""
-    angle = twist.turn * duration
-    # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0.
-    along, across = (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle) if abs(angle) > 1e-9 else (1.0, 0.0)
-    forward, left = twist.forward * duration, twist.left * duration
-    x, y = pose.transform(along * forward - across * left, across * forward + along * left)
-    return Pose2(x, y, wrap_angle(pose.yaw + angle))
 
 
 class MockSensor(Sensor):
@@ -173,6 +165,26 @@ class MockRangeCone(MockSensor):
         return found
 
 
+class MockRobotSensor(MockSensor):
+    """Tags, ranges [m] and bearings [rad] of the other robots that no segment and no circle hides."""
+
+    def __init__(self, name: str, robot: MockRobot, parameters: RobotSensorParameters) -> None:
+        super().__init__(name, robot, parameters)
+        self._sightings: Sightings | None = None
+
+    def sample(self) -> list[float]:
+        world, here = self.robot.world, self.robot.pose
+        peers = {tag: other.pose for tag, other in enumerate(world.robots, 1) if other is not self.robot}
+        if self._sightings is None:  # whoever made this sensor has given it its `rng` by now
+            self._sightings = Sightings(self.parameters, self.rng)
+
+        def seen(tag: int) -> bool:
+            away = peers[tag].x - here.x, peers[tag].y - here.y
+            return world.ray(here.x, here.y, math.atan2(away[1], away[0])) >= math.hypot(*away)
+
+        return self._sightings.look(world.clock.now(), here, peers, seen)
+
+
 class MockWheels(Actuator):
     """Wheels that turn as they are commanded, at once."""
 
@@ -198,6 +210,7 @@ SENSORS: Mapping[str, type[MockSensor]] = {
     "orientation": MockOrientation,
     "wheel_speed": MockWheelSpeed,
     "range_cone": MockRangeCone,
+    "robot_sensor": MockRobotSensor,
 }
 ACTUATORS: Mapping[str, type[MockWheels]] = {"velocity": MockWheels}
 

@@ -7,22 +7,29 @@ import math
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from ..errors import Fault, InputError, unknown
 from ..units import NONE, Dimension, Metres, MetresPerSecondSquared, Radians
 
 T = TypeVar("T")
 
+MOST = 1000
+"""Rays for a beam, or slots, that a sensor may have: more would stall the machine before anybody learns why."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PositionParameters:
     """Where the body is: x, y, z [m] in the world frame."""
 
+    size: ClassVar[int] = 3
+
 
 @dataclass(frozen=True, kw_only=True)
 class OrientationParameters:
     """Where the body heads: yaw [rad] in the world frame."""
+
+    size: ClassVar[int] = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,12 +51,20 @@ class RangeConeParameters:
     def __post_init__(self) -> None:
         if not self.sites:
             raise InputError(Fault("sites must name at least one site of the model, found none."))
+        _check_distinct("sites", self.sites)
         if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1]:
             raise InputError(Fault(f"range must be two distances, the lesser first, found {list(self.range)} m."))
-        if self.rays < 1 or not 0.0 <= self.half_angle < math.pi / 2:
+        if not 1 <= self.rays <= MOST:
+            raise InputError(Fault(f"rays must be 1 to {MOST} for each beam, found {self.rays}."))
+        if not 0.0 <= self.half_angle < math.pi / 2:
             raise InputError(
-                Fault(f"a cone needs at least one ray and less than 90 deg to a side, found {self.rays} rays.")
+                Fault(f"half_angle must be less than 90 deg, found {math.degrees(self.half_angle):.4g} deg.")
             )
+
+    @property
+    def size(self) -> int:
+        """How many values a reading has."""
+        return len(self.sites)
 
     @property
     def angles(self) -> list[float]:
@@ -57,6 +72,54 @@ class RangeConeParameters:
         if self.rays == 1:
             return [0.0]
         return [self.half_angle * (2.0 * i / (self.rays - 1) - 1.0) for i in range(self.rays)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotSensorParameters:
+    """Sees other robots and reads which they are: for each slot tag, range [m] and bearing [rad], the nearest first.
+
+    Robots wear tags: numbers from 1, in the order in which the world has them. Ranges and bearings (left positive) go
+    from the centre of the base to that of the other's. A slot in which there is nobody says tag 0, range +inf and
+    bearing 0: that is valid, as a range without an echo is.
+
+    Attributes:
+        reach: Greatest range seen [m].
+        slots: How many robots it can tell at once; of more the nearest.
+        half_angle: Half its field of view, which is centred ahead [rad].
+        range_noise: Standard deviation of a range [m].
+        bearing_noise: Standard deviation of a bearing [rad].
+        height: Of its line of sight over the floor: what is lower hides nobody [m].
+    """
+
+    reach: Metres
+    slots: int = 4
+    half_angle: Radians = math.pi
+    range_noise: Metres = 0.0
+    bearing_noise: Radians = 0.0
+    height: Metres = 0.2
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.slots <= MOST:
+            raise InputError(Fault(f"slots must be 1 to {MOST}, found {self.slots}."))
+        if not self.reach > 0.0 or not 0.0 < self.half_angle <= math.pi:
+            raise InputError(
+                Fault(
+                    "a robot sensor needs a positive reach and up to 180 deg to a side, found "
+                    f"{self.reach} m and {math.degrees(self.half_angle):.4g} deg."
+                )
+            )
+        if not (0.0 <= self.range_noise < math.inf and 0.0 <= self.bearing_noise < math.inf and self.height > 0.0):
+            raise InputError(
+                Fault(
+                    "range_noise and bearing_noise must be 0 or more and height positive, found "
+                    f"{self.range_noise} m, {self.bearing_noise} rad and {self.height} m."
+                )
+            )
+
+    @property
+    def size(self) -> int:
+        """How many values a reading has."""
+        return 3 * self.slots
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +138,11 @@ class WheelSpeedParameters:
 
     def __post_init__(self) -> None:
         _check_motors(self.motors, self.signs, self.wheel_radius)
+
+    @property
+    def size(self) -> int:
+        """How many values a reading, or a command, has."""
+        return len(self.motors)
 
     @property
     def factors(self) -> list[float]:
@@ -102,6 +170,7 @@ DRIVER_PARAMETERS: Mapping[str, type] = {
     "position": PositionParameters,
     "orientation": OrientationParameters,
     "range_cone": RangeConeParameters,
+    "robot_sensor": RobotSensorParameters,
     "wheel_speed": WheelSpeedParameters,
     "velocity": VelocityParameters,
 }
@@ -187,7 +256,14 @@ def _is(value: Any, kind: type) -> bool:
 def _check_motors(motors: tuple[str, ...], signs: tuple[int, ...], wheel_radius: float) -> None:
     if not motors:
         raise InputError(Fault("motors must name at least one motor of the model, found none."))
+    _check_distinct("motors", motors)
     if signs and (len(signs) != len(motors) or any(s not in (-1, 1) for s in signs)):
         raise InputError(Fault(f"signs must be one of 1 and -1 for each of {len(motors)} motors, found {list(signs)}."))
     if not wheel_radius > 0.0:
         raise InputError(Fault(f"wheel_radius must be positive, found {wheel_radius} m."))
+
+
+def _check_distinct(what: str, names: tuple[str, ...]) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(Fault(f"{what} must name each of the model's once, found {', '.join(twice)} twice."))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..action import ActionFailed, AtomicAction, Failure, Progress
-from ..errors import PipelineError
+from ..errors import InputError, PipelineError
 from ..event import AtomicStarted
 from .body import RobotBody
 
@@ -20,7 +20,7 @@ class AtomicActionExecutor:
         self._begun: AtomicAction | None = None
 
     def act(self, action: AtomicAction, ticket: int) -> Progress | Failure:
-        """One control period's worth of it; what it raises as ActionFailed is its failure.
+        """One control period's worth of it; an ActionFailed that it raises is its failure, and so is an InputError.
 
         Args:
             action: The action.
@@ -43,6 +43,8 @@ class AtomicActionExecutor:
             result = action.act(self._body)
         except ActionFailed as error:
             return error.failure
+        except InputError as error:
+            return Failure.cannot(error)
         if not isinstance(result, (Progress, Failure)):
             raise PipelineError(f"{action.name}.act must return a Progress or a Failure, it returned {result!r}.")
         return result

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 
 from ..action import Action, ActionFailed, AtomicAction, Body, Failure, MacroAction, Reason
-from ..errors import PipelineError
+from ..errors import InputError, PipelineError
 
 MAX_DEPTH = 16
 MAX_STEPS = 64
@@ -62,11 +63,12 @@ class ActionDecomposer:
 
     def cancel(self) -> None:
         """Stop everything that runs, the atomic action first and then its macros outwards, each once."""
-        if self._atomic is not None:
-            self._atomic.stop(self._body)
-        for macro, _ in reversed(self._stack):
-            macro.stop(self._body)
-        self.close()
+        with ExitStack() as ends:  # last in, first out; one that raises does not keep the others from stopping
+            ends.callback(self.close)
+            for macro, _ in self._stack:
+                ends.callback(macro.stop, self._body)
+            if self._atomic is not None:
+                ends.callback(self._atomic.stop, self._body)
 
     def close(self) -> None:
         """Close all generators, inner ones first, so that their `finally` clauses run."""
@@ -88,6 +90,9 @@ class ActionDecomposer:
             except ActionFailed as error:
                 self._stack.pop()
                 failure = error.failure
+            except InputError as error:
+                self._stack.pop()
+                failure = Failure.cannot(error)
             else:
                 self._take(action)
                 return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from ..action import ActionFailed, Failure, Reason
-from ..errors import DeviceError
+from ..errors import DeviceError, InputError
 from ..pipeline import Pipeline, Priority, Ticket
 from .atomic_executor import AtomicActionExecutor
 from .body import RobotBody
@@ -56,8 +56,8 @@ class Execute:
     def run(self, t: float) -> None:
         """One control period. Safe with submissions and cancellations from other threads.
 
-        What an action raises, other than ActionFailed and DeviceError, is a defect: the actuators go to neutral, the
-        ticket fails, and the exception goes on to the agent.
+        An ActionFailed, an InputError (CANNOT) or a DeviceError (REFUSED) fails the action that raises it. Anything
+        else is a defect: the actuators go to neutral, the ticket fails, and the exception goes on to the agent.
         """
         with self._lock:
             turn = self._body.turn
@@ -81,13 +81,15 @@ class Execute:
             by: Who stops.
         """
         self._body.turn.open = False
-        self._body.neutral()
-        self.pipeline.clear(by)
-        if self._lock.acquire(blocking=False):
-            try:
-                self._drop()
-            finally:
-                self._lock.release()
+        try:
+            self._body.neutral()
+        finally:
+            self.pipeline.clear(by)
+            if self._lock.acquire(blocking=False):
+                try:
+                    self._drop()
+                finally:
+                    self._lock.release()
         self._body.turn.route = "idle"
 
     def _serve(self) -> None:
@@ -101,6 +103,8 @@ class Execute:
                 over = self._advance()
             except ActionFailed as error:
                 self._end(error.failure)
+            except InputError as error:  # from a `decompose` that is no generator
+                self._end(Failure.cannot(error))
             except DeviceError as error:
                 self._body.neutral()
                 self._end(Failure(Reason.REFUSED, str(error)))

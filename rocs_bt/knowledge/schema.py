@@ -102,10 +102,12 @@ SCHEMA = Schema.of(
         Kind(
             "peer",
             {
-                "pose": _pose("where it was seen last"),
+                "pose": _pose("where it is, as far as is known; none before it is seen and once it is given up", False),
                 **_OUTLINE,
+                "tag": Attribute(int, low=1, doc="by which a robot sensor knows it"),
                 "speed": Attribute(float, (SPEED,), doc="forward"),
                 "turn_rate": Attribute(float, (TURN_RATE,), doc="left positive"),
+                "spread": _length("standard deviation of where it is"),
             },
             doc="Another robot",
         ),

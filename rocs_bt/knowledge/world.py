@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..errors import KnowledgeError
-from ..geometry import Pose2
+from ..geometry import Pose2, Twist2, along_arc
 from .model import Model
 
 
@@ -40,7 +40,10 @@ class WorldModel(Model):
         if name == self.name:
             pose = self.knowledge.robot.pose()
             return None if math.isnan(pose.x) else pose
-        found: Pose2 | None = self.graph.attributes(name).get("pose")
+        try:
+            found: Pose2 | None = self.graph.get(name, "pose")
+        except KnowledgeError:  # nothing of its kind has a place
+            return None
         return found
 
     def places(self) -> list[str]:
@@ -58,6 +61,20 @@ class WorldModel(Model):
     def peers(self) -> list[str]:
         """The names of all other robots that are known."""
         return self.graph.nodes("peer")
+
+    def predicted(self, peer: str, t: float) -> Pose2 | None:
+        """Where a peer will be at time t [s], world frame, if it keeps its speed and its turn rate.
+
+        What is not known of its motion counts as rest; None while nobody knows where it is.
+
+        Raises:
+            KnowledgeError: No such peer.
+        """
+        with self.graph.held():
+            known, since = self.graph.attributes(peer), self.graph.stamp(peer, "pose").t
+        if (pose := known.get("pose")) is None:
+            return None
+        return along_arc(pose, Twist2(known.get("speed", 0.0), known.get("turn_rate", 0.0)), t - since)
 
     def pursue(self, goal: str | None) -> None:
         """Pursue this goal from now on, or none.

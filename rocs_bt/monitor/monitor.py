@@ -6,6 +6,8 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -17,7 +19,8 @@ from ..event import EventSink, SensorFailed, SensorRead, SignalsWritten, pack
 from ..knowledge import Knowledge
 from ..signal import Signal
 
-_MOVING = 0.05  # [m/s] of a wheel rim, above which the world must look different from one sample to the next
+MOVING = 0.05
+"""Speed of a wheel rim above which the world must look different from one sample to the next [m/s]."""
 
 
 @dataclass
@@ -27,10 +30,12 @@ class Watched:
     Attributes:
         sensor: The device.
         rate: How often it is read, in control periods.
+        max_age: How long a reading stays valid [s]; None for three of its periods.
     """
 
     sensor: Sensor
     rate: Rate
+    max_age: float | None = None
     failed: bool = False
     last: bytes = b""
     still: float = 0.0  # [s] for how long it has said the same while the wheels turned
@@ -49,8 +54,8 @@ class Monitor(ABC):
         watched: Its sensors, of one kind or several.
         knowledge: Where signals are written and anything may be looked up.
         sink: Where events go.
-        frozen_after: A sensor that repeats finite values bit for bit for so long [s] while the wheels turn is
-            taken for broken; +inf never.
+        frozen_after: A sensor that repeats finite values bit for bit for so long [s] while it must vary is taken for
+            broken; +inf never.
     """
 
     def __init__(
@@ -74,14 +79,18 @@ class Monitor(ABC):
         """The rate of its fastest sensor."""
         return min((w.rate for w in self.watched), key=lambda r: r.every)
 
-    @property
+    @cached_property
     def max_age(self) -> float:
-        """How long its signals stay valid: three periods of its slowest sensor [s]."""
-        return 3.0 * max(w.rate.period for w in self.watched)
+        """How long its signals stay valid [s]: as long as readings of the sensor that allows the most."""
+        return max(3.0 * w.rate.period if w.max_age is None else w.max_age for w in self.watched)
 
     @abstractmethod
     def signals(self) -> Sequence[Signal]:
         """The signals that it writes; declared in Knowledge before the first period."""
+
+    def expects(self) -> Mapping[str, int]:
+        """The sensors that it must have, and how many values each must give; none as shipped."""
+        return {}
 
     @abstractmethod
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
@@ -93,6 +102,27 @@ class Monitor(ABC):
         Returns:
             The signals to write; one that is left out keeps its old value, and its age.
         """
+
+    def stamp(self, readings: Mapping[str, Reading]) -> float:
+        """When what `interpret` made of these readings was true [s].
+
+        A signal made of two readings is as old as the older one; a monitor that keeps readings must count those too.
+        """
+        return min(r.stamp for r in readings.values())
+
+    def varies(self, sensor: str) -> bool:
+        """Whether a sensor cannot say the same twice now; asked of those that may be `frozen_after` a while.
+
+        As shipped: when any wheel turns, the world looks different from one sample to the next.
+        """
+        return bool(np.any(np.abs(self.knowledge.robot.wheel_speeds()) > MOVING))
+
+    def doubt(self, sensor: str, reading: Reading) -> str:
+        """Why a reading cannot be true; empty when it may be. What is in doubt counts as NaN.
+
+        As shipped nothing is in doubt. Called once for each reading, in their order.
+        """
+        return ""
 
     def attach(self, analyze: MonitorSubscriber) -> None:
         """Publish to this Analyze too.
@@ -109,36 +139,44 @@ class Monitor(ABC):
 
     def run(self, t: float, count: int) -> None:
         """One turn: read what is due, interpret, write, publish."""
-        readings = {}
-        for watched in self.watched:
-            if watched.rate.due(count):
-                reading = self._read(watched, t)
-                if reading is not None:
-                    readings[watched.sensor.name] = reading
-        if not readings:
-            return
-        # The oldest stamp counts: a signal made of two readings is as old as the older one.
-        stamp = min(r.stamp for r in readings.values())
-        written = self.interpret(readings)
+        due = [w for w in self.watched if w.rate.due(count)]
+        readings, problems = {}, {}
+        for watched in due:
+            name = watched.sensor.name
+            reading, problems[name] = self._read(watched, t)
+            if reading is not None:
+                readings[name] = reading
+        written, beyond = self.interpret(readings) if readings else {}, ""
+        if written and not self.knowledge.signals.update(written, self.stamp(readings)):
+            written, beyond = self._bounded(written)
+        for watched in due:
+            self._tell(watched, t, problems[watched.sensor.name] or beyond)
         if written:
-            self.knowledge.signals.update(written, stamp)
             self._note(t, written)
             self._publisher.publish(t, written)
 
-    def _read(self, watched: Watched, t: float) -> Reading | None:
+    def _read(self, watched: Watched, t: float) -> tuple[Reading | None, str]:
+        """A sensor's sample, NaN where it cannot be true, and what is wrong with it."""
         name = watched.sensor.name
         try:
             reading = watched.sensor.read()
         except DeviceError as error:
-            self._failed(watched, t, str(error))
-            return None
+            return None, str(error)
         data = pack(reading.values)
         self._sink.emit(SensorRead(t=t, agent=self.knowledge.agent, sensor=name, stamp=reading.stamp, data=data))
         if self._frozen(watched, data, reading, t):
-            self._failed(watched, t, f"frozen: the same values for {watched.still:.2f} s while the wheels turned")
-            return Reading(reading.stamp, [math.nan] * len(reading.values))
-        watched.failed = False
-        return reading
+            problem = f"frozen: the same values for {watched.still:.2f} s while the wheels turned"
+        elif not (problem := self.doubt(name, reading)):
+            return reading, self._weakness(reading, t)
+        return Reading(reading.stamp, [math.nan] * len(reading.values)), problem
+
+    def _weakness(self, reading: Reading, t: float) -> str:
+        """What is wrong with a reading that speaks for itself, as NaN or by its stamp."""
+        if any(map(math.isnan, reading.values)):
+            return "it says NaN"
+        if t - reading.stamp > self.max_age + 5e-7:
+            return f"stale: its newest sample is {t - reading.stamp:.2f} s old"
+        return ""
 
     def _frozen(self, watched: Watched, data: bytes, reading: Reading, t: float) -> bool:
         if math.isinf(self._frozen_after):
@@ -146,27 +184,36 @@ class Monitor(ABC):
         passed, watched.read_at = t - watched.read_at, t
         if data != watched.last or not any(math.isfinite(v) for v in reading.values):
             watched.last, watched.still = data, 0.0
-        elif bool(np.any(np.abs(self.knowledge.robot.wheel_speeds()) > _MOVING)):
+        elif self.varies(watched.sensor.name):
             watched.still += passed
         return watched.still > self._frozen_after
 
-    def _failed(self, watched: Watched, t: float, detail: str) -> None:
-        if not watched.failed:  # said once, not twenty times a second
-            watched.failed = True
-            event = SensorFailed(t=t, agent=self.knowledge.agent, sensor=watched.sensor.name, detail=detail)
+    def _bounded(self, written: Signals) -> tuple[Signals, str]:
+        """The signals with NaN for what is out of their bounds, as Knowledge holds them; and what that was."""
+        bounded, beyond = {}, ""
+        for name, values in written.items():
+            low, high = self.knowledge.signals.spec(name).bounds
+            kept = bounded[name] = [v if low <= v <= high else math.nan for v in values]
+            for value in values if kept != values else ():
+                if value < low or value > high:
+                    beyond = f"signal '{name}' is out of its bounds [{low:g}, {high:g}]: {value:g}"
+        return bounded, beyond
+
+    def _tell(self, watched: Watched, t: float, problem: str) -> None:
+        if problem and not watched.failed:  # said once, not twenty times a second
+            event = SensorFailed(t=t, agent=self.knowledge.agent, sensor=watched.sensor.name, detail=problem)
             self._sink.emit(event)
+        watched.failed = bool(problem)
 
     def _note(self, t: float, written: Signals) -> None:
-        flat: list[float] = []
-        for values in written.values():
-            flat.extend(values)
+        values = written.values()
         self._sink.emit(
             SignalsWritten(
                 t=t,
                 agent=self.knowledge.agent,
                 monitor=self.name,
                 signals=tuple(written),
-                sizes=tuple(len(v) for v in written.values()),
-                data=pack(flat),
+                sizes=tuple(map(len, values)),
+                data=pack(chain.from_iterable(values)),
             )
         )

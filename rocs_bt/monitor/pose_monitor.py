@@ -11,7 +11,13 @@ from ..device import Reading
 from ..geometry import wrap_angle
 from ..signal import Signal
 from ..units import ANGLE, LENGTH
-from .monitor import Monitor
+from .monitor import MOVING, Monitor
+
+FARTHEST = 1e6
+"""A coordinate beyond this is no place but a fault [m]."""
+
+TURNING = 0.1
+"""Turn rate of the wheels above which the orientation must differ from one sample to the next [rad/s]."""
 
 
 class PoseMonitor(Monitor):
@@ -30,11 +36,29 @@ class PoseMonitor(Monitor):
         self._orientation = orientation
         self._latest: dict[str, Reading] = {}
 
+    def stamp(self, readings: Mapping[str, Reading]) -> float:
+        return min(self._latest[name].stamp for name in (self._position, self._orientation))
+
+    def doubt(self, sensor: str, reading: Reading) -> str:
+        return "it says infinity, where no robot is" if any(map(math.isinf, reading.values)) else ""
+
+    def varies(self, sensor: str) -> bool:
+        """A position varies while the robot drives on, an orientation while it turns."""
+        twist = self.knowledge.robot.drive.twist(self.knowledge.robot.wheel_speeds())
+        return (
+            abs(twist.turn) > TURNING if sensor == self._orientation else math.hypot(twist.forward, twist.left) > MOVING
+        )
+
     def signals(self) -> Sequence[Signal]:
         return [
-            Signal("pose", 3, (LENGTH, LENGTH, ANGLE), (-1e6, 1e6), self.max_age, "x, y, yaw in the world frame."),
+            Signal(
+                "pose", 3, (LENGTH, LENGTH, ANGLE), (-FARTHEST, FARTHEST), self.max_age, "x, y, yaw in the world frame."
+            ),
             Signal("goal_distance", 1, (LENGTH,), (0.0, math.inf), self.max_age, "To the pursued goal; +inf without."),
         ]
+
+    def expects(self) -> Mapping[str, int]:
+        return {self._position: 3, self._orientation: 1}
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         self._latest.update(readings)
@@ -48,4 +72,6 @@ class PoseMonitor(Monitor):
         pursued = world.pursued()
         goal = world.pose_of(pursued) if pursued is not None else None
         distance = math.inf if goal is None else math.hypot(goal.x - x, goal.y - y)
+        if max(abs(x), abs(y)) > FARTHEST or not math.isfinite(x + y):
+            distance = math.nan  # what is not known is not far away
         return {"pose": [x, y, wrap_angle(yaw) if math.isfinite(yaw) else math.nan], "goal_distance": [distance]}

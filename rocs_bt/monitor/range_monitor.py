@@ -14,6 +14,9 @@ from ..signal import Signal
 from ..units import LENGTH
 from .monitor import Monitor
 
+MOST_BEAMS = 1000
+"""Beams of one sensor: each is a signal of its own."""
+
 
 @dataclass(frozen=True)
 class _Group:
@@ -27,16 +30,32 @@ class RangeMonitor(Monitor):
     A group gathers beams. Each beam has a weight in (0, 1]: an obstacle at range r on it counts as one at r / weight
     straight ahead, so that a rule can compare a whole group with one threshold.
 
+    A robot that looks nowhere in some direction declares that group `blind = true`, with no beams: it is then one
+    value, +inf, never an echo, so that shared rules run and react to what the robot can see. It says so in its own
+    file, since a group that is merely forgotten must stay an error.
+
     Args:
         beams: How many beams its sensor has.
-        group: By name: `beams` (indices into the sensor's values) and `weights` (default 1).
+        vanish: An echo nearer than this cannot vanish from all beams between two readings [m]: a ring that then hears
+            nothing at all is taken for broken until it hears something again; 0 for never.
+        group: By name: `beams` (indices into the sensor's values) and `weights` (default 1); or `blind = true`.
     """
 
     def __init__(
-        self, *args: Any, beams: int, group: Mapping[str, Mapping[str, Any]] | None = None, **kwargs: Any
+        self,
+        *args: Any,
+        beams: int,
+        group: Mapping[str, Mapping[str, Any]] | None = None,
+        vanish: float = 0.0,
+        **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
+        self._vanish = vanish
+        self._nearest = math.inf
         self._beams = int(beams)
+        if not 1 <= self._beams <= MOST_BEAMS:
+            bound = "at least 1" if self._beams < 1 else f"at most {MOST_BEAMS}"
+            raise InputError(Fault(f"beams of monitor '{self.name}' must be {bound}, found {beams}."))
         self._groups = {name: self._checked(name, g) for name, g in (group or {}).items()}
 
     def signals(self) -> Sequence[Signal]:
@@ -46,24 +65,43 @@ class RangeMonitor(Monitor):
         raw = declare(self.watched[0].sensor.name, self._beams, "Range by beam; +inf without an echo.")
         groups = (
             declare(name, len(g.beams), f"Beams {list(g.beams)}, each range over its weight.")
+            if g.beams
+            else declare(name, 1, "No beam looks there: +inf, never an echo.")
             for name, g in self._groups.items()
         )
         return [raw, *groups]
+
+    def expects(self) -> Mapping[str, int]:
+        return {self.watched[0].sensor.name: self._beams}
+
+    def doubt(self, sensor: str, reading: Reading) -> str:
+        nearest = min((v for v in reading.values if not math.isnan(v)), default=math.nan)
+        if nearest == math.inf and self._nearest < self._vanish:
+            return f"silent: an echo at {self._nearest:.2f} m vanished from all beams at once"
+        if not math.isnan(nearest):
+            self._nearest = nearest
+        return ""
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         name, reading = next(iter(readings.items()))
         values = list(reading.values)
         written: dict[str, Sequence[float]] = {name: values}
         for group, g in self._groups.items():
-            written[group] = [values[b] / w for b, w in zip(g.beams, g.weights, strict=True)]
+            written[group] = [values[b] / w for b, w in zip(g.beams, g.weights, strict=True)] or [math.inf]
         return written
 
     def _checked(self, name: str, group: Mapping[str, Any]) -> _Group:
         beams = tuple(int(b) for b in group.get("beams", ()))
         weights = tuple(float(w) for w in group.get("weights", (1.0,) * len(beams)))
         where = f"group '{name}' of monitor '{self.name}'"
+        if group.get("blind", False) is True:
+            if beams or weights:
+                raise InputError(Fault(f"{where} is blind, but has beams {list(beams)} and weights {list(weights)}."))
+            return _Group((), ())
         if not beams or any(b < 0 or b >= self._beams for b in beams):
-            raise InputError(Fault(f"{where} must list beams between 0 and {self._beams - 1}, found {list(beams)}."))
+            hint = "" if beams else "If the robot looks nowhere there, write blind = true instead."
+            message = f"{where} must list beams between 0 and {self._beams - 1}, found {list(beams)}."
+            raise InputError(Fault(message, hint=hint))
         if len(weights) != len(beams) or any(not 0.0 < w <= 1.0 for w in weights):
             raise InputError(Fault(f"{where} must have one weight in (0, 1] for each beam, found {list(weights)}."))
         return _Group(beams, weights)

@@ -4,6 +4,7 @@ from .act import Act
 from .check import check_mission
 from .condition import Condition
 from .mission import Mission
+from .own_actions import mission_actions
 from .parameters import mission_arguments, mission_parameters
 from .plan import Plan
 from .tree import NodeOutline, TreePlan
@@ -18,6 +19,7 @@ __all__ = [
     "TreePlan",
     "Wait",
     "check_mission",
+    "mission_actions",
     "mission_arguments",
     "mission_parameters",
 ]

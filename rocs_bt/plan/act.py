@@ -71,6 +71,7 @@ class Act(Behaviour):
         if ticket is None:
             return Status.FAILURE
         if ticket.state is TicketState.SUCCEEDED:
+            self.feedback_message = f"{ticket.action.name} succeeded"
             return Status.SUCCESS
         if ticket.state is TicketState.FAILED:
             return self._fail(ticket.failure or Failure(Reason.OTHER))

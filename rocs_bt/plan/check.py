@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from py_trees.behaviour import Behaviour
-from py_trees.composites import Composite
 from py_trees.decorators import Timeout
 from py_trees.timers import Timer
 
@@ -19,6 +18,8 @@ from ..knowledge import Knowledge
 from ..pipeline import Pipeline
 from .mission import Mission
 from .parameters import mission_parameters
+from .plan import Plan
+from .shape import shape_faults
 
 
 def check_mission(
@@ -64,17 +65,15 @@ def check_mission(
         return [*mission.faults, *error.faults]
     except Exception as error:  # noqa: BLE001 - a mission is a person's code: whatever it raises is a fault of it
         return [*mission.faults, Fault(f"build raised {type(error).__name__}: {error}.")]
-    return [*mission.faults, *_tree_faults(root, mission)]
+    if isinstance(root, Plan):
+        return mission.faults
+    doubts = _tree_doubts(root, mission) if isinstance(root, Behaviour) else []
+    return [*mission.faults, *shape_faults(root), *doubts]
 
 
-def _tree_faults(root: object, mission: Mission) -> list[Fault]:
-    if not isinstance(root, Behaviour):
-        hint = "Return the root of a py_trees tree."
-        return [Fault(f"build returned {root!r}, which is no py_trees behaviour.", hint=hint)]
+def _tree_doubts(root: Behaviour, mission: Mission) -> list[Fault]:
     nodes, faults = list(root.iterate()), []
     for node in nodes:
-        if isinstance(node, Composite) and not node.children:
-            faults.append(Fault(f"'{node.name}' has no children.", hint="Give it some, or leave it out."))
         if isinstance(node, (Timer, Timeout)):
             hint = "Use mission.wait, or runs will not repeat."
             faults.append(Fault(f"'{node.name}' reads the wall clock.", hint=hint, warning=True))

@@ -15,7 +15,7 @@ from ..event import Event, EventSink
 from ..expression import TRUTH, Expression, reading
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
-from ..units import TIME, convert
+from ..units import NOT_NEGATIVE, TIME, convert
 from .act import MAX_PREEMPTIONS, Act
 from .condition import Condition
 from .wait import Wait
@@ -26,10 +26,10 @@ class Mission:
 
     A mission file says in its docstring what the mission is for, and holds
 
-        def build(mission: Mission, *, goal: str = "goal", cruise: MetresPerSecond = 0.5) -> Behaviour:
+        def build(mission: Mission, *, goal: str = "goal", cruise: PositiveMetresPerSecond = 0.5) -> Behaviour:
 
     which returns a py_trees tree. Its keyword-only parameters are the mission's parameters: scenarios set them, and
-    their annotations say in which unit. Composites and decorators are py_trees' own.
+    their annotations say in which unit, and which numbers make sense. Composites and decorators are py_trees' own.
 
     Args:
         name: The mission's name.
@@ -85,7 +85,7 @@ class Mission:
             parameters: The action's parameters: SI numbers, or quantities such as `"0.5 m/s"`.
 
         Raises:
-            InputError: The action or a parameter does not exist, one is missing, or a unit is wrong.
+            InputError: The action or a parameter does not exist, one is missing, or a unit or a value is wrong.
         """
         given = dict(parameters)
         try:
@@ -129,11 +129,13 @@ class Mission:
             name: What displays call the leaf.
 
         Raises:
-            InputError: It is no time.
+            InputError: It is no time that can be waited for.
         """
         seconds = 0.0
         try:
             seconds = convert(duration, TIME, "wait") if isinstance(duration, str) else float(duration)
+            if not NOT_NEGATIVE.admit(seconds):
+                raise InputError(f"wait must be {NOT_NEGATIVE}, found {seconds:g} s.")
         except InputError as error:
             self._fault(error)
         leaf = Wait(name or f"wait {seconds:g} s", seconds, self.clock)

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..action import Parameter
 from ..errors import Fault, InputError, unknown
-from ..units import NONE, Dimension, convert
+from ..units import NONE, convert
 
 
 def mission_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:
@@ -35,7 +35,9 @@ def mission_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:
             hint = "Write for example 'cruise: MetresPerSecond = 0.5'."
             faults.append(Fault(f"parameter '{parameter.name}' of build has no type.", hint=hint))
         else:
-            found[parameter.name] = _parameter(parameter, hints[parameter.name])
+            required = parameter.default is parameter.empty
+            default = None if required else parameter.default
+            found[parameter.name] = Parameter.annotated(parameter.name, hints[parameter.name], required, default)
     if faults:
         raise InputError(*faults)
     return found
@@ -49,7 +51,7 @@ def mission_arguments(build: Callable[..., Any], values: Mapping[str, object]) -
         values: What the file says, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
 
     Raises:
-        InputError: A name, a type or a unit is wrong, or a required parameter is missing; all faults at once.
+        InputError: A name, a type, a unit or a value is wrong, or a required parameter is missing; all faults at once.
     """
     declared = mission_parameters(build)
     faults = [unknown("parameter", name, declared, "The mission") for name in values if name not in declared]
@@ -67,18 +69,12 @@ def mission_arguments(build: Callable[..., Any], values: Mapping[str, object]) -
     return arguments
 
 
-def _parameter(parameter: inspect.Parameter, hint: Any) -> Parameter:
-    dimension = next((m for m in getattr(hint, "__metadata__", ()) if isinstance(m, Dimension)), None)
-    plain = hint.__origin__ if hasattr(hint, "__metadata__") else hint
-    if plain is float and dimension is None:
-        dimension = NONE
-    required = parameter.default is parameter.empty
-    return Parameter(parameter.name, plain, dimension, required, None if required else parameter.default)
-
-
 def _argument(parameter: Parameter, value: object) -> Any:
     if parameter.type is float:
-        return convert(value, parameter.dimension or NONE, parameter.name)
+        number = convert(value, parameter.dimension or NONE, parameter.name)
+        if faults := parameter.faults(number, parameter.name):
+            raise InputError(*faults)
+        return number
     # bool is an int to Python, and True is no number of rounds.
     fits = isinstance(value, parameter.type) if parameter.type in (str, int, bool) else True
     if not fits or (parameter.type is int and isinstance(value, bool)):

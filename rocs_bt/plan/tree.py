@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.display import unicode_tree
+from py_trees.logging import Logger
 
+from ..errors import Fault, InputError
 from ..event import NodeTicked
 from .mission import Mission
 from .plan import FAILURE, SUCCESS, Plan
+from .shape import shape_faults
+
+
+class _Quiet(Logger):
+    """A logger of py_trees that keeps to itself: what a node has to say is its `feedback_message`."""
+
+    def debug(self, msg: str) -> None:
+        pass
+
+    info = warning = error = debug
+
+
+QUIET = _Quiet()
 
 
 @dataclass(frozen=True)
@@ -35,9 +51,14 @@ class NodeOutline:
 class TreePlan(Plan):
     """The shipped planner: a py_trees tree, ticked once a turn until its root succeeds or fails.
 
+    Its nodes' loggers are silenced, since only the command line prints.
+
     Args:
         root: The tree.
         mission: The context that its leaves were made with.
+
+    Raises:
+        InputError: It is no tree, or has a composite without children.
 
     Attributes:
         root: The tree.
@@ -46,6 +67,8 @@ class TreePlan(Plan):
     """
 
     def __init__(self, root: Behaviour, mission: Mission) -> None:
+        if faults := shape_faults(root):
+            raise InputError(*faults)
         super().__init__(
             mission.name,
             knowledge=mission.knowledge,
@@ -62,6 +85,7 @@ class TreePlan(Plan):
         self._paths: dict[Any, str] = {node.id: path for node, path in self._nodes}
         self._seen: list[Status] = [Status.INVALID] * len(self._nodes)
         for node, _ in self._nodes:
+            node.logger = QUIET
             node.setup()
 
     def run(self, t: float) -> None:
@@ -69,7 +93,9 @@ class TreePlan(Plan):
         if self.status != "RUNNING":
             return
         self._mission.begin(t, self._paths)
-        self.root.tick_once()
+        for node in self.root.tick():
+            if node.status is Status.INVALID:
+                raise InputError(self._no_status(node))
         self.ticks += 1
         self._tell()
         if self.root.status is Status.SUCCESS:
@@ -78,12 +104,14 @@ class TreePlan(Plan):
             self.status, self.reason = FAILURE, self._why()
 
     def close(self) -> None:
-        """Halt what runs, so that leaves let go, and shut the nodes down."""
-        if self.root.status is Status.RUNNING:
-            self.root.stop(Status.INVALID)
-            self._tell()
-        for node, _ in self._nodes:
-            node.shutdown()
+        """Halt what runs, so that leaves let go, and shut the nodes down, each of them whatever another one raises."""
+        with ExitStack() as ends:  # last in, first out
+            for node, _ in reversed(self._nodes):
+                ends.callback(node.shutdown)
+            ends.callback(self._tell)
+            # A tick that raised leaves a root behind that does not run over leaves that do.
+            if any(node.status is Status.RUNNING for node, _ in self._nodes):
+                self.root.stop(Status.INVALID)
 
     def display(self) -> str:
         """The tree with its present statuses, as text."""
@@ -107,6 +135,12 @@ class TreePlan(Plan):
             if node.status is not self._seen[i]:
                 self._seen[i] = node.status
                 self._mission.note(NodeTicked, node=path, status=node.status.name, feedback=node.feedback_message)
+
+    def _no_status(self, node: Behaviour) -> Fault:
+        path, kind = self._paths.get(node.id, node.name), type(node).__name__
+        return Fault(
+            f"update of '{path}' ({kind}) gave no status back.", hint="Return Status.RUNNING, SUCCESS or FAILURE."
+        )
 
     def _why(self) -> str:
         tip = self.root.tip() or self.root

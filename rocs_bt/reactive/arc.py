@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..action import Action, make_action
+from ..action import Action, Failure, Impossible, make_action
 from ..clock import Clock
+from ..errors import InputError
 from ..event import EventSink, RuleChanged, Value
 from ..pipeline import Pipeline, Priority, Ticket
 from .reactive_model import ReactiveModel, Reflex
@@ -68,7 +69,7 @@ class ReflexArc:
         self.firings: Counter[str] = Counter()
         self.refirings = 0
         self.switches = 0
-        self._models = tuple(models)
+        self._models = models  # not a copy: a mission may add its own to Knowledge's
         self._pipeline = pipeline
         self._actions = actions
         self._sink = sink
@@ -108,6 +109,8 @@ class ReflexArc:
                 return
             self._t = t
             told = [reflex for model in self._models for reflex in model.react(x, t)]
+            if not told and not self._wanted and self._slot is None:
+                return
             self._latch(told)
             ended = self._settle()
         if ended is not None:
@@ -174,14 +177,22 @@ class ReflexArc:
             self._slot = self._fire(own, "fired again")
             return
         if own.parameters != slot.reflex.parameters:
-            slot.ticket.action.update(**own.parameters)
+            try:
+                slot.ticket.action.update(**own.parameters)
+            except InputError as error:
+                self._pipeline.fail(slot.ticket, Failure.cannot(error))
+                self._pipeline.wake()
         slot.reflex = own
         if _material(slot.reported, own.parameters):
             slot.reported = own.parameters
             self._emit(own, "updated")
 
     def _fire(self, reflex: Reflex, phase: str) -> _Active:
-        action = make_action(self._actions, reflex.action, reflex.parameters)
+        action: Action
+        try:
+            action = make_action(self._actions, reflex.action, reflex.parameters)
+        except InputError as error:  # what it cannot do must stop the robot, and not the arc
+            action = Impossible(reflex.action, reflex.parameters, error)
         self.firings[reflex.rule] += 1
         self._readings[reflex.rule] = reflex.describe()
         self._emit(reflex, phase)

@@ -47,19 +47,20 @@ def read_arguments(
     arguments = {}
     for key, parameter in declared.items():
         if key in keys:
-            arguments[key] = _argument(placed, table, fallbacks, parameter)
+            arguments[key] = _argument(placed, table, fallbacks, parameter, name)
         elif key in fallbacks:
-            arguments[key] = Argument(parameter.default, _constant(fallbacks, parameter), blind=True)
+            arguments[key] = Argument(parameter.default, _constant(fallbacks, parameter, name), blind=True)
     return name, arguments
 
 
-def _argument(placed: Placed, table: Table, fallbacks: Table, parameter: Parameter) -> Argument:
+def _argument(placed: Placed, table: Table, fallbacks: Table, parameter: Parameter, action: str) -> Argument:
     key = parameter.name
     blind = key in fallbacks
-    fallback = _constant(fallbacks, parameter) if blind else None
+    fallback = _constant(fallbacks, parameter, action) if blind else None
     if parameter.dimension is None:
         return Argument(_plain(table, parameter), fallback, blind)
     value = _value(placed, table, parameter, parameter.dimension)
+    _hold(table, parameter, value, action)
     if isinstance(value, (Expression, tuple)) and not blind:
         fallback = parameter.default
         if fallback is None:
@@ -85,8 +86,18 @@ def _value(placed: Placed, table: Table, parameter: Parameter, dimension: Dimens
     return parts
 
 
+def _hold(table: Table, parameter: Parameter, value: Any, action: str) -> None:
+    """Note what is out of bounds whatever is sensed; what is not known before is held when the action is made."""
+    parts = value if isinstance(value, (list, tuple)) else [value]
+    for part in parts:
+        if part is None or isinstance(part, Expression):
+            continue
+        if faults := parameter.faults(part, f"{parameter.name} of {action}"):
+            table.adopt(parameter.name, InputError(*faults))
+
+
 def _number(placed: Placed, table: Table, key: str, value: Any, dimension: Dimension) -> Any:
-    """A number in SI units, or the expression of one that depends on the snapshot."""
+    """A number in SI units, or the expression of one that depends on the snapshot; None, and a fault, for neither."""
     if not isinstance(value, str):
         return _converted(table, key, value, dimension)
     expression = placed.number(table, key, value, dimension)
@@ -98,22 +109,25 @@ def _number(placed: Placed, table: Table, key: str, value: Any, dimension: Dimen
     return constant
 
 
-def _constant(table: Table, parameter: Parameter) -> Any:
+def _constant(table: Table, parameter: Parameter, action: str) -> Any:
     """A fallback: a plain value, which nothing can make invalid."""
-    value = table.raw(parameter.name)
+    value: Any = table.raw(parameter.name)
     if parameter.dimension is None:
         return _plain(table, parameter)
     if isinstance(value, list) and parameter.type is not float:
-        return [_converted(table, parameter.name, part, parameter.dimension) for part in value]
-    return _converted(table, parameter.name, value, parameter.dimension)
+        value = [_converted(table, parameter.name, part, parameter.dimension) for part in value]
+    else:
+        value = _converted(table, parameter.name, value, parameter.dimension)
+    _hold(table, parameter, value, action)
+    return value
 
 
-def _converted(table: Table, key: str, value: Any, dimension: Dimension) -> float:
+def _converted(table: Table, key: str, value: Any, dimension: Dimension) -> float | None:
     try:
         return convert(value, dimension, what=f"'{key}'")
     except InputError as error:
         table.adopt(key, error)
-        return 0.0
+        return None
 
 
 def _plain(table: Table, parameter: Parameter) -> Any:

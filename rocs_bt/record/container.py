@@ -53,7 +53,6 @@ class Container:
         self._offset = 0
         self._chunk: list[bytes] = []
         self._size = 0
-        self._times: list[int] = []
         self._index: dict[int, list[int]] = {}
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
@@ -66,11 +65,6 @@ class Container:
         except OSError:
             self._file.close()
             raise
-
-    @property
-    def size(self) -> int:
-        """Bytes that wait in the chunk in progress."""
-        return self._size
 
     def schema(self, name: str, data: bytes) -> int:
         """Declare a JSON schema; returns its number."""
@@ -87,8 +81,8 @@ class Container:
         self._counts[number] = 0
         return number
 
-    def message(self, channel: int, sequence: int, time: int, data: bytes) -> None:
-        """Add a message to the chunk in progress.
+    def message(self, channel: int, sequence: int, time: int, data: bytes) -> int:
+        """Add a message to the chunk in progress; returns how many bytes that now holds.
 
         Args:
             channel: The number that `channel` gave.
@@ -98,8 +92,9 @@ class Container:
         """
         head = _MESSAGE.pack(Opcode.MESSAGE, len(data) + _OVERHEAD, channel, sequence, time, time)
         self._index[channel] += (time, self._size)
-        self._times.append(time)
-        self._append(head + data)
+        self._chunk.append(head + data)
+        self._size += _HEAD + len(data)
+        return self._size
 
     def attach(self, name: str, data: bytes, time: int) -> None:
         """Write a JSON attachment, after all messages so far."""
@@ -120,10 +115,11 @@ class Container:
 
     def flush(self) -> None:
         """Hand the chunk in progress to the operating system."""
-        if not self._times:
+        times = [time for entries in self._index.values() for time in entries[::2]]
+        if not times:
             return
         data = b"".join(self._chunk)
-        first, last = min(self._times), max(self._times)
+        first, last = min(times), max(times)
         chunk = _bytes(Chunk("", data, last, first, zlib.crc32(data), len(data)))
         begin, at, offsets, indexes = self._offset, self._offset + len(chunk), {}, []
         for channel, entries in self._index.items():
@@ -138,7 +134,7 @@ class Container:
                 self._index[channel] = []
         length = at - begin - len(chunk)
         self._chunks.append(ChunkIndex(len(chunk), begin, "", len(data), last, length, offsets, first, len(data)))
-        self._chunk, self._size, self._times = [], 0, []
+        self._chunk, self._size = [], 0
         self._write(b"".join((chunk, *indexes)))
 
     def finish(self) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import threading
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,14 +13,13 @@ from ..event import Event
 from . import codec, foxglove
 from .container import Container
 from .header import RunHeader
-from .viewer import Message, Viewer
+from .viewer import Draw, Message, Viewer
 
 FORMAT = "1"
 HEADER, SUMMARY = "header.json", "summary.json"
-_FLUSH_EVERY = 500_000_000  # [ns] of the run's time: what a killed run may lose
+_FLUSH_EVERY = 0.5  # [s] of the run's time: what a killed run may lose
 _FLUSH_SIZE = 1 << 20
-# All that encoding can raise for an event that holds what an event must not.
-_UNFIT = (TypeError, ValueError, OverflowError, RecursionError, struct.error)
+_BATCH = 256  # events that wait to be encoded together, which costs half of one by one between all that happens
 
 
 class Recorder:
@@ -42,11 +40,12 @@ class Recorder:
         self.path = path
         self._lock = threading.Lock()
         self._viewer = Viewer(header)
-        self._channels: dict[tuple[type[Event], str], int] = {}
+        self._channels: dict[tuple[type[Event], str], tuple[int, Draw | None]] = {}
         self._drawn: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
+        self._waiting: list[Event] = []
         self._sequence = 0
-        self._last = self._next_flush = round(header.start * 1e9)
+        self._last, self._flush_at = round(header.start * 1e9), header.start
         self._disk = ""
         self._unfit: list[str] = []
         self._closed = False
@@ -61,12 +60,13 @@ class Recorder:
         with self._lock:
             if self._disk or self._closed:
                 return
+            self._waiting.append(event)
             try:
-                self._record(event)
-            except _UNFIT as error:
-                self._unfit.append(f"{type(event).__name__} at t = {event.t} s: {error}")
-            except OSError as error:
-                self._disk = error.strerror or str(error)
+                due = event.t >= self._flush_at
+            except TypeError:  # no time at all; `_record` says so
+                due = True
+            if due or len(self._waiting) == _BATCH:
+                self._encode()
 
     def close(self, summary: Mapping[str, object] | None = None) -> None:
         """End the recording; the second call does nothing.
@@ -81,6 +81,7 @@ class Recorder:
             if self._closed:
                 return
             self._closed = True
+            self._encode()
             try:
                 self._finish(summary)
             except OSError as error:
@@ -105,19 +106,30 @@ class Recorder:
             self._file.abandon()
             raise
 
-    def _record(self, event: Event) -> None:
+    def _encode(self) -> None:
+        """Record the events that wait."""
+        waiting, self._waiting = self._waiting, []
+        for event, data in zip(waiting, codec.encode_all(waiting), strict=True):
+            if self._disk:
+                return
+            try:
+                self._record(event, data or codec.encode(event))
+            except codec.UNFIT as error:
+                self._unfit.append(f"{type(event).__name__} at t = {event.t} s: {error}")
+            except OSError as error:
+                self._disk = error.strerror or str(error)
+
+    def _record(self, event: Event, data: bytes) -> None:
         time = int(event.t * 1e9 + 0.5)
-        data = codec.encode(event)
-        kind = type(event)
-        channel = self._channels.get((kind, event.agent)) or self._open(event)
-        self._file.message(channel, self._sequence, time, data)
+        channel, draw = self._channels.get((type(event), event.agent)) or self._open(event)
+        size = self._file.message(channel, self._sequence, time, data)
         self._sequence += 1
-        self._last = max(self._last, time)
-        if self._viewer.draws(kind):
-            for message in self._viewer.messages(event, time):
-                self._show(message, time)
-        if time >= self._next_flush or self._file.size >= _FLUSH_SIZE:
-            self._next_flush = time + _FLUSH_EVERY
+        if time > self._last:
+            self._last = time
+        for message in () if draw is None else draw(event, time):
+            self._show(message, time)
+        if event.t >= self._flush_at or size >= _FLUSH_SIZE:
+            self._flush_at = event.t + _FLUSH_EVERY
             self._file.flush()
 
     def _finish(self, summary: Mapping[str, object] | None) -> None:
@@ -128,14 +140,14 @@ class Recorder:
             self._file.attach(SUMMARY, msgspec.json.encode(summary, enc_hook=codec.plain), self._last)
         self._file.finish()
 
-    def _open(self, event: Event) -> int:
+    def _open(self, event: Event) -> tuple[int, Draw | None]:
         kind = type(event)
         name = codec.SCHEMA_PREFIX + kind.__name__
         if name not in self._schemas:
             self._schemas[name] = self._file.schema(name, codec.schema_of(kind))
         channel = self._file.channel(codec.topic_of(kind, event.agent), self._schemas[name])
-        self._channels[kind, event.agent] = channel
-        return channel
+        self._channels[kind, event.agent] = channel, self._viewer.drawing(kind)
+        return self._channels[kind, event.agent]
 
     def _show(self, message: Message, time: int) -> None:
         topic, schema, data = message

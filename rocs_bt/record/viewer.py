@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import msgspec
 import numpy as np
@@ -14,6 +14,7 @@ from . import foxglove
 from .header import BodyInfo, Outline, Place, RunHeader
 
 Message = tuple[str, str, bytes]  # topic, name of the schema, JSON
+Draw = Callable[..., Iterable[Message]]
 WORLD = "world"
 _WALL = {"r": 0.45, "g": 0.48, "b": 0.55, "a": 1.0}
 _HULL = {"r": 0.16, "g": 0.36, "b": 0.75, "a": 1.0}
@@ -21,6 +22,7 @@ _BEAM = {"r": 0.95, "g": 0.60, "b": 0.10, "a": 0.55}
 _PLACE = {"r": 0.10, "g": 0.60, "b": 0.35, "a": 0.9}
 
 # Text templates, not dictionaries: they are filled for every body in every period.
+_EVERY = 100_000_000  # [ns] Viewers fill in between: what moves is drawn ten times a second, and recorded each time.
 _STAMP = '{"timestamp":{"sec":%d,"nsec":%d},'
 _POSE = (
     _STAMP + '"frame_id":"world","pose":{"position":{"x":%.5f,"y":%.5f,"z":0.0},'
@@ -33,7 +35,7 @@ _FRAME = (
 
 
 class Viewer:
-    """Turns events into messages that Foxglove-compatible viewers draw.
+    """Turns events into messages that Foxglove-compatible viewers draw; what moves ten times a second.
 
     Args:
         header: What the run says of its bodies, beams and outlines.
@@ -42,8 +44,8 @@ class Viewer:
     def __init__(self, header: RunHeader) -> None:
         self._header = header
         self._beams = {(body.name, sensor): _BeamLines(body, sensor) for body in header.bodies for sensor in body.beams}
-        self._frames: dict[str, tuple[str, str]] = {}
-        self._draw: dict[type[Event], Callable[..., Iterator[Message]]] = {
+        self._frames: dict[str, tuple[str, str, _Pace]] = {}
+        self._draw: dict[type[Event], Draw] = {
             ev.BodyMoved: self._moved,
             ev.SensorRead: self._read,
             ev.SensorFailed: lambda e, t: self._log(e, t, foxglove.ERROR, f"sensor {e.sensor}: {e.detail}"),
@@ -58,13 +60,9 @@ class Viewer:
             ev.TicketChanged: self._ticket,
         }
 
-    def draws(self, kind: type[Event]) -> bool:
-        """Whether this kind of event gives messages at all."""
-        return kind in self._draw
-
-    def messages(self, event: Event, time: int) -> Iterator[Message]:
-        """The messages of an event at a time [ns]."""
-        return self._draw[type(event)](event, time)
+    def drawing(self, kind: type[Event]) -> Draw | None:
+        """What gives the messages of an event of this kind at a time [ns]; None for the many that give none."""
+        return self._draw.get(kind)
 
     def scene(self, time: int) -> Message:
         """The world's outline, its places and the bodies' hulls, to be drawn once."""
@@ -87,21 +85,26 @@ class Viewer:
     def _log(self, event: Event, time: int, level: int, text: str) -> Iterator[Message]:
         yield self.log(event.agent, time, level, text)
 
-    def _moved(self, event: ev.BodyMoved, time: int) -> Iterator[Message]:
+    def _moved(self, event: ev.BodyMoved, time: int) -> Iterable[Message]:
         if not math.isfinite(event.x + event.y + event.yaw):
-            return
+            return ()
         if event.body not in self._frames:
-            self._frames[event.body] = (f"/{event.body}/pose", msgspec.json.encode(event.body).decode())
-        topic, name = self._frames[event.body]
+            self._frames[event.body] = (f"/{event.body}/pose", msgspec.json.encode(event.body).decode(), _Pace())
+        topic, name, pace = self._frames[event.body]
+        if not pace.due(time):
+            return ()
         sec, nsec = divmod(time, 1_000_000_000)
         x, y, z, w = event.x, event.y, math.sin(event.yaw / 2.0), math.cos(event.yaw / 2.0)
-        yield topic, foxglove.POSE, (_POSE % (sec, nsec, x, y, z, w)).encode()
-        yield "/tf", foxglove.TRANSFORM, (_FRAME % (sec, nsec, name, x, y, z, w)).encode()
+        return (
+            (topic, foxglove.POSE, (_POSE % (sec, nsec, x, y, z, w)).encode()),
+            ("/tf", foxglove.TRANSFORM, (_FRAME % (sec, nsec, name, x, y, z, w)).encode()),
+        )
 
-    def _read(self, event: ev.SensorRead, time: int) -> Iterator[Message]:
+    def _read(self, event: ev.SensorRead, time: int) -> Iterable[Message]:
         lines = self._beams.get((event.agent, event.sensor))
-        if lines is not None and len(event.data) == 8 * lines.count:
-            yield lines.topic, foxglove.SCENE, lines.fill(event.data, time)
+        if lines is not None and len(event.data) == 8 * lines.count and lines.pace.due(time):
+            return ((lines.topic, foxglove.SCENE, lines.fill(event.data, time)),)
+        return ()
 
     def _rule(self, event: ev.RuleChanged, time: int) -> Iterator[Message]:
         level = foxglove.WARNING if event.phase.startswith("fired") else foxglove.DEBUG
@@ -113,6 +116,21 @@ class Viewer:
             yield self.log(event.agent, time, foxglove.WARNING, f"{event.action} failed: {event.reason}")
 
 
+class _Pace:
+    """How often something is drawn."""
+
+    def __init__(self) -> None:
+        self._next = 0
+
+    def due(self, time: int) -> bool:
+        """Whether it is time [ns] to draw it again."""
+        if time < self._next:
+            return False
+        # A little early, for times are rounded.
+        self._next = time + _EVERY - 1000
+        return True
+
+
 class _BeamLines:
     """The beams of one range sensor as lines in its body's frame, ready to be filled with ranges."""
 
@@ -120,9 +138,8 @@ class _BeamLines:
         beams = body.beams[sensor]
         self.topic = f"/{body.name}/{sensor}/beams"
         self.count = len(beams)
-        self._reach = np.array([b.reach for b in beams])  # (n,) [m]
-        self._start = np.array([[b.x, b.y] for b in beams]).reshape(-1, 2)  # (n, 2) [m]
-        self._way = np.array([[math.cos(b.yaw), math.sin(b.yaw)] for b in beams]).reshape(-1, 2)  # (n, 2)
+        self.pace = _Pace()
+        self._rays = [(b.x, b.y, math.cos(b.yaw), math.sin(b.yaw), b.reach) for b in beams]
         # The beginnings never change; what changes is written once as a mark, and a mark becomes a place to fill.
         points = [p for b in beams for p in ((b.x, b.y, body.height), (7e77, 7e77, body.height))]
         lines = [foxglove.line(2, points, _BEAM, 0.01)]
@@ -134,11 +151,12 @@ class _BeamLines:
         self._template = text.replace('"timestamp":{"sec":0,"nsec":0}', '"timestamp":{"sec":%d,"nsec":%d}', 1)
 
     def fill(self, data: bytes, time: int) -> bytes:
-        ranges = np.frombuffer(data)  # (n,) [m]
-        # No echo is drawn to the sensor's reach, a broken value not at all.
-        shown = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self._reach))
-        ends = self._start + self._way * shown[:, None]
-        return (self._template % (*divmod(time, 1_000_000_000), *ends.ravel().tolist())).encode()
+        ends: list[float] = []
+        for (x, y, along, across, reach), distance in zip(self._rays, ev.unpack(data), strict=True):
+            # No echo is drawn to the sensor's reach, a broken value not at all.
+            shown = 0.0 if math.isnan(distance) else min(distance, reach)
+            ends += (x + along * shown, y + across * shown)
+        return (self._template % (*divmod(time, 1_000_000_000), *ends)).encode()
 
 
 def _outline(outline: Outline, time: int) -> foxglove.Json:

@@ -103,8 +103,10 @@ def _take(why: Why, event: Event) -> None:
     elif isinstance(event, NodeTicked):
         why.tree[event.node] = event
     elif isinstance(event, RuleChanged):
-        why.rules.pop(event.rule, None)
-        if event.phase not in ("ended", "released"):
+        before = why.rules.pop(event.rule, None)
+        # A rule that fired stays active until its action has ended, released or not (DESIGN 5).
+        waited = before is None or before.phase in ("latched", "waits")
+        if event.phase != "ended" and not (event.phase == "released" and waited):
             why.rules[event.rule] = event
         if event.phase.startswith("fired"):
             why.fired.append(event)

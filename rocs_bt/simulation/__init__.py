@@ -1,7 +1,7 @@
 """A world, its agents and movers: one episode, from a scenario's file to its outcome."""
 
 from .episode import Episode, Mind, Result
-from .feasible import FreePose, free_goal_poses
+from .feasible import POSES_TRIED, FreePose, free_goal_poses
 from .metrics import Metrics
 from .mover import MOVERS, Mover, make_mover
 from .outcome import OUTCOMES, Goal, Judge, Verdict
@@ -9,12 +9,14 @@ from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
 from .replay import replay
 from .run import RunResult, run
+from .sink_thread import SinkThread
 from .stage import Stage, compose_scenario, set_stage
 from .streams import stream
 
 __all__ = [
     "MOVERS",
     "OUTCOMES",
+    "POSES_TRIED",
     "Episode",
     "FreePose",
     "Goal",
@@ -25,6 +27,7 @@ __all__ = [
     "PhysicsThread",
     "Result",
     "RunResult",
+    "SinkThread",
     "Stage",
     "Verdict",
     "compose_scenario",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
@@ -12,13 +11,11 @@ from typing import Protocol
 
 from ..clock import Rate, WallClock
 from ..drivers.mujoco import Contact, MujocoWorld
-from ..event import Approached, BodyMoved, EventSink, GoalEntered, Judged, Touched, pack
+from ..event import BodyMoved, EventSink, GoalEntered, Judged, Touched, pack
+from .clearance import ClearanceWatch
 from .mover import Mover
 from .outcome import Goal, Judge, MindState, Verdict
 from .physics_thread import PhysicsThread
-
-_CLOSING = 4.0  # [m/s] at which two hulls approach each other at most
-
 
 END = "the end of the run"
 """Who cancels what is left when an agent's run is over."""
@@ -105,8 +102,7 @@ class Episode:
         self._duration = duration
         self._sink = sink
         self._watch = watch
-        self._nearest = {mind.name: math.inf for mind in minds}
-        self._measure_at = {mind.name: -math.inf for mind in minds}
+        self._clearance = ClearanceWatch(world, [mind.name for mind in minds], sink)
         self._inside: set[tuple[str, str]] = set()
         self._hash = hashlib.sha256()
 
@@ -130,27 +126,27 @@ class Episode:
         """Run on wall time: physics in a thread of its own, the agents in those that their runners start.
 
         Args:
-            clock: Time; the world's and the agents' too.
+            clock: Time, the world's and the agents' too; it begins at zero.
             runners: Entered when physics runs, left at the end.
 
         Raises:
             BlockError: The physics thread failed.
         """
         stop, count, period = threading.Event(), 0, self._control.period
-        start = clock.now()
+        clock.start()
         with ExitStack() as stack:
             physics = stack.enter_context(PhysicsThread(self._world, clock, stop))
             for runner in runners:
                 stack.enter_context(runner)
-            while clock.wait_until(start + count * period, stop):
+            while clock.wait_until(count * period, stop):
                 t = clock.now()
                 if self._observe(t):
                     break
                 for mover in self._movers:
                     mover.step(t)
-                count = max(count + 1, int((t - start) / period) + 1)
+                count = max(count + 1, int(t / period) + 1)
         physics.raise_failure()
-        return self._finish(t, clock.now() - start, physics.worst)
+        return self._finish(t, clock.now(), physics.worst)
 
     def _observe(self, t: float) -> bool:
         """Tell the truth to sink and judges; True when the episode is over."""
@@ -165,6 +161,7 @@ class Episode:
             kind = "collision" if contact.moving else "struck"
             if contact.robot in self._judges:
                 self._sink.emit(Touched(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
+        self._clearance.look(t)
         for mind in self._minds:
             self._judge(t, mind, contacts)
         going = self._watch(t)
@@ -180,8 +177,6 @@ class Episode:
     def _judge(self, t: float, mind: Mind, contacts: Sequence[Contact]) -> None:
         name, world, judge = mind.name, self._world, self._judges[mind.name]
         pose = world.pose(name)
-        if t >= self._measure_at[name]:
-            self._measure(t, name)
         for goal in self._goals.get(name, ()):
             away = pose.distance(goal.pose)
             if away > goal.tolerance:
@@ -194,14 +189,6 @@ class Episode:
         ran_into = [c.other for c in contacts if c.robot == name and c.moving]
         if judge.update(t, pose, mind, commanded=world.commanded(name), collisions=ran_into):
             mind.stop(END)
-
-    def _measure(self, t: float, name: str) -> None:
-        """Note a new least clearance, and until when there can be no lesser one."""
-        distance, other = self._world.clearance(name)
-        if distance < self._nearest[name]:
-            self._nearest[name] = distance
-            self._sink.emit(Approached(t=t, agent=name, other=other, distance=distance))
-        self._measure_at[name] = t + (distance - self._nearest[name]) / _CLOSING
 
     def _finish(self, t: float, wall_time: float, lateness: float = 0.0) -> Result:
         verdicts = {}

@@ -14,6 +14,9 @@ _RINGS = (0.0, 0.5, 0.99)  # of the tolerance
 _BEARINGS = 8
 _HEADINGS = 24
 
+POSES_TRIED = (1 + (len(_RINGS) - 1) * _BEARINGS) * _HEADINGS
+"""How many poses `free_goal_poses` looks at."""
+
 
 @dataclass(frozen=True)
 class FreePose:

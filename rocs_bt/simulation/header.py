@@ -6,7 +6,9 @@ import importlib.metadata
 import math
 import platform
 from collections.abc import Mapping, Sequence
+from functools import cache
 
+from .. import __version__
 from ..agent import Agent
 from ..catalog import ScenarioSpec
 from ..drivers.mujoco.body import hull_outline, outlines
@@ -15,12 +17,15 @@ from ..plan import NodeOutline, TreePlan
 from ..record import AgentInfo, BodyInfo, Place, RunHeader, TreeNode
 from .stage import Stage
 
-_PACKAGES = ("rocs_bt", "mujoco", "casadi", "py-trees", "networkx", "numpy")
+_PACKAGES = ("mujoco", "casadi", "py-trees", "networkx", "numpy")
 
 
-def versions() -> dict[str, str]:
+@cache
+def versions() -> Mapping[str, str]:
     """The versions that a run's bits depend on, by package."""
-    return {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in _PACKAGES}}
+    # Of its own version the package tells itself: a checkout that is not installed has no metadata.
+    others = {name: importlib.metadata.version(name) for name in _PACKAGES}
+    return {"python": platform.python_version(), "rocs_bt": __version__, **others}
 
 
 def make_header(

@@ -11,13 +11,16 @@ from typing import Any
 from ..event import (
     ActuatorCommanded,
     Approached,
+    BlockFailed,
     BodyMoved,
+    CommandExpired,
     Event,
     Followed,
     GoalEntered,
     Judged,
     Replanned,
     RuleChanged,
+    SensorFailed,
     TicketChanged,
     Touched,
 )
@@ -45,6 +48,7 @@ class _Tally:
     cross: list[float] = field(default_factory=list)
     solve: list[float] = field(default_factory=list)
     goals: set[str] = field(default_factory=set)
+    faults: list[str] = field(default_factory=list)
     judged: Judged | None = None
 
 
@@ -67,13 +71,16 @@ class Metrics:
             TicketChanged: _ticket,
             Followed: _followed,
             GoalEntered: _entered,
+            SensorFailed: _sensor_failed,
+            BlockFailed: _block_failed,
+            CommandExpired: _expired,
             Judged: _judged,
         }
 
     def emit(self, event: Event) -> None:
         """Count one event."""
-        take, tally = self._takes.get(type(event)), self._tallies.get(event.agent)
-        if take is not None and tally is not None:
+        take = self._takes.get(type(event))
+        if take is not None and (tally := self._tallies.get(event.agent)) is not None:
             take(tally, event)
 
     def of(self, agent: str) -> dict[str, Any]:
@@ -84,6 +91,7 @@ class Metrics:
             "outcome": judged.outcome,
             "reason": judged.reason,
             "time_to_goal": judged.time_to_goal,
+            "faults": tally.faults,
             "goals_reached": len(tally.goals),
             "path_length": tally.path_length,
             "min_clearance": tally.min_clearance,
@@ -153,6 +161,18 @@ def _followed(tally: _Tally, event: Followed) -> None:
 
 def _entered(tally: _Tally, event: GoalEntered) -> None:
     tally.goals.add(event.goal)
+
+
+def _sensor_failed(tally: _Tally, event: SensorFailed) -> None:
+    tally.faults.append(f"{event.t:.2f} s: sensor {event.sensor}: {event.detail}")
+
+
+def _block_failed(tally: _Tally, event: BlockFailed) -> None:
+    tally.faults.append(f"{event.t:.2f} s: block {event.block} {event.kind}: {event.detail}")
+
+
+def _expired(tally: _Tally, event: CommandExpired) -> None:
+    tally.faults.append(f"{event.t:.2f} s: no command came for {event.actuator}, which went to neutral")
 
 
 def _judged(tally: _Tally, event: Judged) -> None:

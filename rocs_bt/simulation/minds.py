@@ -9,9 +9,9 @@ from ..agent import Agent, Mind, Rates, build_agent
 from ..catalog import AgentSpec, Catalog, RobotSpec, ScenarioSpec
 from ..clock import Clock, Rate
 from ..device import Sensor, Watchdog
-from ..errors import InputError
+from ..errors import InputError, blame
 from ..event import EventSink
-from ..plan import mission_arguments
+from ..plan import mission_actions, mission_arguments
 
 Build = Callable[..., Any]
 
@@ -39,6 +39,8 @@ def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build:
         parameters=parameters,
         rules=[catalog.find("rules", name).path for name in agent.rules],
         places=[place for place in scenario.places if agent.name in place.agents],
+        peers={name: tag for name, tag in scenario.tags.items() if name != agent.name},
+        actions=mission_actions(mission),
     )
 
 
@@ -62,19 +64,22 @@ def build_minds(
     """
     period = scenario.rate.control_rate.period
     rates = Rates(control=Rate(1, period), plan=scenario.rate.plan_rate)
-    return [
-        build_agent(
-            agent.name,
-            robots[agent.name],
-            load_mind(scenario, agent, catalog, (missions or {}).get(agent.name)),
-            sensors=sensors[agent.name],
-            actuators=actuators[agent.name],
-            sensor_rates=sensor_rates[agent.name],
-            rates=rates,
-            clock=clock,
-            sink=sink,
-            timer=timer,
-            load_class=catalog.load_class,
-        )
-        for agent in scenario.agents
-    ]
+    agents = []
+    for agent in scenario.agents:
+        mind = load_mind(scenario, agent, catalog, (missions or {}).get(agent.name))
+        with blame(scenario.file, agent.line):
+            built = build_agent(
+                agent.name,
+                robots[agent.name],
+                mind,
+                sensors=sensors[agent.name],
+                actuators=actuators[agent.name],
+                sensor_rates=sensor_rates[agent.name],
+                rates=rates,
+                clock=clock,
+                sink=sink,
+                timer=timer,
+                load_class=catalog.load_class,
+            )
+        agents.append(built)
+    return agents

@@ -79,7 +79,10 @@ class RandomWalkParameters:
     margin: Metres = 0.33
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.min_speed <= self.max_speed or not 0.0 < self.min_leg <= self.max_leg:
+        for name, value in vars(self).items():
+            if not 0.0 <= value < math.inf:
+                raise InputError(Fault(f"{name} must be finite and no less than zero, found {value:g}."))
+        if not self.min_speed <= self.max_speed or not 0.0 < self.min_leg <= self.max_leg:
             raise InputError(
                 Fault(
                     f"speeds and legs must be given as a least and a greatest one, found {self.min_speed} to "

@@ -59,14 +59,16 @@ class Judge:
 
     Args:
         goal: The scenario's goal check; None where the mission's word is enough.
+        at_end: Whether the goal check counts when the run ends, whatever the mission says: for one that never ends.
         end_on_collision: Whether a collision decides at once.
 
     Attributes:
         decided: Whether nothing that may still come can matter.
     """
 
-    def __init__(self, goal: Goal | None = None, *, end_on_collision: bool = False) -> None:
+    def __init__(self, goal: Goal | None = None, *, at_end: bool = False, end_on_collision: bool = False) -> None:
         self._goal = goal
+        self._at_end = at_end
         self._end_on_collision = end_on_collision
         self._found: dict[str, str] = {}
         self._anchor: Pose2 | None = None
@@ -98,9 +100,11 @@ class Judge:
             self._note("error", str(mind.failure), decides=True)
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
-        if mind.status == "SUCCESS" and (self._goal is None or self._distance <= self._goal.tolerance):
-            if self.time_to_goal is None:
-                self.time_to_goal = t
+        there = self._goal is None or self._distance <= self._goal.tolerance
+        succeeded = there and mind.status == "SUCCESS"
+        if self.time_to_goal is None and (succeeded or (there and self._at_end)):
+            self.time_to_goal = t
+        if succeeded and not self._at_end:
             self._note("success", "", decides=True)
         elif mind.status == "FAILURE":
             self._note("stuck", f"the mission failed: {mind.reason or 'it says not why'}", decides=True)
@@ -112,6 +116,8 @@ class Judge:
         for outcome in OUTCOMES:
             if outcome in self._found:
                 return Verdict(outcome, self._found[outcome], self.time_to_goal)
+        if self._at_end and self._goal is not None and self._distance <= self._goal.tolerance:
+            return Verdict("success", "", self.time_to_goal)
         return Verdict("timeout", self._why_not(), None)
 
     def _note(self, outcome: str, reason: str, *, decides: bool) -> None:
@@ -133,6 +139,8 @@ class Judge:
         if self._goal is None:
             return f"the mission is still {self._mission}"
         where = f"{self._distance:.2f} m from '{self._goal.name}'"
+        if self._at_end and self.time_to_goal is not None:
+            return f"it came to '{self._goal.name}' at {self.time_to_goal:.1f} s, but at the end it is {where}"
         if self._mission == "SUCCESS":
             return f"the mission says SUCCESS, but it is {where}, whose tolerance is {self._goal.tolerance:g} m"
         return f"the mission is still {self._mission}, {where}"

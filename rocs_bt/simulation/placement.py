@@ -30,6 +30,11 @@ class Start(Protocol):
         ...
 
     @property
+    def line(self) -> int:
+        """Where it stands in the scenario's file."""
+        ...
+
+    @property
     def jitter(self) -> Pose2:
         """Half-widths of the uniform draw."""
         ...
@@ -63,7 +68,7 @@ def place_all(world: MujocoWorld, starts: Sequence[Start], content: str, seed: i
             if not thing:
                 break
         else:
-            faults.append(_inside(start.name, pose, distance, thing))
+            faults.append(_inside(start, pose, distance, thing))
         poses[start.name] = pose
     if faults:
         raise InputError(*faults)
@@ -76,9 +81,10 @@ def jittered(pose: Pose2, jitter: Pose2, rng: np.random.Generator) -> Pose2:
     return Pose2(pose.x + x * jitter.x, pose.y + y * jitter.y, wrap_angle(pose.yaw + yaw * jitter.yaw))
 
 
-def _inside(name: str, pose: Pose2, distance: float, thing: str) -> Fault:
+def _inside(start: Start, pose: Pose2, distance: float, thing: str) -> Fault:
     return Fault(
-        f"{name} cannot start at x = {pose.x:.2f} m, y = {pose.y:.2f} m, yaw = {math.degrees(pose.yaw):.0f} deg: "
+        f"{start.name} cannot start at x = {pose.x:.2f} m, y = {pose.y:.2f} m, yaw = {math.degrees(pose.yaw):.0f} deg: "
         f"its hull would be {max(-distance, 0.0):.2f} m inside '{thing}'.",
+        line=start.line,
         hint="Move its start, or make its jitter smaller.",
     )

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace as replace_fault
 
 from ..agent import robot_drive
 from ..catalog import Catalog, RobotSpec, ScenarioSpec, content_hash
 from ..clock import SimulatedClock
 from ..device import Sensor, Watchdog
 from ..drivers.replay import ReplayActuator, replay_sensors
-from ..errors import RecordingError
+from ..errors import InputError, RecordingError, UnknownName, unknown
 from ..event import AgentStopped, CommandExpired, Event, ListSink
 from ..record import WORLD_EVENTS, Divergence, Recording, compare
 from .minds import Build, build_minds
@@ -46,8 +47,11 @@ def replay(
             f"'{recording.path}' was recorded in {header.mode} mode, whose decisions depend on wall time and do not "
             "repeat. Record it in lockstep mode, or ask it with --why."
         )
+    names = [a.name for a in header.agents]
+    if agent is not None and agent not in names:
+        raise InputError(unknown("agent", agent, names, "The run"))
     catalog = catalog or Catalog.here()
-    scenario = catalog.load_scenario(header.scenario)
+    scenario = _scenario(header.scenario, catalog)
     if content_hash(catalog.content_of(scenario)) != header.content_hash:
         raise RecordingError(
             f"the content of '{header.scenario}' has changed since '{recording.path}' was recorded (content_hash "
@@ -58,6 +62,15 @@ def replay(
     if agent is not None:
         recorded, found = ([e for e in events if e.agent == agent] for events in (recorded, found))
     return compare(recorded, found, cut_off=not recording.complete)
+
+
+def _scenario(name: str, catalog: Catalog) -> ScenarioSpec:
+    try:
+        catalog.find("scenario", name)
+    except UnknownName as error:
+        hint = "Replay a run in the folder of the project that it was recorded in."
+        raise UnknownName(*(replace_fault(f, hint=f"{f.hint} {hint}") for f in error.faults)) from error
+    return catalog.load_scenario(name)
 
 
 def _decide(

@@ -20,9 +20,11 @@ from .episode import Episode, Result
 from .header import make_header, versions
 from .metrics import Metrics
 from .minds import Build, build_minds
+from .sink_thread import SinkThread
 from .stage import Stage, set_stage
 
 MODES = ("lockstep", "threaded")
+RECORDING, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,12 @@ class RunResult:
     @property
     def success(self) -> bool:
         """Whether every agent succeeded."""
-        return all(agent["outcome"] == "success" for agent in self.summary["agents"].values())
+        return all(outcome == "success" for outcome in self.outcomes.values())
+
+    @property
+    def outcomes(self) -> dict[str, str]:
+        """Each agent's outcome, by its name."""
+        return {name: agent["outcome"] for name, agent in self.summary["agents"].items()}
 
     def __str__(self) -> str:
         lines = [f"{self.summary['scenario']}, seed {self.summary['seed']}, {self.summary['sim_time']:.1f} s simulated"]
@@ -52,6 +59,7 @@ class RunResult:
                 f"{name} {agent['outcome']}{reason}; {agent['path_length']:.2f} m, {agent['collisions']} collisions, "
                 f"{agent['reflex_activations']} reflexes, {agent['replans']} re-plans"
             )
+            lines += [f"  fault at {fault}" for fault in agent["faults"]]
         return "\n".join(lines)
 
 
@@ -111,23 +119,23 @@ def run(
     if mode not in MODES:
         raise InputError(f"no mode is named '{mode}'. There are: {', '.join(MODES)}.")
     relay, metrics = Relay(), Metrics(a.name for a in spec.agents)
-    clock = WallClock() if mode == "threaded" else None
+    clock = WallClock(running=False) if mode == "threaded" else None
     stage = set_stage(spec, catalog, seed, relay, clock=clock)
     if prepare is not None:
         prepare(stage)
     agents = stage_minds(spec, stage, catalog, relay, missions)
     digest = content_hash(catalog.content_of(spec))
     with ExitStack() as stack:
-        recorder = None
-        if out is not None:
-            Path(out).mkdir(parents=True, exist_ok=True)
-            header = make_header(spec, stage, agents, seed=seed, mode=mode, content_hash=digest)
-            recorder = Recorder(Path(out) / "run.mcap", header)
-            stack.callback(recorder.close)
-        relay.open(Fanout(metrics, *([recorder] if recorder else []), *sinks))
         for agent in agents:
             stack.callback(agent.close)
+        # Whoever may still refuse this run does so before an earlier one in the same folder is replaced.
         watch = _watchers(stack, stage, progress, view, video)
+        recorder = None
+        if out is not None:
+            header = make_header(spec, stage, agents, seed=seed, mode=mode, content_hash=digest)
+            recorder = Recorder(_emptied(Path(out)) / RECORDING, header)
+            stack.callback(recorder.close)
+        sink: EventSink = Fanout(metrics, *([recorder] if recorder else []), *sinks)
         episode = Episode(
             stage.world,
             agents,
@@ -140,7 +148,7 @@ def run(
             sink=relay,
             watch=watch,
         )
-        result = _play(episode, agents, clock)
+        result = _play(episode, agents, clock, relay, sink)
         summary = _summary(spec, seed, mode, digest, result, metrics)
         if recorder is not None:
             recorder.close(summary)
@@ -165,10 +173,13 @@ def stage_minds(
     )
 
 
-def _play(episode: Episode, agents: Sequence[Agent], clock: WallClock | None) -> Result:
+def _play(episode: Episode, agents: Sequence[Agent], clock: WallClock | None, relay: Relay, sink: EventSink) -> Result:
     if clock is None:
+        relay.open(sink)
         return episode.run()
-    return episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in agents])
+    with SinkThread(sink) as thread:
+        relay.open(thread)
+        return episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in agents])
 
 
 def _watchers(
@@ -217,11 +228,19 @@ def _summary(spec: ScenarioSpec, seed: int, mode: str, digest: str, result: Resu
     }
 
 
+def _emptied(folder: Path) -> Path:
+    """The folder, without what an earlier run left: a killed run must not lie beside a stranger's summary."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in (SUMMARY, REPORT):
+        (folder / name).unlink(missing_ok=True)
+    return folder
+
+
 def _keep(summary: Mapping[str, Any], out: Path | None, report: bool) -> RunResult:
     if out is None:
         return RunResult(summary)
-    (out / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    recording, page = out / "run.mcap", out / "report.html"
+    (out / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    recording, page = out / RECORDING, out / REPORT
     if not report:
         return RunResult(summary, recording)
     write_report(Recording.open(recording), summary, page)

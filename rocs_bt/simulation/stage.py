@@ -11,7 +11,7 @@ from ..catalog import Catalog, RobotSpec, ScenarioSpec, content_hash, is_referen
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor, Watchdog
 from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compose_world, make_actuator, make_sensor
-from ..errors import Fault, InputError
+from ..errors import Fault, InputError, blame
 from ..event import CommandExpired, EventSink
 from ..geometry import Pose2
 from .mover import Mover, make_mover
@@ -41,8 +41,8 @@ class Stage:
     world: MujocoWorld
     clock: Clock
     robots: Mapping[str, RobotSpec]
-    sensors: Mapping[str, Mapping[str, Sensor]]
-    actuators: Mapping[str, Mapping[str, Watchdog]]
+    sensors: Mapping[str, dict[str, Sensor]]
+    actuators: Mapping[str, dict[str, Watchdog]]
     sensor_rates: Mapping[str, Mapping[str, Rate]]
     movers: Sequence[Mover]
     wheels: Mapping[str, Callable[[], list[float]]]
@@ -69,30 +69,31 @@ def set_stage(
     time = clock or SimulatedClock(scenario.rate.physics)
     world, robots = _compose(scenario, catalog, time)
     content = content_hash([make_entry(scenario.file, "scenario", "file")])
-    starts = place_all(world, [*scenario.agents, *scenario.movers], content, seed)
+    with blame(scenario.file):
+        starts = place_all(world, [*scenario.agents, *scenario.movers], content, seed)
     sensors: dict[str, dict[str, Sensor]] = {}
     actuators: dict[str, dict[str, Watchdog]] = {}
     wheels: dict[str, Callable[[], list[float]]] = {}
     for agent in scenario.agents:
         spec = robots[agent.name]
-        sensors[agent.name] = {
-            s.name: make_sensor(
-                world,
-                agent.name,
-                s.name,
-                _driver(catalog, spec, s.driver),
-                s.parameters,
-                noise=s.noise,
-                rng=stream(content, seed, agent.name, f"noise of {s.name}"),
-            )
-            for s in spec.sensors
-        }
+        sensors[agent.name] = {}
+        for s in spec.sensors:
+            with blame(spec.file, s.line):
+                sensors[agent.name][s.name] = make_sensor(
+                    world,
+                    agent.name,
+                    s.name,
+                    _driver(catalog, spec, s.driver),
+                    s.parameters,
+                    noise=s.noise,
+                    rng=stream(content, seed, agent.name, f"noise of {s.name}"),
+                )
         actuators[agent.name] = _actuators(world, catalog, agent.name, spec, time, sink, wheels)
     rates = {
         a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
         for a in scenario.agents
     }
-    movers = _movers(world, scenario, robots, content, seed, wheels)
+    movers = _movers(world, catalog, scenario, robots, content, seed, wheels)
     goals = {
         a.name: [Goal(p.name, p.pose, p.tolerance) for p in scenario.places if p.kind == "goal" and a.name in p.agents]
         for a in scenario.agents
@@ -100,6 +101,7 @@ def set_stage(
     judges = {
         a.name: Judge(
             next((g for g in _goals_of(scenario) if g.name == a.success), None),
+            at_end=a.at_end,
             end_on_collision=scenario.end_on_collision,
         )
         for a in scenario.agents
@@ -126,7 +128,9 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
             raise InputError(
                 Fault(f"the robot '{spec.name}' has no model.", spec.file, hint='Add model = "robot.xml".')
             )
-        mounts = [SensorMount(s.name, _driver(catalog, spec, s.driver), s.parameters) for s in spec.sensors]
+        mounts = [
+            SensorMount(s.name, _driver(catalog, spec, s.driver), s.parameters, spec.file, s.line) for s in spec.sensors
+        ]
         placed.append(Placed(name, spec.model, mounts if name in minds else ()))
     arena = catalog.find("world", scenario.world).path
     return compose_world(arena, placed, step=scenario.rate.physics, clock=clock), robots
@@ -151,7 +155,8 @@ def _actuators(
 ) -> dict[str, Watchdog]:
     made = {}
     for spec in robot.actuators:
-        device = make_actuator(world, agent, spec.name, _driver(catalog, robot, spec.driver), spec.parameters)
+        with blame(robot.file, spec.line):
+            device = make_actuator(world, agent, spec.name, _driver(catalog, robot, spec.driver), spec.parameters)
         if spec.name == robot.drive.actuator and hasattr(device, "measured"):
             wheels[agent] = device.measured
 
@@ -165,6 +170,7 @@ def _actuators(
 
 def _movers(
     world: MujocoWorld,
+    catalog: Catalog,
     scenario: ScenarioSpec,
     robots: Mapping[str, RobotSpec],
     content: str,
@@ -175,18 +181,20 @@ def _movers(
     for mover in scenario.movers:
         robot = robots[mover.name]
         spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
-        device = make_actuator(world, mover.name, spec.name, spec.driver, spec.parameters)
+        with blame(robot.file, spec.line):
+            device = make_actuator(world, mover.name, spec.name, _driver(catalog, robot, spec.driver), spec.parameters)
         if hasattr(device, "measured"):
             wheels[mover.name] = device.measured
-        made = make_mover(
-            mover.script,
-            mover.parameters,
-            name=mover.name,
-            world=world,
-            drive=robot_drive(robot.drive),
-            wheels=device,
-            rng=stream(content, seed, mover.name, mover.script),
-        )
+        with blame(scenario.file, mover.line):
+            made = make_mover(
+                mover.script,
+                mover.parameters,
+                name=mover.name,
+                world=world,
+                drive=robot_drive(robot.drive),
+                wheels=device,
+                rng=stream(content, seed, mover.name, mover.script),
+            )
         movers.append(made)
     return movers
 

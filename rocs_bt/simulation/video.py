@@ -48,6 +48,8 @@ class Video:
             raise InputError(
                 Fault("writing .mp4 needs the extra [video].", hint="pip install 'rocs_bt[video]', or write a .gif.")
             )
+        if not file.absolute().parent.is_dir():
+            raise InputError(Fault(f"there is no folder '{file.parent}' for the video.", hint="Make it first."))
         self._file = file
         self._rate = rate
         self._due = 0.0

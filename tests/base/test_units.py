@@ -1,13 +1,30 @@
 """Quantities: what files may write, and what they are told when they write it wrong."""
 
 import math
+import typing
+from typing import Annotated
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rocs_bt.action import Parameter
 from rocs_bt.errors import UnitError
-from rocs_bt.units import ANGLE, LENGTH, NONE, SPEED, convert, parse_quantity, parse_unit, unit_names
+from rocs_bt.units import (
+    ANGLE,
+    FINITE,
+    LENGTH,
+    NONE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    SPEED,
+    Bounds,
+    PositiveMetres,
+    convert,
+    parse_quantity,
+    parse_unit,
+    unit_names,
+)
 
 
 @pytest.mark.parametrize(
@@ -71,3 +88,24 @@ def test_a_wrong_unit_is_said_clearly(value, message):
 
 def test_a_bare_number_passes_where_no_unit_is_wanted():
     assert convert(3, NONE) == 3.0
+
+
+@given(st.floats())
+def test_bounds_admit_what_their_words_say(value):
+    finite = math.isfinite(value)
+    assert FINITE.admit(value) is finite
+    assert POSITIVE.admit(value) is (finite and value > 0.0)
+    assert NOT_NEGATIVE.admit(value) is (finite and value >= 0.0)
+    assert Bounds(0.0, infinite=True).admit(value) is (value >= 0.0)
+
+
+def test_bounds_have_words():
+    bounds = (FINITE, POSITIVE, NOT_NEGATIVE, Bounds(0.5, infinite=True), Bounds(infinite=True))
+    words = ["finite", "positive and finite", "0 or more and finite", "0.5 or more", "a number"]
+    assert [str(b) for b in bounds] == words
+
+
+def test_annotations_nest_and_the_outer_bounds_count():
+    assert typing.get_args(PositiveMetres) == (float, LENGTH, POSITIVE)
+    hint = Annotated[PositiveMetres, NOT_NEGATIVE]
+    assert Parameter.annotated("p", hint, required=True, default=None).bounds is NOT_NEGATIVE

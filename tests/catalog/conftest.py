@@ -72,7 +72,7 @@ name = "dock"
 x = "0 m"
 y = "-10 cm"
 tolerance = "5 cm"
-colour = "red"
+agents = ["R1"]
 
 [[agent]]
 name = "R1"

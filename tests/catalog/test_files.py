@@ -120,7 +120,7 @@ def test_a_scenario_is_read_in_si_units(project):
     assert (place.kind, place.tolerance, place.agents) == ("goal", 0.05, ("R1",))
     assert place.pose[:2] == (0.0, -0.1)
     assert math.isnan(place.pose.yaw)
-    assert place.attributes == {"colour": "red"}
+    assert place.attributes == {}
     assert (agent.robot, agent.mission, agent.rules, agent.success) == ("bot", "go", ("calm",), "dock")
     assert agent.pose == (1.0, 2.0, math.pi)
     assert agent.jitter == (0.05, 0.0, pytest.approx(math.radians(10)))
@@ -159,7 +159,7 @@ def test_sensors_can_be_read_as_often_as_a_faster_control_needs(scenario_file, p
         ('plan = "5 Hz"', 'control = "50 Hz"', r":6: the rate of sensor 'bot/sonar' of 20 Hz is 2\.5 steps"),
         ('name = "R2"', 'name = "R1"', r":31:1: the name 'R1' is taken"),
         ('name = "R2"', 'name = "R/2"', r":31:1: 'R/2' cannot name a body"),
-        ('colour = "red"', 'agents = ["R9"]', r":14:1: no agent is named 'R9'"),
+        ('agents = ["R1"]', 'agents = ["R9"]', r":14:1: no agent is named 'R9'"),
         (
             'duration = "20 s"',
             'durashun = "20 s"',

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -13,11 +14,15 @@ from hypothesis import strategies as st
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, classes_in, load_robot, make_entry, shipped_root
+from rocs_bt.check import check_content
 from rocs_bt.check.paper import paper_agent
 from rocs_bt.drivers.mujoco import compose_world
 from rocs_bt.errors import InputError
+from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import load_rules
+from rocs_bt.simulation import set_stage
+from rocs_bt.simulation.run import stage_minds
 
 SHIPPED = shipped_root()
 ROBOT = SHIPPED / "robots" / "pioneer_p3dx" / "robot.toml"
@@ -26,15 +31,16 @@ ODD_VALUES = [
     "[[]]", "true", '"0 Hz"', '"-20 Hz"', '"1e-300 s"', "1979-05-27", '"5 m5"', '"5 m/s/s/s/s"', '"../../etc"',
     '"a/b.py:C"',    '"own.py:Own"', "99999999999999999999", '"\\u0000"', '["0 m", 3]', '"0.5 m" # ü',
 ]  # fmt: skip
+NAMES = ["R1", "R2", "goal", "sonar", "wheels", "range", "pose", "base", "hull", "floor", "box", "left_motor", ""]
 
 
 @st.composite
 def mutations(draw, text: str) -> bytes:
-    """One to three edits of a text: cut, doubled, moved or odd."""
+    """One to three edits of a text: cut, doubled, moved, odd, or named like something else."""
     for _ in range(draw(st.integers(1, 3))):
         lines = text.splitlines(keepends=True) or ["\n"]
         at = draw(st.integers(0, len(lines) - 1))
-        kind = draw(st.sampled_from(["cut", "drop", "double", "swap", "odd", "character", "insert"]))
+        kind = draw(st.sampled_from(["cut", "drop", "double", "swap", "odd", "character", "insert", "clash"]))
         if kind == "cut":
             text = text[: draw(st.integers(0, len(text)))]
         elif kind == "drop":
@@ -49,6 +55,10 @@ def mutations(draw, text: str) -> bytes:
             odd = draw(st.sampled_from(ODD_VALUES))
             lines[at] = re.sub(r'(=\s*)("[^"]*"|[^"\n]+)', lambda m, odd=odd: m[1] + odd, lines[at], count=1)
             text = "".join(lines)
+        elif kind == "clash" and (taken := list(re.finditer(r'name ?= ?"([^"]*)"', text))):
+            # One thing is called like another, of this file or of those that it must get along with.
+            where, name = draw(st.sampled_from(taken)), draw(st.sampled_from([*(m[1] for m in taken), *NAMES]))
+            text = text[: where.start(1)] + name + text[where.end(1) :]
         elif kind == "character" and text:
             place = draw(st.integers(0, len(text) - 1))
             text = text[:place] + draw(st.characters(codec="utf-8")) + text[place + 1 :]
@@ -139,3 +149,50 @@ def test_mutated_content_is_read_or_refused(source, read, examples):
 @pytest.mark.parametrize(("source", "read", "examples"), CASES, ids=lambda v: v.name if isinstance(v, Path) else "")
 def test_mutated_content_is_read_or_refused_for_long(source, read, examples):
     fuzz(source, read, 30 * examples)
+
+
+PROJECT = [
+    "scenarios/exp1.toml", "scenarios/worlds/arena_box.xml", "rules/avoid_collision.toml", "planners/missions/go_to.py",
+    "robots/pioneer_p3dx/robot.toml", "robots/pioneer_p3dx/robot.xml",
+]  # fmt: skip
+MUTATED = [name for name in PROJECT if not name.endswith(".py")]  # a mutated mission would be run
+
+
+def fuzz_project(name: str, examples: int) -> None:
+    """Mutate one file of a project that is whole otherwise, and do with it all that comes before the first period."""
+    text = (SHIPPED / name).read_text(encoding="utf-8")
+
+    @campaign(examples)
+    @given(mutations(text))
+    def holds(data: bytes) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder).resolve()
+            for each in PROJECT:
+                (root / each).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(SHIPPED / each, root / each)
+            (root / name).write_bytes(data)
+            findings = check_content([root])
+            assert all(fault.message and fault.file for fault in findings.faults)
+            catalog = Catalog(root)
+            try:
+                scenario = catalog.load_scenario("exp1")
+                stage = set_stage(scenario, catalog, 1, NullSink())
+                agents = stage_minds(scenario, stage, catalog, NullSink())
+            except InputError as error:
+                assert all(fault.message and fault.file for fault in error.faults)
+                assert findings.wrong, f"a run refuses what check calls fine: {error}"
+            else:
+                assert agents
+
+    holds()
+
+
+@pytest.mark.parametrize("name", MUTATED)
+def test_a_mutated_project_is_built_or_refused_as_check_says(name):
+    fuzz_project(name, 25)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", MUTATED)
+def test_a_mutated_project_is_built_or_refused_as_check_says_for_long(name):
+    fuzz_project(name, 1100)

@@ -104,7 +104,7 @@ def test_all_faults_of_a_project_are_told_at_once(project, rocs_bt):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["run", "exp"], r"no scenario is named 'exp'\. Did you mean 'exp1'\?"),
+        (["run", "exq1"], r"no scenario is named 'exq1'\. Did you mean 'exp1'\?"),
         (["run", "nowhere/exp1.toml"], r"no scenario file is named 'nowhere/exp1\.toml'"),
         (["run", "exp1", "--for", "-3"], r"--for must be a time above zero"),
         (["run", "exp1", "--for", "nan"], r"--for must be a time above zero"),
@@ -131,6 +131,11 @@ def test_new_does_not_write_over_anything(rocs_bt, tmp_path):
     (tmp_path / "mine" / "thesis.txt").write_text("years of work")
     refused(rocs_bt("new", "mine"), r"'mine' exists and is not empty\. Choose")
     assert [p.name for p in (tmp_path / "mine").iterdir()] == ["thesis.txt"]
+
+
+def test_a_place_that_cannot_be_written_is_told(rocs_bt, tmp_path):
+    (tmp_path / "occupied").write_text("a file, no folder")
+    refused(rocs_bt("run", "exp1", "--for", "1", "--out", "occupied"), r"'occupied' cannot be used: .*Name another")
 
 
 def test_two_files_of_one_name_are_told(project, rocs_bt):

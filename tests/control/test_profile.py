@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.control.drive import differential_drive
 from rocs_bt.control.path import Path
-from rocs_bt.control.profile import speed_profile
+from rocs_bt.control.profile import CRAWL, speed_profile
 from rocs_bt.errors import InputError
 
 DRIVE = differential_drive(track=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
@@ -82,3 +82,18 @@ def test_a_path_of_one_place_takes_no_time() -> None:
 def test_numbers_out_of_range_are_refused(wrong: dict[str, float], name: str) -> None:
     with pytest.raises(InputError, match=name):
         speed_profile(Path.line((0, 0), (1, 0)), DRIVE, **wrong)
+
+
+@given(st.floats(1e-300, 1e-3), st.floats(0.01, 20.0))
+@settings(max_examples=40)
+def test_a_speed_that_is_hardly_one_takes_long_and_not_for_ever(cruise: float, length: float) -> None:
+    profile = speed_profile(Path.line((0.0, 0.0), (length, 0.0)), DRIVE, cruise=cruise)  # warnings are errors
+    assert np.isfinite(profile.times).all()
+    assert (np.diff(profile.times) > 0.0).all()
+    assert (profile.speeds <= cruise + CRAWL).all()
+
+
+def test_a_single_step_between_two_rests_takes_a_time() -> None:
+    path = Path.line((0.0, 0.0), (0.01, 0.0))
+    profile = speed_profile(path, DRIVE, cruise=0.5, start_speed=0.0, end_speed=0.0)
+    assert np.isfinite(profile.times).all()

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 from rocs_bt.action import ActionFailed, AtomicAction, MacroAction, Progress, Reason
-from rocs_bt.errors import DeviceError, PipelineError, WiringError
+from rocs_bt.errors import DeviceError, InputError, PipelineError, WiringError
 from rocs_bt.event import ActuatorCommanded, AtomicStarted, TicketChanged
 from rocs_bt.execute import Execute, RobotBody
 from rocs_bt.pipeline import Priority, TicketState
@@ -380,3 +380,71 @@ def test_a_device_error_in_decompose_is_a_refusal_too(bench):
     ticket = bench.pipeline.submit(Asks(), NORMAL, "plan")
     bench.run()
     assert str(ticket.failure) == "REFUSED: no such register"
+
+
+@pytest.mark.parametrize("where", ["act", "decompose", "call", "inner"])
+def test_an_action_that_is_asked_for_the_impossible_fails_and_nothing_else_does(bench, do, chain, where):
+    error = InputError("cruise must be positive.", "So must rate.")
+
+    @dataclass(kw_only=True, eq=False)
+    class Acts(AtomicAction):
+        def act(self, body):
+            body.wheels.command([1.0, 1.0])
+            raise error
+
+    @dataclass(kw_only=True, eq=False)
+    class Decomposes(MacroAction):
+        def decompose(self, body):
+            raise error
+            yield
+
+    @dataclass(kw_only=True, eq=False)
+    class Calls(MacroAction):
+        def decompose(self, body):
+            raise error
+
+    action = {"act": Acts, "decompose": Decomposes, "call": Calls, "inner": lambda: chain("m", Decomposes())}[where]()
+    ticket = bench.pipeline.submit(action, NORMAL, "plan")
+    after = bench.pipeline.submit(do("after"), NORMAL, "plan")
+    log = bench.run(2)
+    assert str(ticket.failure) == "CANNOT: cruise must be positive. So must rate."
+    assert ticket.failure.reason is Reason.CANNOT
+    assert after.state is TicketState.SUCCEEDED
+    assert log[-2:] == [GO, REST]
+
+
+@pytest.mark.parametrize("kind", [AtomicAction, MacroAction])
+def test_a_macro_may_answer_what_its_action_cannot(bench, do, kind):
+    @dataclass(kw_only=True, eq=False)
+    class Cannot(kind):
+        def act(self, body):
+            raise InputError("no such path")
+
+        def decompose(self, body):
+            raise InputError("no such path")
+            yield
+
+    @dataclass(kw_only=True, eq=False)
+    class Careful(MacroAction):
+        def decompose(self, body):
+            with contextlib.suppress(ActionFailed):
+                yield Cannot()
+            yield do("instead")
+
+    ticket = bench.pipeline.submit(Careful(), NORMAL, "plan")
+    bench.run(2)
+    assert ("act", "instead") in bench.log
+    assert ticket.state is TicketState.SUCCEEDED
+
+
+def test_when_it_stops_one_that_raises_does_not_keep_the_others_from_stopping(bench, do, chain):
+    action = do("a", periods=9)
+    action.stop = lambda body: 1 / 0
+    ticket = bench.pipeline.submit(chain("outer", chain("inner", action)), NORMAL, "plan")
+    other = bench.pipeline.submit(do("b"), NORMAL, "plan")
+    bench.run()
+    bench.wheels.neutral = lambda: 1 / 0
+    with pytest.raises(ZeroDivisionError):
+        bench.execute.stop("operator")
+    assert bench.log[-4:] == [("stop", "inner"), ("stop", "outer"), ("close", "inner"), ("close", "outer")]
+    assert {ticket.state, other.state} == {TicketState.CANCELLED}

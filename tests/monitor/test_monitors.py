@@ -108,6 +108,18 @@ def test_groups_are_equivalent_frontal_distances(robot, sonar):
     assert robot.of(SensorRead)[-1].values == sonar.values
 
 
+def test_where_a_robot_looks_nowhere_is_never_an_echo(robot, wheels):
+    sonar = robot.sensor("sonar", 1)
+    robot.watch(RangeMonitor, sonar, beams=1, group={"front": {"beams": [0]}, "rear": {"blind": True}})
+    robot.begin()
+    sonar.values = [0.2]
+    robot.step()
+    assert (robot.read("front"), robot.read("rear")) == ([0.2], [math.inf])
+    sonar.values = DeviceError("unplugged")
+    robot.step(4)
+    assert np.isnan([*robot.read("front"), *robot.read("rear")]).all(), "no news is no promise"
+
+
 def test_a_broken_beam_breaks_its_groups_and_no_other(robot, sonar):
     sonar.values = [0.9, math.nan, 0.7, 1.0]
     robot.step()
@@ -119,7 +131,13 @@ def test_a_broken_beam_breaks_its_groups_and_no_other(robot, sonar):
     ("group", "message"),
     [
         ({"beams": [4]}, "must list beams between 0 and 3"),
-        ({"beams": []}, "must list beams"),
+        (
+            {"beams": []},
+            "must list beams between 0 and 3, found []. If the robot looks nowhere there, write blind = true",
+        ),
+        ({}, "write blind = true"),
+        ({"beams": [], "blind": False}, "must list beams"),
+        ({"beams": [1], "blind": True}, "is blind, but has beams [1]"),
         ({"beams": [0, 1], "weights": [1.0]}, "one weight in (0, 1] for each beam"),
         ({"beams": [0], "weights": [0.0]}, "one weight in (0, 1] for each beam"),
     ],
@@ -128,6 +146,12 @@ def test_a_group_that_cannot_be_is_refused(robot, group, message):
     with pytest.raises(InputError) as error:
         robot.watch(RangeMonitor, robot.sensor("sonar", 4), beams=4, group={"front": group})
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize(("beams", "bound"), [(0, "at least 1"), (1001, "at most 1000"), (10**8, "at most 1000")])
+def test_a_number_of_beams_that_cannot_be_is_refused(robot, beams, bound):
+    with pytest.raises(InputError, match=f"beams of monitor 'sonar monitor' must be {bound}, found {beams}"):
+        robot.watch(RangeMonitor, robot.sensor("sonar", 4), beams=beams)
 
 
 def test_a_sensor_that_refuses_goes_stale_and_is_told_once(robot, sonar):
@@ -183,6 +207,21 @@ def test_wheels_tell_speed_turn_rate_and_stop_distance(left, right):
     assert robot.knowledge.robot.turn_rate() == pytest.approx((right - left) / 0.33)
     (stop,) = robot.read("stop_distance")
     assert stop == pytest.approx(abs(speed) * 0.1 + speed**2 / 3.0)
+
+
+def test_a_measured_deceleration_takes_the_place_of_the_drives(robot):
+    sensor = robot.sensor("wheels", 2)
+    robot.watch(WheelMonitor, sensor, latency=0.05, deceleration=3.0)
+    robot.begin()
+    sensor.values = [0.6, 0.6]
+    robot.step()
+    assert robot.read("stop_distance") == pytest.approx([0.6 * 0.05 + 0.6**2 / 6.0])
+
+
+@pytest.mark.parametrize("wrong", [{"latency": -0.1}, {"deceleration": 0.0}, {"latency": math.nan}])
+def test_wheels_that_cannot_brake_are_refused(robot, wrong):
+    with pytest.raises(InputError, match="a latency of 0 s or more and a deceleration above 0"):
+        robot.watch(WheelMonitor, robot.sensor("wheels", 2), **wrong)
 
 
 @pytest.fixture

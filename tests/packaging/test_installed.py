@@ -38,16 +38,25 @@ def built(tmp_path_factory) -> dict[str, Path]:
     return {"wheel": wheel, "wheel from sdist": from_sdist, "sdist": sdist}
 
 
+@pytest.fixture(scope="session")
+def dependencies(tmp_path_factory) -> Path:
+    """A folder with all that is installed here but rocs_bt itself."""
+    folder = tmp_path_factory.mktemp("dependencies")
+    for path in Path(sysconfig.get_path("purelib")).iterdir():
+        if path.suffix != ".pth" and not path.name.lower().startswith(("rocs_bt", "_rocs_bt", "__editable__")):
+            (folder / path.name).symlink_to(path, target_is_directory=path.is_dir())
+    return folder
+
+
 @pytest.fixture(scope="session", params=FORMS)
-def command(request, built, tmp_path_factory) -> tuple[list[str | Path], dict[str, str]]:
+def command(request, built, dependencies, tmp_path_factory) -> tuple[list[str | Path], dict[str, str]]:
     """What stands for `rocs-bt` in a clean environment that has the dependencies but no other rocs_bt."""
     folder = tmp_path_factory.mktemp("environment")
     venv.create(folder, symlinks=os.name != "nt")
     python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
     scripts = python.parent
-    # A path that a .pth file adds has its own .pth files ignored, so an editable rocs_bt in it is not found.
     paths = do(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))").strip()
-    (Path(paths) / "dependencies.pth").write_text(sysconfig.get_path("purelib"))
+    (Path(paths) / "dependencies.pth").write_text(str(dependencies))
     if request.param == "checkout":
         return [python, "-m", "rocs_bt.cli"], {"PYTHONPATH": str(ROOT)}
     what = ["--editable", ROOT] if request.param == "editable" else [built[request.param]]

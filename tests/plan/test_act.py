@@ -220,6 +220,8 @@ class TestMaking:
             ("GoTo", {"goal": "goal", "speed": 0.5}, "no parameter of GoTo is named 'speed'"),
             ("GoTo", {}, "GoTo needs goal"),
             ("GoTo", {"goal": "goal", "cruise": "0.5 s"}, "cruise of GoTo must be in m/s, found '0.5 s'"),
+            ("GoTo", {"goal": "goal", "cruise": "-0.5 m/s"}, "cruise of GoTo must be positive and finite, found -0.5"),
+            ("GoTo", {"goal": "goal", "cruise": 0.0}, "cruise of GoTo must be positive and finite, found 0 m/s"),
         ],
     )
     def test_what_is_wrong_is_told_when_the_tree_is_built(self, mind, action, parameters, message):

@@ -1,9 +1,10 @@
 """TreePlan, Plan, conditions and waits."""
 
 import pytest
+from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Running
-from py_trees.common import Status
-from py_trees.composites import Selector, Sequence
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
 
 from rocs_bt.channel import Publisher
 from rocs_bt.errors import InputError
@@ -199,3 +200,59 @@ class TestUsersPlan:
         mind.run()
         assert patrol.kinds == ["obstacle"]
         assert not patrol.called
+
+
+class Rotten(Behaviour):
+    """Does what a test says, and writes down how it ended."""
+
+    def __init__(self, name, update, log=None):
+        super().__init__(name)
+        self.log = [] if log is None else log
+        self._update = update
+
+    def update(self):
+        return self._update()
+
+    def terminate(self, new_status):
+        if new_status is Status.INVALID and self.status is Status.RUNNING:
+            self.log.append((self.name, "halted"))
+
+    def shutdown(self):
+        self.log.append((self.name, "shut down"))
+        if self.name == "rotten":
+            raise RuntimeError("it does not let go")
+
+
+@pytest.mark.parametrize("wrong", [None, True, "SUCCESS", Status.INVALID])
+@pytest.mark.parametrize("composite", [Sequence, Selector])
+def test_a_leaf_that_gives_no_status_back_is_named_and_nothing_is_printed(mind, capfd, wrong, composite):
+    leaf = Rotten("b", lambda: wrong)
+    root = composite("root", memory=True, children=[leaf, Running("c")])
+    plan = mind.start(root)
+    with pytest.raises(InputError, match=r"update of 'root/b' \(Rotten\) gave no status back. Return Status.RUNNING"):
+        plan.run(0.0)
+    assert "".join(capfd.readouterr()) == ""
+
+
+def test_closing_halts_what_runs_and_shuts_down_every_node(mind):
+    log = []
+    a, b = (Rotten(name, lambda: Status.RUNNING, log) for name in ("rotten", "b"))
+    plan = mind.start(Parallel("root", ParallelPolicy.SuccessOnAll(), [a, b]))
+    plan.run(0.0)
+    with pytest.raises(RuntimeError, match="does not let go"):
+        plan.close()
+    assert log == [("rotten", "halted"), ("b", "halted"), ("rotten", "shut down"), ("b", "shut down")]
+    last = {e.node: e.status for e in mind.rig.of(NodeTicked)}
+    assert last == {"root": "INVALID", "root/rotten": "INVALID", "root/b": "INVALID"}
+
+
+def test_so_it_does_after_a_tick_that_raised_half_way(mind):
+    mind.rig.knowledge.world.place("goal", Pose2(3.0, 0.0), kind="goal")
+    go, leaf = mind.mission.act("GoTo", goal="goal"), Rotten("b", lambda: 1 / 0)
+    plan = mind.start(Parallel("root", ParallelPolicy.SuccessOnAll(synchronise=False), [go, leaf]))
+    with pytest.raises(ZeroDivisionError):
+        plan.run(0.0)
+    assert go.status is Status.RUNNING
+    plan.close()
+    assert (go.status, go.ticket.cancelled_by) == (Status.INVALID, "root/GoTo goal")
+    assert not mind.rig.pipeline.queued()

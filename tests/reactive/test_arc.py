@@ -13,7 +13,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import ListSink, RuleChanged
 from rocs_bt.pipeline import Pipeline, Priority, TicketState
 from rocs_bt.reactive import ReactiveModel, Reflex, ReflexArc
-from rocs_bt.units import Radians
+from rocs_bt.units import PositiveRadiansPerSecond, Radians
 
 X = np.zeros(1)
 LEVELS = {"a": 1, "b": 1, "c": 2, "d": 3}
@@ -25,6 +25,7 @@ class Work(AtomicAction):
     """Works."""
 
     angle: Radians = 0.0
+    rate: PositiveRadiansPerSecond = 1.0
 
     def act(self, body):
         return Progress.RUNNING
@@ -188,6 +189,49 @@ def test_a_rule_whose_action_is_active_updates_it():
         assert bench.step(reflex("a", parameters={"angle": angle})) is ticket
         assert ticket.action.angle == angle
     assert bench.phases() == ["latched", "fired", "updated"]
+
+
+def test_a_reflex_that_comes_out_impossible_clears_the_way_and_fails_and_the_arc_goes_on():
+    bench = Bench()
+    normal = bench.pipeline.submit(Work(), Priority.NORMAL, "leaf")
+    for rate in (-1.0, math.inf):
+        ticket = bench.step(reflex("a", parameters={"rate": rate}))
+        assert normal.cancelled_by == "a"
+        assert bench.pipeline.held
+        assert (ticket.priority, ticket.action.name, ticket.action.parameters) == (
+            Priority.HIGH,
+            "Work",
+            {"rate": rate},
+        )
+        bench.pipeline.start(ticket)
+        failure = ticket.action.act(None)
+        assert str(failure) == f"CANNOT: rate of Work must be positive and finite, found {rate:g} rad/s."
+        bench.pipeline.fail(ticket, failure)
+    ticket = bench.step(reflex("a", parameters={"rate": 2.0}))
+    assert (ticket.action.rate, ticket.state) == (2.0, TicketState.QUEUED)
+    assert bench.phases() == ["latched", "fired", "fired again", "fired again"]
+
+
+def test_so_does_one_that_becomes_impossible_while_it_acts():
+    bench = Bench()
+    ticket = bench.step(reflex("a", parameters={"rate": 2.0}))
+    bench.pipeline.start(ticket)
+    assert bench.pipeline.wait(0.0)
+    assert not bench.pipeline.wait(0.0)
+    assert bench.step(reflex("a", parameters={"rate": 0.0})) is None
+    assert ticket.state is TicketState.FAILED
+    assert str(ticket.failure) == "CANNOT: rate of Work must be positive and finite, found 0 rad/s."
+    assert ticket.action.rate == 2.0
+    assert bench.pipeline.wait(0.0)  # Execute is called, or the wheels would turn on until it comes by
+    again = bench.step(reflex("a", parameters={"rate": 2.0}))
+    assert again is not ticket
+    assert again.state is TicketState.QUEUED
+
+
+def test_an_unknown_action_of_a_model_in_python_fails_too():
+    bench = Bench()
+    ticket = bench.step(reflex("a", action="Wrok"))
+    assert str(ticket.action.act(None)).startswith("CANNOT: no action is named 'Wrok'. Did you mean 'Work'?")
 
 
 def test_readings_are_built_for_events_alone():

@@ -191,6 +191,66 @@ def test_mistakes(tmp_path, old, new, line, column, message):
     assert [str(f) for f in check_rules(file, ENVIRONMENT, ACTIONS)] == told
 
 
+SANE = """format = "reflex/1"
+[rule.Back]
+when = "speed > 1 m/s"
+priority = 1
+[rule.Back.action]
+name = "Flinch"
+speed = "-0.35 m/s"
+distance = "0.08 m"
+timeout = "1.5 s"
+[rule.Back.action.on_invalid]
+distance = "0.02 m"
+[rule.Turn]
+when = "speed > 2 m/s"
+priority = 2
+[rule.Turn.action]
+name = "AvoidCollision"
+turn = "60 deg"
+duration = "1.5 s"
+rate = "2.5 rad/s"
+[rule.Wheels]
+when = "speed > 3 m/s"
+priority = 3
+[rule.Wheels.action]
+name = "SetWheelSpeed"
+speeds = ["0.1 m/s", "0.1 m/s * speed / 1 m/s"]
+[rule.Wheels.action.on_invalid]
+speeds = ["0 m/s", "0.1 m/s"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ('"2.5 rad/s"', '"-2.5 rad/s"', 19, "rate of AvoidCollision must be positive and finite, found -2.5 rad/s."),
+        ('"2.5 rad/s"', '"1 rad/s - 1 rad/s"', 19, "rate of AvoidCollision must be positive and finite, found 0 "),
+        ('duration = "1.5 s"', 'duration = "-1.5 s"', 18, "duration of AvoidCollision must be positive and finite"),
+        ('timeout = "1.5 s"', 'timeout = "0 s"', 9, "timeout of Flinch must be positive and finite, found 0 s."),
+        ('"0.08 m"', '"inf m"', 8, "distance of Flinch must be positive and finite, found inf m."),
+        ('"0.02 m"', '"-1 m"', 11, "distance of Flinch must be positive and finite, found -1 m."),
+        ('"-0.35 m/s"', '"inf m/s"', 7, "speed of Flinch must be finite, found inf m/s."),
+        ('["0.1 m/s", "0.1 m/s *', '["inf m/s", "0.1 m/s *', 25, "speeds of SetWheelSpeed must be finite, found inf"),
+        ('["0 m/s", "0.1', '["0 m/s", "-inf', 27, "speeds of SetWheelSpeed must be finite, found -inf m/s."),
+    ],
+)  # fmt: skip
+def test_what_an_action_cannot_do_is_refused_where_it_stands(tmp_path, old, new, line, message):
+    assert load_rules(write(tmp_path, SANE), ENVIRONMENT, SHIPPED_ACTIONS).rules
+    assert SANE.count(old) == 1
+    file = write(tmp_path, SANE.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        load_rules(file, ENVIRONMENT, SHIPPED_ACTIONS)
+    (fault,) = caught.value.faults
+    assert str(fault).startswith(f"{file}:{line}:1: {message}")
+
+
+def test_a_wrong_unit_is_told_once(tmp_path):
+    with pytest.raises(InputError) as caught:
+        load_rules(write(tmp_path, SANE.replace('"0.02 m"', '"0.02 s"')), ENVIRONMENT, SHIPPED_ACTIONS)
+    assert len(caught.value.faults) == 1
+
+
 def test_all_faults_are_told_at_once(tmp_path):
     broken = GOOD.replace("min(front)", "min(frnt)").replace('"0.05 s"', '"0.05 m"').replace('"edge"', '"egde"')
     with pytest.raises(InputError) as caught:

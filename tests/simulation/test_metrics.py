@@ -46,6 +46,7 @@ def test_nothing_happened() -> None:
         "actions": {},
         "tracking_error": {"cross_rms": None, "cross_max": None},
         "solve_time": {"median": None, "p99": None},
+        "faults": [],
     }
 
 

@@ -96,3 +96,31 @@ def test_slow_progress_is_progress() -> None:
     for i in range(1200):
         judge.update(i * 0.05, Pose2(0.0, i * 0.05 * 0.004), Mind(), commanded=True)
     assert not judge.decided
+
+
+def test_a_mission_that_never_ends_succeeds_where_it_is_at_the_end() -> None:
+    judge = Judge(GOAL, at_end=True)
+    for t, x in ((1.0, 0.5), (2.0, 0.95), (3.0, 0.7), (4.0, 1.0)):
+        judge.update(t, Pose2(x, 0.0), Mind(), commanded=False)
+    assert not judge.decided, "it may still be pushed off"
+    assert (judge.verdict().outcome, judge.verdict().time_to_goal) == ("success", 2.0)
+    judge.update(5.0, Pose2(0.6, 0.0), Mind(), commanded=False)
+    assert judge.verdict().outcome == "timeout"
+    assert judge.verdict().reason == "it came to 'dock' at 2.0 s, but at the end it is 0.40 m from 'dock'"
+
+
+def test_at_the_end_the_missions_word_counts_for_nothing_but_its_failure_does() -> None:
+    judge = Judge(GOAL, at_end=True)
+    judge.update(1.0, Pose2(0.0, 0.0), Mind(status="SUCCESS"), commanded=False)
+    assert (judge.decided, judge.verdict().outcome) == (False, "timeout")
+    judge.update(2.0, Pose2(1.0, 0.0), Mind(status="FAILURE", reason="NO_GOAL"), commanded=False)
+    assert judge.decided
+    assert (judge.verdict().outcome, judge.verdict().reason) == ("stuck", "the mission failed: NO_GOAL")
+
+
+@pytest.mark.parametrize("worse", ["error", "collision"])
+def test_being_there_at_the_end_makes_up_for_nothing(worse: str) -> None:
+    judge = Judge(GOAL, at_end=True)
+    judged(judge, worse, 1.0)
+    judge.update(2.0, Pose2(1.0, 0.0), Mind(), commanded=False)
+    assert judge.verdict().outcome == worse

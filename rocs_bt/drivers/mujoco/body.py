@@ -25,6 +25,7 @@ class RobotBody:
         v: Where its free joint begins in qvel: world-frame velocity, then body-frame turn rates.
         geoms: All its geoms.
         hull: The geoms that are its outline: the one named `hull`, or else all of its base that collide.
+        reach: How far its hull reaches from the origin of its base, at most [m].
         height: How high the origin of its base is over the floor as modelled [m].
     """
 
@@ -34,6 +35,7 @@ class RobotBody:
     v: int
     geoms: tuple[int, ...]
     hull: tuple[int, ...]
+    reach: float
     height: float
 
 
@@ -80,6 +82,28 @@ def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]
     return tuple(found)
 
 
+def bounds(model: Any) -> tuple[float, float, float, float]:
+    """Least x, least y, greatest x and greatest y of all that cannot move [m]; a plane without a size has no end."""
+    import mujoco
+
+    corners = []
+    for geom in range(model.ngeom):
+        if int(model.geom_bodyid[geom]) != 0 or not collides(model, geom):
+            continue
+        if int(model.geom_type[geom]) == 0:  # a plane; MuJoCo writes an endless one as 0
+            x, y = (half or np.inf for half in model.geom_size[geom][:2].tolist())
+            corners.append(np.array([(-x, -y, 0.0), (x, y, 0.0)]) + model.geom_pos[geom])
+        else:
+            turn = np.zeros(9)
+            mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+            corners.append(_box_points(model, geom) @ turn.reshape(3, 3).T + model.geom_pos[geom])
+    if not corners:
+        return -np.inf, -np.inf, np.inf, np.inf
+    points = np.concatenate(corners)[:, :2]
+    (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
+    return float(left), float(low), float(right), float(high)
+
+
 def hull_outline(model: Any, body: RobotBody) -> tuple[Point, ...]:
     """A robot's hull from above, in its body frame: the corners of its convex outline [m], anticlockwise."""
     import mujoco
@@ -101,7 +125,9 @@ def _find(model: Any, name: str) -> RobotBody:
     named = tuple(g for g in geoms if model.geom(g).name == f"{name}/hull")
     own = tuple(g for g in geoms if int(model.geom_bodyid[g]) == root and collides(model, g))
     q, v = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
-    return RobotBody(name, root, q, v, geoms, named or own, float(model.qpos0[q + 2]))
+    hull = named or own
+    reach = max((float(np.linalg.norm(model.geom_pos[g]) + model.geom_rbound[g]) for g in hull), default=0.0)
+    return RobotBody(name, root, q, v, geoms, hull, reach, float(model.qpos0[q + 2]))
 
 
 def _mesh_points(model: Any, geom: int) -> Any:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ...clock import Clock, SimulatedClock
-from ...errors import Fault, InputError
+from ...errors import Fault, InputError, blame
 from ..table import pick
 from .sensors import SENSORS, MujocoSensor
 from .world import MujocoWorld
@@ -23,11 +24,14 @@ class SensorMount:
         name: What robot.toml calls it.
         driver: Its driver's name, or a class of a user's own.
         parameters: What the driver takes, in SI units.
+        file, line: Where it is written, for messages.
     """
 
     name: str
     driver: str | type[MujocoSensor]
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    file: Path | None = None
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,8 @@ def compose_world(
         model = read_model(robot.model)
         _check_base(model, robot.model)
         for sensor in robot.sensors:
-            cls = pick(SENSORS, sensor.driver, "sensor", "mujoco")
-            cls.prepare(model, sensor.name, sensor.parameters)
+            with blame(sensor.file or robot.model, sensor.line), _compiling(robot.model):
+                pick(SENSORS, sensor.driver, "sensor", "mujoco").prepare(model, sensor.name, sensor.parameters)
         _take_options(spec, model)
         spec.attach(model, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())
     spec.option.timestep = step
@@ -79,10 +83,8 @@ def compose_world(
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     # Sensors are computed when somebody reads them, not at each step.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-    try:
+    with _compiling(arena):
         compiled = spec.compile()
-    except ValueError as error:
-        raise InputError(Fault(f"the world does not compile: {_one_line(error)}.", arena)) from error
     return MujocoWorld(compiled, [r.name for r in robots], clock or SimulatedClock(step))
 
 
@@ -96,12 +98,19 @@ def read_model(file: Path) -> Any:
 
     if not file.is_file():
         raise InputError(Fault("there is no such model file.", file))
-    try:
+    with _compiling(file, "not a valid MJCF model"):
         return mujoco.MjSpec.from_file(str(file))
+
+
+@contextmanager
+def _compiling(file: Path, what: str = "the model does not compile") -> Iterator[None]:
+    """What MuJoCo refuses in here is a fault of this file, at the line that it tells."""
+    try:
+        yield
     except ValueError as error:
-        found = re.search(r"line[ =]+(\d+)(?:, column[ =]+(\d+))?", str(error))
+        found = re.search(r"[Ll]ine(?: number)?[ =]+(\d+)(?:, column[ =]+(\d+))?", str(error))
         line, column = (int(found[1]), int(found[2] or 0)) if found else (0, 0)
-        raise InputError(Fault(f"not a valid MJCF model: {_one_line(error)}.", file, line, column)) from error
+        raise InputError(Fault(f"{what}: {_one_line(error)}.", file, line, column)) from error
 
 
 def _check_base(model: Any, file: Path) -> None:

@@ -32,21 +32,15 @@ class Nearness:
         hulls = [g for body in robots.values() for g in body.hull]
         others = [g for g in solid if self._names[g] not in robots]
         self._still = _Boxes(model, [g for g in others if int(model.geom_bodyid[g]) == 0])
-        self._things = {
-            name: _Boxes(model, [*others, *(g for g in hulls if g not in body.hull)]) for name, body in robots.items()
-        }
+        self._things = {name: [*others, *(g for g in hulls if g not in body.hull)] for name, body in robots.items()}
 
     def clearance(self, data: Any, body: RobotBody, limit: float) -> tuple[float, str]:
         """The distance [m] from a hull to the nearest thing, and its name; (limit, "") when none is nearer."""
         best, name = limit, ""
-        things = self._things[body.name]
         for hull in body.hull:
-            bounds = things.distances(data, data.geom_xpos[hull]) - self._model.geom_rbound[hull]
-            for i in np.argsort(bounds, kind="stable").tolist():
-                if bounds[i] >= best:
-                    break
-                geom = things.geoms[i]
-                # mj_geomDistance cuts off at its limit, which must be finite and positive.
+            for geom in self._things[body.name]:
+                # mj_geomDistance cuts off at its limit, which must be finite and positive; it rejects what is farther
+                # by its bounding sphere, in half a microsecond.
                 found = self._distance(self._model, data, hull, geom, max(min(best, 1e3), 1e-6), None)
                 if found < best:
                     best, name = float(found), self._names[geom]
@@ -61,7 +55,6 @@ class _Boxes:
     """The boxes around geoms, each in its geom's own frame; planes have none."""
 
     def __init__(self, model: Any, geoms: list[int]) -> None:
-        self.geoms = geoms
         self._index = np.array(geoms, dtype=np.intp)
         self._centre = model.geom_aabb[self._index, :3].reshape(-1, 3).copy()
         self._half = model.geom_aabb[self._index, 3:].reshape(-1, 3).copy()

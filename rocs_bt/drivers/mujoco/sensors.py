@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +16,11 @@ from ..parameters import (
     OrientationParameters,
     PositionParameters,
     RangeConeParameters,
+    RobotSensorParameters,
     WheelSpeedParameters,
     read_parameters,
 )
+from ..sightings import Sightings
 from ..table import pick
 
 if TYPE_CHECKING:
@@ -131,9 +133,9 @@ class RangeCone(MujocoSensor):
         import mujoco
 
         wanted = _cones(parameters, name)
+        _require_sites(model, wanted.sites, name)
         compiled = model.copy().compile()  # which resolves however the file orients its sites
         for site in wanted.sites:
-            _require_site(model, site, name)
             found = compiled.site(site)
             body = model.body(compiled.body(int(compiled.site_bodyid[found.id])).name)
             axis = _axis(found.quat)
@@ -174,11 +176,35 @@ class RangeCone(MujocoSensor):
         return tuple(found)
 
 
+class RobotSensor(MujocoSensor):
+    """Tags, ranges [m] and bearings [rad] of the other robots that a ray at its height finds nothing before."""
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        super().__init__(name, parameters, mount)
+        self.parameters = read_parameters(RobotSensorParameters, parameters, f"robot_sensor '{name}'")
+        if mount.noise > 0.0:
+            raise InputError(
+                f"robot_sensor '{name}' has no one noise for all its values; give it range_noise and bearing_noise."
+            )
+        self._sightings = Sightings(self.parameters, mount.rng)
+        self._others = {tag: other for tag, other in enumerate(mount.world.robots, 1) if other != mount.robot}
+
+    def sample(self) -> list[float]:
+        world, robot = self.mount.world, self.mount.robot
+        peers = {tag: world.pose(other) for tag, other in self._others.items()}
+
+        def seen(tag: int) -> bool:
+            return world.sees(robot, self._others[tag], self.parameters.height)
+
+        return self._sightings.look(world.stamp, world.pose(robot), peers, seen)
+
+
 SENSORS: Mapping[str, type[MujocoSensor]] = {
     "position": Position,
     "orientation": Orientation,
     "wheel_speed": WheelSpeed,
     "range_cone": RangeCone,
+    "robot_sensor": RobotSensor,
 }
 
 
@@ -224,6 +250,8 @@ def _axis(quat: Any) -> list[float]:
     return axis
 
 
-def _require_site(model: Any, site: str, sensor: str) -> None:
-    if model.site(site) is None:
-        raise InputError(unknown(f"site for sensor '{sensor}'", site, [s.name for s in model.sites], "The model"))
+def _require_sites(model: Any, sites: Sequence[str], sensor: str) -> None:
+    # The sites that other sensors have put into the model are named like paths; its author's are not.
+    known = [s.name for s in model.sites if s.name and "/" not in s.name]
+    if missing := [site for site in sites if site not in known]:
+        raise InputError(*(unknown(f"site for sensor '{sensor}'", site, known, "The model") for site in missing))

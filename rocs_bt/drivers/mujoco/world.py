@@ -16,8 +16,9 @@ from ...clock import Clock, SimulatedClock
 from ...device import Watchdog
 from ...errors import UnknownName, unknown
 from ...geometry import Pose2, Twist2, wrap_angle
-from .body import RobotBody, find_bodies
+from .body import RobotBody, bounds, find_bodies
 from .nearness import Nearness
+from .sight import Sight
 from .touch import Contact, TouchWatch
 
 __all__ = ["Contact", "Motors", "MujocoWorld"]
@@ -56,6 +57,7 @@ class MujocoWorld:
         step: Physics step [s].
         lock: Held for each physics step and each read.
         stamp: When the present state was reached, on `clock` [s].
+        only_robots_move: Whether everything that can move belongs to a robot.
     """
 
     def __init__(self, model: Any, robots: Sequence[str], clock: Clock) -> None:
@@ -68,6 +70,8 @@ class MujocoWorld:
         self.lock = threading.RLock()
         self.stamp = clock.now()
         self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
+        roots = {body.root for body in self.robots.values()}
+        self.only_robots_move = roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
         self._mj = mujoco
         self._tick: Callable[[], None] = clock.advance if isinstance(clock, SimulatedClock) else lambda: None
         self._motors: dict[str, list[Motors]] = {name: [] for name in robots}
@@ -75,8 +79,10 @@ class MujocoWorld:
         self._watchdogs: list[Watchdog] = []
         self._touch = TouchWatch(model, self.robots)
         self._near = Nearness(model, self.robots)
+        self._sight = Sight(model, self.robots)
         self._revision = 0  # of the state; what is derived from it notes which one it belongs to
         self._posed = self._sensed = -1
+        self._poses: dict[str, tuple[int, Pose2]] = {}
         self._sensors_off = int(model.opt.disableflags)
         self._sensors_on = self._sensors_off & ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
@@ -102,11 +108,16 @@ class MujocoWorld:
             self._revision += 1
 
     def pose(self, robot: str) -> Pose2:
-        """Where a robot truly is, world frame."""
-        q = self.body(robot).q
+        """Where a robot truly is, world frame; computed once for all that ask in the same state."""
         with self.lock:
+            known = self._poses.get(robot)
+            if known is not None and known[0] == self._revision:
+                return known[1]
+            q = self.body(robot).q
             x, y, _, w, i, j, k = self.data.qpos[q : q + 7].tolist()
-        return Pose2(x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))))
+            pose = Pose2(x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))))
+            self._poses[robot] = self._revision, pose
+        return pose
 
     def position(self, robot: str) -> list[float]:
         """Where the origin of a robot's base is: x, y, z [m], world frame."""
@@ -151,7 +162,8 @@ class MujocoWorld:
     def motor_speeds(self, motors: Motors) -> list[float]:
         """How fast motors truly turn [rad/s]."""
         with self.lock:
-            return [float(self.data.qvel[j]) for j in motors.joints]
+            speeds = self.data.qvel
+            return [float(speeds[j]) for j in motors.joints]
 
     def guard(self, watchdog: Watchdog) -> None:
         """Check this watchdog before each physics step."""
@@ -206,6 +218,13 @@ class MujocoWorld:
             self.update_poses()
             return self._near.room(self.data, np.array([x, y, z]))
 
+    def sees(self, robot: str, other: str, height: float) -> bool:
+        """Whether nothing stands between the centres of two robots' bases, at a height over the floor [m]."""
+        ends = [(pose.x, pose.y, height) for pose in (self.pose(robot), self.pose(other))]
+        with self.lock:
+            self.update_poses()
+            return self._sight.clear(self.data, self.body(robot), self.body(other), *map(np.array, ends))
+
     def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
         """Values of MuJoCo sensors in the present state, computed once for all that ask about it."""
         with self.lock:
@@ -225,6 +244,10 @@ class MujocoWorld:
             UnknownName: The model has no such sensor.
         """
         return int(self.model.sensor_adr[self._id("sensor", robot, name)])
+
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Least x, least y, greatest x, greatest y of the floor and of what stands on it [m]; infinite without end."""
+        return bounds(self.model)
 
     def digest(self, into: hashlib._Hash) -> None:
         """Add the float64 generalised positions to a hash."""

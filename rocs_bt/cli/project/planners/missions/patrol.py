@@ -7,7 +7,7 @@ import py_trees
 from py_trees.behaviour import Behaviour
 
 from rocs_bt.plan import Mission
-from rocs_bt.units import MetresPerSecond, Seconds
+from rocs_bt.units import PositiveMetresPerSecond, Seconds
 
 
 def build(
@@ -15,7 +15,7 @@ def build(
     *,
     first: str = "gate",
     second: str = "dock",
-    cruise: MetresPerSecond = 0.4,
+    cruise: PositiveMetresPerSecond = 0.4,
     rest: Seconds = 1.0,
 ) -> Behaviour:
     """Go, rest, go, rest."""

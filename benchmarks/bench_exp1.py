@@ -1,0 +1,136 @@
+"""EXP1 in lockstep: the whole stack with its recording, beside the same physics, rays and mover alone.
+
+CPU time in one process. What counts is the episode's loop, from its first control period to its last: observing and
+judging, monitors, reflexes, analysis, the mission's tree, the follower, recording to a file, mover and physics. What
+comes before (loading, compiling the world and the follower) and after (the recording's index) is a row of its own;
+the follower's program is kept from run to run, so its building is in the first one alone.
+
+The other side of the comparison plays the commands that the whole stack gave: the same world, the same walker, the
+sonars read at their rate, and nothing else. Both must come to the same trajectory, bit by bit, or nothing is printed.
+The two take turns, seed by seed; figures are medians over the seeds.
+
+Run it with `python benchmarks/bench_exp1.py`, or all benchmarks with `make bench`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from row import Row
+
+from rocs_bt import simulation
+from rocs_bt.catalog import Catalog
+from rocs_bt.event import ActuatorCommanded, Event, NullSink
+from rocs_bt.simulation import RunResult, set_stage
+
+SEEDS = range(1, 8)
+AGENT, RANGES, WHEELS = "R2", "sonar", "wheels"
+PACE, RATIO = 50.0, 3.0
+
+
+@dataclass(frozen=True)
+class Timed:
+    """One whole run: CPU time of its loop and of everything else [s], control periods, and what came of it."""
+
+    loop: float
+    rest: float
+    periods: int
+    result: RunResult
+
+
+class Commands:
+    """A sink that keeps the wheel commands, by time."""
+
+    def __init__(self) -> None:
+        self.at: dict[float, list[float]] = {}
+
+    def emit(self, event: Event) -> None:
+        if type(event) is ActuatorCommanded:
+            self.at[event.t] = event.values
+
+
+def whole(catalog: Catalog, seed: int, out: Path | None, commands: Commands | None = None) -> Timed:
+    """The whole stack; recorded where `out` is given."""
+    ticks: list[float] = []
+
+    def tick(t: float) -> None:
+        ticks.append(time.process_time())
+
+    begin = time.process_time()
+    sinks = () if commands is None else (commands,)
+    result = simulation.run("exp1", catalog, seed=seed, out=out, report=False, progress=tick, sinks=sinks)
+    loop = ticks[-1] - ticks[0]
+    return Timed(loop, time.process_time() - begin - loop, len(ticks) - 1, result)
+
+
+def alone(catalog: Catalog, seed: int, commands: Commands, periods: int) -> tuple[float, str]:
+    """Physics, rays and mover alone: CPU time of the loop [s], and the hash of the trajectory."""
+    scenario = catalog.load_scenario("exp1")
+    stage = set_stage(scenario, catalog, seed, NullSink())
+    world, every, digest = stage.world, scenario.rate.control_rate.every, hashlib.sha256()
+    sonar, wheels = stage.sensors[AGENT][RANGES], stage.actuators[AGENT][WHEELS]
+    due = stage.sensor_rates[AGENT][RANGES].due
+    world.digest(digest)
+    begin = time.process_time()
+    for count in range(periods):
+        t = stage.clock.now()
+        if due(count):
+            sonar.read()
+        if (speeds := commands.at.get(t)) is not None:
+            wheels.command(speeds)
+        for mover in stage.movers:
+            mover.step(t)
+        world.advance(every)
+        world.digest(digest)
+    return time.process_time() - begin, digest.hexdigest()
+
+
+def measure(catalog: Catalog, folder: Path) -> tuple[list[Timed], list[Timed], list[float]]:
+    """By seed: recorded, not recorded, and physics alone."""
+    recorded, plain, bare = [], [], []
+    for seed in SEEDS:
+        commands = Commands()
+        whole_run = whole(catalog, seed, None, commands)
+        plain.append(whole(catalog, seed, None))
+        recorded.append(whole(catalog, seed, folder / str(seed)))
+        seconds, found = alone(catalog, seed, commands, whole_run.periods)
+        if found != whole_run.result.summary["trajectory_hash"]:
+            raise RuntimeError(f"seed {seed}: physics alone came to another trajectory; the comparison means nothing.")
+        bare.append(seconds)
+    return recorded, plain, bare
+
+
+def run() -> list[Row]:
+    """All rows."""
+    catalog = Catalog.here()
+    with tempfile.TemporaryDirectory() as folder:
+        recorded, plain, bare = measure(catalog, Path(folder))
+    median: Callable[..., float] = statistics.median
+    pace = median(r.result.summary["sim_time"] / r.loop for r in recorded)
+    physics = median(r.result.summary["sim_time"] / s for r, s in zip(recorded, bare, strict=True))
+    ratio = median(r.loop / s for r, s in zip(recorded, bare, strict=True))
+    each = median(r.loop / r.periods for r in recorded) * 1e6
+    unrecorded = median(p.loop / s for p, s in zip(plain, bare, strict=True))
+    bare_each = median(p.loop / p.periods for p in plain) * 1e6
+    record = median((r.loop - p.loop) / r.periods for r, p in zip(recorded, plain, strict=True)) * 1e6
+    rest = median(r.rest for r in recorded) * 1e3
+    what = "physics, rays and mover alone"
+    return [
+        Row("EXP1: whole stack, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE),
+        Row("EXP1: time of the whole stack", each, "us a period", what, ratio, f"<= {RATIO:g}x", ratio <= RATIO),
+        Row(f"EXP1: {what}", physics, "x real time"),
+        Row("EXP1: time of the whole stack, not recorded", bare_each, "us a period", what, unrecorded),
+        Row("EXP1: recording", record, "us a period", "the whole stack", record / each),
+        Row("EXP1: before and after the episode", rest, "ms a run"),
+    ]
+
+
+if __name__ == "__main__":
+    for row in run():
+        print(row)

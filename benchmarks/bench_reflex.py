@@ -1,0 +1,155 @@
+"""The reflex in threaded mode, from the sensor's sample to the actuator's command.
+
+The P3DX's whole mind (its robot.toml, the shipped rules and the mission `go_to`) on mock devices and wall time, with a
+recording. Something comes near at random times. First the plan's leaf burns Python all the while, then it is idle.
+
+Run it with `python benchmarks/bench_reflex.py`, or all benchmarks with `make bench`.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import statistics
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel
+from row import Row
+
+from rocs_bt.agent import Mind, ThreadedRunner
+from rocs_bt.catalog import Catalog, PlaceSpec
+from rocs_bt.clock import WallClock
+from rocs_bt.device import Actuator, Reading, Sensor
+from rocs_bt.geometry import Pose2
+from rocs_bt.plan import Mission
+from rocs_bt.record import Recorder, RunHeader
+from rocs_bt.simulation import SinkThread
+from rocs_bt.testing.mock_agent import MockStage, mock_agent
+
+CROSSINGS = 200
+P50, P99 = 2.0, 10.0  # [ms]
+PAPER = 78.0  # [ms] the paper's C++, mean of its reactive route; 138 ms at most
+NEAR, FAR = 0.15, math.inf  # [m]
+
+
+class Sonar(Sensor):
+    """A ring of sonars before which something may be."""
+
+    def __init__(self, clock: WallClock) -> None:
+        super().__init__("sonar")
+        self.clock = clock
+        self.ahead = FAR
+        self.sampled: float | None = None  # when it was first seen near
+
+    def read(self) -> Reading:
+        now, ahead = self.clock.now(), self.ahead
+        if ahead == NEAR and self.sampled is None:
+            self.sampled = now
+        return Reading(now, [2.0 if i > 8 else ahead if i in (3, 4) else 1.5 for i in range(16)])
+
+
+class Wheels(Actuator):
+    """Wheels that note when they were first told to drive back."""
+
+    def __init__(self, clock: WallClock) -> None:
+        super().__init__("wheels", 2)
+        self.clock = clock
+        self.back: float | None = None
+        self.backs = threading.Event()
+
+    def command(self, values: list[float]) -> None:
+        if values[0] < 0.0 and self.back is None:
+            self.back = self.clock.now()
+            self.backs.set()
+
+    def neutral(self) -> None:
+        pass
+
+
+class Burn(Behaviour):
+    """A leaf that thinks in Python, without ever sleeping."""
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__("Burn")
+        self.seconds = seconds
+
+    def update(self) -> Status:
+        end = time.monotonic() + self.seconds
+        while time.monotonic() < end:
+            sum(i * i for i in range(100))
+        return Status.RUNNING
+
+
+def measure(burn: float, plan: float, crossings: int = CROSSINGS) -> list[float]:
+    """Latencies [ms], with a leaf that burns for `burn` [s] each tick and a plan of `plan` [Hz]."""
+    clock, catalog = WallClock(running=False), Catalog()
+    sonar, wheels = Sonar(clock), Wheels(clock)
+
+    def build(mission: Mission) -> Behaviour:
+        drive = mission.act("GoTo", goal="far")
+        return Parallel("both", ParallelPolicy.SuccessOnAll(synchronise=False), [drive, Burn(burn)])
+
+    def prepare(stage: MockStage) -> None:
+        stage.sensors["sonar"] = sonar
+        stage.actuators["wheels"].actuator = wheels
+
+    rules = [catalog.find("rules", "avoid_collision").path]
+    mind = Mind(build, rules=rules, places=[PlaceSpec("far", "goal", Pose2(9.0, 0.0), 0.1, ("R1",))])
+    with tempfile.TemporaryDirectory() as folder:
+        recorder = Recorder(Path(folder) / "run.mcap", RunHeader(scenario="reflex", seed=1, mode="threaded"))
+        with SinkThread(recorder) as sink:
+            agent, _ = mock_agent(catalog.load_robot("pioneer_p3dx"), mind, clock, sink, plan=plan, prepare=prepare)
+            clock.start()
+            with ThreadedRunner(agent, clock):
+                found = cross(sonar, wheels, crossings)
+            if agent.failure is not None:
+                raise agent.failure
+        recorder.close()
+    return found
+
+
+def cross(sonar: Sonar, wheels: Wheels, crossings: int) -> list[float]:
+    """Let something come near, at random phase, again and again."""
+    phase, found = random.Random(1), []
+    time.sleep(0.5)
+    while len(found) < crossings:
+        sonar.sampled = wheels.back = None
+        wheels.backs.clear()
+        sonar.ahead = NEAR
+        if not wheels.backs.wait(5.0) or sonar.sampled is None or wheels.back is None:
+            raise RuntimeError(f"crossing {len(found)} has met with no reflex in 5 s")
+        found.append(1e3 * (wheels.back - sonar.sampled))
+        sonar.ahead = FAR
+        time.sleep(phase.uniform(0.15, 0.25))
+    return found
+
+
+def rows(what: str, found: list[float], judged: bool) -> list[Row]:
+    """p50, p99 and the maximum."""
+    ordered = sorted(found)
+    p50, p99 = statistics.median(ordered), ordered[math.ceil(0.99 * len(ordered)) - 1]
+    name = f"reflex, threaded, {what}, {len(found)} crossings"
+    paper = "the paper's C++, 78 ms"
+    return [
+        Row(f"{name}: p50", p50, "ms", paper, p50 / PAPER, f"<= {P50:g} ms", p50 <= P50 if judged else None),
+        Row(f"{name}: p99", p99, "ms", paper, p99 / PAPER, f"<= {P99:g} ms", p99 <= P99 if judged else None),
+        Row(f"{name}: max", ordered[-1], "ms", "the paper's C++, 138 ms", ordered[-1] / 138.0),
+    ]
+
+
+def run() -> list[Row]:
+    """All rows."""
+    return [
+        *rows("a leaf burns Python", measure(burn=1.9, plan=0.5), True),
+        *rows("idle", measure(burn=0.0, plan=10.0), True),
+    ]
+
+
+if __name__ == "__main__":
+    for row in run():
+        print(row)

@@ -1,0 +1,360 @@
+# /// script
+# requires-python = ">=3.11"
+# dependencies = ["rocs_bt"]
+# ///
+"""Fill every extension point of the architecture (paper, 5.3) with a class of your own.
+
+A robot shuttles along a corridor without physics, on the mock driver: it creeps on until its Analyze block says that a
+wall is near, turns round, and rests when its battery is low. Its reflex backs off from what is closer than the plan
+allows for, here a door that somebody shuts. Nothing but the Pipeline, Execute and the Knowledge itself is shipped.
+
+    mandatory      Sensor, Actuator, Action
+    deliberative   Monitor, Analyze, Plan
+    reactive       ReactiveModel
+    optional       WorldModel, RobotModel, StrategyModel
+
+Output:
+
+     0.00 s    Creep RUNNING by shuttle
+     3.80 s  walls: wall near, gap = 0.59 m
+     3.80 s    Creep CANCELLED by shuttle
+     3.80 s    TurnBack RUNNING by shuttle
+    10.00 s  keep_off/TooClose fired gap = 0.25 m
+    10.00 s    TurnBack CANCELLED by keep_off/TooClose
+    10.00 s  walls: wall near, gap = 0.25 m
+    10.00 s    BackOff RUNNING by keep_off/TooClose
+    10.70 s    BackOff CANCELLED by keep_off/TooClose
+    10.70 s  keep_off/TooClose ended
+    10.70 s    TurnBack RUNNING by shuttle
+    14.40 s    TurnBack CANCELLED by shuttle
+    14.45 s  SUCCESS at x = 0.70 m, strategy 'rest'
+    walls met: 2, charge left: 0.55
+"""
+
+import math
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import rocs_bt
+from rocs_bt.agent import Mind, Rates, build_agent, robot_drive
+from rocs_bt.catalog import load_robot
+from rocs_bt.channel import Signals, Stamped
+from rocs_bt.clock import Rate
+from rocs_bt.device import Watchdog
+from rocs_bt.drivers.mock import MockRobot, MockWorld
+from rocs_bt.event import Event, RuleChanged, TicketChanged
+from rocs_bt.knowledge import RobotModel, StrategyModel, WorldModel
+from rocs_bt.reactive import Reflex
+from rocs_bt.units import LENGTH, MetresPerSecond, Radians
+
+PERIOD = 0.05  # [s]
+
+ROBOT = f"""
+format = "robot/1"
+doc = "A shuttle with an echo sounder and a battery."
+[drive]
+kind = "differential"
+track = "0.3 m"
+max_wheel_speed = "1 m/s"
+max_wheel_acceleration = "2 m/s2"
+[[sensor]]
+name = "echo"
+driver = "{Path(__file__).name}:Echo"
+signal = "gap"
+monitor = "senses"
+[[sensor]]
+name = "battery"
+driver = "{Path(__file__).name}:Battery"
+signal = "charge"
+monitor = "senses"
+[[monitor]]
+name = "senses"
+class = "{Path(__file__).name}:Senses"
+[[analyze]]
+name = "walls"
+class = "{Path(__file__).name}:Walls"
+monitors = ["senses"]
+near = "0.6 m"
+[[actuator]]
+name = "wheels"
+driver = "{Path(__file__).name}:Wheels"
+"""
+
+
+# Mandatory: what it senses with, what it acts with, and what it can do.
+
+
+class Echo(rocs_bt.Sensor):
+    """How far the next thing ahead is."""
+
+    def __init__(self, robot: MockRobot) -> None:
+        super().__init__("echo")
+        self.robot = robot
+
+    def read(self) -> rocs_bt.Reading:
+        """One ray, straight ahead."""
+        return rocs_bt.Reading(self.robot.world.clock.now(), [self.robot.world.ray(*self.robot.pose)])
+
+
+class Battery(rocs_bt.Sensor):
+    """Its voltage, which falls as time goes by."""
+
+    def __init__(self, clock: rocs_bt.Clock) -> None:
+        super().__init__("battery")
+        self.clock = clock
+
+    def read(self) -> rocs_bt.Reading:
+        """12.6 V when it is full."""
+        return rocs_bt.Reading(self.clock.now(), [12.6 - 0.05 * self.clock.now()])
+
+
+class Wheels(rocs_bt.Actuator):
+    """The shuttle's two motors."""
+
+    def __init__(self, robot: MockRobot) -> None:
+        super().__init__("wheels", 2)
+        self.robot = robot
+
+    def command(self, values: Sequence[float]) -> None:
+        """Rim speeds, left and right [m/s]."""
+        self.robot.wheel_speeds = list(values)
+
+    def neutral(self) -> None:
+        """Stand."""
+        self.robot.wheel_speeds = [0.0, 0.0]
+
+
+@dataclass(kw_only=True, eq=False)
+class Creep(rocs_bt.AtomicAction):
+    """Drive on, slower where the gap is small, until somebody takes the action back."""
+
+    speed: MetresPerSecond = 0.4
+
+    def act(self, body):
+        """One control period."""
+        gap = body.knowledge.signals.value("gap", body.clock.now())
+        speed = self.speed * min(1.0, gap)
+        body.wheels.command([speed, speed])
+        return rocs_bt.Progress.RUNNING
+
+
+@dataclass(kw_only=True, eq=False)
+class Spin(rocs_bt.AtomicAction):
+    """Turn on the spot, by time alone."""
+
+    angle: Radians = math.pi
+    left: float = math.nan
+
+    def act(self, body):
+        """One control period."""
+        self.left = self.angle if math.isnan(self.left) else self.left
+        turn = math.copysign(min(abs(self.left), 2.0 * body.period), self.left)
+        body.wheels.command(body.drive.wheel_speeds(rocs_bt.Twist2(0.0, turn=turn / body.period)).tolist())
+        self.left -= turn
+        return rocs_bt.Progress.RUNNING if self.left else rocs_bt.Progress.SUCCEEDED
+
+
+@dataclass(kw_only=True, eq=False)
+class TurnBack(rocs_bt.MacroAction):
+    """Turn round, and creep back."""
+
+    def decompose(self, body):
+        """Its two parts, one after the other."""
+        yield Spin(angle=math.pi)
+        yield Creep()
+
+
+@dataclass(kw_only=True, eq=False)
+class BackOff(rocs_bt.AtomicAction):
+    """Drive backwards; the rule that asked for it takes it back."""
+
+    def act(self, body):
+        """One control period."""
+        body.wheels.command([-0.3, -0.3])
+        return rocs_bt.Progress.RUNNING
+
+
+# Deliberative: what readings mean, what has changed, what to do.
+
+
+class Senses(rocs_bt.Monitor):
+    """From an echo to a gap, from volts to a charge."""
+
+    def signals(self) -> Sequence[rocs_bt.Signal]:
+        """What it writes."""
+        return [
+            rocs_bt.Signal("gap", 1, (LENGTH,), (0.0, math.inf), self.max_age),
+            rocs_bt.Signal("charge", 1, bounds=(0.0, 1.0), max_age=self.max_age),
+        ]
+
+    def interpret(self, readings: Mapping[str, rocs_bt.Reading]) -> Signals:
+        """Empty at 11 V."""
+        volts = readings["battery"].values[0]
+        return {"gap": readings["echo"].values, "charge": [(volts - 11.0) / 1.6]}
+
+
+class Walls(rocs_bt.Analyze):
+    """Finds that a wall came near."""
+
+    def __init__(self, *args, near: float) -> None:
+        super().__init__(*args)
+        self.near = near
+        self.close = False
+
+    def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[rocs_bt.Change]:
+        """A Change when it begins, none while it lasts."""
+        gap = samples[-1].value["gap"][0]
+        was, self.close = self.close, gap < self.near
+        if self.close and not was:
+            self.knowledge.world.saw_wall()
+            yield self.change(samples[-1].t, "wall near", gap=gap)
+
+
+class Shuttle(rocs_bt.Plan):
+    """To and fro until the strategy says that it is enough."""
+
+    ticket = None
+
+    def run(self, t: float) -> None:
+        """Turn at walls; go on after a reflex; rest in the end."""
+        walls = [c for c in self.changes() if c.value.kind == "wall near"]
+        strategy = self.knowledge.strategy.choose()
+        if strategy == "rest":
+            self.pipeline.clear(by=self.name)
+            self.status = "SUCCESS"
+        elif self.pipeline.held:
+            pass  # a reflex acts; when it ends the plan is called again
+        elif self.ticket is None:
+            self.ticket = self.submit("Creep", speed=0.4)
+        elif walls or self.ticket.state.done:
+            self.pipeline.cancel(self.ticket, by=self.name)
+            self.ticket = self.submit("TurnBack")
+
+
+# Reactive: what must not wait for a plan.
+
+
+class KeepOff(rocs_bt.ReactiveModel):
+    """Back off from what is too close."""
+
+    def __init__(self, knowledge: rocs_bt.Knowledge) -> None:
+        self.gap = knowledge.signals.slice_of("gap").start
+        self.latched = False
+
+    def react(self, x: np.ndarray, t: float) -> Sequence[Reflex]:
+        """With hysteresis, so that it does not flicker."""
+        gap = x[self.gap]
+        self.latched = gap < (0.45 if self.latched else 0.30)
+        reading = f"gap = {gap:.2f} m"
+        return [Reflex("keep_off/TooClose", 50, "BackOff", level=True, latched=self.latched, reading=reading)]
+
+
+# Optional: three views of the one Knowledge.
+
+
+class Corridor(WorldModel):
+    """Knows how many walls were met."""
+
+    walls = 0
+
+    def saw_wall(self) -> None:
+        """One more, which stands in the graph for everybody to see."""
+        self.walls += 1
+        self.graph.add(f"wall {self.walls}", "object")
+
+
+class Charged(RobotModel):
+    """Knows its battery."""
+
+    @property
+    def charge(self) -> float:
+        """From 0 to 1; NaN while it is not known."""
+        return self.signals.value("charge", self.knowledge.clock.now())
+
+
+class Duty(StrategyModel):
+    """Shuttle while there is charge; rest after that."""
+
+    def choose(self) -> str:
+        """The strategy in force."""
+        if not self.names():
+            self.add("rest")
+            self.add("shuttle", falls_back_to="rest")
+        self.use("shuttle" if self.knowledge.robot.charge > 0.55 else "rest")
+        return self.used()
+
+
+class Teller:
+    """Tells what is done, by whom, and why."""
+
+    def emit(self, event: Event) -> None:
+        """Tell changes, reflexes and actions."""
+        if isinstance(event, rocs_bt.Change):
+            print(f"{event.t:5.2f} s  {event.source}: {event.kind}, gap = {event.values['gap']:.2f} m")
+        elif isinstance(event, RuleChanged) and event.phase in ("fired", "ended"):
+            print(f"{event.t:5.2f} s  {event.rule} {event.phase} {event.reading}".rstrip())
+        elif isinstance(event, TicketChanged) and event.state in ("RUNNING", "CANCELLED"):
+            print(f"{event.t:5.2f} s    {event.action} {event.state} by {event.by}")
+
+
+def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt.Agent, MockRobot]:
+    """The shuttle's body and mind."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "robot.toml"
+        file.write_text(ROBOT)
+        file.with_name(Path(__file__).name).write_bytes(Path(__file__).read_bytes())
+        spec = load_robot(file)
+    body = MockRobot(world, robot_drive(spec.drive), rocs_bt.Pose2(0.0, 0.0, 0.0))
+    watchdog = Watchdog(Wheels(body), clock, max_age=0.2)
+    body.watchdogs.append(watchdog)
+    mind = Mind(
+        build=lambda mission: Shuttle(
+            "shuttle", knowledge=mission.knowledge, pipeline=mission.pipeline, actions=mission.actions,
+            clock=mission.clock, sink=mission.sink,
+        ),
+        reflexes=lambda knowledge: [KeepOff(knowledge)],
+        actions=[Creep, Spin, TurnBack, BackOff],
+        world_model=Corridor,
+        robot_model=Charged,
+        strategy_model=Duty,
+    )  # fmt: skip
+    every_period = Rate(1, PERIOD)
+    agent = build_agent(
+        "R1",
+        spec,
+        mind,
+        sensors={"echo": Echo(body), "battery": Battery(clock)},
+        actuators={"wheels": watchdog},
+        sensor_rates={"echo": every_period, "battery": every_period},
+        rates=Rates(control=every_period, plan=Rate(2, PERIOD)),
+        clock=clock,
+        sink=Teller(),
+        load_class=lambda file, name: globals()[name],  # the classes stand in this very file
+    )
+    return agent, body
+
+
+def main() -> None:
+    """Run it until its mission has ended."""
+    clock = rocs_bt.SimulatedClock(PERIOD)
+    world = MockWorld(clock, segments=[((2.0, -1.0), (2.0, 1.0)), ((-1.0, -1.0), (-1.0, 1.0))])
+    agent, body = make_agent(clock, world)
+    while agent.status == "RUNNING":
+        if clock.count == 200:  # somebody shuts a door, right before the robot
+            x = body.pose.transform(0.25, 0.0)[0]
+            world.segments.append(((x, -1.0), (x, 1.0)))
+        agent.step(clock.count)
+        world.advance(PERIOD)
+        clock.advance()
+    agent.stop()
+    knowledge = agent.knowledge
+    print(f"{clock.now():5.2f} s  {agent.status} at x = {body.pose.x:.2f} m, strategy '{knowledge.strategy.used()}'")
+    print(f"walls met: {knowledge.world.walls}, charge left: {knowledge.robot.charge:.2f}")
+
+
+if __name__ == "__main__":
+    main()

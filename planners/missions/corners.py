@@ -1,0 +1,25 @@
+"""Visit four corners one after the other, planning anew at each.
+
+The corners are goals of the world model, which the scenario places. Each leg is planned when the one before has
+arrived, from where the robot is by then; reflexes on the way leave the progress as it is.
+"""
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Sequence
+
+from rocs_bt.plan import Mission
+from rocs_bt.units import PositiveMetresPerSecond
+
+
+def build(
+    mission: Mission,
+    *,
+    first: str = "corner_1",
+    second: str = "corner_2",
+    third: str = "corner_3",
+    fourth: str = "corner_4",
+    cruise: PositiveMetresPerSecond = 0.4,
+) -> Behaviour:
+    """A Sequence of GoTo."""
+    legs = [mission.act("GoTo", goal=goal, cruise=cruise) for goal in (first, second, third, fourth)]
+    return Sequence("corners", memory=True, children=legs)

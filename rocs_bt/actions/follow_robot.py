@@ -1,0 +1,145 @@
+"""FollowRobot: drive after another robot at a distance (paper, 6.5)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..control.reference import Reference, TimedReference, TurnReference
+from ..errors import did_you_mean
+from ..geometry import Pose2, Twist2, wrap_angle
+from ..units import PositiveMetres, PositiveMetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds
+from .following import TURN_FIRST, PathDrive
+from .set_wheel_speed import SetWheelSpeed
+from .tether import Tether
+
+STEP = 0.1  # [s] between the places of the way to follow
+AHEAD = 2.5  # [s] that the way covers: the follower's horizon and the wheels' lag
+STILL = 0.02  # [m] A way that leads no farther is none: the wheels would be asked to creep.
+START = 0.08  # [m] The same for a robot that stands: what it knows of its leader is not as sure as that.
+
+
+@dataclass(kw_only=True, eq=False)
+class FollowRobot(MacroAction):
+    """Follow a peer as if a string tied the robot to it, with the follower, on the peer's predicted way; never ends.
+
+    A leader that goes away pulls; one that comes near, as when it turns round, pushes the robot back on its own trail,
+    and in between it stands. So it cuts corners no more than a trailer does, and never drives at its leader. It does
+    not drive at any other peer either, but waits. Nearer than `safety` it stands still altogether, and what happens is
+    the reflexes' matter. A leader that is out of view is where Knowledge predicts it; once nobody knows where it is
+    the robot looks round once, and then fails with LOST_LEADER.
+
+    Attributes:
+        leader: A peer of the world model.
+        distance: At which to follow, between the centres of the bases [m].
+        room: What to leave to a leader that comes near, as far as there is a way back [m].
+        safety: Distance from any peer within which the robot does not drive at it, and from its leader not at all [m].
+        cruise: Fastest speed [m/s]; only a leader that is slower can be kept up with.
+        search_rate: How fast to look round [rad/s].
+        patience: How long to wait for a leader, after having looked round, before giving up [s].
+    """
+
+    leader: str
+    distance: PositiveMetres = 1.2
+    room: PositiveMetres = 1.0
+    safety: PositiveMetres = 0.8
+    cruise: PositiveMetresPerSecond = 0.6
+    search_rate: PositiveRadiansPerSecond = 1.0
+    patience: PositiveSeconds = 2.0
+
+    def decompose(self, body: Body) -> Iterator[Action]:
+        world, graph = body.knowledge.world, body.knowledge.graph
+        if self.leader not in world.peers():
+            hint = did_you_mean(self.leader, world.peers(), "The world")
+            raise ActionFailed(Reason.NO_GOAL, f"no other robot is named '{self.leader}'. {hint}")
+        if not self.safety < self.room < self.distance:
+            found = f"{self.safety:g}, {self.room:g} and {self.distance:g} m"
+            raise ActionFailed(Reason.CANNOT, f"safety, room and distance must ascend, found {found}")
+        graph.relate(body.knowledge.agent, "follows", self.leader, distance=self.distance)
+        try:
+            yield from self._follow(body)
+        finally:
+            graph.unrelate(body.knowledge.agent, "follows", self.leader)
+
+    def _follow(self, body: Body) -> Iterator[Action]:
+        drive, world, search = PathDrive(body, self.cruise), body.knowledge.world, _Search(self, body)
+        tether = Tether(self.distance, self.room, self.safety, self.cruise)
+        while True:
+            pose, leader = drive.pose(), world.predicted(self.leader, body.clock.now())
+            if pose is None:
+                yield drive.brake()
+                continue
+            tether.moved(pose)
+            if leader is None:
+                drive.brake()  # whoever follows next must ask how fast the wheels turn
+                yield search.step()
+                continue
+            search.found(pose, leader)
+            reference = None
+            if pose.distance(leader) >= self.safety:
+                reference = self._reference(body, pose, tether, START if drive.standing() else STILL)
+            yield drive.brake() if reference is None else drive.follow(pose, reference)
+
+    def _reference(self, body: Body, pose: Pose2, tether: Tether, least: float) -> Reference | None:
+        """Where the string takes the robot; None where that is not even `least` away [m], or it must not turn there."""
+        world, now = body.knowledge.world, body.clock.now()
+        times = now + STEP * np.arange(round(AHEAD / STEP) + 1)
+
+        def predicted(name: str) -> list[Pose2]:
+            found = (world.predicted(name, t) for t in times.tolist())
+            return [pose for pose in found if pose is not None]
+
+        leader = predicted(self.leader)
+        others = [predicted(name) for name in world.peers() if name != self.leader]
+        if len(leader) < len(times):  # given up just now, by another thread
+            return None
+        others = [way for way in others if len(way) == len(times)]
+        signals = body.knowledge.signals
+        ahead = float(np.min(signals.read("front", now))) if "front" in signals else math.inf
+        way = tether.way(pose, leader, others, STEP, ahead)
+        first = next((row for row in way.tolist() if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)
+        # A slack string does not turn the robot, unless its leader has gone out of sight of what looks ahead.
+        error = pose.bearing(leader[0]) if first is None else wrap_angle(first[2] - pose.yaw)
+        if abs(error) > TURN_FIRST:
+            near = any(pose.distance(other[0]) < self.safety for other in others)  # whom its tail would hit
+            return None if near else TurnReference(wrap_angle(pose.yaw + error), pose.x, pose.y)
+        return None if first is None else TimedReference(times, way, body.clock.now)
+
+
+class _Search:
+    """Looking round for a leader that nobody knows the place of: one turn, then patience."""
+
+    def __init__(self, asked: FollowRobot, body: Body) -> None:
+        self._asked = asked
+        self._body = body
+        self._last: Pose2 | None = None
+        self._side = 1.0  # to which to turn, where it was seen last
+        self._since: float | None = None
+
+    def found(self, pose: Pose2, leader: Pose2) -> None:
+        """The leader's place is known."""
+        self._last, self._side, self._since = leader, math.copysign(1.0, pose.bearing(leader)), None
+
+    def step(self) -> Action:
+        """This period's turn, or standstill once it has looked everywhere.
+
+        Raises:
+            ActionFailed: LOST_LEADER, when that was to no avail.
+        """
+        body, asked = self._body, self._asked
+        now = body.clock.now()
+        self._since = now if self._since is None else self._since
+        searched, round_trip = now - self._since, math.tau / asked.search_rate
+        if searched > round_trip + asked.patience:
+            last = "it was never seen"
+            if self._last is not None:
+                last = f"it was last taken to be at x = {self._last.x:.2f} m, y = {self._last.y:.2f} m"
+            evidence = f"'{asked.leader}' was not found in {searched:.1f} s of looking round; {last}"
+            raise ActionFailed(Reason.LOST_LEADER, evidence)
+        rate = self._side * asked.search_rate if searched < round_trip else 0.0
+        speeds = body.drive.saturate(body.drive.wheel_speeds(Twist2(0.0, rate)))
+        return SetWheelSpeed(speeds=speeds.tolist(), duration=body.period)

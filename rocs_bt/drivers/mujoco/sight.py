@@ -1,0 +1,53 @@
+"""Who hides whom: lines of sight between robots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .body import RobotBody, collides
+
+_ON = 1e-4  # [m] past a surface of one's own, from where to look on
+_OWN = 8  # surfaces of one's own that a ray may leave
+
+Array = npt.NDArray[np.float64]
+
+
+class Sight:
+    """Rays from one robot to another. What is only drawn hides nobody.
+
+    Args:
+        model: The compiled model.
+        robots: What belongs to which robot.
+    """
+
+    def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
+        import mujoco
+
+        self._ray = mujoco.mj_ray
+        self._model = model
+        self._geom = np.zeros((1, 1), dtype=np.int32)
+        owned = {geom: body.name for body in robots.values() for geom in body.geoms}
+        self._owners = [owned.get(geom, "") for geom in range(model.ngeom)]
+        self._solid = [collides(model, geom) for geom in range(model.ngeom)]
+
+    def clear(self, data: Any, robot: RobotBody, other: RobotBody, start: Array, end: Array) -> bool:
+        """Whether a ray from (3,) to (3,) [m] meets nothing but the two robots at its ends."""
+        left = float(np.linalg.norm(end - start))
+        if left < _ON:
+            return True
+        along = (end - start) / left
+        for _ in range(_OWN):
+            hit = float(self._ray(self._model, data, start, along, None, True, robot.root, self._geom))
+            if hit < 0.0 or hit >= left:
+                return True
+            geom = int(self._geom[0, 0])
+            if self._owners[geom] == other.name:
+                return True
+            if self._solid[geom] and self._owners[geom] != robot.name:
+                return False
+            start, left = start + (hit + _ON) * along, left - hit - _ON
+        return False

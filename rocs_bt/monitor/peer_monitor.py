@@ -1,0 +1,53 @@
+"""PeerMonitor: which other robots are in view, how far, and where."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..channel import Signals
+from ..device import Reading
+from ..errors import Fault, InputError
+from ..signal import Signal
+from ..units import ANGLE, LENGTH, NONE
+from .monitor import Monitor
+
+TAGS = 1e6
+"""A tag beyond this is no tag but a fault."""
+
+
+class PeerMonitor(Monitor):
+    """Writes `peer_tag`, `peer_range` [m] and `peer_bearing` [rad, left positive] from a robot sensor, nearest first.
+
+    A slot in which nobody is seen has tag 0, range +inf and bearing 0, so `min(peer_range) < 0.5 m` is a guard that
+    any rule may use; which robot wears which tag stands in Knowledge, as the attribute `tag` of its `peer` node.
+
+    Args:
+        slots: How many robots its sensor can tell at once.
+    """
+
+    def __init__(self, *args: Any, slots: int, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._slots = int(slots)
+        if self._slots < 1:
+            raise InputError(Fault(f"slots of monitor '{self.name}' must be at least 1, found {slots}."))
+
+    def signals(self) -> Sequence[Signal]:
+        size, age = self._slots, self.max_age
+        return [
+            Signal("peer_tag", size, (NONE,), (0.0, TAGS), age, "Which robot is in each slot; 0 for nobody."),
+            Signal("peer_range", size, (LENGTH,), (0.0, math.inf), age, "How far it is; +inf for nobody."),
+            Signal("peer_bearing", size, (ANGLE,), (-math.pi, math.pi), age, "Where it is, from straight ahead."),
+        ]
+
+    def expects(self) -> Mapping[str, int]:
+        return {self.watched[0].sensor.name: 3 * self._slots}
+
+    def varies(self, sensor: str) -> bool:
+        """While somebody is in view and a wheel turns; an empty view may stay as it is."""
+        return super().varies(sensor) and bool(self.knowledge.signals.view("peer_tag")[0])
+
+    def interpret(self, readings: Mapping[str, Reading]) -> Signals:
+        values = list(next(iter(readings.values())).values)
+        return {"peer_tag": values[0::3], "peer_range": values[1::3], "peer_bearing": values[2::3]}

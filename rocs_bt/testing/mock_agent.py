@@ -1,0 +1,113 @@
+"""An agent without physics: a robot.toml's wiring on mock devices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..agent import Agent, Mind, Rates, build_agent, robot_drive
+from ..agent.build import LoadClass
+from ..catalog import RobotSpec, load_class
+from ..clock import Clock, Rate
+from ..device import Sensor, Watchdog
+from ..drivers.mock import MockRobot, MockWorld, make_actuator, make_sensor
+from ..event import EventSink
+from ..geometry import Pose2
+
+
+@dataclass
+class MockStage:
+    """What stands behind a mock agent; change it before the agent is built, or while it runs.
+
+    Attributes:
+        clock: Time; whoever runs the agent moves it on.
+        world: Walls and round things.
+        robot: The robot, which does at once what it is told.
+        sensors: By name.
+        actuators: By name; guarded, and checked whenever the world moves on.
+    """
+
+    clock: Clock
+    world: MockWorld
+    robot: MockRobot
+    sensors: dict[str, Sensor]
+    actuators: dict[str, Watchdog]
+
+
+def mock_stage(spec: RobotSpec, clock: Clock, pose: Pose2 | None = None) -> MockStage:
+    """Mock devices for everything in a robot.toml.
+
+    Sites of range sensors look out from the robot's origin, evenly spread over the circle, to the left first.
+
+    Args:
+        spec: The robot; its drivers must be ones that have a mock.
+        clock: Time.
+        pose: Where it starts; the origin when left out.
+
+    Raises:
+        InputError: A driver has no mock, or does not take its parameters.
+    """
+    world, drive = MockWorld(clock), robot_drive(spec.drive)
+    mounts = {
+        site: Pose2(0.0, 0.0, math.tau * i / len(sites))
+        for s in spec.sensors
+        if isinstance(sites := s.parameters.get("sites"), (list, tuple))
+        for i, site in enumerate(sites)
+    }
+    robot = MockRobot(world, drive, pose or Pose2(0.0, 0.0, 0.0), mounts)
+    sensors: dict[str, Sensor] = {s.name: make_sensor(robot, s.name, s.driver, s.parameters) for s in spec.sensors}
+    actuators = {
+        a.name: Watchdog(make_actuator(robot, a.name, a.driver, a.parameters), clock, a.max_command_age)
+        for a in spec.actuators
+    }
+    robot.watchdogs.extend(actuators.values())
+    return MockStage(clock, world, robot, sensors, actuators)
+
+
+def mock_agent(
+    spec: RobotSpec,
+    mind: Mind,
+    clock: Clock,
+    sink: EventSink,
+    *,
+    name: str = "R1",
+    control: float = 20.0,
+    plan: float = 10.0,
+    prepare: Callable[[MockStage], None] = lambda stage: None,
+    load: LoadClass = load_class,
+) -> tuple[Agent, MockStage]:
+    """An agent on mock devices.
+
+    Args:
+        spec: Its robot.
+        mind: What it is to do.
+        clock: Time: a `SimulatedClock` whose step is the control period, or a `WallClock`.
+        sink: Where events go.
+        name: The agent's name.
+        control: Control rate [Hz].
+        plan: Rate of the plan [Hz].
+        prepare: Called with the stage before the agent is built; may replace devices.
+        load: Loads a class that robot.toml names as `file.py:Class`.
+
+    Raises:
+        InputError: Something does not fit together.
+    """
+    stage = mock_stage(spec, clock)
+    prepare(stage)
+    period = 1.0 / control
+    agent = build_agent(
+        name,
+        spec,
+        mind,
+        sensors=stage.sensors,
+        actuators=stage.actuators,
+        sensor_rates={
+            s.name: Rate.dividing(s.rate or control, period, f"the rate of sensor '{s.name}'") for s in spec.sensors
+        },
+        rates=Rates(control=Rate(1, period), plan=Rate.dividing(plan, period, "the plan's rate")),
+        clock=clock,
+        sink=sink,
+        load_class=load,
+    )
+    return agent, stage

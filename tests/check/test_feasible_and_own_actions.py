@@ -1,0 +1,82 @@
+"""A goal that leaves little room is told; an action that stands in a mission's own file can be used at once."""
+
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.check import check_content
+from rocs_bt.simulation import run
+
+MISSION = '''"""Turn on the spot with an action of my own."""
+
+from dataclasses import dataclass
+
+from rocs_bt.action import AtomicAction, Body, Progress
+from rocs_bt.geometry import Twist2
+from rocs_bt.plan import Mission
+from rocs_bt.units import RadiansPerSecond
+
+
+@dataclass(kw_only=True, eq=False)
+class Whirl(AtomicAction):
+    """One turn of the wheels, for ten periods."""
+
+    rate: RadiansPerSecond = 1.0
+    turns: int = 0
+
+    def act(self, body: Body) -> Progress:
+        self.turns += 1
+        body.wheels.command(body.drive.wheel_speeds(Twist2(0.0, self.rate)).tolist())
+        return Progress.RUNNING if self.turns < 10 else Progress.SUCCEEDED
+
+
+def build(mission: Mission):
+    """One leaf."""
+    return mission.act("Whirl", rate="30 deg/s")
+'''
+
+SCENARIO = """format = "scenario/1"
+doc = "Whirl."
+world = "arena_box"
+duration = "5 s"
+[[agent]]
+name = "R2"
+robot = "pioneer_p3dx"
+mission = "whirl"
+x = "1 m"
+y = "-1 m"
+"""
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    (tmp_path / "planners" / "missions").mkdir(parents=True)
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "planners" / "missions" / "whirl.py").write_text(MISSION)
+    (tmp_path / "scenarios" / "whirl.toml").write_text(SCENARIO)
+    return tmp_path
+
+
+def test_a_missions_own_action_is_checked_and_runs(project):
+    catalog = Catalog(project)
+    found = check_content([project])
+    assert [str(f) for f in found.faults] == []
+    result = run("whirl", catalog)
+    assert result.success
+    assert result.summary["agents"]["R2"]["actions"] == {"Whirl": {"SUCCEEDED": 1}}
+
+
+def test_a_wrong_parameter_of_an_own_action_is_told(project):
+    file = project / "planners" / "missions" / "whirl.py"
+    file.write_text(MISSION.replace('"30 deg/s"', '"30 m/s"'))
+    text = "\n".join(str(f) for f in check_content([project]).faults)
+    assert "rate of Whirl must be in rad/s, found '30 m/s' which is in m/s" in text
+
+
+def test_the_published_place_of_the_box_leaves_little_room_at_the_goal():
+    shipped = Catalog().shipped
+    tight = [str(f) for f in check_content([shipped / "scenarios" / "exp1_published.toml"]).faults]
+    assert len(tight) == 1
+    assert "the goal 'goal' of R2 is tight: pioneer_p3dx is free at 187 of the 408 poses" in tight[0]
+    assert check_content([shipped / "scenarios" / "exp1.toml"]).faults == ()

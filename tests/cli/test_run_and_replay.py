@@ -1,0 +1,83 @@
+"""`run` and `replay` through the front door: what a refused or a cut-off run leaves behind, and what is told of it."""
+
+import shutil
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A short run of exp1, as `rocs-bt run` leaves it."""
+    from rocs_bt.catalog import Catalog
+    from rocs_bt.simulation import run
+
+    out = tmp_path_factory.mktemp("finished")
+    run("exp1", Catalog(), seed=1, out=out, duration=6.0)
+    return out
+
+
+@pytest.fixture
+def recorded(finished, tmp_path):
+    return shutil.copytree(finished, tmp_path / "run")
+
+
+@pytest.mark.parametrize("option", [("--view",), ("--video", "no/such/folder/x.gif"), ("--video", "x.doc")])
+def test_a_run_that_is_refused_leaves_an_earlier_one_alone(rocs_bt, recorded, monkeypatch, option):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    before = {f.name: f.read_bytes() for f in recorded.iterdir()}
+    told = rocs_bt("run", "exp1", "--out", recorded, *option)
+    assert told.code == 2
+    assert told.err.strip()
+    assert {f.name: f.read_bytes() for f in recorded.iterdir()} == before
+
+
+def test_a_new_run_takes_the_place_of_an_earlier_one(rocs_bt, recorded):
+    (recorded / "report.html").write_text("a stranger's")
+    assert rocs_bt("run", "exp1", "--seed", "2", "--for", "0.5", "--out", recorded, "--no-report").code == 1
+    assert not (recorded / "report.html").exists()
+    assert '"seed": 2' in (recorded / "summary.json").read_text()
+
+
+def test_a_replay_reaches_the_same_decisions(rocs_bt, recorded):
+    told = rocs_bt("replay", recorded)
+    assert (told.code, told.out) == (0, "The same decisions, event by event.\n")
+
+
+def test_a_replay_of_nobody_is_refused(rocs_bt, recorded):
+    told = rocs_bt("replay", recorded, "--agent", "R9")
+    assert told.code == 2
+    assert "no agent is named 'R9'. The run has: R2." in told.err
+
+
+def test_a_cut_off_recording_is_compared_as_far_as_it_goes(rocs_bt, recorded):
+    file = recorded / "run.mcap"
+    file.write_bytes(file.read_bytes()[:60_000])
+    told = rocs_bt("replay", recorded)
+    assert told.code == 0
+    assert "as far as the recording goes: it was cut off" in told.out
+
+
+def test_a_replay_away_from_its_project_says_where_to_go(rocs_bt, tmp_path, monkeypatch):
+    assert rocs_bt("new", tmp_path / "yard").code == 0
+    monkeypatch.chdir(tmp_path / "yard")
+    assert rocs_bt("run", "first", "--for", "0.5", "--out", tmp_path / "r", "--no-report").code == 1
+    monkeypatch.chdir(tmp_path)
+    told = rocs_bt("replay", tmp_path / "r")
+    assert told.code == 2
+    assert "no scenario is named 'first'" in told.err
+    assert "in the folder of the project that it was recorded in" in told.err
+
+
+def test_why_calls_a_reflex_active_until_its_action_has_ended(rocs_bt, recorded):
+    told = rocs_bt("replay", recorded, "--why", "3")
+    assert told.code == 0
+    assert "RUNNING AvoidCollision" in told.out
+    assert "no rule is active" not in told.out
+    assert "avoid_collision/AvoidCollision" in told.out.partition("fired")[2].partition("\n")[0]
+
+
+def test_why_asks_for_a_time_that_the_run_has(rocs_bt, recorded):
+    told = rocs_bt("replay", recorded, "--why", "99")
+    assert told.code == 2
+    assert "the run has no time 99 s. It goes from 0 s to 6 s" in told.err

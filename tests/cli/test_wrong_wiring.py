@@ -1,0 +1,278 @@
+"""Content that is well written but cannot work: refused by check and by run alike, with the place, and exit 2."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+SCENARIO, ROBOT = "scenarios/first.toml", "robots/rover/robot.toml"
+BODY, MISSION = "robots/rover/robot.xml", "planners/missions/patrol.py"
+RANGE = 'class = "RangeMonitor"\n'
+GROUPS = 'monitors = ["range"]\ngroups = ["front", "rear"]'
+MOTORS = 'driver = "velocity"\nmotors = ["left_motor", "right_motor"]'
+MOVER = '[[mover]]\nname = "R2"\nrobot = "rover"\nscript = "random_walk"\nx = "1.5 m"\ny = "-1 m"\n'
+LAST = "    return tree\n"
+
+
+def edit(project, file, old, new):
+    text = (project / file).read_text()
+    assert old in text
+    (project / file).write_text(text.replace(old, new))
+
+
+def line_of(project, file, text):
+    """The 1-based line on which a text begins."""
+    before, found, _ = (project / file).read_text().partition(text)
+    assert found
+    return before.count("\n") + 1
+
+
+@pytest.mark.parametrize("command", [("run", "first"), ("check",)], ids=lambda c: c[0])
+@pytest.mark.parametrize(
+    ("file", "old", "new", "at", "message"),
+    [
+        # Names: an agent, its devices and its places are nodes of one graph.
+        (SCENARIO, '"gate"', '"sonar"', '[[place]]\nname = "sonar"', "the name 'sonar' is taken by the sensor 'sonar'"),
+        (SCENARIO, '"R1"', '"sonar"', "[[agent]]", "the name 'sonar' is taken by the sensor 'sonar' of rover"),
+        (SCENARIO, '"R1"', '"wheels"', "[[agent]]", "the name 'wheels' is taken by the actuator 'wheels' of rover"),
+        (SCENARIO, '"R1"', '"gate"', 'name = "gate"', "the name 'gate' is taken by another table"),
+        (SCENARIO, '"R1"', '""', 'name = ""', "'' is no name"),
+        (SCENARIO, '"R1"', '" "', 'name = " "', "' ' is no name"),
+        (
+            ROBOT,
+            'name = "encoders"',
+            'name = "wheels"',
+            'name = "wheels"\ndriver = "velocity"',
+            "another [[sensor]] is",
+        ),
+        (SCENARIO, 'y = "0 m"\n', 'y = "0 m"\ntolerence = "1 m"\n', "tolerence", "place.0 has no use for 'tolerence'"),
+        (
+            SCENARIO,
+            'name = "gate"\n',
+            'name = "tree"\nkind = "object"\ncolour = "red"\nx = "9 m"\ny = "0 m"\n[[place]]\nname = "gate"\n',
+            "[[place]]",
+            "'object tree' has no attribute 'colour'",
+        ),
+        # Devices and blocks.
+        (
+            ROBOT,
+            '[[analyze]]\nname = "position"',
+            '[[monitor]]\nname = "again"\nclass = "WheelMonitor"\nsensors = ["encoders"]\n'
+            '[[analyze]]\nname = "position"',
+            '[[monitor]]\nname = "again"',
+            "the monitors 'wheels' and 'again' both write the signal 'wheel_speeds'",
+        ),
+        (
+            ROBOT,
+            MOTORS,
+            'driver = "velocity"\nmotors = ["left_motor"]',
+            "[[actuator]]",
+            "the actuator 'wheels' takes 1 rim speeds, but a 'differential' drive has 2 wheels. Give it a motor",
+        ),
+        (
+            ROBOT,
+            MOTORS,
+            'driver = "velocity"\nmotors = ["left_motor", "left_motor"]',
+            "[[actuator]]",
+            "motors must name each of the model's once, found left_motor twice",
+        ),
+        (ROBOT, "beams = 16\n", "beams = 15\n", f'[[monitor]]\nname = "range"\n{RANGE}', "expects 15 values from the"),
+        (
+            ROBOT,
+            "beams = 16\n",
+            "beams = 2.5\n",
+            f'[[monitor]]\nname = "range"\n{RANGE}',
+            "must be a whole number, found",
+        ),
+        (
+            ROBOT,
+            'vanish = "0.7 m"',
+            'vanish = "x"',
+            '[[monitor]]\nname = "range"',
+            "vanish of RangeMonitor 'range' must be",
+        ),
+        (ROBOT, 'vanish = "0.7 m"', "vanish = nan", '[[monitor]]\nname = "range"', "must be a number, found nan"),
+        (ROBOT, "beams = 16\n", "beams = 0\n", f'[[monitor]]\nname = "range"\n{RANGE}', "must be at least 1, found 0"),
+        (
+            ROBOT,
+            'sensors = ["position", "orientation"]',
+            'sensors = ["position", "orientation"]\nposition = "gps"',
+            '[[monitor]]\nname = "pose"',
+            "no sensor is named 'gps'. The monitor 'pose' has: orientation, position",
+        ),
+        (
+            ROBOT,
+            "beams = [1, 2, 3",
+            "beams = [1, 2, 33",
+            '[[monitor]]\nname = "range"',
+            "group 'front' of monitor 'range'",
+        ),
+        (
+            ROBOT,
+            GROUPS,
+            GROUPS.replace("front", "fron"),
+            "[[analyze]]",
+            "no signal is named 'fron'. Did you mean 'front'",
+        ),
+        (ROBOT, GROUPS, GROUPS.replace("range", "pose"), "[[analyze]]", "no signal is named 'front'. What 'obstacle'"),
+        (ROBOT, 'near = "0.6 m"', 'near = "6 m"', "[[analyze]]", "near must be above 0 m and below clear, found 6 m"),
+        (ROBOT, 'noise = "0 m"', 'noise = "inf m"', "noise", "noise must be finite, found 'inf m'"),
+        (ROBOT, 'track = "0.331 m"', 'track = "0 m"', "[drive]", "track of a 'differential' drive must be a positive"),
+        (
+            ROBOT,
+            'max_command_age = "0.2 s"',
+            'max_command_age = "10 ms"',
+            "[[actuator]]",
+            "the actuator 'wheels' goes to neutral 0.01 s after a command, but first commands it only every 0.05 s",
+        ),
+        # Files.
+        (ROBOT, '"robot.xml"', '"/etc/hostname"', "model", "'/etc/hostname' is not in the robot's folder"),
+        (ROBOT, '"robot.xml"', '"../../robot.xml"', "model", "'../../robot.xml' is not in the robot's folder"),
+        (ROBOT, '"velocity"', '"../../own.py:Own"', 'driver = "../', "'../../own.py' is not in the robot's folder"),
+        (BODY, '<mesh name="hull"', '<mesh name="hul"', '<geom name="hull"', "the model does not compile: Error: mesh"),
+        # The world, and who moves in it.
+        (SCENARIO, 'x = "-1.5 m"', 'x = "-2.4 m"', "[[agent]]", "R1 cannot start at x = -2."),
+        (
+            SCENARIO,
+            "[[agent]]",
+            f'{MOVER}max_leg = "inf s"\n[[agent]]',
+            "[[mover]]",
+            "max_leg must be finite and no less",
+        ),
+        (SCENARIO, "[[agent]]", f'{MOVER}margin = "-1 m"\n[[agent]]', "[[mover]]", "margin must be finite and no less"),
+        (
+            SCENARIO,
+            '[[place]]\nname = "gate"',
+            '[rate]\ncontrol = "50 Hz"\n[[place]]\nname = "gate"',
+            "[rate]",
+            'which is not a whole number. Use 16.6667 Hz or 25 Hz. Or have all sensors keep step: sensors = "50 Hz"',
+        ),
+    ],
+)
+def test_what_cannot_work_is_refused_with_its_place(project, rocs_bt, command, file, old, new, at, message):
+    edit(project, file, old, new)
+    told = rocs_bt(*command)
+    assert told.code == 2, told.out + told.err
+    assert "Traceback" not in told.err
+    where = rf"{re.escape(file)}:{line_of(project, file, at)}(:\d+)?: .*{re.escape(message)}"
+    assert re.search(where, told.err), f"{where}\n{told.err}"
+    assert not (project / "runs").exists()
+
+
+@pytest.mark.parametrize("command", [("run", "first"), ("check",)], ids=lambda c: c[0])
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            LAST,
+            "    return None\n",
+            "build returned None, which is no py_trees behaviour. Return the root of a py_trees",
+        ),
+        (
+            LAST,
+            '    return py_trees.composites.Sequence("none", memory=True)\n',
+            "'none' has no children. Give it some",
+        ),
+        (LAST, "    mission.knowledge.world.pursue('nowhere')\n" + LAST, "nowhere"),
+        ('mission.act("GoTo"', 'mission.act("Nope"', "no action is named 'Nope'. There are: AvoidCollision"),
+    ],
+    ids=["none", "empty", "knowledge", "action"],
+)
+def test_a_mission_that_cannot_be_ticked_is_refused(project, rocs_bt, command, old, new, message):
+    edit(project, MISSION, old, new)
+    told = rocs_bt(*command)
+    assert told.code == 2, told.out + told.err
+    assert message in told.err
+    assert "Traceback" not in told.err
+
+
+def test_a_run_tells_the_line_of_the_mission(project, rocs_bt):
+    edit(project, MISSION, 'mission.act("GoTo"', 'mission.act("Nope"')
+    line = line_of(project, MISSION, "        tree.add_child(mission.act")
+    assert f"patrol.py:{line}: no action is named 'Nope'." in rocs_bt("run", "first").err
+    edit(project, MISSION, 'mission.act("Nope"', 'mission.act("GoTo"')
+
+
+def test_a_missing_site_is_told_with_the_sites_that_its_author_made(project, rocs_bt):
+    edit(project, ROBOT, '"sonar3"', '"sonarX"')
+    edit(project, ROBOT, '"sonar4"', '"sonarY"')
+    told = rocs_bt("run", "first")
+    line = line_of(project, ROBOT, "[[sensor]]")
+    assert told.code == 2
+    for site in ("sonarX", "sonarY"):
+        assert f"robot.toml:{line}: no site for sensor 'sonar' is named '{site}'." in told.err
+    assert "sonar15" in told.err
+    assert "sonar/" not in told.err
+
+
+def test_a_file_that_breaks_its_checker_does_not_hide_the_others(project, rocs_bt):
+    edit(project, ROBOT, RANGE, 'class = "own.py:Broken"\n')
+    (project / "robots" / "rover" / "own.py").write_text(
+        "from rocs_bt.errors import DeviceError\nfrom rocs_bt.monitor import RangeMonitor\n\n\n"
+        "class Broken(RangeMonitor):\n    def __init__(self, *args, **kwargs):\n"
+        "        raise DeviceError('no cable is plugged in')\n"
+    )
+    (project / "rules" / "zealous.toml").write_text('format = "reflex/2"\n')
+    told = rocs_bt("check")
+    assert told.code == 2
+    assert re.search(r"robot\.toml: no cable is plugged in", told.err)
+    assert re.search(r"zealous\.toml:1:1: ", told.err)
+
+
+def test_a_run_tells_what_check_doubts_in_its_missions(project, rocs_bt):
+    edit(project, SCENARIO, 'first = "gate"', 'first = "gaet"')
+    warning = (
+        rf"first\.toml:{line_of(project, SCENARIO, '[agent.parameters]')}: warning: no place is named 'gaet'\. Did"
+    )
+    told = rocs_bt("run", "first", "--for", "0.5", "--no-report")
+    assert told.code == 1
+    assert re.search(warning, told.err)
+    told = rocs_bt("check", SCENARIO)
+    assert told.code == 0
+    assert re.search(warning, told.err)
+
+
+def test_a_run_without_doubts_says_nothing_of_them(project, rocs_bt):
+    assert "warning" not in rocs_bt("run", "first", "--for", "0.5", "--no-report").err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at", "what"),
+    [
+        ('x = "-1.5 m"', 'x = "-5 m"', "[[agent]]", "the start of R1 at x = -5 m, y = -0.5 m is outside of the world"),
+        ('y = "0 m"', 'y = "30 m"', "[[place]]", "the goal 'gate' at x = 1.5 m, y = 30 m is outside of the world"),
+        ("[[agent]]", MOVER.replace('"1.5 m"', '"7 m"') + "[[agent]]", "[[mover]]", "the start of R2 at x = 7 m"),
+    ],
+)
+def test_what_is_outside_of_the_world_is_doubtful(project, rocs_bt, old, new, at, what):
+    edit(project, SCENARIO, old, new)
+    told = rocs_bt("check", SCENARIO)
+    assert told.code == 0
+    assert f"first.toml:{line_of(project, SCENARIO, at)}: warning: {what}" in told.err
+
+
+@pytest.mark.parametrize("size", ["0 0 .1", None])
+def test_a_world_without_an_end_has_no_outside(project, rocs_bt, size):
+    floor = f'<geom name="floor" type="plane" size="{size}"/>' if size else ""
+    (project / "scenarios" / "worlds" / "yard.xml").write_text(f"<mujoco><worldbody>{floor}</worldbody></mujoco>")
+    edit(project, SCENARIO, 'x = "-1.5 m"', 'x = "-500 m"')
+    told = rocs_bt("check", SCENARIO)
+    assert told.code == 0
+    assert "outside" not in told.err
+
+
+def test_movers_have_their_robots_own_drivers(project, rocs_bt):
+    edit(project, ROBOT, 'driver = "velocity"', 'driver = "own.py:Loud"')
+    edit(project, SCENARIO, "[[agent]]", MOVER + "[[agent]]")
+    (project / "robots" / "rover" / "own.py").write_text(
+        "from rocs_bt.drivers.mujoco import ACTUATORS\n\n\n"
+        "class Loud(ACTUATORS['velocity']):\n"
+        "    def command(self, values):\n"
+        "        super().command(values)\n"
+        "        with open('commanded.txt', 'a') as file:\n"
+        "            file.write(self.mount.robot + '\\n')\n"
+    )
+    told = rocs_bt("run", "first", "--for", "0.5", "--no-report")
+    assert told.code == 1, told.err
+    assert set((project / "commanded.txt").read_text().split()) == {"R1", "R2"}

@@ -1,0 +1,265 @@
+"""docs/files.md: each documented key is accepted, and each accepted key is documented."""
+
+import inspect
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.action import parameters_of
+from rocs_bt.actions import ACTIONS
+from rocs_bt.analyze import ANALYZERS
+from rocs_bt.catalog import load_robot
+from rocs_bt.catalog.scenario_file import read_scenario
+from rocs_bt.document import read_toml
+from rocs_bt.drivers import DRIVER_PARAMETERS, parameters_of_driver
+from rocs_bt.errors import InputError
+from rocs_bt.expression import Environment
+from rocs_bt.knowledge.signals import SignalTable
+from rocs_bt.monitor import MONITORS, Monitor
+from rocs_bt.reactive import load_rules
+from rocs_bt.signal import Signal
+from rocs_bt.simulation import MOVERS
+from rocs_bt.units import LENGTH
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "files.md").read_text("utf-8")
+
+# One file of each kind with every key; `# zzz TABLE` marks where an unknown key would stand in that table.
+ROBOT = """
+format = "robot/1"
+doc = "All keys."
+model = "robot.xml"
+# zzz robot
+[drive]
+kind = "differential"
+actuator = "wheels"
+track = "0.3 m"
+max_wheel_speed = "1 m/s"
+max_wheel_acceleration = "1 m/s2"
+wheel_radius = "0.1 m"
+wheel_lag = "0.05 s"
+# zzz robot.drive
+[body]
+length = "0.5 m"
+width = "0.4 m"
+# zzz robot.body
+[[sensor]]
+name = "where"
+driver = "position"
+signal = "pose"
+monitor = "pose"
+rate = "20 Hz"
+noise = "1 cm"
+unit = "m"
+max_age = "0.2 s"
+# zzz robot.sensor
+[[actuator]]
+name = "wheels"
+driver = "velocity"
+max_command_age = "0.1 s"
+motors = ["left", "right"]
+wheel_radius = "0.1 m"
+signs = [1, 1]
+max_acceleration = "3 m/s2"
+# zzz robot.actuator
+[[monitor]]
+name = "pose"
+class = "PoseMonitor"
+sensors = ["where"]
+[[analyze]]
+name = "turned"
+class = "PassOrientation"
+monitors = ["pose"]
+"""
+
+SCENARIO = """
+format = "scenario/1"
+doc = "All keys."
+world = "yard"
+duration = "10 s"
+end_on_collision = true
+# zzz scenario
+[rate]
+physics = "5 ms"
+control = "20 Hz"
+plan = "10 Hz"
+sensors = "10 Hz"
+# zzz scenario.rate
+[[place]]
+name = "gate"
+kind = "goal"
+x = "1 m"
+y = "1 m"
+yaw = "90 deg"
+tolerance = "0.2 m"
+agents = ["R1"]
+[[agent]]
+name = "R1"
+robot = "rover"
+mission = "patrol"
+rules = ["keep_clear"]
+x = "0 m"
+y = "0 m"
+yaw = "0 deg"
+jitter = { x = "0.1 m", y = "0.1 m", yaw = "5 deg" }
+success = { goal = "gate" }
+# zzz scenario.agent
+[agent.parameters]
+first = "gate"
+[[mover]]
+name = "R2"
+robot = "rover"
+script = "random_walk"
+x = "2 m"
+y = "0 m"
+yaw = "0 deg"
+jitter = { x = "0.1 m" }
+"""
+
+RULES = """
+format = "reflex/1"
+doc = "All keys."
+# zzz rules
+[alias]
+ahead = "min(front)"
+[rule.Near]
+doc = "One."
+tags = ["safety"]
+when = "ahead < 0.4 m"
+until = "ahead > 0.5 m"
+for = "0.1 s"
+cooldown = "1 s"
+trigger = "level"
+priority = 50
+on_invalid = "hold"
+max_hold = "0.5 s"
+# zzz rules.rule
+[rule.Near.action]
+name = "Flinch"
+speed = "-0.2 m/s if ahead < 0.2 m else 0 m/s"
+[rule.Near.action.on_invalid]
+speed = "0 m/s"
+"""
+
+
+def rows(title):
+    """The lines of the table under a title."""
+    (part,) = re.findall(rf"^##+ {re.escape(title)}\n(.*?)(?=^##|\Z)", PAGE, re.MULTILINE | re.DOTALL)
+    lines = [line.strip("|").split("|") for line in part.splitlines() if line.startswith("| ")]
+    return [[cell.strip() for cell in line] for line in lines]
+
+
+def keys(title):
+    """The keys documented under a title."""
+    return {key for row in rows(title)[1:] for key in re.findall(r"`(\w+)`", row[0])}
+
+
+def by_owner(title):
+    """The keys documented under a title whose table tells an owner first; an empty owner is the one above."""
+    found, owner = {}, ""
+    for row in rows(title)[1:]:
+        owner = row[0].strip("`") or owner
+        found.setdefault(owner, set()).update(re.findall(r"`(\w+)`", row[1]))
+    return found
+
+
+def load(kind, text, folder):
+    file = folder / f"{kind}.toml"
+    file.write_text(text, "utf-8")
+    if kind == "robot":
+        (folder / "robot.xml").write_text("<mujoco/>", "utf-8")
+        return load_robot(file)
+    if kind == "scenario":
+        return read_scenario(read_toml(file))
+    signals = SignalTable()
+    signals.declare(Signal("front", 2, (LENGTH,)))
+    signals.freeze()
+    return load_rules(file, Environment.of(signals), ACTIONS)
+
+
+OTHER_KINDS = {"robot.drive": {"effective_track", "half_length", "half_width"}}  # a differential drive refuses them
+FILES = {"robot": ROBOT, "scenario": SCENARIO, "rules": RULES}
+
+
+def shape(text):
+    """The keys of every table of a TOML text, by the table's title in the page."""
+    found = {}
+
+    def walk(table, title):
+        found.setdefault(title, set()).update(table)
+        for key, value in table.items():
+            for child in value if isinstance(value, list) else [value]:
+                if isinstance(child, dict):
+                    walk(child, f"{title}.{key}")
+
+    kind = next(k for k, t in FILES.items() if t is text)
+    walk(tomllib.loads(text), kind)
+    return {title.replace("rule.Near", "rule"): names for title, names in found.items()}
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_a_file_with_every_documented_key_loads(kind, tmp_path):
+    load(kind, FILES[kind], tmp_path)
+    titles = re.findall(rf"^### ({kind}(?:\.[\w.]+)?)$", PAGE, re.MULTILINE)
+    documented, written = {title: keys(title) for title in titles}, shape(FILES[kind])
+    assert titles
+    for title in titles:
+        assert documented[title] - written[title] == OTHER_KINDS.get(title, set()), title
+
+
+MARKED = [(kind, title) for kind, text in FILES.items() for title in re.findall(r"# zzz (\S+)", text)]
+DRIVER = {"robot.sensor": set(), "robot.actuator": {"motors", "wheel_radius", "signs", "max_acceleration"}}
+
+
+@pytest.mark.parametrize(("kind", "title"), MARKED)
+def test_every_key_that_a_loader_knows_is_documented(kind, title, tmp_path):
+    text = FILES[kind].replace(f"# zzz {title}\n", "zzz = 1\n")
+    with pytest.raises(InputError) as caught:
+        load(kind, text, tmp_path)
+    (fault,) = caught.value.faults
+    known = set(re.search(r"has: (.*)\.$", fault.hint).group(1).split(", "))
+    assert known - DRIVER.get(title, set()) == keys(title) - OTHER_KINDS.get(title, set())
+
+
+def test_every_drivers_parameters_are_documented():
+    found = by_owner("Drivers")
+    assert found == {name: set(parameters_of_driver(p)) for name, p in DRIVER_PARAMETERS.items()}
+
+
+def test_every_blocks_parameters_are_documented():
+    def own(cls, base=()):
+        return {p.name for p in inspect.signature(cls).parameters.values() if p.kind is p.KEYWORD_ONLY} - set(base)
+
+    found = by_owner("Blocks")
+    assert found.pop("every Monitor") == own(Monitor)
+    wanted = {name: own(cls) for name, cls in {**MONITORS, **ANALYZERS}.items()}
+    assert found == {name: names for name, names in wanted.items() if names}
+
+
+def test_every_actions_parameters_are_documented_with_unit_bounds_and_default():
+    found = {}
+    owner = ""
+    for action, parameter, unit, bounds, default in rows("Actions")[1:]:
+        owner = action.strip("`") or owner
+        found.setdefault(owner, {})[parameter.strip("`")] = (unit, bounds, default)
+
+    def told(parameter):
+        unit, bounds = ("", "") if parameter.dimension is None else (str(parameter.dimension), str(parameter.bounds))
+        if parameter.required:
+            return unit, bounds, "needed"
+        return unit, bounds, "none" if parameter.default in (None, float("inf")) else f"{parameter.default:g}"
+
+    assert found == {n: {k: told(p) for k, p in parameters_of(a).items()} for n, a in ACTIONS.items()}
+
+
+def test_every_movers_parameters_are_documented():
+    wanted = {name: set(inspect.signature(cls.Parameters).parameters) for name, cls in MOVERS.items()}
+    assert by_owner("Mover scripts") == wanted
+
+
+def test_the_places_of_blocks_and_names_are_the_tables():
+    (monitor,) = [r[1] for r in rows("robot.monitor") if r[0] == "`class`"]
+    (analyze,) = [r[1] for r in rows("robot.analyze") if r[0] == "`class`"]
+    assert set(re.findall(r"`(\w+)`", monitor)) == set(MONITORS)
+    assert set(re.findall(r"`(\w+)`", analyze)) == set(ANALYZERS)

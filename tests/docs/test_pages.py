@@ -1,0 +1,79 @@
+"""Pages of docs/: their code is that of the examples, their topics are those of the recorder."""
+
+import ast
+import re
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.event import BodyMoved
+from rocs_bt.record import WORLD_EVENTS, codec
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+EXAMPLES = [p.read_text("utf-8") for p in (ROOT / "examples").glob("t*.py")]
+
+
+def squeezed(text):
+    return re.sub(r"\s+", " ", text)
+
+
+@pytest.mark.parametrize("page", ["extending.md", "recording.md"])
+def test_its_code_is_taken_from_the_examples(page):
+    text = (DOCS / page).read_text("utf-8")
+    blocks = re.findall(r"```(?:python|toml)\n(.*?)```", text, re.DOTALL)
+    assert blocks
+    whole = [squeezed(e) for e in EXAMPLES]
+    for block in blocks:
+        if page == "extending.md":
+            assert any(squeezed(textwrap.dedent(block)).strip() in e for e in whole), block
+        else:  # single lines, in their order
+            lines = [line.strip() for line in block.splitlines()]
+            assert any(all(line in e for line in lines) for e in EXAMPLES), block
+
+
+def test_every_extension_point_has_a_section_with_code():
+    text = (DOCS / "extending.md").read_text("utf-8")
+    for point in (
+        "Sensor", "Actuator", "Action", "Monitor", "Analyze", "Plan", "ReactiveModel", "WorldModel", "RobotModel",
+        "StrategyModel",
+    ):  # fmt: skip
+        (section,) = re.findall(rf"^### {point}\n(.*?)(?=^##|\Z)", text, re.MULTILINE | re.DOTALL)
+        assert "```python" in section
+
+
+def test_every_topic_is_documented_and_no_other():
+    text = (DOCS / "recording.md").read_text("utf-8")
+    told = re.findall(r"^\| `/AGENT/(\w+)` \| (\w+) \|", text, re.MULTILINE)
+    assert told == [(codec.topic_of(k, "R2").removeprefix("/R2/"), k.__name__) for k in codec.KINDS]
+
+
+def test_the_events_that_a_replay_leaves_out_are_named():
+    text = (DOCS / "recording.md").read_text("utf-8")
+    (named,) = re.findall(r"The simulator's own events \((.*?)\) are left out", squeezed(text))
+    assert re.findall(r"`(\w+)`", named) == [k.__name__ for k in WORLD_EVENTS]
+    assert BodyMoved in WORLD_EVENTS
+
+
+def test_every_page_is_in_the_index():
+    index = (DOCS / "README.md").read_text("utf-8")
+    pages = {p.name for p in DOCS.glob("*.md")} - {"README.md"}
+    assert pages <= set(re.findall(r"\]\(([\w-]+\.md)\)", index))
+
+
+def test_the_folders_of_the_house_are_those_that_exist():
+    text = (DOCS / "architecture.md").read_text("utf-8")
+    house = re.search(r"## The house\n\n```text\n(.*?)```", text, re.DOTALL).group(1)
+    named = set(re.findall(r"\b(\w+)/", house)) - {"planners", "rules", "robots", "scenarios", "rocs_bt"}
+    folders = {p.name for p in (ROOT / "rocs_bt").iterdir() if (p / "__init__.py").is_file()}
+    assert named == folders
+    first_lines = house.split("expression/")[0].split("rocs_bt/")[1]
+    modules = {p.stem for p in (ROOT / "rocs_bt").glob("*.py")} - {"__init__"}
+    assert {w for w in re.findall(r"\b[a-z]+\b", first_lines) if w in modules} == modules
+
+
+def test_every_python_block_of_every_page_is_python():
+    for page in [ROOT / "README.md", *DOCS.glob("*.md")]:
+        for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
+            ast.parse(textwrap.dedent(block))

@@ -1,0 +1,77 @@
+"""Identify finds what the model was made with, and robot.toml holds what it finds."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from functools import cache
+
+import pytest
+
+from rocs_bt.catalog import Catalog, DriveSpec
+from rocs_bt.cli.main import call
+from rocs_bt.errors import InputError
+from rocs_bt.simulation.identify import Identified, identify
+
+CATALOG = Catalog()
+ROBOTS = [entry.name for entry in CATALOG.list("robot")]
+
+
+@cache
+def found(robot: str) -> Identified:
+    return identify(CATALOG.load_robot(robot), CATALOG)
+
+
+def test_a_differential_drives_track_is_where_its_wheels_are() -> None:
+    assert found("pioneer_p3dx").effective_track == pytest.approx(2 * 0.1655, rel=0.003)
+    assert found("pioneer_p3dx").slowest_turn == pytest.approx(1.0, abs=0.002)
+
+
+def test_a_skid_drives_effective_track_is_far_wider_than_built_and_near_the_vendors() -> None:
+    track = found("summit_xl").effective_track
+    assert track == pytest.approx(0.408 * (1.0 + (0.446 / 0.408) ** 2), rel=0.01)  # Coulomb friction
+    assert track == pytest.approx(1.0, rel=0.15)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_what_robot_toml_says_is_what_is_found(robot: str) -> None:
+    spec, measured = CATALOG.load_robot(robot), found(robot)
+    numbers = spec.drive.parameters
+    track = numbers.get("effective_track", numbers.get("track"))
+    assert track == pytest.approx(measured.effective_track, rel=0.005)
+    if "wheel_lag" in numbers:
+        assert numbers["wheel_lag"] == pytest.approx(measured.wheel_lag, abs=0.002)
+    assert measured.top_speed == pytest.approx(numbers["max_wheel_speed"], rel=0.01)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_the_stop_distance_of_robot_toml_is_what_braking_takes(robot: str) -> None:
+    spec, measured = CATALOG.load_robot(robot), found(robot)
+    (wheels,) = (m.parameters for m in spec.monitors if m.cls == "WheelMonitor")
+    assert len(measured.braking) >= 5
+    for b in measured.braking:
+        reading = b.distance + b.speed * 0.05  # what was seen may have come just after a reading
+        told = b.speed * wheels["latency"] + b.speed**2 / (2.0 * wheels["deceleration"])
+        assert told == pytest.approx(reading, rel=0.05)
+    assert measured.misfit < 0.05
+
+
+def test_the_same_model_gives_the_same_numbers() -> None:
+    assert identify(CATALOG.load_robot("summit_xl"), CATALOG) == found("summit_xl")
+
+
+def test_a_drive_without_sides_is_refused() -> None:
+    spec = CATALOG.load_robot("summit_xl")
+    numbers = {"half_length": 0.2, "half_width": 0.2, "max_wheel_speed": 1.0, "max_wheel_acceleration": 1.0}
+    mecanum = dataclasses.replace(spec, drive=DriveSpec("mecanum", "wheels", numbers))
+    with pytest.raises(InputError, match="'mecanum' drive has no effective track"):
+        identify(mecanum, CATALOG)
+
+
+def test_the_command_tells_people_and_programs_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(["identify", "summit_xl", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told == json.loads(json.dumps(dataclasses.asdict(found("summit_xl"))))
+    assert call(["identify", "summit_xl"]) == 0
+    assert f"effective track  {told['effective_track']:.3f} m" in capsys.readouterr().out
+    assert call(["identify", "nobody"]) == 2
