@@ -15,7 +15,7 @@ class Row:
         unit: Its unit.
         baseline: What `ratio` is relative to; empty for none.
         ratio: The figure over the baseline's, measured in the same process.
-        budget: What DESIGN 12 allows, in words; empty for none.
+        budget: What docs/architecture.md allows, in words; empty for none.
         holds: Whether it keeps to the budget; None where there is none.
     """
 

@@ -1,4 +1,4 @@
-"""Actions: what Plan and the reflexes ask for, and Execute carries out (paper, 5.1; DESIGN 7).
+"""Actions: what Plan and the reflexes ask for, and Execute carries out (paper, 5.1; docs/architecture.md).
 
 An action is a dataclass whose fields are its parameters, in SI units; a field's annotation tells files which
 dimension they must give, and which numbers make sense:

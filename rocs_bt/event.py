@@ -232,7 +232,7 @@ class BodyMoved(Event, frozen=True, kw_only=True):
 
 
 class Touched(Event, frozen=True, kw_only=True):
-    """A contact began, told by the simulation; `kind` is `collision` or `struck` (DESIGN 9)."""
+    """A contact began, told by the simulation; `kind` is `collision` or `struck` (docs/architecture.md)."""
 
     other: str
     kind: str
@@ -259,7 +259,7 @@ class CommandExpired(Event, frozen=True, kw_only=True):
 
 
 class Judged(Event, frozen=True, kw_only=True):
-    """An agent's outcome: `error`, `collision`, `success`, `stuck` or `timeout` (DESIGN 9), and why."""
+    """An agent's outcome: `error`, `collision`, `success`, `stuck` or `timeout` (docs/architecture.md), and why."""
 
     outcome: str
     reason: str = ""

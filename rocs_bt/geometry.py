@@ -1,6 +1,6 @@
 """Poses and twists in the plane.
 
-World frame: x east, y north. Body frame: x forward, y left, origin at the centre of the drive axle (DESIGN 4).
+World frame: x east, y north. Body frame: x forward, y left, origin at the centre of the drive axle.
 """
 
 from __future__ import annotations

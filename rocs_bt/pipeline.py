@@ -1,4 +1,4 @@
-"""The Pipeline: the queue between whoever wants something done and Execute (paper, 5.1; DESIGN 5).
+"""The Pipeline: the queue between whoever wants something done and Execute (paper, 5.1; docs/architecture.md).
 
 Two priorities. NORMAL is first in, first out. A HIGH submission cancels every NORMAL ticket, queued or running, and is
 next. While `hold` is on (a reflex is active) NORMAL tickets wait, undecomposed. Nothing is ever dropped silently:

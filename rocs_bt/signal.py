@@ -1,4 +1,4 @@
-"""Signals: numbers that change every period, declared before they are written (DESIGN 6)."""
+"""Signals: numbers that change every period, declared before they are written (docs/architecture.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Quantities with units: what files say, and the SI numbers inside (DESIGN 4).
+"""Quantities with units: what files say, and the SI numbers inside (docs/architecture.md).
 
 A file writes `"0.5 m"` or `"60 deg"`; the engine holds metres and radians. The angle is a dimension of its own
 here, so that a length cannot stand where an angle is meant.

@@ -1,4 +1,4 @@
-"""The house itself: who may import whom, what is public, and how large a room may grow (DESIGN 2 and 13)."""
+"""The house itself: who may import whom, what is public, and how large a room may grow (docs/architecture.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One robot's mind: builds, wires and runs its blocks. The only composer (DESIGN 2)."""
+"""One robot's mind: builds, wires and runs its blocks. The only composer (docs/architecture.md)."""
 
 from ..catalog import robot_drive
 from .agent import Agent, Rates

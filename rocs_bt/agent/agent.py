@@ -1,4 +1,4 @@
-"""Agent: the autonomic manager of one robot (paper, 4.1; DESIGN 3 and 5).
+"""Agent: the autonomic manager of one robot (paper, 4.1; docs/architecture.md).
 
 Exactly one Knowledge, Plan, Execute and Pipeline by construction, and no global state, so several agents live in one
 process. It holds the blocks and knows the order of effects; `lockstep` and `threaded` run the same blocks.
@@ -112,7 +112,7 @@ class Agent:
         return str(self.failure) if self.failure is not None else self.plan.reason
 
     def step(self, count: int) -> None:
-        """One control period in lockstep: the order of effects of DESIGN 5, steps 1 to 5.
+        """One control period in lockstep: the order of effects of docs/architecture.md.
 
         A block that raises stops the wheels; from then on nothing happens.
 

@@ -1,4 +1,4 @@
-"""Threaded: the same blocks on wall time, a thread each, as in the paper's 5.2 (DESIGN 5).
+"""Threaded: the same blocks on wall time, a thread each, as in the paper's 5.2 (docs/architecture.md).
 
 A thread for every Monitor, Analyze, Plan and Execute. The reflex arc runs on the thread of the monitor whose sample
 wakes it, and a HIGH submission wakes Execute; nothing is polled. A heartbeat notices a thread that ended, or that

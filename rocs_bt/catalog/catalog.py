@@ -1,4 +1,4 @@
-"""The one place that finds content by name: the user's project first, then what we ship (DESIGN 2)."""
+"""The one place that finds content by name: the user's project first, then what we ship (docs/architecture.md)."""
 
 from __future__ import annotations
 

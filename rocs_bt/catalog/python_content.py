@@ -1,4 +1,4 @@
-"""Python content: loaded by its path, under a stable module name, by nobody else (DESIGN 2)."""
+"""Python content: loaded by its path, under a stable module name, by nobody else (docs/architecture.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""robot.toml: who acts. The table of a robot's devices and of the blocks that they feed (DESIGN 3)."""
+"""robot.toml: who acts. The table of a robot's devices and of the blocks that they feed (docs/architecture.md)."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ FORMAT = "scenario/1"
 
 @dataclass(frozen=True)
 class RateSpec:
-    """The `[rate]` table: how often things happen (DESIGN 4).
+    """The `[rate]` table: how often things happen (docs/architecture.md).
 
     Attributes:
         physics: Length of a physics step [s].

@@ -1,4 +1,4 @@
-"""Execute: the engine that serves the pipeline, one control period at a time (paper, 4.2 and 5.2; DESIGN 5)."""
+"""Execute: the engine that serves the pipeline, one control period at a time (paper, 4.2 and 5.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The knowledge graph: one networkx MultiDiGraph, checked against a schema, safe under threads (DESIGN 6)."""
+"""The knowledge graph: one networkx MultiDiGraph, checked against a schema, safe under threads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The signal table: numbers that change every period, one truth for everybody (DESIGN 6).
+"""The signal table: numbers that change every period, one truth for everybody (docs/architecture.md).
 
 All values stand in one float64 array. A value outside of its bounds is stored as NaN, and a value older than the
 signal's `max_age` is read as NaN: the single channel of failure. A range without echo is +inf, and valid where the

@@ -25,7 +25,7 @@ class _Group:
 
 
 class RangeMonitor(Monitor):
-    """Writes each range sensor's beams as a signal of its name, and its groups (DESIGN 4).
+    """Writes each range sensor's beams as a signal of its name, and its groups (docs/architecture.md).
 
     A group gathers beams. Each beam has a weight in (0, 1]: an obstacle at range r on it counts as one at r / weight
     straight ahead, so that a rule can compare a whole group with one threshold.

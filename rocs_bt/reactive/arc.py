@@ -1,4 +1,4 @@
-"""The reflex arc: one agent's one reflex slot (DESIGN 5; paper, 4.3).
+"""The reflex arc: one agent's one reflex slot (docs/architecture.md; paper, 4.3).
 
 A reflex is active from firing until its action has ended and its latch is clear. While one is active the NORMAL
 actions wait; a strictly higher one takes the slot, every other waits and starts only if it is still wanted then.

@@ -104,7 +104,7 @@ def _take(why: Why, event: Event) -> None:
         why.tree[event.node] = event
     elif isinstance(event, RuleChanged):
         before = why.rules.pop(event.rule, None)
-        # A rule that fired stays active until its action has ended, released or not (DESIGN 5).
+        # A rule that fired stays active until its action has ended, released or not (docs/architecture.md).
         waited = before is None or before.phase in ("latched", "waits")
         if event.phase != "ended" and not (event.phase == "released" and waited):
             why.rules[event.rule] = event

@@ -1,4 +1,4 @@
-"""An episode: a world, its agents and movers, from the first control period to the last (DESIGN 5 and 9)."""
+"""An episode: a world, its agents and movers, from the first control period to the last (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class Episode:
         self._hash = hashlib.sha256()
 
     def run(self) -> Result:
-        """Run in lockstep: everything in one thread, in the order of DESIGN 5, bit-identical when repeated."""
+        """Run in lockstep: everything in one thread, in the order of the architecture, bit-identical when repeated."""
         wall, count = WallClock(), 0
         while True:
             t = self._world.clock.now()

@@ -1,4 +1,4 @@
-"""How an agent did: exactly one outcome, from the simulation's truth (DESIGN 9)."""
+"""How an agent did: exactly one outcome, from the simulation's truth (docs/architecture.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Replay: the recorded sensors to the same mind, which must reach the same decisions (DESIGN 9)."""
+"""Replay: the recorded sensors to the same mind, which must reach the same decisions (docs/architecture.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One call: a scenario to its outcome, its recording and its report (DESIGN 9)."""
+"""One call: a scenario to its outcome, its recording and its report (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RunResult:
     """What a run left behind.
 
     Attributes:
-        summary: What summary.json holds (DESIGN 9).
+        summary: What summary.json holds (docs/architecture.md).
         recording: run.mcap; None where nothing was recorded.
         report: report.html; None where none was written.
     """

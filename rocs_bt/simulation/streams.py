@@ -1,4 +1,4 @@
-"""Random streams: one for each who and what for, so that nothing disturbs anything else (DESIGN 4)."""
+"""Random streams: one for each who and what for, so that nothing disturbs anything else (docs/architecture.md)."""
 
 from __future__ import annotations
 

@@ -214,7 +214,7 @@ def test_threaded_moves_the_world_with_the_wall_clock(exp1: ScenarioSpec, catalo
     )
     result = episode.run_threaded(clock, [nullcontext()])
     assert result.sim_time >= 0.4
-    assert 0.0 < stage.world.data.time <= clock.now()
+    assert 0.0 < stage.world.data.time <= clock.now() + stage.world.step  # the step under way may be ahead
     assert stage.sensors["R2"]["position"].read().stamp == stage.world.stamp > 0.3
     assert [e.actuator for e in sink.events if isinstance(e, CommandExpired)] == ["wheels"]  # commanded only once
 
