@@ -82,6 +82,8 @@ class Agent:
         self.actuators = actuators
         self.monitors = tuple(monitors)
         self.analyzes = tuple(analyzes)
+        self._monitors = [(f"monitor {m.name}", m) for m in self.monitors]
+        self._analyzes = [(f"analyze {a.name}", a) for a in self.analyzes]
         self.arc = arc
         self.pipeline = pipeline
         self.plan = plan
@@ -120,13 +122,12 @@ class Agent:
             count: Control periods since the start; the clock says the same.
         """
         t = self.clock.now()
-        for monitor in self.monitors:
-            if monitor.due(count):
-                self.guarded(f"monitor {monitor.name}", monitor.run, t, count)
+        for label, monitor in self._monitors:
+            self.guarded(label, monitor.run, t, count)
         self.guarded("reflexes", self.react, t)
-        for analyze in self.analyzes:
+        for label, analyze in self._analyzes:
             if analyze.inbox.pending:
-                self.guarded(f"analyze {analyze.name}", analyze.run, t)
+                self.guarded(label, analyze.run, t)
         if self.rates.plan.due(count) or self.plan.called:
             self.guarded("plan", self.decide, t)
         self.guarded("execute", self.execute.run, t)

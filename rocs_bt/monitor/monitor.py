@@ -140,6 +140,8 @@ class Monitor(ABC):
     def run(self, t: float, count: int) -> None:
         """One turn: read what is due, interpret, write, publish."""
         due = [w for w in self.watched if w.rate.due(count)]
+        if not due:
+            return
         readings, problems = {}, {}
         for watched in due:
             name = watched.sensor.name
