@@ -1,0 +1,124 @@
+"""PeerAnalyze: peers seen, held through short occlusions, given up after long ones."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rocs_bt.analyze import PeerAnalyze
+from rocs_bt.channel import Stamped
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.errors import InputError
+from rocs_bt.event import ListSink
+from rocs_bt.geometry import Pose2, Twist2, along_arc
+from rocs_bt.knowledge import Knowledge
+
+NOBODY = (0.0, math.inf, 0.0)
+
+
+class World:
+    """R3 at a pose, R2 driving an arc; an analyser that hears of both."""
+
+    def __init__(self, twist=None, **parameters):
+        self.clock = SimulatedClock(0.05)
+        self.knowledge = Knowledge("R3", self.clock, ListSink())
+        self.knowledge.graph.add("R2", "peer", tag=2)
+        self.analyze = PeerAnalyze("peers", self.knowledge, ListSink(), **parameters)
+        self.here, self.leader, self.twist = Pose2(0.0, 0.0, 0.2), Pose2(1.0, 0.0, 0.0), twist or Twist2(0.4)
+        self.rng = np.random.default_rng(1)
+        self.changes = []
+
+    def step(self, *, seen=True, tag=2.0, blind=False, lost=False):
+        self.clock.advance()
+        self.leader = along_arc(self.leader, self.twist, 0.05)
+        slot = NOBODY
+        if seen:
+            noise = self.rng.normal(0.0, [0.03, 0.017])
+            slot = (tag, self.here.distance(self.leader) + noise[0], self.here.bearing(self.leader) + noise[1])
+        if blind:
+            slot = (math.nan,) * 3
+        t, signals = self.clock.now(), {}
+        for name, value in zip(("peer_tag", "peer_range", "peer_bearing"), slot, strict=True):
+            signals[name] = [value]
+        pose = [math.nan] * 3 if lost else list(self.here)
+        samples = [Stamped(t, "peers", signals), Stamped(t, "pose", {"pose": pose})]
+        found = [(c.kind, c.subject) for c in self.analyze.process(samples)]
+        self.changes += found
+        return found
+
+    def steps(self, count, **how):
+        for _ in range(count):
+            self.step(**how)
+
+    def get(self, attribute):
+        return self.knowledge.graph.get("R2", attribute)
+
+
+@pytest.fixture
+def world():
+    return World()
+
+
+def test_a_peer_that_comes_into_view_is_placed_and_told_once(world):
+    assert world.step() == [("seen", "R2")]
+    world.steps(40)
+    assert world.changes == [("seen", "R2")]
+    assert world.get("pose").distance(world.leader) < 0.06
+    assert world.get("speed") == pytest.approx(0.4, abs=0.12)
+    assert abs(world.get("pose").yaw) < 0.3
+    assert 0.0 < world.get("spread") < 0.05
+    assert world.knowledge.graph.related("R3", "sees") == ["R2"]
+
+
+def test_knowledge_predicts_the_way_of_a_peer():
+    world = World(Twist2(0.4, 0.5))
+    world.steps(80)
+    now = world.clock.now()
+    for ahead in (0.0, 0.5, 1.0):
+        wanted = along_arc(world.leader, world.twist, ahead)
+        assert world.knowledge.world.predicted("R2", now + ahead).distance(wanted) < 0.05 + 0.15 * ahead
+
+
+def test_a_short_occlusion_is_held_by_prediction_and_a_long_one_given_up(world):
+    world.steps(40)
+    world.steps(8, seen=False)
+    assert world.changes == [("seen", "R2")]
+    world.steps(12, seen=False)  # a second in all
+    assert world.changes[1:] == [("lost", "R2")]
+    assert world.get("pose").distance(world.leader) < 0.2
+    assert world.knowledge.graph.related("R3", "sees") == []
+    world.step()
+    assert world.changes[2:] == [("seen", "R2")]
+    world.steps(61, seen=False)
+    assert world.changes[3:] == [("lost", "R2"), ("given up", "R2")]
+    assert world.get("pose") is None
+    assert world.knowledge.world.predicted("R2", world.clock.now()) is None
+    world.step()
+    assert world.changes[5:] == [("seen", "R2")]
+
+
+@pytest.mark.parametrize("fault", [{"blind": True}, {"lost": True}])
+def test_invalid_readings_or_no_pose_are_as_if_nobody_was_seen(world, fault):
+    world.steps(40)
+    world.steps(62, **fault)
+    assert world.changes == [("seen", "R2"), ("lost", "R2"), ("given up", "R2")]
+
+
+def test_a_standing_peer_has_no_speed_and_keeps_its_heading():
+    world = World(Twist2(0.4))
+    world.steps(40)
+    world.twist = Twist2(0.0)
+    world.steps(60)
+    assert world.get("speed") < 0.12
+    assert abs(world.get("pose").yaw) < 1.0
+
+
+def test_a_stranger_gets_a_name_of_its_own(world):
+    assert world.step(tag=7.0) == [("seen", "robot 7")]
+    assert world.knowledge.world.peers() == ["R2", "robot 7"]
+
+
+@pytest.mark.parametrize("wrong", [{"range_noise": 0.0}, {"lost_after": 3.0, "give_up_after": 2.0}])
+def test_parameters_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(InputError, match="peers"):
+        World(**wrong)
