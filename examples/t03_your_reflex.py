@@ -13,9 +13,9 @@ Output:
     mine, seed 1, 12.8 s simulated
     R2 success; 3.15 m, 0 collisions, 5 reflexes, 4 re-plans
      0.15 s  respect/Hesitate fired: min(front) = 0.603 m, speed = 0.215 m/s
-     1.05 s  avoid_collision/AvoidCollision fired: min(front) = 0.387 m, min(0.40 m, to_goal) = 0.4 m
+     1.05 s  avoid_collision/AvoidCollision fired: min(front) = 0.387 m, min(near, to_goal) = 0.4 m, speed = 0.485 m/s
      4.50 s  respect/Hesitate fired: min(front) = 0.441 m, speed = 0.222 m/s
-     4.60 s  avoid_collision/AvoidCollision fired: min(front) = 0.385 m, min(0.40 m, to_goal) = 0.4 m
+     4.60 s  avoid_collision/AvoidCollision fired: min(front) = 0.385 m, min(near, to_goal) = 0.4 m, speed = 0.148 m/s
      8.55 s  respect/Hesitate fired: min(front) = 0.629 m, speed = 0.413 m/s
 """
 

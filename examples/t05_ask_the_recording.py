@@ -11,9 +11,9 @@ Output:
 
     left behind: report.html, run.mcap, summary.json
     events: 1196 SensorRead, 897 SignalsWritten, 600 BodyMoved, 299 ActuatorCommanded ...
-       0.70 s  avoid_collision/AvoidCollision: min(front) = 0.393 m, min(0.40 m, to_goal) = 0.4 m
-       4.20 s  avoid_collision/AvoidCollision: min(front) = 0.374 m, min(0.40 m, to_goal) = 0.4 m
-       8.75 s  avoid_collision/AvoidCollision: min(front) = 0.397 m, min(0.40 m, to_goal) = 0.4 m
+       0.70 s  avoid_collision/AvoidCollision: min(front) = 0.393 m, min(near, to_goal) = 0.4 m, speed = 0.492 m/s
+       4.20 s  avoid_collision/AvoidCollision: min(front) = 0.374 m, min(near, to_goal) = 0.4 m, speed = 0.27 m/s
+       8.75 s  avoid_collision/AvoidCollision: min(front) = 0.397 m, min(near, to_goal) = 0.4 m, speed = 0.512 m/s
        0.70 s  GoTo was cancelled by avoid_collision/AvoidCollision
        4.20 s  GoTo was cancelled by avoid_collision/AvoidCollision
        8.75 s  GoTo was cancelled by avoid_collision/AvoidCollision

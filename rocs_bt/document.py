@@ -35,19 +35,30 @@ class Table:
         file: The document.
         key: Where this table stands in it.
         faults: Every fault so far, in the whole document.
+        bases: The files that this one is based on, the nearest first.
+        data: The table as TOML has it.
+        places: Line and column of each key of the document that stands in it.
     """
 
-    def __init__(self, file: Path, data: dict[str, Any], key: Key, places: dict[Key, tuple[int, int]]) -> None:
+    def __init__(
+        self,
+        file: Path,
+        data: dict[str, Any],
+        key: Key,
+        places: dict[Key, tuple[int, int]],
+        bases: tuple[Path, ...] = (),
+    ) -> None:
         self.file = file
         self.key = key
         self.faults: list[Fault] = []
-        self._data = data
-        self._places = places
+        self.bases = bases
+        self.data = data
+        self.places = places
         self._asked: set[str] = set()
         self._children: list[Table] = []
 
     def __contains__(self, key: str) -> bool:
-        return key in self._data
+        return key in self.data
 
     @property
     def label(self) -> str:
@@ -57,9 +68,14 @@ class Table:
     def place(self, key: str | None = None) -> tuple[int, int]:
         """Line and column of a key of this table, or of the table itself; 0 where unknown."""
         path = self.key if key is None else (*self.key, key)
-        while path and path not in self._places:
+        while path and path not in self.places:
             path = path[:-1]
-        return self._places.get(path, (0, 0))
+        return self.places.get(path, (0, 0))
+
+    def beside(self, name: str) -> Path:
+        """The file of this name beside the document, or else beside one that it is based on."""
+        found = [file.parent / name for file in (self.file, *self.bases)]
+        return next((path for path in found if path.is_file()), found[0])
 
     def fault(self, key: str | None, message: str, hint: str = "", warning: bool = False) -> None:
         """Note a fault at a key of this table, or at the table itself."""
@@ -73,8 +89,8 @@ class Table:
     def raw(self, key: str, default: Any = _MISSING) -> Any:
         """The value as it is; notes a fault and gives None where it is missing and has no default."""
         self._asked.add(key)
-        if key in self._data:
-            return self._data[key]
+        if key in self.data:
+            return self.data[key]
         if default is _MISSING:
             self.fault(None, f"{self.label} has no '{key}'.", hint=f"Add a line '{key} = ...'.")
             return None
@@ -88,7 +104,7 @@ class Table:
     def choice(self, key: str, options: Collection[str], default: Any = _MISSING) -> str:
         """One of a few words."""
         value = self.text(key, default)
-        if value not in options and (key in self._data and isinstance(self._data[key], str)):
+        if value not in options and (key in self.data and isinstance(self.data[key], str)):
             self.fault(key, f"'{value}' is no {key}.", hint=did_you_mean(value, options, what="The choice"))
         return value
 
@@ -99,7 +115,7 @@ class Table:
     def integer(self, key: str, default: Any = _MISSING, low: int | None = None) -> int:
         """A whole number."""
         value = self._typed(key, int, "a whole number", default, 0)
-        if low is not None and key in self._data and value < low:
+        if low is not None and key in self.data and value < low:
             self.fault(key, f"{key} must be at least {low}, found {value}.")
         return int(value)
 
@@ -137,7 +153,7 @@ class Table:
             high: The greatest value allowed [SI]; any finite one where None.
         """
         value = self.raw(key, default)
-        if key not in self._data:
+        if key not in self.data:
             return 0.0 if value is None else value
         return self._quantity(key, value, dimension, low, high)
 
@@ -146,7 +162,7 @@ class Table:
     ) -> list[float]:
         """A list of numbers with their units, in SI units; infinite ones are allowed."""
         values = self._typed(key, list, "a list of quantities", default, [])
-        if key not in self._data:
+        if key not in self.data:
             return list(values)
         if count is not None and len(values) != count:
             self.fault(key, f"{key} must have {count} values, found {len(values)}.")
@@ -175,7 +191,7 @@ class Table:
 
     def keys(self) -> list[str]:
         """The keys that stand in this table, for tables whose keys are free."""
-        return list(self._data)
+        return list(self.data)
 
     def done(self) -> None:
         """Note unknown keys, here and in the tables that were read.
@@ -188,21 +204,21 @@ class Table:
             raise InputError(*(f for f in self.faults if not f.warning))
 
     def _note_unknown_keys(self) -> None:
-        for key in self._data:
+        for key in self.data:
             if key not in self._asked:
                 self.fault(key, f"{self.label} has no use for '{key}'.", hint=did_you_mean(key, self._asked))
         for child in self._children:
             child._note_unknown_keys()
 
     def _child(self, data: dict[str, Any], key: Key) -> Table:
-        child = Table(self.file, data, key, self._places)
+        child = Table(self.file, data, key, self.places, self.bases)
         child.faults = self.faults
         self._children.append(child)
         return child
 
     def _typed(self, key: str, kind: type, words: str, default: Any, harmless: Any) -> Any:
         value = self.raw(key, default)
-        if key not in self._data:
+        if key not in self.data:
             return harmless if value is None and default is _MISSING else value
         if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
             self.fault(key, f"{key} must be {words}, found {value!r}.")

@@ -35,6 +35,7 @@ class Fault:
         column: 1-based column, 0 when unknown.
         hint: What to do; empty when the message says it all.
         warning: True when the content still runs.
+        note: True when nothing is known to be wrong, such as where a check could not decide; a note is a warning, too.
     """
 
     message: str
@@ -43,6 +44,7 @@ class Fault:
     column: int = 0
     hint: str = ""
     warning: bool = False
+    note: bool = False
 
     def at(self, file: Path | None, line: int = 0, column: int = 0) -> Fault:
         """The same fault with a place, kept where it already has one."""
@@ -60,7 +62,8 @@ class Fault:
                     where += f":{self.column}"
             where += ": "
         hint = f" {self.hint}" if self.hint else ""
-        return f"{where}{'warning: ' if self.warning else ''}{self.message}{hint}"
+        weight = "note: " if self.note else "warning: " if self.warning else ""
+        return f"{where}{weight}{self.message}{hint}"
 
 
 class RocsError(Exception):
@@ -120,6 +123,9 @@ class BlockError(RocsError):
         self.kind = kind
         self.detail = detail
         super().__init__(f"block '{block}' {kind}: {detail}")
+
+    def __reduce__(self) -> tuple[type[BlockError], tuple[str, str, str]]:
+        return type(self), (self.block, self.kind, self.detail)  # so that another process can tell it
 
 
 class RecordingError(RocsError):

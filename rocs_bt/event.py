@@ -15,8 +15,8 @@ import msgspec
 Value = float | int | str | bool | None | list[float]
 
 
-class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=True):
-    """The base of all events.
+class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=True, gc=False):
+    """The base of all events. Plain data has no cycles, so Python's collector need not look at them.
 
     Attributes:
         t: Time since the episode began [s].
@@ -60,12 +60,16 @@ class SensorFailed(Event, frozen=True, kw_only=True):
 
 
 class SignalsWritten(Event, frozen=True, kw_only=True):
-    """A monitor wrote signals to Knowledge: names, sizes, and the packed values one after the other."""
+    """A monitor, or an Analyze, wrote signals to Knowledge: names, sizes, and the packed values one after the other.
+
+    `stamp` is when they were true [s], where that was not `t`.
+    """
 
     monitor: str
     signals: tuple[str, ...]
     sizes: tuple[int, ...]
     data: bytes
+    stamp: float | None = None
 
     @property
     def values(self) -> dict[str, list[float]]:
@@ -139,6 +143,20 @@ class RuleChanged(Event, frozen=True, kw_only=True):
     parameters: Mapping[str, Value] = {}
 
 
+class RulesReplaced(Event, frozen=True, kw_only=True):
+    """A rule file changed while the agent ran: its rules were put in force, or the old ones left there.
+
+    Attributes:
+        rules: The rule file's name.
+        accepted: Whether the new rules are in force.
+        detail: What is in force now, or what is wrong with the file.
+    """
+
+    rules: str
+    accepted: bool
+    detail: str
+
+
 class NodeTicked(Event, frozen=True, kw_only=True):
     """A node of the mission tree changed its status. `node` is its path from the root, names joined by `/`."""
 
@@ -147,11 +165,33 @@ class NodeTicked(Event, frozen=True, kw_only=True):
     feedback: str = ""
 
 
+class SubtreeSwapped(Event, frozen=True, kw_only=True):
+    """A subtree of the running mission was put in another's place.
+
+    Attributes:
+        node: The path of the root of the one that left.
+        by: The path of the root of the one that came.
+        nodes: The whole tree from now on, parents before children: each node's path, class and parent's path.
+    """
+
+    node: str
+    by: str
+    nodes: tuple[tuple[str, str, str], ...]
+
+
 class Replanned(Event, frozen=True, kw_only=True):
     """A leaf submitted its action anew after a reflex. `count` is how often it has."""
 
     node: str
     count: int
+
+
+class Said(Event, frozen=True, kw_only=True):
+    """A mission said something: `aloud`, for people nearby, or for the log only. `node` is the path of the leaf."""
+
+    node: str
+    text: str
+    aloud: bool = False
 
 
 class TicketChanged(Event, frozen=True, kw_only=True):
@@ -250,6 +290,20 @@ class GoalEntered(Event, frozen=True, kw_only=True):
 
     goal: str
     distance: float
+
+
+class RequirementViolated(Event, frozen=True, kw_only=True):
+    """A requirement of the scenario does not hold; told once, when it is known.
+
+    Attributes:
+        requirement: Its name.
+        about: When it did not hold [s].
+        margin: How far it is from holding, negative; None where it has no number.
+    """
+
+    requirement: str
+    about: float
+    margin: float | None = None
 
 
 class CommandExpired(Event, frozen=True, kw_only=True):

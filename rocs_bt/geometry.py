@@ -6,6 +6,7 @@ World frame: x east, y north. Body frame: x forward, y left, origin at the centr
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 
@@ -57,3 +58,18 @@ def along_arc(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
     forward, left = twist.forward * duration, twist.left * duration
     x, y = pose.transform(along * forward - across * left, across * forward + along * left)
     return Pose2(x, y, wrap_angle(pose.yaw + angle))
+
+
+def arc(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> list[Pose2]:
+    """Where `along_arc` leads in each of some whiles [s], to the bit; in half the time for many of them."""
+    x, y, yaw = pose
+    forward, turn, left = twist
+    c, s = math.cos(yaw), math.sin(yaw)
+    found = []
+    for duration in durations:
+        angle = turn * duration
+        along, across = (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle) if abs(angle) > 1e-9 else (1.0, 0.0)
+        ahead, aside = forward * duration, left * duration
+        dx, dy = along * ahead - across * aside, across * ahead + along * aside
+        found.append(Pose2(x + c * dx - s * dy, y + s * dx + c * dy, wrap_angle(yaw + angle)))
+    return found

@@ -25,7 +25,11 @@ class Priority(Enum):
 
 
 class TicketState(Enum):
-    """Where an action is on its way."""
+    """Where an action is on its way.
+
+    Attributes:
+        done: Whether this is an end.
+    """
 
     QUEUED = "QUEUED"
     RUNNING = "RUNNING"
@@ -33,10 +37,8 @@ class TicketState(Enum):
     FAILED = "FAILED"
     CANCELLED = "CANCELLED"
 
-    @property
-    def done(self) -> bool:
-        """Whether this is an end."""
-        return self not in (TicketState.QUEUED, TicketState.RUNNING)
+    def __init__(self, value: str) -> None:
+        self.done = value not in ("QUEUED", "RUNNING")
 
 
 class Ticket:
@@ -88,7 +90,9 @@ class Pipeline:
         self._agent = agent
         self._lock = threading.RLock()
         self._urgent = threading.Condition(self._lock)
-        self._queues: dict[Priority, deque[Ticket]] = {p: deque() for p in Priority}
+        self._high: deque[Ticket] = deque()
+        self._normal: deque[Ticket] = deque()
+        self._queues = {Priority.HIGH: self._high, Priority.NORMAL: self._normal}
         self._count = 0
         self._held = False
         self._woken = False
@@ -112,7 +116,7 @@ class Pipeline:
             self._count += 1
             ticket = Ticket(self._count, action, priority, by, self._clock.now())
             if priority is Priority.HIGH:
-                for waiting in list(self._queues[Priority.NORMAL]):
+                for waiting in list(self._normal):
                     waiting.preempted = True
                     self._end(waiting, TicketState.CANCELLED, by)
             self._queues[priority].append(ticket)
@@ -133,10 +137,10 @@ class Pipeline:
     def top(self) -> Ticket | None:
         """The ticket that Execute must serve now: the first HIGH one, else (unless held) the first NORMAL one."""
         with self._lock:
-            if self._queues[Priority.HIGH]:
-                return self._queues[Priority.HIGH][0]
-            if self._queues[Priority.NORMAL] and not self._held:
-                return self._queues[Priority.NORMAL][0]
+            if self._high:
+                return self._high[0]
+            if self._normal and not self._held:
+                return self._normal[0]
             return None
 
     def start(self, ticket: Ticket) -> bool:
@@ -173,7 +177,7 @@ class Pipeline:
     def queued(self) -> tuple[Ticket, ...]:
         """All tickets that have not ended, in the order in which they would be served."""
         with self._lock:
-            return (*self._queues[Priority.HIGH], *self._queues[Priority.NORMAL])
+            return (*self._high, *self._normal)
 
     def clear(self, by: str) -> None:
         """Cancel everything."""

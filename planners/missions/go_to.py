@@ -1,15 +1,53 @@
-"""Go to one goal and stand there.
+"""Go to one goal and stand there; with `hold`, remain there: give way to what comes near, and come back.
 
 The goal is a node of the world model, which the scenario places. The robot drives straight at it with the follower;
 what stands in the way is the reflexes' matter, and after each of them the mission plans anew from where the robot is.
+A mission that holds never ends: run it with `--for`, in a scenario whose success is `at = "end"`. The goal is pursued
+on the way only, so that nothing keeps the reflexes from pushing off a robot that has arrived.
 """
 
+from math import isnan, nan
+
 from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.composites import Sequence
+from py_trees.decorators import Repeat
 
 from rocs_bt.plan import Mission
-from rocs_bt.units import PositiveMetresPerSecond
+from rocs_bt.units import Metres, PositiveMetresPerSecond, Radians
 
 
-def build(mission: Mission, *, goal: str = "goal", cruise: PositiveMetresPerSecond = 0.5) -> Behaviour:
-    """One leaf: GoTo."""
-    return mission.act("GoTo", goal=goal, cruise=cruise)
+class Stay(Behaviour):
+    """RUNNING while the robot is where it should be, or nobody knows; SUCCESS once it was pushed off."""
+
+    def __init__(self, mission: Mission, goal: str, tolerance: float) -> None:
+        super().__init__(f"Stay {goal}")
+        self._knowledge = mission.knowledge
+        self._goal = goal
+        self._tolerance = tolerance
+
+    def update(self) -> Status:
+        goal, pose = self._knowledge.world.pose_of(self._goal), self._knowledge.robot.pose()
+        if goal is None or isnan(pose.x) or pose.distance(goal) <= self._tolerance:
+            return Status.RUNNING
+        self.feedback_message = f"pushed off by {pose.distance(goal):.2f} m"
+        return Status.SUCCESS
+
+
+def build(
+    mission: Mission,
+    *,
+    goal: str = "goal",
+    cruise: PositiveMetresPerSecond = 0.5,
+    facing: Radians = nan,
+    hold: bool = False,
+    tolerance: Metres = 0.1,
+) -> Behaviour:
+    """GoTo, and TurnTo where `facing` is given; with `hold` over and over, whenever pushed off by the tolerance."""
+    steps: list[Behaviour] = [mission.act("GoTo", goal=goal, cruise=cruise)]
+    if not isnan(facing):
+        steps.append(mission.act("TurnTo", yaw=facing))
+    if hold:
+        steps.append(Stay(mission, goal, tolerance))
+    way = steps[0] if len(steps) == 1 else Sequence("go to", memory=True, children=steps)
+    return Repeat("for ever", child=way, num_success=-1) if hold else way

@@ -1,6 +1,7 @@
 """The shipped actions (paper, Table 2, and the motion macros), and the table of their names."""
 
 from .avoid_collision import AvoidCollision
+from .dock import Dock
 from .flinch import Flinch
 from .follow_path import FollowPath
 from .follow_robot import FollowRobot
@@ -17,6 +18,7 @@ from .turn_to_position import TurnToPosition
 __all__ = [
     "ACTIONS",
     "AvoidCollision",
+    "Dock",
     "Flinch",
     "FollowPath",
     "FollowRobot",

@@ -5,27 +5,38 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from ..action import Action, ActionFailed, Body, MacroAction, Reason
 from ..control.reference import Reference, TimedReference, TurnReference
 from ..errors import did_you_mean
-from ..geometry import Pose2, Twist2, wrap_angle
-from ..units import PositiveMetres, PositiveMetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds
+from ..geometry import Pose2, Twist2, arc, wrap_angle
+from ..units import (
+    Bounds,
+    PositiveMetres,
+    PositiveMetresPerSecond,
+    PositiveRadiansPerSecond,
+    PositiveSeconds,
+    Seconds,
+)
 from .following import TURN_FIRST, PathDrive
 from .set_wheel_speed import SetWheelSpeed
 from .tether import Tether
 
 STEP = 0.1  # [s] between the places of the way to follow
 AHEAD = 2.5  # [s] that the way covers: the follower's horizon and the wheels' lag
+BESIDE = 0.8  # of the safety distance: so near a peer may touch any part of a robot that turns ...
+BEHIND = math.radians(120.0)  # ... unless it is behind, where driving on leads away from it
+MOVED = 0.2  # [m] A leader that went so far does not stand.
 STILL = 0.02  # [m] A way that leads no farther is none: the wheels would be asked to creep.
 START = 0.08  # [m] The same for a robot that stands: what it knows of its leader is not as sure as that.
 
 
 @dataclass(kw_only=True, eq=False)
 class FollowRobot(MacroAction):
-    """Follow a peer as if a string tied the robot to it, with the follower, on the peer's predicted way; never ends.
+    """Follow a peer as if a string tied the robot to it, with the follower, on the peer's predicted way.
 
     A leader that goes away pulls; one that comes near, as when it turns round, pushes the robot back on its own trail,
     and in between it stands. So it cuts corners no more than a trailer does, and never drives at its leader. It does
@@ -41,6 +52,7 @@ class FollowRobot(MacroAction):
         cruise: Fastest speed [m/s]; only a leader that is slower can be kept up with.
         search_rate: How fast to look round [rad/s].
         patience: How long to wait for a leader, after having looked round, before giving up [s].
+        rest: Done when the leader has stood for so long [s]; never by default.
     """
 
     leader: str
@@ -50,6 +62,7 @@ class FollowRobot(MacroAction):
     cruise: PositiveMetresPerSecond = 0.6
     search_rate: PositiveRadiansPerSecond = 1.0
     patience: PositiveSeconds = 2.0
+    rest: Annotated[Seconds, Bounds(0.0, above=True, infinite=True)] = math.inf
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world, graph = body.knowledge.world, body.knowledge.graph
@@ -59,7 +72,7 @@ class FollowRobot(MacroAction):
         if not self.safety < self.room < self.distance:
             found = f"{self.safety:g}, {self.room:g} and {self.distance:g} m"
             raise ActionFailed(Reason.CANNOT, f"safety, room and distance must ascend, found {found}")
-        graph.relate(body.knowledge.agent, "follows", self.leader, distance=self.distance)
+        graph.relate(body.knowledge.agent, "follows", self.leader, distance=self.distance, safety=self.safety)
         try:
             yield from self._follow(body)
         finally:
@@ -68,8 +81,14 @@ class FollowRobot(MacroAction):
     def _follow(self, body: Body) -> Iterator[Action]:
         drive, world, search = PathDrive(body, self.cruise), body.knowledge.world, _Search(self, body)
         tether = Tether(self.distance, self.room, self.safety, self.cruise)
+        anchor, since = None, body.clock.now()  # where the leader stands, and from when on
         while True:
-            pose, leader = drive.pose(), world.predicted(self.leader, body.clock.now())
+            now = body.clock.now()
+            pose, leader = drive.pose(), world.predicted(self.leader, now)
+            if leader is None or anchor is None or leader.distance(anchor) > MOVED:
+                anchor, since = leader, now
+            elif now - since >= self.rest:
+                return
             if pose is None:
                 yield drive.brake()
                 continue
@@ -90,14 +109,16 @@ class FollowRobot(MacroAction):
         times = now + STEP * np.arange(round(AHEAD / STEP) + 1)
 
         def predicted(name: str) -> list[Pose2]:
-            found = (world.predicted(name, t) for t in times.tolist())
-            return [pose for pose in found if pose is not None]
+            motion = world.motion_of(name)
+            return [] if motion is None else arc(*motion[1:], (t - motion[0] for t in times.tolist()))
 
         leader = predicted(self.leader)
-        others = [predicted(name) for name in world.peers() if name != self.leader]
-        if len(leader) < len(times):  # given up just now, by another thread
+        others = [found for name in world.peers() if name != self.leader and (found := predicted(name))]
+        if not leader:  # given up just now, by another thread
             return None
-        others = [way for way in others if len(way) == len(times)]
+        beside = (o[0] for o in others if pose.distance(o[0]) < BESIDE * self.safety)
+        if any(abs(pose.bearing(other)) < BEHIND for other in beside):
+            return None
         signals = body.knowledge.signals
         ahead = float(np.min(signals.read("front", now))) if "front" in signals else math.inf
         way = tether.way(pose, leader, others, STEP, ahead)

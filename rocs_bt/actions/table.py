@@ -8,6 +8,7 @@ from types import MappingProxyType
 from ..action import Action
 from ..errors import Fault, InputError
 from .avoid_collision import AvoidCollision
+from .dock import Dock
 from .flinch import Flinch
 from .follow_path import FollowPath
 from .follow_robot import FollowRobot
@@ -22,6 +23,7 @@ from .turn_to_position import TurnToPosition
 
 _SHIPPED: tuple[type[Action], ...] = (
     AvoidCollision,
+    Dock,
     Flinch,
     FollowPath,
     FollowRobot,

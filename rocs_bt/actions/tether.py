@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
@@ -14,10 +15,12 @@ from ..geometry import Pose2
 SPACING = 0.05  # [m] between the places of a trail
 TRAIL = 2.0  # [m] that it remembers: farther back nobody needs to go, and things may have moved
 
+_FINE = 0.01  # [m] between places on the way back
 _LOOK = 0.3  # [m] ahead of each step, where nobody must be
 _DETOURS = [math.radians(sign * angle) for angle in (0.0, 20.0, 40.0, 60.0, 80.0) for sign in (1.0, -1.0)][1:]
 _TURNS = [math.radians(turn) for turn in (0.0, 20.0, -20.0, 40.0, -40.0)]
 _AHEAD = 0.8  # [m] of room in front without which nobody is evaded that way
+_PATIENCE = 0.3  # [m] by which the string may be too long while it makes room for somebody
 _MARGIN = 0.15  # [m] more than `keep_off`, within which it gives way
 
 
@@ -69,20 +72,21 @@ class Tether:
             step: Time between two of the poses [s].
             ahead: How much room it sees in front [m].
         """
-        here, back, rows = pose, self._back(pose), [pose]
+        here, back, rows = pose, _Back(pose, self._trail), [pose]
         stride = self.speed * step
         for i, place in enumerate(leader[1:], 1):
             others = [peer[i] for peer in peers]
             away = here.distance(place)
+            near = min(others, key=here.distance, default=None)
+            threat = near if near is not None and here.distance(near) < self.keep_off + _MARGIN else None
             moved = here
-            if away > self.length:
+            if away > self.length + (_PATIENCE if threat else 0.0):
                 moved = self._pulled(here, place, min(away - self.length, stride), others)
             elif away < self.room:
                 moved = self._pushed(here, place, back, stride, others)
-            near = min(others, key=here.distance, default=None)
-            if moved is here and near is not None and here.distance(near) < self.keep_off + _MARGIN:
-                moved = self._pushed(here, near, back, stride, [*others, place])
-                moved = self._evaded(here, place, near, others, stride, ahead) if moved is here else moved
+            if moved is here and threat is not None:
+                moved = self._pushed(here, threat, back, stride, [*others, place])
+                moved = self._evaded(here, place, threat, others, stride, ahead) if moved is here else moved
             here = moved
             rows.append(here)
         return np.array(rows)
@@ -113,28 +117,51 @@ class Tether:
             return here
         return Pose2(here.x + stride * math.cos(best), here.y + stride * math.sin(best), best)
 
-    def _pushed(
-        self, here: Pose2, place: Pose2, back: Iterator[Pose2], stride: float, others: Sequence[Pose2]
-    ) -> Pose2:
-        """The next place on the way back, while that leads away from the leader."""
-        gone = 0.0
-        while gone < stride:
-            there = next(back, None)
-            if there is None or there.distance(place) <= here.distance(place) or not self.free(here, there, others):
-                return here
-            gone += here.distance(there)
-            here = there
-        return here
-
-    def _back(self, pose: Pose2) -> Iterator[Pose2]:
-        """The trail from its end to its beginning, in places close enough for any stride."""
-        for place in reversed(self._trail):
-            away = pose.distance(place)
-            for share in np.linspace(0.0, 1.0, max(2, math.ceil(away / 0.01)))[1:].tolist():
-                yaw = pose.yaw + share * math.remainder(place.yaw - pose.yaw, math.tau)
-                yield Pose2(pose.x + share * (place.x - pose.x), pose.y + share * (place.y - pose.y), yaw)
-            pose = place
+    def _pushed(self, here: Pose2, place: Pose2, back: _Back, stride: float, others: Sequence[Pose2]) -> Pose2:
+        """The next place on the way back, taken from it, if that way leads away from a place."""
+        count = max(1, round(stride / _FINE))
+        there, beyond = back.at(count), back.at(count + round(_LOOK / _FINE))
+        if there is None or beyond is None:
+            return here
+        if beyond.distance(place) <= here.distance(place) or not self.free(here, beyond, others):
+            return here
+        back.take(count)
+        return there
 
     def free(self, here: Pose2, there: Pose2, others: Sequence[Pose2]) -> bool:
         """Whether a step comes too near to nobody, or at least no nearer."""
         return all((d := there.distance(o)) >= self.keep_off or d >= here.distance(o) for o in others)
+
+
+class _Back:
+    """A trail from where the robot is to its beginning, in fine places; made as far as it is asked for.
+
+    Args:
+        pose: Where the robot is.
+        trail: Where it has been, oldest first.
+    """
+
+    def __init__(self, pose: Pose2, trail: Sequence[Pose2]) -> None:
+        self._beyond = _fine(pose, trail)
+        self._places: list[Pose2] = []
+        self._taken = 0
+
+    def at(self, ahead: int) -> Pose2 | None:
+        """The place so many fine steps on, the last one beyond the end; None when all are taken."""
+        missing = self._taken + ahead - len(self._places)
+        self._places += islice(self._beyond, max(0, missing))
+        left = len(self._places) - self._taken
+        return self._places[self._taken + min(ahead, left) - 1] if left else None
+
+    def take(self, count: int) -> None:
+        """Go on by so many fine steps, of those that `at` has shown."""
+        self._taken = min(self._taken + count, len(self._places))
+
+
+def _fine(pose: Pose2, trail: Sequence[Pose2]) -> Iterator[Pose2]:
+    """A trail from its end, where the robot is, to its beginning, in fine places."""
+    for place in reversed(trail):
+        for share in np.linspace(0.0, 1.0, 1 + math.ceil(pose.distance(place) / _FINE))[1:].tolist():
+            yaw = pose.yaw + share * math.remainder(place.yaw - pose.yaw, math.tau)
+            yield Pose2(pose.x + share * (place.x - pose.x), pose.y + share * (place.y - pose.y), yaw)
+        pose = place

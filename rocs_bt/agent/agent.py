@@ -24,6 +24,7 @@ from ..monitor import Monitor
 from ..pipeline import Pipeline
 from ..plan import Plan
 from ..reactive import ReflexArc
+from .rule_files import RuleFile
 
 HALT = 3
 """Periods of the plan that its last turn may take before the agent stops without it."""
@@ -54,6 +55,7 @@ class Agent:
         execute: E.
         arc: The reflex arc over all ReactiveModels.
         pipeline: The queue between them.
+        rule_files: The rule files in force, which can be read anew.
         failure: The block that failed, and why; None while all is well.
         stopped: Whether it was stopped; nothing comes after that.
         reacted: When the reflexes were last evaluated [s].
@@ -75,6 +77,7 @@ class Agent:
         clock: Clock,
         sink: EventSink,
         rates: Rates,
+        rule_files: Sequence[RuleFile] = (),
     ) -> None:
         self.name = name
         self.knowledge = knowledge
@@ -90,6 +93,7 @@ class Agent:
         self.execute = execute
         self.clock = clock
         self.rates = rates
+        self.rule_files = tuple(rule_files)
         self.failure: BlockError | None = None
         self.stopped = False
         self.reacted = -math.inf
@@ -121,16 +125,24 @@ class Agent:
         Args:
             count: Control periods since the start; the clock says the same.
         """
-        t = self.clock.now()
-        for label, monitor in self._monitors:
-            self.guarded(label, monitor.run, t, count)
-        self.guarded("reflexes", self.react, t)
-        for label, analyze in self._analyzes:
-            if analyze.inbox.pending:
-                self.guarded(label, analyze.run, t)
-        if self.rates.plan.due(count) or self.plan.called:
-            self.guarded("plan", self.decide, t)
-        self.guarded("execute", self.execute.run, t)
+        if not self.going:
+            return
+        t, block = self.clock.now(), ""
+        try:
+            for block, monitor in self._monitors:  # noqa: B007 - told where it breaks
+                monitor.run(t, count)
+            block = "reflexes"
+            self.react(t)
+            for block, analyze in self._analyzes:  # noqa: B007
+                if analyze.inbox.pending:
+                    analyze.run(t)
+            block = "plan"
+            if self.rates.plan.due(count) or self.plan.called:
+                self.decide(t)
+            block = "execute"
+            self.execute.run(t)
+        except (SystemExit, Exception) as error:  # noqa: BLE001 - the boundary: whatever a block raises must stop it
+            self._broke(block, error)
 
     def react(self, t: float) -> None:
         """Evaluate the reflexes on a fresh snapshot; may be called from any monitor's thread."""
@@ -151,9 +163,13 @@ class Agent:
     def _attempt(self, block: str, turn: Callable[..., None], *args: object) -> None:
         try:
             turn(*args)
-        except SystemExit as error:
+        except (SystemExit, Exception) as error:  # noqa: BLE001 - the boundary, in threaded mode and at the end of a run
+            self._broke(block, error)
+
+    def _broke(self, block: str, error: BaseException) -> None:
+        if isinstance(error, SystemExit):
             self.fail(block, "ended", f"it called for an exit ({error.code})", error)
-        except Exception as error:  # noqa: BLE001 - the boundary: whatever a block raises must stop the robot
+        else:
             self.fail(block, "raised", f"{type(error).__name__}: {error}", error)
 
     def fail(self, block: str, kind: str, detail: str, cause: BaseException | None = None) -> None:

@@ -26,9 +26,10 @@ from ..knowledge import Knowledge, RobotModel, StrategyModel, WorldModel
 from ..monitor import MONITORS, Monitor, Watched
 from ..pipeline import Pipeline
 from ..plan import Mission, Plan, TreePlan
-from ..reactive import ReactiveModel, ReflexArc, RuleModel, load_rules
+from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from .agent import Agent, Rates
 from .block import make_block
+from .rule_files import RuleFile
 
 T = TypeVar("T")
 LoadClass = Callable[[Path, str], type]
@@ -104,12 +105,15 @@ def build_agent(
     describe(knowledge, robot, drive, mind.places, mind.peers)
     _check_wheels(robot, drive, actuators)
     monitors = _monitors(robot, knowledge, sensors, sensor_rates, sink, load_class)
-    declare_signals(knowledge, monitors, robot)
+    analyzers = _analyzers(robot, knowledge, monitors, sink, load_class)
+    declare_signals(knowledge, [*monitors, *analyzers], robot)
     actions = action_table(*mind.actions)
     pipeline = Pipeline(clock, sink, name)
     environment = Environment.of(knowledge.signals)
-    models = [*(RuleModel(load_rules(file, environment, actions)) for file in mind.rules)]
+    rule_files = [RuleFile(file, environment, actions, thresholds(robot, file)) for file in mind.rules]
+    models = [file.model for file in rule_files]
     knowledge.reactive_models.extend([*models, *mind.reflexes(knowledge)])
+    _follow_mode(knowledge, models)
     body = RobotBody(
         agent=name,
         knowledge=knowledge,
@@ -136,17 +140,20 @@ def build_agent(
         planned = mind.build(mission, **mind.parameters)
         plan = planned if isinstance(planned, Plan) else TreePlan(planned, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")
+    for analyze in analyzers:
+        analyze.attach(plan)
     return Agent(
         name,
         knowledge=knowledge,
         sensors=sensors,
         actuators=actuators,
         monitors=monitors,
-        analyzes=_analyzers(robot, knowledge, monitors, plan, sink, load_class),
+        analyzes=analyzers,
         arc=arc,
         pipeline=pipeline,
         plan=plan,
         execute=Execute(pipeline, body),
+        rule_files=rule_files,
         clock=clock,
         sink=sink,
         rates=rates,
@@ -188,20 +195,40 @@ def describe(
         graph.add(peer, "peer", tag=tag)
 
 
-def declare_signals(knowledge: Knowledge, monitors: Sequence[Monitor], robot: RobotSpec) -> None:
-    """Declare what the monitors write; after this the layout of a snapshot is fixed.
+def thresholds(robot: RobotSpec, rules: Path) -> dict[str, Override]:
+    """A robot's own values of the thresholds of a rule file."""
+    own = robot.thresholds.get(rules.stem, {})
+    return {name: Override(value, robot.file, *place) for name, (value, *place) in own.items()}
+
+
+def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:
+    """Tell rules of the agent's mode, the attribute `mode` of its own node, now and when it changes."""
+
+    def tell() -> None:
+        mode = knowledge.graph.attributes(knowledge.agent).get("mode", "")
+        for model in models:
+            model.enter(mode)
+
+    knowledge.graph.subscribe(lambda change: tell() if change.name == "mode" else None, node=knowledge.agent)
+    tell()
+
+
+def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], robot: RobotSpec) -> None:
+    """Declare what the monitors and analysers write; after this the layout of a snapshot is fixed.
 
     Raises:
-        InputError: Two monitors write one signal, or a sensor of robot.toml names one that no monitor writes.
+        InputError: Two blocks write one signal, or a sensor of robot.toml names one that nobody writes.
     """
-    lines, writers = {m.name: m.line for m in robot.monitors}, dict[str, str]()
-    for monitor in monitors:
-        with blame(robot.file, lines.get(monitor.name, 0)):
-            for signal in monitor.signals():
-                if (other := writers.setdefault(signal.name, monitor.name)) != monitor.name:
+    lines = {f"monitor '{m.name}'": m.line for m in robot.monitors}
+    lines |= {f"analyze '{a.name}'": a.line for a in robot.analyzers}
+    first: dict[str, str] = {}
+    for writer in writers:
+        block = f"{'monitor' if isinstance(writer, Monitor) else 'analyze'} '{writer.name}'"
+        with blame(robot.file, lines.get(block, 0)):
+            for signal in writer.signals():
+                if (other := first.setdefault(signal.name, block)) != block:
                     raise InputError(
-                        f"the monitors '{other}' and '{monitor.name}' both write the signal '{signal.name}'. "
-                        "Take one of them out."
+                        f"the {other} and the {block} both write the signal '{signal.name}'. Take one of them out."
                     )
                 knowledge.signals.declare(signal)
     known = knowledge.signals.names
@@ -245,24 +272,27 @@ def _analyzers(
     robot: RobotSpec,
     knowledge: Knowledge,
     monitors: Sequence[Monitor],
-    plan: Plan,
     sink: EventSink,
     load_class: LoadClass,
 ) -> list[Analyze]:
+    """The analysers, attached to their monitors; those that write signals first, for the others to read."""
     by_name = {m.name: m for m in monitors}
-    analyzers = []
+    analyzers: list[Analyze] = []
     for spec in robot.analyzers:
         with blame(robot.file, spec.line):
             cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
-            analyze = make_block(cls, spec.parameters, spec.name, knowledge, sink)
-            heard = [signal.name for monitor in spec.monitors for signal in by_name[monitor].signals()]
-            if missed := [name for name in analyze.expects() if name not in heard]:
-                raise InputError(*(unknown("signal", n, heard, f"What '{spec.name}' listens to") for n in missed))
+            analyzers.append(make_block(cls, spec.parameters, spec.name, knowledge, sink))
+    found = {signal.name for analyze in analyzers for signal in analyze.signals()}
+    for spec, analyze in zip(robot.analyzers, analyzers, strict=True):
+        heard = [signal.name for monitor in spec.monitors for signal in by_name[monitor].signals()]
+        missed = [name for name in analyze.expects() if name not in heard]
+        if unheard := [name for name in missed if name not in found]:
+            where = f"What '{spec.name}' listens to"
+            raise InputError(*(unknown("signal", n, heard, where).at(robot.file, spec.line) for n in unheard))
+        analyze.from_knowledge = tuple(missed)
         for monitor in spec.monitors:
             by_name[monitor].attach(analyze)
-        analyze.attach(plan)
-        analyzers.append(analyze)
-    return analyzers
+    return sorted(analyzers, key=lambda analyze: not analyze.signals())
 
 
 def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, Watchdog]) -> None:
@@ -282,7 +312,9 @@ def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, Watchd
 
 
 def _source(build: Callable[..., Any]) -> tuple[Path | None, int]:
-    """Where a mission's function stands: its file, and its line."""
+    """Where a mission's function stands: its file, and its line; an XML mission tells its file."""
+    if isinstance(file := getattr(build, "file", None), Path):
+        return file, 0
     code = getattr(inspect.unwrap(build), "__code__", None)
     return (None, 0) if code is None else (Path(code.co_filename), code.co_firstlineno)
 
@@ -291,7 +323,7 @@ def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpe
     """A class by its name in our table, or by `file.py:Class` beside robot.toml."""
     if is_reference(name):
         file, _, cls = name.partition(":")
-        return load_class(robot.folder / file, cls)
+        return load_class(robot.beside(file), cls)
     if name not in table:
         raise InputError(unknown(f"{kind} class", name, table))
     return table[name]

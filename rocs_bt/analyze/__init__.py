@@ -1,10 +1,11 @@
 """A: analysers find out whether the world changed, update Knowledge and tell Plan (paper, 4.2)."""
 
 from .analyze import Analyze
+from .localise import Localise
 from .pass_orientation import PassOrientation
 from .pass_position import PassPosition
 from .pass_range import PassRange
 from .peer_analyze import PeerAnalyze
 from .table import ANALYZERS
 
-__all__ = ["ANALYZERS", "Analyze", "PassOrientation", "PassPosition", "PassRange", "PeerAnalyze"]
+__all__ = ["ANALYZERS", "Analyze", "Localise", "PassOrientation", "PassPosition", "PassRange", "PeerAnalyze"]

@@ -18,7 +18,7 @@ class PassPosition(Analyze):
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         sample = next((s for s in reversed(samples) if "pose" in s.value), None)
-        if sample is None or not all(math.isfinite(v) for v in sample.value["pose"]):
+        if sample is None or not all(map(math.isfinite, sample.value["pose"])):
             return
         x, y = sample.value["pose"][:2]
         graph, robot, world = self.knowledge.graph, self.knowledge.agent, self.knowledge.world

@@ -13,7 +13,7 @@ from .robot_file import (
     load_robot,
     robot_drive,
 )
-from .scenario_file import AgentSpec, MoverSpec, PlaceSpec, RateSpec, ScenarioSpec, read_scenario
+from .scenario_file import AgentSpec, MoverSpec, PlaceSpec, RateSpec, RequirementSpec, ScenarioSpec, read_scenario
 
 __all__ = [
     "KINDS",
@@ -27,6 +27,7 @@ __all__ = [
     "MoverSpec",
     "PlaceSpec",
     "RateSpec",
+    "RequirementSpec",
     "RobotSpec",
     "ScenarioSpec",
     "SensorSpec",

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import functools
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
-from ..document import read_toml
 from ..errors import Fault, InputError, RocsError, UnknownName, unknown
+from ..reactive import included_files
 from .entry import KINDS, Entry, make_entry, scan
 from .fit import misfits
-from .python_content import classes_in, fault_of, load_class, load_module
+from .inherit import read_inheriting
+from .python_content import classes_in, fault_of, load_class, load_module, texts_in
 from .robot_file import RobotSpec, load_robot
 from .scenario_file import ScenarioSpec, read_scenario
 
@@ -100,7 +101,7 @@ class Catalog:
         Raises:
             InputError: It does not exist, or its file is wrong; with every fault.
         """
-        return load_robot(self.find("robot", name).path)
+        return load_robot(self.find("robot", name).path, lambda base: self.find("robot", base).path)
 
     def load_scenario(self, name: str) -> ScenarioSpec:
         """A scenario by its name or path, whose world, robots, missions and rules exist and whose rates divide.
@@ -108,7 +109,8 @@ class Catalog:
         Raises:
             InputError: With every fault, each at its line.
         """
-        scenario = read_scenario(read_toml(self.find("scenario", name).path), self._missing)
+        file = self.find("scenario", name).path
+        scenario = read_scenario(read_inheriting(file, lambda base: self.find("scenario", base).path), self._missing)
         faults: list[Fault] = []
         for each in scenario.robots:
             try:
@@ -132,25 +134,118 @@ class Catalog:
             InputError: Something that it names does not exist.
         """
         entries = [make_entry(scenario.file, "scenario", "file"), self.find("world", scenario.world)]
-        entries += [self.find("robot", name) for name in scenario.robots]
+        entries += [self.find("scenario", path.stem) for path in scenario.bases]
+        for name in scenario.robots:
+            entries += [self.find("robot", name)]
+            entries += [self.find("robot", path.parent.name) for path in self.load_robot(name).bases]
         for agent in scenario.agents:
-            entries += [self.find("mission", agent.mission), *(self.find("rules", name) for name in agent.rules)]
+            rules = [self.find("rules", name) for name in agent.rules]
+            mission = self.find("mission", agent.mission)
+            entries += [mission, *self.python_of(mission, agent.parameters.values()), *rules]
+            entries += [make_entry(file, "rules", r.origin) for r in rules for file in included_files(r.path)]
         return tuple(dict.fromkeys(entries))
 
     def load_mission(self, name: str) -> Callable[..., Any]:
-        """The function `build` of a mission, by the mission's name or path.
+        """The function `build` of a mission, by the mission's name or path; that of an XML file makes its tree.
 
         Raises:
             InputError: There is no such mission, it does not load, has no `build`, or `--no-code` forbids it.
         """
         entry = self.find("mission", name)
         if entry.path.suffix != ".py":
-            raise InputError(Fault("this version runs missions in Python only.", entry.path))
+            return self._with_content(self._xml_mission(entry.path))
         build = getattr(self.load_python(entry), "build", None)
         if not callable(build):
             hint = "Write: def build(mission: Mission): ..."
             raise InputError(Fault("the mission has no function 'build'.", entry.path, hint=hint))
-        return _guarded(cast("Callable[..., Any]", build), entry.path)
+        return self._with_content(_guarded(cast("Callable[..., Any]", build), entry.path))
+
+    def _with_content(self, build: Callable[..., Any]) -> Callable[..., Any]:
+        """The same function, whose mission finds by name what this catalog has."""
+
+        @functools.wraps(build)
+        def at_home(mission: Any, *args: Any, **kwargs: Any) -> Any:
+            mission.content = self
+            return build(mission, *args, **kwargs)
+
+        return at_home
+
+    def _xml_mission(self, file: Path) -> Callable[..., Any]:
+        from ..plan.xml import xml_mission  # py_trees is loaded where a tree is made
+
+        def other(name: str) -> Callable[..., Any] | None:
+            return self.load_mission(name) if self._is_python_mission(name) else None
+
+        return xml_mission(file, within=self.root_of(file), nodes=self.load_nodes, missions=other)
+
+    def root_of(self, file: Path) -> Path:
+        """The project that a file lies in, or ours; its folder where it lies in none."""
+        place = file.resolve()
+        roots = [root for root in (self.project, self.shipped) if root is not None and place.is_relative_to(root)]
+        return roots[0] if roots else place.parent
+
+    def load_nodes(self, names: Collection[str] | None = None) -> tuple[type[Any], ...]:
+        """The node classes in the Python files of `planners/nodes`, those of certain names, or all.
+
+        A file runs only where it has one of the names; a node is named like its class.
+
+        Raises:
+            InputError: A file does not load, two have a class of one name, or `--no-code` forbids it.
+        """
+        from ..plan.nodes import nodes_of
+
+        entries = self._node_files(names)
+        self._allow(*(entry.path for entry in entries))
+        classes = [node for entry in entries for node in nodes_of(load_module(entry.path))]
+        return tuple(node for node in classes if names is None or node.tag in names)
+
+    def load_route(self, name: str) -> type[Any]:
+        """The route planner in a Python file of `planners/routes`, by the file's name.
+
+        Raises:
+            InputError: There is no such file, it does not load, it has not exactly one RoutePlanner, or `--no-code`
+                forbids it.
+        """
+        from ..plan.route import RoutePlanner
+
+        entry = self.find("route", name)
+        module = self.load_python(entry)
+        own = [v for v in vars(module).values() if isinstance(v, type) and v.__module__ == module.__name__]
+        planners = [cls for cls in own if issubclass(cls, RoutePlanner)]
+        if len(planners) != 1:
+            hint = "Write one class that derives from rocs_bt.plan.RoutePlanner."
+            raise InputError(Fault(f"the file has {len(planners)} route planners, not one.", entry.path, hint=hint))
+        return planners[0]
+
+    def _node_files(self, names: Collection[str] | None) -> tuple[Entry, ...]:
+        """The node files that have a class of one of these names; their classes are read, not run."""
+        entries = [e for e in self.list("node") if e.path.suffix == ".py"]
+        return tuple(e for e in entries if names is None or set(names) & set(classes_in(e.path)))
+
+    def _is_python_mission(self, name: str) -> bool:
+        entry = self._entries("mission").get(name)
+        return entry is not None and entry.path.suffix == ".py"
+
+    def python_of(self, mission: Entry, values: Iterable[object] = ()) -> tuple[Entry, ...]:
+        """The node files, the route planners and the Python missions that a mission names.
+
+        Args:
+            mission: The mission.
+            values: What it is given as parameters, which may name a route planner, too.
+        """
+        missions: set[str] = set()
+        if mission.path.suffix == ".xml":
+            from ..plan.nodes import BUILTIN
+            from ..plan.xml import outer_trees, read_document, tags_of, values_of
+
+            document = read_document(mission.path, within=self.root_of(mission.path))
+            tags, texts = tags_of(document) - set(BUILTIN), values_of(document)
+            missions = {name for name in outer_trees(document) if self._is_python_mission(name)}
+        else:
+            tags = texts = texts_in(mission.path)
+        named = texts | {value for value in values if isinstance(value, str)}
+        routes = [entry for entry in self.list("route") if entry.name in named]
+        return (*self._node_files(tags), *routes, *(self.find("mission", name) for name in sorted(missions)))
 
     def load_python(self, entry: Entry) -> ModuleType:
         """The module of a Python content file; run once in a process.

@@ -23,7 +23,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 }
 
 _XML_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
-_XML_FILE = re.compile(r"""\bfile\s*=\s*["']([^"']+)["']""")
+_XML_FILE = re.compile(r"""\b(?:file|path)\s*=\s*["']([^"']+)["']""")
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,15 @@ def functions_in(path: Path) -> dict[str, int]:
     return {n.name: n.lineno for n in _parse(path).body if isinstance(n, ast.FunctionDef)}
 
 
+def texts_in(path: Path) -> set[str]:
+    """The texts that stand in a file, without running it.
+
+    Raises:
+        InputError: The file cannot be read, or is no Python.
+    """
+    return {n.value for n in ast.walk(_parse(path)) if isinstance(n, ast.Constant) and isinstance(n.value, str)}
+
+
 def load_class(path: Path, name: str) -> type:
     """A class of a Python file.
 

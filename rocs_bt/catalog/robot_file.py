@@ -10,10 +10,11 @@ from typing import Any
 
 from ..analyze import ANALYZERS
 from ..control.drive import DRIVES, Drive, make_drive
-from ..document import Table, read_toml
+from ..document import Table
 from ..errors import InputError, did_you_mean
 from ..monitor import MONITORS
 from ..units import FREQUENCY, LENGTH, NONE, TIME, Dimension, parse_unit
+from .inherit import FindBase, no_base, read_inheriting
 from .python_content import classes_in, is_reference
 from .values import drive_parameters, driver_parameters, free_parameters, given_name
 
@@ -140,6 +141,8 @@ class RobotSpec:
         length: Of its outline, along x [m]; NaN where robot.toml does not say.
         width: Of its outline, along y [m]; NaN where robot.toml does not say.
         sensors, monitors, analyzers, actuators: Its wiring; the agent builds exactly this.
+        bases: The robot.toml files that its own is based on, the nearest first.
+        thresholds: Its own values of named thresholds, as they are written, with line and column, by rule file.
     """
 
     name: str
@@ -153,11 +156,13 @@ class RobotSpec:
     monitors: tuple[MonitorSpec, ...]
     analyzers: tuple[AnalyzeSpec, ...]
     actuators: tuple[ActuatorSpec, ...]
+    bases: tuple[Path, ...] = ()
+    thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
 
-    @property
-    def folder(self) -> Path:
-        """Where robot.toml stands, and what it names by file."""
-        return self.file.parent
+    def beside(self, name: str) -> Path:
+        """A file that robot.toml names: beside it, or else beside one that it is based on."""
+        found = [file.parent / name for file in (self.file, *self.bases)]
+        return next((path for path in found if path.is_file()), found[0])
 
     @property
     def code(self) -> tuple[Path, ...]:
@@ -168,7 +173,7 @@ class RobotSpec:
             *(a.cls for a in self.analyzers),
             *(a.driver for a in self.actuators),
         )
-        return tuple(dict.fromkeys(self.folder / n.partition(":")[0] for n in names if is_reference(n)))
+        return tuple(dict.fromkeys(self.beside(n.partition(":")[0]) for n in names if is_reference(n)))
 
 
 def robot_drive(spec: DriveSpec) -> Drive:
@@ -180,13 +185,17 @@ def robot_drive(spec: DriveSpec) -> Drive:
     return make_drive(spec.kind, **{k: v for k, v in spec.parameters.items() if k not in _NO_DRIVE_NUMBERS})
 
 
-def load_robot(file: Path) -> RobotSpec:
+def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     """Read a robot.toml; what is wrong in it is told all at once.
+
+    Args:
+        file: The robot.toml.
+        find_base: The robot.toml of the robot that a `base` names.
 
     Raises:
         InputError: With every fault, each at its line.
     """
-    root = read_toml(file)
+    root = read_inheriting(file, find_base)
     root.choice("format", (FORMAT,))
     doc = root.text("doc", "")
     model = _model(root)
@@ -200,16 +209,20 @@ def load_robot(file: Path) -> RobotSpec:
     analyzers = tuple(_analyze(t, monitors) for t in _unique(root.tables("analyze")))
     actuators = tuple(_actuator(t) for t in actuator_tables)
     drive = _drive(root.table("drive", optional=False), [a.name for a in actuators])
+    thresholds = {
+        rules: {name: (own.raw(name), *own.place(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
+        for rules, own in root.named_tables("rules").items()
+    }
     root.done()
-    name = file.parent.name
-    return RobotSpec(name, file, doc, model, drive, length, width, sensors, monitors, analyzers, actuators)
+    name, wiring = file.parent.name, (sensors, monitors, analyzers, actuators)
+    return RobotSpec(name, file, doc, model, drive, length, width, *wiring, bases=root.bases, thresholds=thresholds)
 
 
 def _model(root: Table) -> Path | None:
     if "model" not in root:
         return None
     named = root.text("model")
-    model = root.file.parent / named
+    model = root.beside(named)
     if _beside(root, "model", named) and not model.is_file():
         root.fault("model", f"there is no model file '{model.name}' beside robot.toml.")
     return model
@@ -217,8 +230,8 @@ def _model(root: Table) -> Path | None:
 
 def _beside(table: Table, key: str, named: str) -> bool:
     """Whether a file is in the robot's folder, which is all that a robot is made of and all that its hash covers."""
-    folder = table.file.parent.resolve()
-    if (folder / named).resolve().is_relative_to(folder):
+    path = table.beside(named)
+    if any(path.resolve().is_relative_to(file.parent.resolve()) for file in (table.file, *table.bases)):
         return True
     table.fault(key, f"'{named}' is not in the robot's folder.", "Put what the robot is made of beside robot.toml.")
     return False
@@ -327,7 +340,7 @@ def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> st
         if not _beside(table, key, file):
             return name
         try:
-            classes = classes_in(table.file.parent / file)
+            classes = classes_in(table.beside(file))
         except InputError as error:
             table.adopt(key, error)
         else:

@@ -150,6 +150,27 @@ class MoverSpec:
 
 
 @dataclass(frozen=True)
+class RequirementSpec:
+    """One `[[requirement]]`: what must hold over the run; told in the summary, and without a part in the outcome.
+
+    Attributes:
+        name: What it is called.
+        require: Its text in the rules' language, such as `always min_clearance > 0.05 m`.
+        agents: Whom it is about.
+        doc: One sentence for people.
+        line: Where its table stands in the file.
+        place: Line and column of its text.
+    """
+
+    name: str
+    require: str
+    agents: tuple[str, ...]
+    doc: str = ""
+    line: int = 0
+    place: tuple[int, int] = (0, 0)
+
+
+@dataclass(frozen=True)
 class ScenarioSpec:
     """A scenario, as its file describes it.
 
@@ -164,6 +185,8 @@ class ScenarioSpec:
         places: What the agents are told of the world.
         agents: Who thinks.
         movers: Who else moves.
+        requirements: What must hold over the run.
+        bases: The scenario files that its own is based on, the nearest first.
     """
 
     name: str
@@ -176,6 +199,8 @@ class ScenarioSpec:
     places: tuple[PlaceSpec, ...]
     agents: tuple[AgentSpec, ...]
     movers: tuple[MoverSpec, ...]
+    requirements: tuple[RequirementSpec, ...] = ()
+    bases: tuple[Path, ...] = ()
 
     @property
     def tags(self) -> dict[str, int]:
@@ -228,6 +253,8 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
         places=places,
         agents=agents,
         movers=tuple(_mover(t, missing) for t in mover_tables),
+        requirements=_requirements(root, names),
+        bases=root.bases,
     )
     root.done()
     return scenario
@@ -302,6 +329,26 @@ def _mover(table: Table, missing: Missing) -> MoverSpec:
     )
 
 
+def _requirements(root: Table, agents: Sequence[str]) -> tuple[RequirementSpec, ...]:
+    tables = root.tables("requirement")
+    _unique(tables, "Give each requirement its own.")
+    return tuple(_requirement(table, agents) for table in tables)
+
+
+def _requirement(table: Table, agents: Sequence[str]) -> RequirementSpec:
+    agent = table.text("agent") if "agent" in table else None
+    if agent is not None and agent not in agents:
+        table.fault("agent", f"no agent is named '{agent}'.", did_you_mean(agent, agents, "The scenario"))
+    return RequirementSpec(
+        name=given_name(table),
+        require=table.text("require"),
+        agents=tuple(agents) if agent is None else (agent,),
+        doc=table.text("doc", ""),
+        line=table.place()[0],
+        place=table.place("require"),
+    )
+
+
 def _name(table: Table) -> str:
     name = given_name(table)
     if name and not name.isidentifier():
@@ -336,12 +383,13 @@ def _jitter(table: Table) -> Pose2:
     return Pose2(x, y, inner.quantity("yaw", ANGLE, 0.0, low=0.0, high=math.pi))
 
 
-def _unique(tables: Sequence[Table]) -> None:
+def _unique(
+    tables: Sequence[Table], hint: str = "Agents, movers and places share their names: give each its own."
+) -> None:
     """Note a fault at each table whose name an earlier one has."""
     seen: set[str] = set()
     for table in tables:
         name = table.raw("name", "")
         if name and str(name) in seen:
-            hint = "Agents, movers and places share their names: give each its own."
             table.fault("name", f"the name '{name}' is taken by another table.", hint)
         seen.add(str(name))

@@ -1,7 +1,8 @@
 """Joins the checkers that the rooms export: every content file, all faults at once."""
 
 from .check import Findings, check_content
-from .mission import draw_mission
+from .picture import FORMATS, draw_mission
+from .rules import fitted_rules
 from .scenario import mind_doubts
 
-__all__ = ["Findings", "check_content", "draw_mission", "mind_doubts"]
+__all__ = ["FORMATS", "Findings", "check_content", "draw_mission", "fitted_rules", "mind_doubts"]

@@ -36,6 +36,11 @@ class Findings:
         """Whether anything cannot run."""
         return any(not fault.warning for fault in self.faults)
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether anything runs but is hardly meant so; what could not be decided is no doubt."""
+        return any(fault.warning and not fault.note for fault in self.faults)
+
 
 def check_content(
     paths: Sequence[Path] = (), *, code: bool = True, progress: Callable[[float], None] = lambda done: None

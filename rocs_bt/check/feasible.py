@@ -9,6 +9,7 @@ from ..agent import Agent, Mind, Rates, build_agent
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
 from ..errors import Fault
 from ..event import NullSink
+from ..geometry import Pose2
 from ..reactive import RuleModel
 from ..simulation import POSES_TRIED, FreePose, Stage, free_goal_poses, set_stage
 from .paper import idle
@@ -85,7 +86,7 @@ def _doubt(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, goal: Pla
     fires = ""
     for free in poses:
         world.place(agent.name, free.pose)
-        fires = _firing(built)
+        fires = _firing(built, free.pose, goal.pose)
         if not fires:
             return None if len(poses) >= _EASY * POSES_TRIED else _tight(agent, goal, poses)
     message = f"{what}: at every free pose within {goal.tolerance:g} m of it a reflex fires; at the last, {fires}."
@@ -101,11 +102,15 @@ def _tight(agent: AgentSpec, goal: PlaceSpec, poses: Sequence[FreePose]) -> Faul
     return Fault(message, hint="It can be reached, but expect contacts on the way in.")
 
 
-def _firing(agent: Agent) -> str:
+def _firing(agent: Agent, pose: Pose2, goal: Pose2) -> str:
     """The rule that fires where the robot stands now, with its reading; empty when none does."""
     t = agent.clock.now()
     for monitor in agent.monitors:
         monitor.run(t, 0)
+    if any(signal.name == "pose" for analyze in agent.analyzes for signal in analyze.signals()):
+        # One that localises cannot follow from pose to pose in no time; it is taken to be right.
+        agent.knowledge.signals.write("pose", [*pose], t)
+        agent.knowledge.signals.write("goal_distance", pose.distance(goal), t)
     snapshot = agent.knowledge.signals.snapshot(t)
     for model in agent.knowledge.reactive_models:
         if isinstance(model, RuleModel):

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import ast
+import re
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
-from ..action import Parameter
 from ..actions import action_table
-from ..agent import Agent, Mind
+from ..agent import Agent
 from ..catalog import Catalog, Entry, functions_in
 from ..errors import Fault
 from ..expression import Environment, compile_expression
-from ..plan import TreePlan, check_mission, mission_actions, mission_parameters
-from ..units import NONE
+from ..plan import check_mission, mission_actions, mission_parameters
+from ..plan.examine import blocking_faults
 from .paper import paper_agent
 
 
 def check_mission_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     """All that is wrong with a mission, with its own parameters; where it needs some, only its form is held."""
-    if entry.path.suffix != ".py":
-        yield Fault("this version runs missions in Python only.", entry.path, hint="Write it as a .py file.")
-    elif "build" not in functions_in(entry.path):
-        yield Fault("the mission has no function 'build'.", entry.path, hint="Write: def build(mission: Mission): ...")
-    elif catalog.code:
+    if entry.path.suffix == ".py":
+        if "build" not in functions_in(entry.path):
+            hint = "Write: def build(mission: Mission): ..."
+            yield Fault("the mission has no function 'build'.", entry.path, hint=hint)
+            return
+        yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+    if catalog.code or (entry.path.suffix == ".xml" and not catalog.python_of(entry)):
         build = catalog.load_mission(str(entry.path))
         if any(p.required for p in mission_parameters(build).values()):
             return
@@ -45,38 +49,13 @@ def built_faults(build: Any, agent: Agent, parameters: Mapping[str, Any]) -> lis
     )
 
 
-def draw_mission(catalog: Catalog, entry: Entry, robot: str) -> str:
-    """A mission as text: its parameters and its tree.
-
-    Raises:
-        InputError: The mission, or the robot, is wrong.
-    """
-    build = catalog.load_mission(str(entry.path))
-    declared = mission_parameters(build)
-    given = {name: _any_value(p) for name, p in declared.items() if p.required}
-    mind = Mind(build=build, parameters=given, actions=mission_actions(build))
-    agent = paper_agent(catalog.load_robot(robot), catalog.load_class, mind)
-    lines = [f"{entry.name}: {entry.doc}"]
-    lines += [f"  {name} = {_shown(p)}" for name, p in declared.items()]
-    plan = agent.plan
-    if not isinstance(plan, TreePlan):
-        return "\n".join([*lines, f"planned by {type(plan).__name__}, which is no tree."])
-    kinds = {n.path: n for n in plan.outline}
-    lines += [f"{'    ' * n.depth}{n.name}{_kind(n.kind)}" for n in kinds.values()]
-    return "\n".join(lines)
-
-
-def _any_value(parameter: Parameter) -> Any:
-    """A value for a parameter that must be given, so that the tree can be drawn."""
-    return parameter.name if parameter.type is str else parameter.type(1)
-
-
-def _shown(parameter: Parameter) -> str:
-    if parameter.required:
-        return "(must be given)"
-    unit = "" if parameter.dimension in (None, NONE) else f" {parameter.dimension}"
-    return f"{parameter.default}{unit}"
-
-
-def _kind(kind: str) -> str:
-    return "" if kind == "Act" else f"  [{kind}]"
+def named_in(mission: Path) -> set[str] | None:
+    """All words that a mission's file has as texts, so also the modes that it can set; None where it cannot be read."""
+    try:
+        text = mission.read_text(encoding="utf-8")
+        if mission.suffix != ".py":
+            return set(re.findall(r"\w+", text))
+        found = [node.value for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Constant)]
+    except (OSError, ValueError, SyntaxError):
+        return None
+    return {word for value in found if isinstance(value, str) for word in re.findall(r"\w+", value)}

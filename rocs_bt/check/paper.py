@@ -51,6 +51,7 @@ def paper_agent(
     robot: RobotSpec,
     load_class: Callable[[Path, str], type],
     mind: Mind | None = None,
+    name: str = "R1",
 ) -> Agent:
     """An agent of a robot, never to be run.
 
@@ -58,6 +59,7 @@ def paper_agent(
         robot: The robot.
         load_class: Loads a class that robot.toml names as `file.py:Class`.
         mind: Its mission, and what it is told of the world; one that wants nothing by default.
+        name: What others call it.
 
     Raises:
         InputError: The robot, the mission or a place is wrong.
@@ -66,7 +68,7 @@ def paper_agent(
     wheels = len(robot_drive(robot.drive).wheels)  # a user's own actuator takes what the drive gives it
     clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
     return build_agent(
-        "R1",
+        name,
         robot,
         mind or Mind(build=idle),
         sensors={s.name: _NoSensor(s.name) for s in robot.sensors},

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..catalog import Catalog, Entry, load_robot
-from ..errors import Fault, InputError
+from ..catalog import Catalog, Entry
+from ..errors import Fault, InputError, unknown
 from .model import check_model
 from .paper import paper_agent
 
 
 def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     """All that is wrong with a robot: its table, its model, and its blocks."""
-    robot = load_robot(entry.path)
+    robot = catalog.load_robot(str(entry.path))
     yield from check_model(robot)
+    known = [rules.name for rules in catalog.list("rules")]
+    for name, own in robot.thresholds.items():
+        if name not in known:
+            line = next((line for _, line, _ in own.values()), 0)
+            yield unknown("rule file", name, known).at(robot.file, line)
     if catalog.code or not robot.code:
         try:
             paper_agent(robot, catalog.load_class)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ..actions import ACTIONS
+from ..agent.build import thresholds
 from ..catalog import Catalog, Entry
 from ..errors import Fault, InputError
 from ..expression import Environment
-from ..reactive import check_rules
+from ..reactive import RuleSet, load_rules
+from ..reactive.analysis import examine_rules
 from .paper import paper_agent
 
 
@@ -22,7 +24,27 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             agent = paper_agent(robot, catalog.load_class)
         except InputError:
             continue  # told where the robot itself is checked
-        yield from check_rules(entry.path, Environment.of(agent.knowledge.signals), ACTIONS)
+        own = thresholds(robot, entry.path)
+        yield from examine_rules(entry.path, Environment.of(agent.knowledge.signals), ACTIONS, own)
+
+
+def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> list[tuple[str, RuleSet]]:
+    """A rule file as the robots that flinch by it have it, each with the robot's name.
+
+    Args:
+        entry: The rule file.
+        catalog: Where robots and scenarios are found.
+        robot: A robot to fit it to, instead of those of the scenarios that use it.
+
+    Raises:
+        InputError: Something in the file is wrong, or does not fit a robot.
+    """
+    found = []
+    for name in [robot] if robot is not None else _robots(entry, catalog):
+        spec = catalog.load_robot(name)
+        environment = Environment.of(paper_agent(spec, catalog.load_class).knowledge.signals)
+        found.append((name, load_rules(entry.path, environment, ACTIONS, overrides=thresholds(spec, entry.path))))
+    return found
 
 
 def _robots(entry: Entry, catalog: Catalog) -> list[str]:

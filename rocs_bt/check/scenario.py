@@ -6,13 +6,17 @@ from collections.abc import Iterable
 
 from ..actions import action_table
 from ..agent import Mind
-from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec
+from ..agent.build import thresholds
+from ..catalog import AgentSpec, Catalog, Entry, RobotSpec, ScenarioSpec, is_reference
+from ..drivers.mujoco import MujocoSensor
 from ..errors import Fault, InputError
 from ..expression import Environment
 from ..plan import mission_actions, mission_arguments
-from ..reactive import check_rules
+from ..reactive.analysis import examine_fit
+from ..record import TRUTH
+from ..simulation import requirement_faults
 from .feasible import check_feasible
-from .mission import built_faults
+from .mission import built_faults, named_in
 from .paper import idle, paper_agent
 
 
@@ -25,8 +29,16 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             yield from _mind_faults(scenario, agent, catalog)
         except InputError as error:
             yield from error.at(scenario.file, agent.line).faults
-    if catalog.code or not any(catalog.load_robot(name).code for name in scenario.robots):
+    robots = [catalog.load_robot(name) for name in scenario.robots]
+    # Code that may not run cannot be simulated, and a real robot is not.
+    if all(_simulated(robot, catalog) if catalog.code else not robot.code for robot in robots):
         yield from check_feasible(scenario, catalog)
+
+
+def _simulated(robot: RobotSpec, catalog: Catalog) -> bool:
+    """Whether all of a robot's own sensor drivers are MuJoCo's, not those of a real one."""
+    own = [s.driver.partition(":") for s in robot.sensors if is_reference(s.driver)]
+    return all(issubclass(catalog.load_class(robot.beside(file), cls), MujocoSensor) for file, _, cls in own)
 
 
 def mind_doubts(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
@@ -45,12 +57,18 @@ def _mind_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> 
     if robot.code and not catalog.code:
         return
     places = [p for p in scenario.places if agent.name in p.agents]
-    built = paper_agent(robot, catalog.load_class, Mind(build=idle, places=places))
+    peers = {name: tag for name, tag in scenario.tags.items() if name != agent.name}
+    built = paper_agent(robot, catalog.load_class, Mind(build=idle, places=places, peers=peers), agent.name)
     environment = Environment.of(built.knowledge.signals)
     build = catalog.load_mission(agent.mission) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))
+    period, modes = scenario.rate.control_rate.period, named_in(catalog.find("mission", agent.mission).path)
     for name in agent.rules:
-        yield from check_rules(catalog.find("rules", name).path, environment, actions)
+        file = catalog.find("rules", name).path
+        yield from examine_fit(file, environment, actions, thresholds(robot, file), period, modes)
+    signals = built.knowledge.signals
+    known = Environment.packed([*(signals.spec(name) for name in signals.names), *TRUTH])
+    yield from requirement_faults(scenario, agent.name, known)
     if build is None:
         return
     line = agent.parameters_line or agent.line

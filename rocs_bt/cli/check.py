@@ -5,38 +5,48 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..errors import Fault
 
+if TYPE_CHECKING:
+    from ..check import Findings
+
 
 @click.command()
 @click.argument("paths", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="As JSON: files, and faults with file, line and column.")
+@click.option("--strict", is_flag=True, help="A warning is a fault, too (for CI); what cannot be decided is none.")
 @click.option("--no-code", is_flag=True, help="Load no Python content; parse it only.")
-def command(paths: tuple[Path, ...], as_json: bool, no_code: bool) -> int:
+def command(paths: tuple[Path, ...], as_json: bool, strict: bool, no_code: bool) -> int:
     """Check files, and folders with all that is in them; the project around the current folder if none is given.
 
-    Exits with 2 when anything cannot run; a warning alone is no fault.
+    Exits with 2 when anything cannot run; a warning alone is no fault, unless it is asked for with --strict.
     """
     from ..check import check_content
 
     findings = check_content(paths, code=not no_code)
+    code = 2 if findings.wrong or (strict and findings.doubtful) else 0
     if as_json:
         plain = {"files": [str(f) for f in findings.files], "faults": [_plain(f) for f in findings.faults]}
         click.echo(json.dumps(plain, indent=2))
-        return 2 if findings.wrong else 0
+        return code
     for fault in findings.faults:
         click.echo(str(fault), err=True)
+    click.echo(_summary(findings))
+    return code
+
+
+def _summary(findings: Findings) -> str:
     wrong = sum(not f.warning for f in findings.faults)
-    warnings = len(findings.faults) - wrong
+    notes = sum(f.note for f in findings.faults)
     count = f"{len(findings.files)} file{'' if len(findings.files) == 1 else 's'}"
-    click.echo(
-        f"{count} checked: {wrong} wrong, {warnings} doubtful." if findings.faults else f"{count} checked: fine."
-    )
-    return 2 if findings.wrong else 0
+    if not findings.faults:
+        return f"{count} checked: fine."
+    doubtful = len(findings.faults) - wrong - notes
+    return f"{count} checked: {wrong} wrong, {doubtful} doubtful{f', {notes} undecided' if notes else ''}."
 
 
 def _plain(fault: Fault) -> dict[str, Any]:

@@ -17,6 +17,7 @@ import click
 
 from ..catalog import Catalog
 from ..errors import RocsError
+from ..reactive import kernel_missing
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 _COMPILERS = ("cc", "gcc", "clang", "cl")
@@ -73,6 +74,8 @@ def _findings() -> Iterator[_Finding]:
     yield _Finding("browser", browser is not None, browser or "none of Chromium or Chrome: the report's tests skip")
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
     yield _Finding("C compiler", compiler is not None, compiler or "none; rocs_bt works without one")
+    missing = kernel_missing()
+    yield _Finding("rules' kernel", not missing, f"Python runs the rules: {missing}" if missing else "runs the rules")
     headers = sysconfig.get_path("include")
     yield _Finding("Python headers", os.path.isfile(f"{headers}/Python.h"), headers)
 

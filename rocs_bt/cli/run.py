@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +13,12 @@ import click
 
 from ..catalog import Catalog, is_path
 from ..errors import Fault, InputError
+from ..event import Event, RulesReplaced
 from .progress import Progress
+from .requirements import told
 
 if TYPE_CHECKING:
+    from ..record.live import LivePage
     from ..simulation import RunResult
 
 _FAULTS = 3  # that are told on the screen
@@ -28,9 +32,15 @@ _FAULTS = 3  # that are told on the screen
 @click.option("--for", "duration", metavar="SECONDS", type=float, help="End after this simulated time.")
 @click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer.")
 @click.option("--video", type=click.Path(path_type=Path, dir_okay=False), help="Render a video to this file.")
+@click.option("--live", "show_live", is_flag=True, help="Watch in a browser, until Ctrl-C.")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=0, help="The live page's port; any that is free if left out."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@click.option("--btlog", is_flag=True, help="Write AGENT.btlog too, which Groot2 replays.")
 @click.option("--no-report", is_flag=True, help="Write no report.html.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@click.option("--watch-rules", is_flag=True, help="Read rule files anew that change meanwhile.")
 @click.pass_context
 def command(
     ctx: click.Context,
@@ -41,9 +51,13 @@ def command(
     duration: float | None,
     view: bool,
     video: Path | None,
+    show_live: bool,
+    port: int,
     as_json: bool,
+    btlog: bool,
     no_report: bool,
     no_code: bool,
+    watch_rules: bool,
 ) -> int:
     """Run SCENARIO, a name or a file, and tell how each agent did.
 
@@ -59,21 +73,48 @@ def command(
     for doubt in mind_doubts(spec, catalog):
         click.echo(str(doubt), err=True)
     folder = out or Path("runs") / f"{spec.name}-{seed}"
-    with Progress(spec.name, duration or spec.duration) as progress:
-        result = run(
-            spec,
-            catalog,
-            seed=seed,
-            mode=mode,
-            out=folder,
-            duration=duration,
-            view=view,
-            video=video,
-            report=not no_report,
-            progress=progress,
-        )
-    click.echo(json.dumps(result.summary, indent=2) if as_json else _told(result, folder))
+    with _live(port) if show_live else nullcontext() as live:
+        with Progress(spec.name, duration or spec.duration) as progress:
+            result = run(
+                spec,
+                catalog,
+                seed=seed,
+                mode=mode,
+                out=folder,
+                duration=duration,
+                view=view,
+                video=video,
+                live=live,
+                report=not no_report,
+                btlog=btlog,
+                progress=progress,
+                sinks=[_Replacements()] if watch_rules else (),
+                watch_rules=watch_rules,
+            )
+        click.echo(json.dumps(result.summary, indent=2) if as_json else _told(result, folder))
+        if live is not None:
+            click.echo("The live page stays until Ctrl-C.", err=True)
+            live.wait()
     return 0 if succeeded(result.summary) else 1
+
+
+@contextmanager
+def _live(port: int) -> Iterator[LivePage]:
+    """A live page, and where to find it."""
+    from ..record.live import LivePage
+
+    with LivePage(port) as live:
+        click.echo(f"Live: {live.url}", err=True)
+        yield live
+
+
+class _Replacements:
+    """An event sink that says at once what became of rule files that changed."""
+
+    def emit(self, event: Event) -> None:
+        """Say it."""
+        if isinstance(event, RulesReplaced):
+            click.echo(f"{event.t:.2f} s, {event.agent}: {event.rules}: {event.detail}", err=True)
 
 
 def catalog_for(name: str, *, code: bool = True) -> Catalog:
@@ -91,6 +132,7 @@ def _told(result: RunResult, folder: Path) -> str:
     lines: list[str] = []
     for name, agent in result.summary["agents"].items():
         lines += _outcome(name, agent, result.summary)
+        lines += [f"  {line}" for line in told({name: agent["requirements"]})]
     where = shlex.quote(str(folder))
     if result.report is not None:
         lines.append(f"Report: {result.report}")
@@ -108,13 +150,14 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
     reactive, deliberative = agent["time_reactive"], agent["time_deliberative"]
     share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
     clearance = agent["min_clearance"]
-    near = "" if clearance is None else f", never nearer than {clearance:.2f} m to anything"
+    near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
+    struck = f", struck {_count(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
     faults = [f"  fault at {fault}" for fault in agent["faults"][:_FAULTS]]
     if (more := len(agent["faults"]) - _FAULTS) > 0:
         faults.append(f"  and {_count(more, 'more fault')}: see the report")
     return [
         f"{outcome}{took} ({place}){reason}",
-        f"  drove {agent['path_length']:.2f} m with {_count(agent['collisions'], 'collision')}{near};"
+        f"  drove {agent['path_length']:.2f} m with {_count(agent['collisions'], 'collision')}{struck}{near};"
         f" {summary['sim_time']:.1f} s simulated in {summary['wall_time']:.1f} s"
         f" ({summary['real_time_factor']:.0f} times real time)",
         f"  {_count(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time,"

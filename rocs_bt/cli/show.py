@@ -1,19 +1,73 @@
-"""`rocs-bt show`: the tree of a mission, as text."""
+"""`rocs-bt show`: the tree of a mission, drawn; or a rule file as it runs."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
+from ..catalog import Catalog
 from .run import catalog_for
 
 
 @click.command()
-@click.argument("mission")
-@click.option("--robot", default="pioneer_p3dx", show_default=True, help="The robot that the tree is built for.")
+@click.argument("name", metavar="MISSION|RULES")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "svg", "html", "xml"]),
+    default="text",
+    show_default=True,
+    help="Of a mission: what to draw; xml writes it as Groot2 reads it.",
+)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
+@click.option("--main", default="", metavar="ID", help="Of an XML mission: the tree to draw.")
+@click.option("--stub-unknown", is_flag=True, help="Of an XML mission: stand-ins for what is unknown or wrong.")
+@click.option("--robot", default="pioneer_p3dx", show_default=True, help="The robot that it is built for.")
+@click.option("--compiled", is_flag=True, help="Of a rule file: the Python that it becomes.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
-def command(mission: str, robot: str, no_code: bool) -> None:
-    """Draw the tree of MISSION, a name or a file, and the parameters that it takes."""
+def command(
+    name: str,
+    form: str,
+    out: Path | None,
+    main: str,
+    stub_unknown: bool,
+    robot: str,
+    compiled: bool,
+    no_code: bool,
+) -> None:
+    """Draw the tree of a mission, and the parameters that it takes; or list the rules of a rule file.
+
+    A name that both have means the mission; with --compiled, the rule file.
+    """
     from ..check import draw_mission
 
-    catalog = catalog_for(mission, code=not no_code)
-    click.echo(draw_mission(catalog, catalog.find("mission", mission), robot))
+    catalog = catalog_for(name, code=not no_code)
+    rules = compiled or name.endswith(".toml") or name not in {e.name for e in catalog.list("mission")}
+    if rules and (name.endswith(".toml") or compiled or name in {e.name for e in catalog.list("rules")}):
+        click.echo(_rules(catalog, name, robot, compiled))
+        return
+    entry = catalog.find("mission", name)
+    drawn = draw_mission(catalog, entry, robot, form=form, main=main, stub_unknown=stub_unknown)
+    if out is None:
+        click.echo(drawn.rstrip("\n"))
+    else:
+        out.write_text(drawn, encoding="utf-8")
+        click.echo(f"{out}: {entry.name}, as {form}.")
+
+
+def _rules(catalog: Catalog, name: str, robot: str, compiled: bool) -> str:
+    from ..check import fitted_rules
+    from ..reactive import lower_rules, python_source
+
+    ((_, rules),) = fitted_rules(catalog.find("rules", name), catalog, robot)
+    if compiled:
+        return python_source(lower_rules(rules.rules))
+    lines = [rules.doc] if rules.doc else []
+    lines += [f"{threshold} = {value:g}" for threshold, value in rules.thresholds.items()]
+    for rule in sorted(rules.rules, key=lambda r: -r.priority):
+        lines.append(f"{rule.priority:>8}  {rule.name.rpartition('/')[2]}: {rule.doc}".rstrip(": "))
+        lines.append(f"          when {rule.when.text}")
+        lines += [f"          until {rule.until.text}"] if rule.until is not None else []
+        lines.append(f"          {rule.action}, {'level' if rule.level else 'edge'}")
+    return "\n".join(lines)

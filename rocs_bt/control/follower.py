@@ -243,4 +243,4 @@ class _Program:
 
 def _sound(pose: Pose2) -> bool:
     """Whether a pose is one that a robot can have; what is beyond would overflow."""
-    return all(abs(number) < 1e6 for number in pose)
+    return abs(pose.x) < 1e6 and abs(pose.y) < 1e6 and abs(pose.yaw) < 1e6

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -35,6 +36,7 @@ class MotionNoise:
     memory: float = 2.0
 
 
+_EYE = np.eye(5)
 START_SPEED = 0.5  # [m/s] standard deviation of either velocity of who has just come into view
 START_TURN = 0.5  # [rad/s]
 
@@ -60,12 +62,14 @@ class MotionFilter:
     ) -> None:
         self.t = t
         self.noise = noise or MotionNoise()
+        self._spread = np.diag([self.noise.range**2, self.noise.bearing**2])
+        self._disturbance = lru_cache(maxsize=16)(partial(_disturbance, self.noise))  # steps are nearly always alike
         c, s = math.cos(observer.yaw + bearing), math.sin(observer.yaw + bearing)
         x, y = observer.x + distance * c, observer.y + distance * s
         self.state: Array = np.array([x, y, 0.0, 0.0, 0.0])
         lever = np.array([[c, -distance * s], [s, distance * c]])
         self.covariance: Array = np.diag([0.0, 0.0, START_SPEED**2, START_SPEED**2, START_TURN**2])
-        self.covariance[:2, :2] = lever @ np.diag([self.noise.range**2, self.noise.bearing**2]) @ lever.T
+        self.covariance[:2, :2] = lever @ self._spread @ lever.T
 
     def predict(self, t: float) -> None:
         """Move on to time t [s]; an earlier one changes nothing."""
@@ -93,20 +97,24 @@ class MotionFilter:
     def update(self, t: float, observer: Pose2, distance: float, bearing: float) -> None:
         """Take a sighting at time t [s]: range [m] and bearing [rad] from an observer in the world frame."""
         self.predict(t)
-        dx, dy = float(self.state[0]) - observer.x, float(self.state[1]) - observer.y
+        x, y = self.state[:2].tolist()
+        dx, dy = x - observer.x, y - observer.y
         expected = math.hypot(dx, dy)
         if expected < 1e-6:  # no direction: nothing can be learned of one
             return
-        slope = np.zeros((2, 5))
-        slope[0, :2] = dx / expected, dy / expected
-        slope[1, :2] = -dy / expected**2, dx / expected**2
+        slope = np.array(
+            [
+                [dx / expected, dy / expected, 0.0, 0.0, 0.0],
+                [-dy / expected**2, dx / expected**2, 0.0, 0.0, 0.0],
+            ]
+        )
         error = np.array([distance - expected, wrap_angle(bearing - wrap_angle(math.atan2(dy, dx) - observer.yaw))])
-        spread = np.diag([self.noise.range**2, self.noise.bearing**2])
-        gain = self.covariance @ slope.T @ np.linalg.inv(slope @ self.covariance @ slope.T + spread)
+        across = self.covariance @ slope.T
+        gain = across @ _inverse(slope @ across + self._spread)
         self.state = self.state + gain @ error
-        rest = np.eye(5) - gain @ slope
+        rest = _EYE - gain @ slope
         # Joseph's form: symmetric and positive whatever rounding does.
-        self.covariance = rest @ self.covariance @ rest.T + gain @ spread @ gain.T
+        self.covariance = rest @ self.covariance @ rest.T + gain @ self._spread @ gain.T
 
     @property
     def spread(self) -> float:
@@ -114,14 +122,23 @@ class MotionFilter:
         (a, b), (_, d) = self.covariance[:2, :2].tolist()
         return math.sqrt(max(0.0, 0.5 * (a + d) + math.hypot(0.5 * (a - d), b)))
 
-    def _disturbance(self, dt: float) -> Array:
-        added = np.zeros((5, 5))
-        q = self.noise.acceleration
-        for axis in (0, 1):
-            added[axis, axis], added[axis + 2, axis + 2] = q * dt**3 / 3.0, q * dt
-            added[axis, axis + 2] = added[axis + 2, axis] = q * dt**2 / 2.0
-        added[4, 4] = self.noise.turning * dt
-        return added
+
+def _disturbance(noise: MotionNoise, dt: float) -> Array:
+    """(5, 5) What the disturbances of dt [s] add to the covariance."""
+    added = np.zeros((5, 5))
+    q = noise.acceleration
+    for axis in (0, 1):
+        added[axis, axis], added[axis + 2, axis + 2] = q * dt**3 / 3.0, q * dt
+        added[axis, axis + 2] = added[axis + 2, axis] = q * dt**2 / 2.0
+    added[4, 4] = noise.turning * dt
+    return added
+
+
+def _inverse(matrix: Array) -> Array:
+    """(2, 2) The inverse of a positive matrix (2, 2), ten times faster than the general one."""
+    (a, b), (c, d) = matrix.tolist()
+    scale = 1.0 / (a * d - b * c)
+    return np.array([[scale * d, -scale * b], [-scale * c, scale * a]])
 
 
 def _turned(w: float, dt: float) -> tuple[float, float, float, float]:

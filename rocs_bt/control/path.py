@@ -140,7 +140,7 @@ class Path:
         for cell in (best - 1, best):
             if not 0 <= cell < self._cells:
                 continue
-            (ax, ay), (bx, by) = self.samples[cell : cell + 2, :2].tolist()
+            (ax, bx), (ay, by) = self._xs[cell : cell + 2].tolist(), self._ys[cell : cell + 2].tolist()
             dx, dy = bx - ax, by - ay
             length2 = dx * dx + dy * dy
             t = min(max(((x - ax) * dx + (y - ay) * dy) / length2, 0.0), 1.0) if length2 > 0.0 else 0.0

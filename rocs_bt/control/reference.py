@@ -137,13 +137,14 @@ class TimedReference(Reference):
                 f"a timed reference needs times (m,) and poses (m, 3), found shapes {self._times.shape} and "
                 f"{self._poses.shape}."
             )
-        steps = np.diff(self._times)
+        steps = self._times[1:] - self._times[:-1]
         if not (np.isfinite(self._times).all() and np.isfinite(self._poses).all() and (steps > 0.0).all()):
             raise InputError("a timed reference needs finite poses at finite times that ascend.")
-        self._poses[:, 2] = np.unwrap(self._poses[:, 2])
-        velocity = np.diff(self._poses, axis=0) / steps[:, None]
+        if (np.abs(self._poses[1:, 2] - self._poses[:-1, 2]) >= math.pi).any():
+            self._poses[:, 2] = np.unwrap(self._poses[:, 2])
         # A row of rest on either side, found by the same search as the velocities between.
-        self._velocity = np.vstack([np.zeros(3), velocity, np.zeros(3)])
+        self._velocity = np.zeros((len(self._times) + 1, 3))
+        self._velocity[1:-1] = (self._poses[1:] - self._poses[:-1]) / steps[:, None]
         self._now = now
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:

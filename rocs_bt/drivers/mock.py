@@ -23,13 +23,16 @@ from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
 from .parameters import (
     DRIVER_PARAMETERS,
+    GyroParameters,
     RangeConeParameters,
     RobotSensorParameters,
     VelocityParameters,
+    WheelTravelParameters,
     read_parameters,
 )
 from .sightings import Sightings
 from .table import pick
+from .turning import Turning
 
 Point: TypeAlias = tuple[float, float]
 
@@ -83,6 +86,7 @@ class MockRobot:
         self.pose = pose
         self.mounts = dict(mounts or {})
         self.wheel_speeds = [0.0] * len(drive.wheels)  # [m/s]
+        self.wheel_travel = [0.0] * len(drive.wheels)  # [m]
         self.watchdogs: list[Watchdog] = []
         world.robots.append(self)
 
@@ -91,6 +95,8 @@ class MockRobot:
         for watchdog in self.watchdogs:
             watchdog.check()
         self.pose = along_arc(self.pose, self.drive.twist(np.array(self.wheel_speeds)), duration)
+        travelled = zip(self.wheel_travel, self.wheel_speeds, strict=True)
+        self.wheel_travel = [way + speed * duration for way, speed in travelled]
 
 
 class MockSensor(Sensor):
@@ -144,6 +150,29 @@ class MockWheelSpeed(MockSensor):
 
     def sample(self) -> list[float]:
         return list(self.robot.wheel_speeds)
+
+
+class MockWheelTravel(MockSensor):
+    """How far the rims have rolled [m], in whole counts."""
+
+    parameters: WheelTravelParameters
+
+    def sample(self) -> list[float]:
+        given = self.parameters
+        pairs = zip(self.robot.wheel_travel, given.factors, strict=True)
+        return given.travel([way / factor for way, factor in pairs])
+
+
+class MockGyro(MockSensor):
+    """Mean yaw rate since the reading before [rad/s]."""
+
+    parameters: GyroParameters
+    _turning: Turning | None = None
+
+    def sample(self) -> list[float]:
+        if self._turning is None:  # whoever made this sensor has given it its `rng` by now
+            self._turning = Turning(self.parameters, self.rng)
+        return [self._turning.look(self.robot.world.clock.now(), self.robot.pose.yaw)]
 
 
 class MockRangeCone(MockSensor):
@@ -209,6 +238,8 @@ SENSORS: Mapping[str, type[MockSensor]] = {
     "position": MockPosition,
     "orientation": MockOrientation,
     "wheel_speed": MockWheelSpeed,
+    "wheel_travel": MockWheelTravel,
+    "gyro": MockGyro,
     "range_cone": MockRangeCone,
     "robot_sensor": MockRobotSensor,
 }

@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
 from ..errors import Fault, InputError, unknown
-from ..units import NONE, Dimension, Metres, MetresPerSecondSquared, Radians
+from ..units import NONE, Dimension, Metres, MetresPerSecondSquared, Radians, RadiansPerSecond
 
 T = TypeVar("T")
 
@@ -151,6 +151,43 @@ class WheelSpeedParameters:
 
 
 @dataclass(frozen=True, kw_only=True)
+class WheelTravelParameters(WheelSpeedParameters):
+    """Incremental encoders: how far each rim has rolled since the start [m], in whole counts, in the order of `motors`.
+
+    Attributes:
+        counts: For one revolution of a wheel.
+    """
+
+    counts: int
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.counts < 1:
+            raise InputError(Fault(f"counts must be at least 1 for a revolution of the wheel, found {self.counts}."))
+
+    def travel(self, angles: Sequence[float]) -> list[float]:
+        """How far rims have rolled [m], by how far the motors have turned [rad]."""
+        each = math.tau / self.counts
+        return [math.floor(a / each) * each * factor for a, factor in zip(angles, self.factors, strict=True)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GyroParameters:
+    """How fast the body turns: the mean yaw rate since the reading before [rad/s], left positive.
+
+    Attributes:
+        bias: Standard deviation of the constant error that a device has from the start [rad/s].
+    """
+
+    size: ClassVar[int] = 1
+    bias: RadiansPerSecond = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.bias < math.inf:
+            raise InputError(Fault(f"bias must be 0 or more and finite, found {self.bias} rad/s."))
+
+
+@dataclass(frozen=True, kw_only=True)
 class VelocityParameters(WheelSpeedParameters):
     """Motors that hold a speed; commanded with rim speeds [m/s] in the order of `motors`.
 
@@ -172,6 +209,8 @@ DRIVER_PARAMETERS: Mapping[str, type] = {
     "range_cone": RangeConeParameters,
     "robot_sensor": RobotSensorParameters,
     "wheel_speed": WheelSpeedParameters,
+    "wheel_travel": WheelTravelParameters,
+    "gyro": GyroParameters,
     "velocity": VelocityParameters,
 }
 

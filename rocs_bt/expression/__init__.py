@@ -1,13 +1,16 @@
 """The one expression language of rule guards, tree conditions and run-time monitors."""
 
-from .compiler import Expression, compile_expression, compile_node, joint_function
+from .compiler import Expression, compile_expression, compile_node
 from .environment import Environment
 from .functions import FUNCTIONS
-from .interpreter import evaluate
+from .interpreter import Trace, evaluate
 from .kind import PLAIN, TRUTH, Kind
+from .lower import lower
 from .node import Node
 from .parser import MAX_DEPTH, MAX_LENGTH, MAX_SIZE, parse
+from .program import Op, Program
 from .reading import reading
+from .requirement import Requirement, parse_requirement
 
 __all__ = [
     "FUNCTIONS",
@@ -20,10 +23,15 @@ __all__ = [
     "Expression",
     "Kind",
     "Node",
+    "Op",
+    "Program",
+    "Requirement",
+    "Trace",
     "compile_expression",
     "compile_node",
     "evaluate",
-    "joint_function",
+    "lower",
     "parse",
+    "parse_requirement",
     "reading",
 ]

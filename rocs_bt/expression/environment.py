@@ -64,6 +64,11 @@ class Environment:
         return replace(self, aliases={**self.aliases, name: node})
 
     @property
+    def size(self) -> int:
+        """How many values a snapshot has, as far as is known here."""
+        return max((at + self.signals[name].size for name, at in self.offsets.items()), default=0)
+
+    @property
     def names(self) -> list[str]:
         """All names that an expression may use for values."""
         return [*self.signals, *self.aliases]

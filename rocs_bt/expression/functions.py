@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..units import ANGLE, NONE, Dimension
+from ..units import ANGLE, NONE, TIME, Dimension
 from .kind import PLAIN, TRUTH, Kind
 from .node import Node
 
@@ -25,12 +25,14 @@ class Function:
     Attributes:
         usage: How it is written.
         doc: What it gives.
-        kind: The kind of a call's result; raises Misuse.
+        kind: The kind of a call's result; raises Misuse. It is not given the window.
+        window: Whether the last thing in its brackets is a length of time.
     """
 
     usage: str
     doc: str
     kind: Callable[[Sequence[Node]], Kind]
+    window: bool = False
 
 
 def same_dimension(args: Sequence[Node], what: str) -> Dimension:
@@ -141,12 +143,54 @@ def _angle(args: Sequence[Node]) -> Kind:
 def _min_valid(args: Sequence[Node]) -> Kind:
     _count(args, 2)
     group, least = args
-    if group.op != "read":
-        raise Misuse(f"its group must be a signal or a slice of one, but {group.text} is computed.")
     size = max(1, group.kind.size)
     if least.op != "number" or least.kind != PLAIN or least.value not in range(1, size + 1):
         raise Misuse(f"its second value must be a whole number from 1 to {size}, found {least.text}.")
     return Kind(same_dimension(args[:1], "it"))
+
+
+def _dot(args: Sequence[Node]) -> Kind:
+    _count(args, 2)
+    group, vector = args
+    if vector.op != "vector":
+        raise Misuse(f"its second value must be a list of numbers, such as [1, 0.5], found {vector.text}.")
+    if max(1, group.kind.size) != vector.kind.size:
+        raise Misuse(f"{group.text} has {max(1, group.kind.size)} values and {vector.text} has {vector.kind.size}.")
+    return Kind(same_dimension([group], "it") * same_dimension([vector], "it"))
+
+
+def _atan2(args: Sequence[Node]) -> Kind:
+    _count(args, 2)
+    _single(args)
+    same_dimension(args, "it")
+    return Kind(ANGLE)
+
+
+def _least_at(args: Sequence[Node]) -> Kind:
+    _count(args, 1)
+    same_dimension(args, "it")
+    return PLAIN
+
+
+def _past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
+    """Temporal operations on truth values."""
+
+    def kind(args: Sequence[Node]) -> Kind:
+        _count(args, count)
+        for arg in args:
+            if not arg.kind.boolean:
+                raise Misuse(f"it needs true or false, such as min(front) < 0.3 m, but {arg.text} is {arg.kind.words}.")
+            if arg.kind.size:
+                raise Misuse(f"it needs one true or false, but {arg.text} has {arg.kind.size}; use any or all.")
+        return result
+
+    return kind
+
+
+def _rate(args: Sequence[Node]) -> Kind:
+    _count(args, 1)
+    _single(args)
+    return Kind(same_dimension(args, "it") / TIME)
 
 
 FUNCTIONS: Mapping[str, Function] = {
@@ -167,4 +211,14 @@ FUNCTIONS: Mapping[str, Function] = {
     "min_valid": Function(
         "min_valid(group, k)", "the least of the valid values; invalid only if fewer than k are valid", _min_valid
     ),
+    "argmin": Function("argmin(group)", "which value is the least, from 0; of equal ones the first", _least_at),
+    "dot": Function("dot(group, [a, b, ...])", "the sum of the products with constants", _dot),
+    "atan2": Function("atan2(y, x)", "the angle of the point (x, y)", _atan2),
+    "held": Function("held(test, 0.2 s)", "whether the test has held for so long", _past(1, TRUTH), True),
+    "once": Function("once(test, 2 s)", "whether the test held at any time in the last 2 s", _past(1, TRUTH), True),
+    "since": Function(
+        "since(a, b, 2 s)", "whether b held in the last 2 s, and a ever since then", _past(2, TRUTH), True
+    ),
+    "time_since": Function("time_since(test)", "how long ago the test held last; inf: never", _past(1, Kind(TIME))),
+    "rate": Function("rate(a, 0.5 s)", "how fast a changes, over the last 0.5 s", _rate, True),
 }

@@ -1,11 +1,15 @@
-"""The typed tree of an expression: what `parse` gives and both evaluators read."""
+"""The typed tree of an expression: what `parse` gives, the interpreter reads and `lower` lowers."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from .kind import Kind
+
+TEMPORAL_OPS = frozenset({"held", "once", "since", "time_since", "rate", "delay"})
 
 
 @dataclass(frozen=True)
@@ -15,14 +19,17 @@ class Node:
     Two nodes that compute the same are equal, wherever they stand in a text.
 
     Attributes:
-        op: `number`, `truth`, `read`, `neg`, `+`, `-`, `*`, `/`, `compare`, `and`, `or`, `not`, `if`, or a function.
-        args: What it works on. Of `if`: condition, then, else.
+        op: `number`, `truth`, `read`, `vector`, `neg`, `+`, `-`, `*`, `/`, `compare`, `and`, `or`, `not`, `if`, a
+            function, or `delay` (what its arg was, so long ago), which only `look_back` makes.
+        args: What it works on. Of `if`: condition, then, else. Of temporal operations without the window.
         kind: What it gives.
-        value: Of `number` and `truth` the value, in SI units.
+        value: Of `number` and `truth` the value, in SI units; of what has a window its length [s].
         start: Of `read` the first index in the snapshot.
         stop: Of `read` the index after the last.
         signs: Of `compare` the comparison signs between the args.
         text: How it was written.
+        span: Of `read` how wide the signal's bounds are, in SI units; +inf where they are open.
+        column: Where it stands in its text, 1-based; 0 where unknown.
     """
 
     op: str
@@ -33,6 +40,8 @@ class Node:
     stop: int = 0
     signs: tuple[str, ...] = ()
     text: str = field(default="", compare=False)
+    span: float = field(default=math.inf, compare=False)
+    column: int = field(default=0, compare=False)
 
     def walk(self) -> Iterator[Node]:
         """This node and all below it, from the top, left to right."""
@@ -41,14 +50,22 @@ class Node:
             yield from arg.walk()
 
     def reads(self) -> set[int]:
-        """Every index of the snapshot that must be valid for this expression to be valid."""
+        """Every index of the snapshot that it reads."""
         if self.op == "read":
             return set(range(self.start, self.stop))
-        if self.op == "min_valid":
-            return set()
         return set().union(*(arg.reads() for arg in self.args))
+
+    @cached_property
+    def temporal(self) -> bool:
+        """Whether its value depends on earlier snapshots, too."""
+        return self.op in TEMPORAL_OPS or any(arg.temporal for arg in self.args)
+
+    @cached_property
+    def future(self) -> bool:
+        """Whether its value depends on later snapshots: it has a `within`."""
+        return self.op == "within" or any(arg.future for arg in self.args)
 
     @property
     def constant(self) -> bool:
-        """Whether it reads nothing of the snapshot."""
-        return all(node.op != "read" for node in self.walk())
+        """Whether it reads nothing of the snapshot, nor of time."""
+        return all(node.op != "read" and node.op not in TEMPORAL_OPS for node in self.walk())

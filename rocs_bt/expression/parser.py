@@ -11,11 +11,16 @@ import math
 import re
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 from ..errors import Fault, InputError, did_you_mean, unknown
-from ..units import NONE, Quantity
+from ..signal import Signal
+from ..units import NONE, TIME, Quantity
 from .environment import Environment
 from .functions import FUNCTIONS, Misuse, same_dimension, same_size
+from .interpreter import evaluate
 from .kind import TRUTH, Kind
 from .node import Node
 from .quantities import Folded, fold_quantities
@@ -23,18 +28,23 @@ from .quantities import Folded, fold_quantities
 MAX_LENGTH = 1000  # characters
 MAX_DEPTH = 40  # operations inside each other
 MAX_SIZE = 500  # operations
+MIN_WINDOW = 1e-3  # [s]
+MAX_WINDOW = 3600.0  # [s]
 
 _ARITHMETIC = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+_WORD = re.compile(r"[A-Za-z_]\w*")
+_KEYWORDS = frozenset({"and", "or", "not", "if", "else", "True", "False"})
 _SIGNS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 _HELP = "It may hold numbers with units, signals, + - * /, comparisons, and, or, not, a if b else c, functions."
 
 
-def parse(text: str, environment: Environment) -> Node:
+def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
     """The typed tree of an expression.
 
     Args:
         text: Such as `min(front) < stop_distance + 0.10 m and speed > 0.05 m/s`.
         environment: What its names mean.
+        ahead: Whether it may ask for what comes later, as requirements do with `within` and `always`.
 
     Raises:
         InputError: It is no expression of the language, names what does not exist, mixes dimensions or kinds, or is
@@ -45,8 +55,10 @@ def parse(text: str, environment: Environment) -> Node:
     if not text.strip():
         raise InputError(Fault("the expression is empty.", hint=_HELP))
     folded = fold_quantities(text)
+    if folded.always and not ahead:
+        raise InputError(Fault("'always' stands in requirements only.", column=1 + text.index("always")))
     indent = len(text) - len(folded.text.lstrip())
-    node = _Reader(text, indent, folded, environment).read(_syntax(folded.text[indent:], indent))
+    node = _Reader(text, indent, folded, environment, ahead).read(_syntax(folded.text[indent:], indent))
     _bounded(node)
     return node
 
@@ -87,11 +99,17 @@ def _depths(text: str) -> list[int]:
     return found
 
 
+def _span(signal: Signal) -> float:
+    low, high = signal.bounds
+    return high - low
+
+
 class _Reader:
     """Turns an `ast` into nodes."""
 
-    def __init__(self, text: str, indent: int, folded: Folded, environment: Environment) -> None:
+    def __init__(self, text: str, indent: int, folded: Folded, environment: Environment, ahead: bool) -> None:
         self._text = text
+        self._ahead = ahead
         self._indent = indent
         self._folded = folded
         self._names = environment
@@ -99,6 +117,10 @@ class _Reader:
 
     def read(self, tree: ast.expr) -> Node:
         """The typed tree; all unknown names are told at once."""
+        # The words of a text without a mistake are known: then there is no need to walk through it.
+        words = {*_WORD.findall(self._folded.text)}
+        if all(self._known(word) or word in _KEYWORDS for word in words):
+            return self._node(tree)
         faults = [
             self._fault(node, unknown("signal or alias", node.id, self._names.names))
             for node in ast.walk(tree)
@@ -142,11 +164,16 @@ class _Reader:
                 return self._choice(tree)
             case ast.Call():
                 return self._call(tree)
+            case ast.List():
+                return self._vector(tree)
         raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+
+    def _made(self, tree: ast.expr, op: str, kind: Kind, args: tuple[Node, ...] = (), **more: Any) -> Node:
+        return Node(op, kind, args, **more, text=self._source(tree), column=tree.col_offset + self._indent + 1)
 
     def _constant(self, tree: ast.Constant) -> Node:
         if isinstance(tree.value, bool):
-            return Node("truth", TRUTH, value=tree.value, text=self._source(tree))
+            return self._made(tree, "truth", TRUTH, value=tree.value)
         if not isinstance(tree.value, (int, float)):
             raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
         return self._number(tree, self._finite(tree))
@@ -164,7 +191,7 @@ class _Reader:
 
     def _number(self, tree: ast.expr, value: float) -> Node:
         unit = self._folded.units.get(tree.col_offset + self._indent, Quantity(1.0, NONE))
-        return Node("number", Kind(unit.dimension), value=value * unit.value, text=self._source(tree))
+        return self._made(tree, "number", Kind(unit.dimension), value=value * unit.value)
 
     def _name(self, tree: ast.Name) -> Node:
         name = tree.id
@@ -172,12 +199,12 @@ class _Reader:
             return self._number(tree, math.inf)
         if name in self._names.aliases:
             meant = self._names.aliases[name]
-            return Node(**{**{f: getattr(meant, f) for f in meant.__dataclass_fields__}, "text": name})
+            return replace(meant, text=name, column=tree.col_offset + self._indent + 1)
         if name not in self._names.signals:
             raise self._refusal(tree, f"'{name}' is a function: write {FUNCTIONS[name].usage}.")
         signal, start = self._names.signals[name], self._names.offsets[name]
         kind = Kind(signal.dimension, 0 if signal.size == 1 else signal.size)
-        return Node("read", kind, start=start, stop=start + signal.size, text=name)
+        return self._made(tree, "read", kind, start=start, stop=start + signal.size, span=_span(signal))
 
     def _index(self, tree: ast.Subscript) -> Node:
         base = self._node(tree.value)
@@ -207,7 +234,8 @@ class _Reader:
         declared, offset = self._names.signals[name].dimensions, self._names.offsets[name]
         dimensions = set(declared if len(declared) == 1 else declared[start - offset : stop - offset])
         shared = dimensions.pop() if len(dimensions) == 1 else None
-        return Node("read", Kind(shared, 0 if single else stop - start), (), 0.0, start, stop, (), self._source(tree))
+        kind, span = Kind(shared, 0 if single else stop - start), _span(self._names.signals[name])
+        return self._made(tree, "read", kind, start=start, stop=stop, span=span)
 
     def _whole(self, tree: ast.expr) -> int:
         sign, inner = 1, tree
@@ -220,14 +248,16 @@ class _Reader:
     def _unary(self, tree: ast.UnaryOp) -> Node:
         arg = self._node(tree.operand)
         if isinstance(tree.op, ast.Not):
+            if (window := self._folded.within.get(tree.col_offset + self._indent)) is not None:
+                return self._within(tree, arg, window)
             self._truth(arg, "not")
-            return Node("not", TRUTH, (arg,), text=self._source(tree))
+            return self._made(tree, "not", TRUTH, (arg,))
         kind = Kind(same_dimension([arg], "a sign"), arg.kind.size)
         if isinstance(tree.op, ast.UAdd):
             return arg
         if arg.op == "number":
-            return Node("number", kind, value=-arg.value, text=self._source(tree))
-        return Node("neg", kind, (arg,), text=self._source(tree))
+            return self._made(tree, "number", kind, value=-arg.value)
+        return self._made(tree, "neg", kind, (arg,))
 
     def _binary(self, tree: ast.BinOp) -> Node:
         op = _ARITHMETIC.get(type(tree.op))
@@ -236,10 +266,10 @@ class _Reader:
         args = (self._node(tree.left), self._node(tree.right))
         size = same_size(args, f"'{op}'")
         if op in "+-":
-            return Node(op, Kind(same_dimension(args, f"'{op}'"), size), args, text=self._source(tree))
+            return self._made(tree, op, Kind(same_dimension(args, f"'{op}'"), size), args)
         left, right = (same_dimension([arg], f"'{op}'") for arg in args)
         dimension = left * right if op == "*" else left / right
-        return Node(op, Kind(dimension, size), args, text=self._source(tree))
+        return self._made(tree, op, Kind(dimension, size), args)
 
     def _compare(self, tree: ast.Compare) -> Node:
         signs = tuple(_SIGNS.get(type(op), "") for op in tree.ops)
@@ -248,14 +278,61 @@ class _Reader:
         args = tuple(self._node(arg) for arg in [tree.left, *tree.comparators])
         same_dimension(args, f"'{signs[0]}'")
         kind = Kind(None, same_size(args, f"'{signs[0]}'"), boolean=True)
-        return Node("compare", kind, args, signs=signs, text=self._source(tree))
+        return self._made(tree, "compare", kind, args, signs=signs)
 
     def _logic(self, tree: ast.BoolOp) -> Node:
         op = "and" if isinstance(tree.op, ast.And) else "or"
         args = tuple(self._node(value) for value in tree.values)
+        if op == "or" and self._folded.implies:
+            return self._implied(tree, list(zip(tree.values, args, strict=True)))
         for arg in args:
             self._truth(arg, op)
-        return Node(op, TRUTH, args, text=self._source(tree))
+        return self._made(tree, op, TRUTH, args)
+
+    def _implied(self, tree: ast.BoolOp, parts: list[tuple[ast.expr, Node]]) -> Node:
+        """An `or` some of whose words were `implies`, which binds less and to the right: `a or b implies c`."""
+        gaps = [(left[0].end_col_offset or 0, right[0].col_offset) for left, right in pairwise(parts)]
+        marks = [any(a <= at - self._indent < b for at in self._folded.implies) for a, b in gaps]
+        split = marks.index(True) + 1 if True in marks else len(parts)
+        for _, arg in parts[:split]:
+            self._truth(arg, "implies" if split == 1 else "or")
+        left = tuple(arg for _, arg in parts[:split])
+        first = left[0] if split == 1 else self._made(tree, "or", TRUTH, left)
+        if split == len(parts):
+            return first
+        other = self._implied(tree, parts[split:])
+        self._truth(other, "implies")
+        return self._made(tree, "or", TRUTH, (Node("not", TRUTH, (first,), text=f"not ({first.text})"), other))
+
+    def _within(self, tree: ast.UnaryOp, arg: Node, window: Quantity | str) -> Node:
+        if not self._ahead:
+            raise self._refusal(
+                tree, "'within' asks for what comes later, which only requirements may.",
+                hint="Ask for the past: once(test, 2 s).",
+            )  # fmt: skip
+        self._truth(arg, "within")
+        if isinstance(window, str):
+            meant = self._names.aliases.get(window)
+            if meant is None:
+                raise self._refusal(tree, unknown("threshold", window, self._names.aliases).message)
+        else:
+            meant = Node("number", Kind(window.dimension), value=window.value, text=str(window))
+        return self._made(tree, "within", TRUTH, (arg,), value=self._window(tree, meant))
+
+    def _window(self, tree: ast.expr, node: Node) -> float:
+        """The length of a window [s]."""
+        length = evaluate(node, ()) if node.constant and not node.kind.size else None
+        if node.kind != Kind(TIME) or length is None:
+            raise self._refusal(tree, f"a window is a fixed time, such as 0.5 s, but {node.text} is {node.kind.words}.")
+        if not MIN_WINDOW <= length <= MAX_WINDOW:
+            raise self._refusal(tree, f"a window is {MIN_WINDOW:g} s to {MAX_WINDOW:g} s, found {node.text}.")
+        return float(length)
+
+    def _vector(self, tree: ast.List) -> Node:
+        args = tuple(self._node(part) for part in tree.elts)
+        if not args or any(arg.op != "number" for arg in args):
+            raise self._refusal(tree, f"a list holds numbers, at least one, found {self._source(tree)}.")
+        return self._made(tree, "vector", Kind(same_dimension(args, "a list"), len(args)), args)
 
     def _choice(self, tree: ast.IfExp) -> Node:
         test, then, other = (self._node(part) for part in (tree.test, tree.body, tree.orelse))
@@ -264,7 +341,7 @@ class _Reader:
             raise Misuse(f"{then.text} gives {then.kind.words}, but {other.text} gives {other.kind.words}.")
         if not then.kind.boolean:
             same_dimension([then, other], "if")
-        return Node("if", then.kind, (test, then, other), text=self._source(tree))
+        return self._made(tree, "if", then.kind, (test, then, other))
 
     def _call(self, tree: ast.Call) -> Node:
         if not isinstance(tree.func, ast.Name) or tree.func.id not in FUNCTIONS:
@@ -276,11 +353,16 @@ class _Reader:
         if tree.keywords or any(isinstance(arg, ast.Starred) for arg in tree.args):
             raise self._refusal(tree, f"{tree.func.id} takes plain values.", hint=f"Write {function.usage}.")
         args = tuple(self._node(arg) for arg in tree.args)
+        window = 0.0
         try:
+            if function.window:
+                if len(args) < 2:
+                    raise Misuse(f"it takes a length of time as the last value, found {len(args)} in all.")
+                window, args = self._window(tree.args[-1], args[-1]), args[:-1]
             kind = function.kind(args)
         except Misuse as error:
             raise self._refusal(tree, f"'{self._source(tree)}': {error}", hint=f"Write {function.usage}.") from error
-        return Node(tree.func.id, kind, args, text=self._source(tree))
+        return self._made(tree, tree.func.id, kind, args, value=window)
 
     def _truth(self, node: Node, word: str) -> None:
         if node.kind.boolean and node.kind.size:

@@ -1,24 +1,30 @@
 """The small pre-tokeniser: it folds `0.5 m` and `60 deg`, which Python's grammar does not know.
 
 The units are blanked out, so that every column of the text that Python parses is a column of the text that a person
-wrote; what they were is kept by the column of their number.
+wrote; what they were is kept by the column of their number. The words of requirements are operators of Python's
+grammar with the right precedence in disguise: `a implies b` is read as `a or b`, `within 0.2 s a` as `not a`, and
+where they stood is kept.
 """
 
 from __future__ import annotations
 
 import keyword
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from ..errors import Fault, InputError, did_you_mean
-from ..units import Quantity, parse_unit, unit_names
+from ..units import NONE, Quantity, parse_unit, unit_names
 
 _NUMBER = re.compile(r"(?<![\w.])(?:inf\b|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)")
 _WORD = re.compile(r"(\s*)([A-Za-z_]\w*)")
-# Not before a bracket: there `min` is the function, as in `1 m/min(front)`.
-_POWER = r"(?:\^-?\d|\d)?(?!\w|\s*\()"
-_UNIT = re.compile(rf"([A-Za-z]+){_POWER}")
-_UNIT_PART = re.compile(rf"[*/]([A-Za-z]+){_POWER}")
+# `min` before a bracket is the function, as in `1 m/min(front)`.
+_NAME = r"(?!min\s*\()([A-Za-z]+)(?:\^-?\d|\d)?(?!\w)"
+_UNIT = re.compile(_NAME)
+_UNIT_PART = re.compile(rf"[*/]{_NAME}")
+_ALWAYS = re.compile(r"\s*always\b")
+_IMPLIES = re.compile(r"\bimplies\b")
+_WITHIN = re.compile(r"\bwithin\s+((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[A-Za-z_]\w*)(?=\s)")
 _ALLOWED = re.compile(r"[^A-Za-z0-9_ .,+\-*/<>=!()\[\]:^]")
 
 
@@ -30,11 +36,17 @@ class Folded:
         text: As long as the text that was written, with blanks for units.
         units: The unit of the number that begins at a 0-based column.
         ends: Where the unit ends of the number that ends at a 0-based column.
+        implies: Where an `or` stands in for `implies`, 0-based columns.
+        within: The window of each `within`, by the 0-based column where a `not` stands in for it.
+        always: Whether the text began with `always`.
     """
 
     text: str
     units: dict[int, Quantity]
     ends: dict[int, int]
+    implies: frozenset[int] = frozenset()
+    within: Mapping[int, Quantity | str] = field(default_factory=dict)
+    always: bool = False
 
 
 def fold_quantities(text: str) -> Folded:
@@ -58,7 +70,22 @@ def fold_quantities(text: str) -> Folded:
         text = text[: number.end()] + " " * (end - number.end()) + text[end:]
     if "^" in text:
         raise InputError(Fault("an expression has no use for '^'.", column=text.index("^") + 1))
-    return Folded(text, units, ends)
+    always = False
+    if word := _ALWAYS.match(text):
+        text, always = " " * word.end() + text[word.end() :], True
+    implies = frozenset(word.start() for word in _IMPLIES.finditer(text))
+    text = _IMPLIES.sub("or     ", text)
+    within = {word.start(): _window(word, units) for word in _WITHIN.finditer(text)}
+    text = _WITHIN.sub(lambda word: "not".ljust(len(word[0])), text)
+    return Folded(text, units, ends, implies, within, always)
+
+
+def _window(word: re.Match[str], units: Mapping[int, Quantity]) -> Quantity | str:
+    """What a `within` has for its window: a quantity, or a name."""
+    if word[1][0].isalpha() or word[1][0] == "_":
+        return word[1]
+    unit = units.get(word.start(1), Quantity(1.0, NONE))
+    return Quantity(float(word[1]) * unit.value, unit.dimension)
 
 
 def _unit_end(text: str, at: int) -> int | None:
@@ -66,7 +93,8 @@ def _unit_end(text: str, at: int) -> int | None:
     word = _WORD.match(text, at)
     if word is None:
         return None
-    if word[1] and (keyword.iskeyword(word[2]) or text[word.end() :].lstrip().startswith("(")):
+    called = text[word.end() :].lstrip().startswith("(")
+    if word[1] and (keyword.iskeyword(word[2]) or word[2] == "implies" or (called and word[2] == "min")):
         return None
     unit = _UNIT.match(text, word.start(2))
     if unit is None or unit[1] not in unit_names():

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ..units import Quantity
 from .interpreter import evaluate
 from .node import Node
 
+_WORDS: Mapping[float | bool | None, str] = {True: "true", False: "false", None: "invalid"}
+
 
 def reading(node: Node, x: Sequence[float]) -> str:
-    """The sides of its comparisons that depend on the snapshot, with their values.
+    """The sides of its comparisons that depend on the snapshot alone, with their values.
 
     Args:
         node: The expression.
@@ -20,8 +22,12 @@ def reading(node: Node, x: Sequence[float]) -> str:
     for comparison in node.walk():
         if comparison.op != "compare":
             continue
+        if comparison.text == comparison.args[0].text:  # a truth value that the rules' table worked out
+            truth = evaluate(comparison, x)
+            found.setdefault(comparison.text, f"{comparison.text} = {_WORDS[truth]}")
+            continue
         for side in comparison.args:
-            if not side.constant and not side.kind.size and side.kind.dimension is not None:
+            if not side.constant and not side.temporal and not side.kind.size and side.kind.dimension is not None:
                 value = evaluate(side, x)
                 shown = "invalid" if value is None else str(Quantity(float(f"{value:.3g}"), side.kind.dimension))
                 found.setdefault(side.text, f"{side.text} = {shown}")

@@ -328,7 +328,8 @@ class KnowledgeGraph:
             t=t, agent=self._agent, what=what, subject=node, name=name, value=value, revision=self.revision
         )
         self._sink.emit(change)
-        self._subscribers.queue(Delivery(change, (node,), kinds))
+        if self._subscribers.all:
+            self._subscribers.queue(Delivery(change, (node,), kinds))
 
     def _edge_change(
         self, what: str, source: str, relation: str, target: str, t: float, attributes: dict[str, Any]
@@ -340,7 +341,8 @@ class KnowledgeGraph:
         )  # fmt: skip
         kinds = (self.kind(source), self.kind(target))
         self._sink.emit(change)
-        self._subscribers.queue(Delivery(change, (source, target), kinds, relation))
+        if self._subscribers.all:
+            self._subscribers.queue(Delivery(change, (source, target), kinds, relation))
 
     def _deliver(self) -> None:
         # Inside `held` the lock is still ours, or will be asked for again: whoever leaves it delivers.

@@ -86,26 +86,28 @@ class SignalWriter:
 
 
 class _Batch:
-    """Signals that stand side by side and are written together again and again, as those of one monitor are.
+    """Signals of one age that stand side by side and are written together again and again, as a monitor's are.
 
     For a few dozen numbers plain Python is faster than numpy.
     """
 
-    __slots__ = ("_ages", "_bounds", "_expires", "_memory", "_sizes", "writers")
+    __slots__ = ("_bounds", "_expires", "_max_age", "_memory", "_sizes", "writers")
 
     def __init__(self, writers: Sequence[SignalWriter], values: Array, expires: Array) -> None:
         specs = [writer.spec for writer in writers]
         self._sizes = [spec.size for spec in specs]
-        self._bounds = [spec.bounds for spec in specs for _ in range(spec.size)]
-        self._ages = np.repeat([spec.max_age for spec in specs], self._sizes) + _SLACK
+        each = [spec.bounds for spec in specs for _ in range(spec.size)]
+        edges = [0, *(i for i, (a, b) in enumerate(pairwise(each), 1) if a != b), len(each)]
+        self._bounds = [(*each[a], slice(a, b)) for a, b in pairwise(edges)]  # low, high, and for which values
+        self._max_age = specs[0].max_age
         self._memory = memoryview(values)  # type: ignore[arg-type]
         self._expires = expires
         self.writers = tuple(writers)
 
-    def checked(self, values: Iterable[Values]) -> tuple[array[float], bool] | None:
-        """All values, one signal after the other, as they are stored, and whether that is what they were.
+    def checked(self, values: Iterable[Values]) -> array[float] | None:
+        """All values, one signal after the other; None where one is out of bounds, or they need a closer look.
 
-        None where they need a closer look.
+        A NaN is no number out of bounds; it either hides behind others, and may, or asks for that closer look.
         """
         flat: list[float] = []
         for value, size in zip(values, self._sizes, strict=True):
@@ -113,16 +115,18 @@ class _Batch:
                 return None
             flat += value
         try:
-            pairs = zip(flat, self._bounds, strict=True)
-            kept = [value if low <= value <= high else math.nan for value, (low, high) in pairs]
-            return array("d", kept), kept == flat
+            for low, high, place in self._bounds:
+                part = flat[place]
+                if not (low <= min(part) and max(part) <= high):
+                    return None
+            return array("d", flat)
         except (TypeError, ValueError):
             return None
 
     def store(self, checked: array[float], t: float) -> None:
         """Put checked values into the table; its lock is held."""
         self._memory[:] = checked
-        np.add(self._ages, t, out=self._expires)
+        self._expires.fill(t + self._max_age + _SLACK)
         for writer in self.writers:
             writer.stamp = t
             writer.revision += 1
@@ -218,23 +222,23 @@ class SignalTable:
         """Make these the newest values of a signal; see `SignalWriter.write`."""
         self.writer(name).write(values, t)
 
-    def update(self, values: Mapping[str, Values], t: float) -> bool:
+    def update(self, values: Mapping[str, Values], t: float) -> bytes | None:
         """Write several signals of one sample: a snapshot shows all of them or none; a refused one, none.
 
         Returns:
-            True when every value was stored as it is; False where some may be out of bounds, and so NaN.
+            All values as float64, when every one was stored as it is; None where some may be NaN instead.
         """
         batch = self._batch(tuple(values)) if math.isfinite(t) else None
         if batch is not None and (together := batch.checked(values.values())) is not None:
             with self._lock:
-                batch.store(together[0], t)
+                batch.store(together, t)
                 self.revision += len(batch.writers)
-            return together[1]
+            return together.tobytes()
         checked = [(w := self.writer(name), w.checked(v, t)) for name, v in values.items()]
         with self._lock:
             for writer, value in checked:
                 writer.store(value, t)
-        return False
+        return None
 
     def read(self, name: str, t: float) -> Array:
         """A copy of a signal's values, shape (size,); NaN where stale at time t [s], broken or out of bounds."""
@@ -296,15 +300,18 @@ class SignalTable:
         return self.writer(name).revision
 
     def _batch(self, names: tuple[str, ...]) -> _Batch | None:
-        """The batch of these signals; None where they do not stand side by side in this order."""
-        if names not in self._batches:
+        """The batch of these signals; None where they do not stand side by side in this order, or age differently."""
+        try:
+            return self._batches[names]
+        except KeyError:
             writers = [self.writer(name) for name in names]
             places = [self._slices[name] for name in names]
-            whole = slice(places[0].start, places[-1].stop) if places else slice(0, 0)
             beside = all(a.stop == b.start for a, b in pairwise(places))
-            batch = _Batch(writers, self._values[whole], self._expires[whole]) if places and beside else None
+            alike = len({writer.spec.max_age for writer in writers}) == 1
+            whole = slice(places[0].start, places[-1].stop) if places else slice(0, 0)
+            batch = _Batch(writers, self._values[whole], self._expires[whole]) if beside and alike else None
             self._batches[names] = batch
-        return self._batches[names]
+            return batch
 
     def _read(self, writer: SignalWriter, t: float) -> Array:
         place = self._slices[writer.spec.name]

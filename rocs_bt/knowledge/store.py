@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any, NoReturn
 
 from ..errors import KnowledgeError
@@ -52,9 +53,9 @@ class Store:
         self.by_kind: dict[str, dict[str, None]] = {kind: {} for kind in kinds}
         self.targets: dict[tuple[str, str], dict[str, Row]] = {}
 
-    @property
+    @cached_property
     def view(self) -> Any:
-        """A read-only, live networkx view."""
+        """A read-only, live networkx view; the same one for all that ask, for making it takes long."""
         return self._graph.copy(as_view=True)
 
     def add(

@@ -108,8 +108,7 @@ class Subscribers:
 
     def queue(self, delivery: Delivery) -> None:
         """Remember a change; called under the writer's lock, so that the order is that of the revisions."""
-        if self.all:
-            self._pending.append(delivery)
+        self._pending.append(delivery)
 
     def deliver(self) -> None:
         """Tell every queued change. A write inside a callback, or one on another thread meanwhile, is told after it."""

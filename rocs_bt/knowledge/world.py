@@ -62,19 +62,31 @@ class WorldModel(Model):
         """The names of all other robots that are known."""
         return self.graph.nodes("peer")
 
-    def predicted(self, peer: str, t: float) -> Pose2 | None:
-        """Where a peer will be at time t [s], world frame, if it keeps its speed and its turn rate.
+    def motion_of(self, peer: str) -> tuple[float, Pose2, Twist2] | None:
+        """How a peer moves: since when [s], from where, world frame, and how fast; None while nobody knows where it is.
 
-        What is not known of its motion counts as rest; None while nobody knows where it is.
+        What is not known of its speed and turn rate counts as rest.
 
         Raises:
             KnowledgeError: No such peer.
         """
-        with self.graph.held():
-            known, since = self.graph.attributes(peer), self.graph.stamp(peer, "pose").t
+        while True:  # until nobody has written in between
+            since = self.graph.stamp(peer, "pose")
+            known = self.graph.attributes(peer)
+            if self.graph.stamp(peer, "pose") == since:
+                break
         if (pose := known.get("pose")) is None:
             return None
-        return along_arc(pose, Twist2(known.get("speed", 0.0), known.get("turn_rate", 0.0)), t - since)
+        return since.t, pose, Twist2(known.get("speed", 0.0), known.get("turn_rate", 0.0))
+
+    def predicted(self, peer: str, t: float) -> Pose2 | None:
+        """Where a peer will be at time t [s], world frame, if it keeps its speed and its turn rate.
+
+        Raises:
+            KnowledgeError: No such peer.
+        """
+        motion = self.motion_of(peer)
+        return None if motion is None else along_arc(motion[1], motion[2], t - motion[0])
 
     def pursue(self, goal: str | None) -> None:
         """Pursue this goal from now on, or none.

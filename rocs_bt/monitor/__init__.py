@@ -1,10 +1,24 @@
 """M: monitors read sensors, interpret what they say, write signals to Knowledge and publish them (paper, 4.2)."""
 
+from .fix_monitor import FixMonitor
 from .monitor import Monitor, Watched
+from .odometry_monitor import OdometryMonitor
 from .peer_monitor import PeerMonitor
 from .pose_monitor import PoseMonitor
 from .range_monitor import RangeMonitor
+from .surround_monitor import SurroundMonitor
 from .table import MONITORS
 from .wheel_monitor import WheelMonitor
 
-__all__ = ["MONITORS", "Monitor", "PeerMonitor", "PoseMonitor", "RangeMonitor", "Watched", "WheelMonitor"]
+__all__ = [
+    "MONITORS",
+    "FixMonitor",
+    "Monitor",
+    "OdometryMonitor",
+    "PeerMonitor",
+    "PoseMonitor",
+    "RangeMonitor",
+    "SurroundMonitor",
+    "Watched",
+    "WheelMonitor",
+]

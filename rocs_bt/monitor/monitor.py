@@ -108,7 +108,7 @@ class Monitor(ABC):
 
         A signal made of two readings is as old as the older one; a monitor that keeps readings must count those too.
         """
-        return min(r.stamp for r in readings.values())
+        return min([reading.stamp for reading in readings.values()])
 
     def varies(self, sensor: str) -> bool:
         """Whether a sensor cannot say the same twice now; asked of those that may be `frozen_after` a while.
@@ -139,22 +139,22 @@ class Monitor(ABC):
 
     def run(self, t: float, count: int) -> None:
         """One turn: read what is due, interpret, write, publish."""
-        due = [w for w in self.watched if w.rate.due(count)]
-        if not due:
-            return
-        readings, problems = {}, {}
-        for watched in due:
-            name = watched.sensor.name
-            reading, problems[name] = self._read(watched, t)
-            if reading is not None:
-                readings[name] = reading
-        written, beyond = self.interpret(readings) if readings else {}, ""
-        if written and not self.knowledge.signals.update(written, self.stamp(readings)):
-            written, beyond = self._bounded(written)
-        for watched in due:
-            self._tell(watched, t, problems[watched.sensor.name] or beyond)
+        readings, problems, stamp = {}, [], t
+        for watched in self.watched:
+            if watched.rate.due(count):
+                reading, problem = self._read(watched, t)
+                problems.append((watched, problem))
+                if reading is not None:
+                    readings[watched.sensor.name] = reading
+        written, data, beyond = self.interpret(readings) if readings else {}, None, ""
         if written:
-            self._note(t, written)
+            stamp = self.stamp(readings)
+            if (data := self.knowledge.signals.update(written, stamp)) is None:
+                written, beyond = self._bounded(written)
+        for watched, problem in problems:
+            self._tell(watched, t, problem or beyond)
+        if written:
+            self._note(t, stamp, written, data)
             self._publisher.publish(t, written)
 
     def _read(self, watched: Watched, t: float) -> tuple[Reading | None, str]:
@@ -207,15 +207,15 @@ class Monitor(ABC):
             self._sink.emit(event)
         watched.failed = bool(problem)
 
-    def _note(self, t: float, written: Signals) -> None:
-        values = written.values()
+    def _note(self, t: float, stamp: float, written: Signals, data: bytes | None) -> None:
         self._sink.emit(
             SignalsWritten(
                 t=t,
                 agent=self.knowledge.agent,
                 monitor=self.name,
                 signals=tuple(written),
-                sizes=tuple(map(len, values)),
-                data=pack(chain.from_iterable(values)),
+                sizes=tuple(map(len, written.values())),
+                data=pack(chain.from_iterable(written.values())) if data is None else data,
+                stamp=None if stamp == t else stamp,
             )
         )

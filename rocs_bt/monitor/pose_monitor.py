@@ -37,7 +37,7 @@ class PoseMonitor(Monitor):
         self._latest: dict[str, Reading] = {}
 
     def stamp(self, readings: Mapping[str, Reading]) -> float:
-        return min(self._latest[name].stamp for name in (self._position, self._orientation))
+        return min(self._latest[self._position].stamp, self._latest[self._orientation].stamp)
 
     def doubt(self, sensor: str, reading: Reading) -> str:
         return "it says infinity, where no robot is" if any(map(math.isinf, reading.values)) else ""

@@ -75,7 +75,10 @@ class RangeMonitor(Monitor):
         return {self.watched[0].sensor.name: self._beams}
 
     def doubt(self, sensor: str, reading: Reading) -> str:
-        nearest = min((v for v in reading.values if not math.isnan(v)), default=math.nan)
+        values = reading.values
+        if any(map(math.isnan, values)):
+            values = [v for v in values if not math.isnan(v)]
+        nearest = min(values, default=math.nan)
         if nearest == math.inf and self._nearest < self._vanish:
             return f"silent: an echo at {self._nearest:.2f} m vanished from all beams at once"
         if not math.isnan(nearest):

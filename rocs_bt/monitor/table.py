@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from .fix_monitor import FixMonitor
 from .monitor import Monitor
+from .odometry_monitor import OdometryMonitor
 from .peer_monitor import PeerMonitor
 from .pose_monitor import PoseMonitor
 from .range_monitor import RangeMonitor
+from .surround_monitor import SurroundMonitor
 from .wheel_monitor import WheelMonitor
 
-MONITORS: Mapping[str, type[Monitor]] = {m.__name__: m for m in (PeerMonitor, PoseMonitor, RangeMonitor, WheelMonitor)}
+_SHIPPED = (FixMonitor, OdometryMonitor, PeerMonitor, PoseMonitor, RangeMonitor, SurroundMonitor, WheelMonitor)
+
+MONITORS: Mapping[str, type[Monitor]] = {m.__name__: m for m in _SHIPPED}

@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from ..action import Action, Failure, Reason
 from ..event import Replanned
 from ..pipeline import Priority, Ticket, TicketState
+from .nodes import Leaf
 
 if TYPE_CHECKING:
     from .mission import Mission
@@ -23,7 +23,7 @@ MAX_PREEMPTIONS = 30
 """How often reflexes may cut in without progress in between before the leaf gives up."""
 
 
-class Act(Behaviour):
+class Act(Leaf):
     """Submits one action and tells how it fares; it never blocks.
 
     RUNNING while the action is queued or runs, SUCCESS and FAILURE when it ended so, with the reason in
@@ -37,6 +37,7 @@ class Act(Behaviour):
         max_preemptions: How many pre-emptions without progress are too many.
 
     Attributes:
+        make: Makes the action; submits nothing.
         ticket: The present ticket, or the last one.
         replans: How often the action was submitted anew after a reflex.
         failure: Why it failed; None unless it did.
@@ -50,11 +51,19 @@ class Act(Behaviour):
         max_preemptions: int = MAX_PREEMPTIONS,
     ) -> None:
         super().__init__(name)
+        self._mission = mission
+        self._set_up(make, max_preemptions)
+
+    @property
+    def mission(self) -> Mission:
+        """Whose leaf it is."""
+        return self._mission
+
+    def _set_up(self, make: Callable[[], Action], max_preemptions: int) -> None:
+        self.make = make
         self.ticket: Ticket | None = None
         self.replans = 0
         self.failure: Failure | None = None
-        self._mission = mission
-        self._make = make
         self._max_preemptions = max_preemptions
         self._preemptions = 0
         self._nearest = math.inf
@@ -83,33 +92,33 @@ class Act(Behaviour):
     def terminate(self, new_status: Status) -> None:
         # py_trees also terminates leaves with INVALID that ended long ago: those have nothing to cancel.
         if new_status is Status.INVALID and self.status is Status.RUNNING and self.ticket is not None:
-            self._mission.pipeline.cancel(self.ticket, by=self._mission.path(self))
+            self.mission.pipeline.cancel(self.ticket, by=self.mission.path(self))
             self._let_go()
 
     def _submit(self) -> None:
         self._counted = False
-        self.ticket = self._mission.pipeline.submit(self._make(), Priority.NORMAL, by=self._mission.path(self))
+        self.ticket = self.mission.pipeline.submit(self.make(), Priority.NORMAL, by=self.mission.path(self))
 
     def _cancelled(self, ticket: Ticket) -> Status:
         if not ticket.preempted:
             return self._fail(Failure(Reason.OTHER, f"{ticket.action.name} was cancelled by {ticket.cancelled_by}"))
         if not self._counted and self._stuck(ticket):
-            reading = self._mission.rule_reading(ticket.cancelled_by)
+            reading = self.mission.rule_reading(ticket.cancelled_by)
             evidence = f"{self._preemptions} pre-emptions without progress, the last by {ticket.cancelled_by}"
             return self._fail(Failure(Reason.STUCK, evidence + (f" ({reading})" if reading else "")))
-        if self._mission.pipeline.held:
+        if self.mission.pipeline.held:
             self.feedback_message = f"{ticket.action.name} waits for {ticket.cancelled_by}"
             return Status.RUNNING
         self._submit()
         self.replans += 1
         self.feedback_message = f"{ticket.action.name} sent again after {ticket.cancelled_by}"
-        self._mission.note(Replanned, node=self._mission.path(self), count=self.replans)
+        self.mission.note(Replanned, node=self.mission.path(self), count=self.replans)
         return Status.RUNNING
 
     def _stuck(self, ticket: Ticket) -> bool:
         """Count this pre-emption, once; progress since the nearest approach so far begins the count anew."""
         self._counted = True
-        left = ticket.action.remaining(self._mission.knowledge)
+        left = ticket.action.remaining(self.mission.knowledge)
         if left <= self._nearest - PROGRESS:
             self._nearest, self._preemptions = left, 0
         self._preemptions += 1
@@ -123,7 +132,7 @@ class Act(Behaviour):
 
     def _let_go(self) -> None:
         """What is not done any more is not pursued any more: a cancelled action could not say so itself."""
-        world = self._mission.knowledge.world
+        world = self.mission.knowledge.world
         goal = None if self.ticket is None else getattr(self.ticket.action, "goal", None)
         if goal is not None and world.pursued() == goal:
             world.pursue(None)

@@ -16,7 +16,9 @@ from ..event import NullSink
 from ..expression import Expression
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
+from .examine import examine
 from .mission import Mission
+from .nodes import Tree, descendants
 from .parameters import mission_parameters
 from .plan import Plan
 from .shape import shape_faults
@@ -67,12 +69,17 @@ def check_mission(
         return [*mission.faults, Fault(f"build raised {type(error).__name__}: {error}.")]
     if isinstance(root, Plan):
         return mission.faults
-    doubts = _tree_doubts(root, mission) if isinstance(root, Behaviour) else []
-    return [*mission.faults, *shape_faults(root), *doubts]
+    if faults := shape_faults(root):
+        return [*mission.faults, *faults]
+    try:
+        tree = Tree(root, board=mission.board, clock=clock, mission=mission)
+    except InputError as error:
+        return [*mission.faults, *error.faults]
+    return [*mission.faults, *_tree_doubts(root, mission), *examine(tree, knowledge)]
 
 
 def _tree_doubts(root: Behaviour, mission: Mission) -> list[Fault]:
-    nodes, faults = list(root.iterate()), []
+    nodes, faults = list(descendants(root)), []
     for node in nodes:
         if isinstance(node, (Timer, Timeout)):
             hint = "Use mission.wait, or runs will not repeat."

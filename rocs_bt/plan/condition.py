@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from .nodes import Instant
 
-class Condition(Behaviour):
+
+class Condition(Instant):
     """SUCCESS while an expression holds, FAILURE while it does not or cannot be told; never RUNNING.
 
     Args:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -12,12 +13,17 @@ from ..action import Action, make_action, parameters_of
 from ..clock import Clock
 from ..errors import Fault, InputError, unknown
 from ..event import Event, EventSink
-from ..expression import TRUTH, Expression, reading
+from ..expression import TRUTH, Expression
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
 from ..units import NOT_NEGATIVE, TIME, convert
 from .act import MAX_PREEMPTIONS, Act
+from .board import Board
 from .condition import Condition
+from .content import Content, NoContent
+from .enter import Enter
+from .nodes import BUILTIN, Node, Registry, SubTree
+from .question import Question
 from .wait import Wait
 
 
@@ -45,6 +51,10 @@ class Mission:
     Attributes:
         leaves: The leaves that `build` has made, in that order.
         faults: What was found in a survey.
+        swap: Puts another subtree in the place of a named one while the mission runs (see `TreePlan.swap`).
+        survey: Whether this is a check.
+        board: The board of the tree's root, where `build` may put what its nodes read.
+        content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
     """
 
     def __init__(
@@ -69,8 +79,12 @@ class Mission:
         self.rule_reading = rule_reading
         self.leaves: list[Behaviour] = []
         self.faults: list[Fault] = []
+        self.swap: Callable[[str, Behaviour], None] = _no_tree
+        self.board = Board(name=name)
+        self.content: Content = NoContent()
+        self._nodes: Registry | None = None
         self._compile = compile_guard
-        self._survey = survey
+        self.survey = survey
         self._paths: Mapping[Any, str] = {}
         self._time = clock.now()
         self._snapshot: list[float] | None = None
@@ -93,9 +107,11 @@ class Mission:
             make_action(self.actions, action, given)
         except InputError as error:
             self._fault(error)
-        goal = given.get("goal")
-        if self._survey and isinstance(goal, str):
+        goal, leader = given.get("goal"), given.get("leader")
+        if self.survey and isinstance(goal, str):
             self._look_for(action, goal)
+        if self.survey and isinstance(leader, str):
+            self._look_for_robot(action, leader)
         shown = name or (f"{action} {goal}" if isinstance(goal, str) else action)
         leaf = Act(shown, self, lambda: make_action(self.actions, action, given), max_preemptions)
         self.leaves.append(leaf)
@@ -107,17 +123,54 @@ class Mission:
         Raises:
             InputError: It is no expression, or it names no signal.
         """
-        guard: Expression | None = None
+        question: Question | None = None
         try:
-            guard = self._guard(expression)
+            question = self.ask(expression)
         except InputError as error:
             self._fault(error)
         leaf = Condition(
             name or expression,
             expression,
-            holds=lambda: guard is not None and bool(guard(self._seen(), self._time)),
-            reading=lambda: "" if guard is None else reading(guard.node, self._seen()),
+            holds=lambda: question is not None and question.holds(),
+            reading=lambda: "" if question is None else question.reading(),
         )
+        self.leaves.append(leaf)
+        return leaf
+
+    def ask(self, expression: str) -> Question:
+        """An expression over the signals, such as `min(front) > 0.5 m`, to be asked whenever a leaf wants to know.
+
+        Raises:
+            InputError: It is no expression, it names no signal, or it is not true or false.
+        """
+        return Question(self._guard(expression), lambda: (self._seen(), self._time))
+
+    def node(self, tag: str, /, *children: Behaviour, name: str = "", **attributes: Any) -> Node:
+        """A node by the name that XML files call it: a built-in one, one of `planners/nodes`, or an action.
+
+            mission.node("Inverter", mission.node("Known", node="dock", _skipIf="blind"))
+
+        Args:
+            tag: Its class's name.
+            children: Its children, for a control or a decorator.
+            name: What displays call it; the tag where empty.
+            attributes: Its ports, `"{key}"` for a key of the board, and conditions such as `_skipIf`.
+
+        Raises:
+            InputError: No such node, the wrong number of children, or faulty attributes: all that is wrong.
+        """
+        from .action_node import action_nodes
+
+        if self._nodes is None:
+            self._nodes = BUILTIN.with_(action_nodes(self.actions))
+        if tag not in self._nodes:  # where nobody has it, all are loaded, to tell what there is
+            self._nodes = self._nodes.with_(self.content.load_nodes({tag}) or self.content.load_nodes())
+        given = {port.rstrip("_"): value for port, value in attributes.items()}  # `if_` is the port `if`
+        return self._nodes.make(tag, name or tag, children, given)
+
+    def enter(self, mode: str, /, *, name: str = "") -> Enter:
+        """A leaf that puts the agent in another mode, such as `dock`: rules that list modes live in those alone."""
+        leaf = Enter(name or f"enter {mode}", mode, self.knowledge)
         self.leaves.append(leaf)
         return leaf
 
@@ -141,6 +194,31 @@ class Mission:
         leaf = Wait(name or f"wait {seconds:g} s", seconds, self.clock)
         self.leaves.append(leaf)
         return leaf
+
+    def tree(
+        self, source: Path | str, /, *, main: str = "", nodes: Sequence[type[Node]] = (), **values: Any
+    ) -> SubTree:
+        """A tree that stands in XML, as a part of a mission in Python.
+
+            mission.tree(Path(__file__).with_name("dock.xml"), goal="dock", speed="{cruise}")
+
+        Args:
+            source: A file, or the text of a document.
+            main: The ID of the tree; the document's main tree by default.
+            nodes: Node classes of one's own that it names; the robot's actions are there anyway.
+            values: Values of the tree's keys, or `"{key}"` for a key of the mission's own board.
+
+        Raises:
+            InputError: All that is wrong with it, each at its line and column.
+        """
+        from .xml.mission import embedded
+
+        return embedded(self, source, nodes, main, values)
+
+    def doubt(self, *faults: Fault) -> None:
+        """What a check tells, and a run that goes on all the same does not."""
+        if self.survey:
+            self.faults.extend(faults)
 
     def note(self, event: type[Event], **values: Any) -> None:
         """Emit an event of this agent, now."""
@@ -199,7 +277,18 @@ class Mission:
             hint = f"{found.hint} {action} fails unless it is found on the way."
             self.faults.append(Fault(found.message, hint=hint, warning=True))
 
+    def _look_for_robot(self, action: str, leader: str) -> None:
+        known = self.knowledge.world.peers()
+        if known and leader not in known:
+            found = unknown("other robot", leader, known, "The world")
+            self.faults.append(Fault(found.message, hint=f"{found.hint} {action} fails at once.", warning=True))
+
     def _fault(self, error: InputError) -> None:
-        if not self._survey:
+        if not self.survey:
             raise error
         self.faults.extend(error.faults)
+
+
+def _no_tree(name: str, new: Behaviour) -> None:
+    """What `swap` is until the mission has a tree."""
+    raise InputError(f"'{name}' was to be swapped, but the mission runs no tree yet.")

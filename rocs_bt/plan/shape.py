@@ -6,6 +6,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 
 from ..errors import Fault
+from .nodes import descendants
 
 
 def shape_faults(root: object) -> list[Fault]:
@@ -15,6 +16,6 @@ def shape_faults(root: object) -> list[Fault]:
         return [Fault(f"build returned {root!r}, which is no py_trees behaviour.", hint=hint)]
     return [
         Fault(f"'{node.name}' has no children.", hint="Give it some, or leave it out.")
-        for node in root.iterate()
+        for node in descendants(root)
         if isinstance(node, Composite) and not node.children
     ]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections import Counter
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
@@ -13,10 +15,18 @@ from py_trees.display import unicode_tree
 from py_trees.logging import Logger
 
 from ..errors import Fault, InputError
-from ..event import NodeTicked
+from ..event import NodeTicked, SubtreeSwapped
+from .error import TreeError
+from .examine import own_faults
 from .mission import Mission
+from .nodes import Node, Tree, descendants, halt
+from .nodes.changes import Changes, Heard
+from .nodes.swap import find_node, inside
 from .plan import FAILURE, SUCCESS, Plan
 from .shape import shape_faults
+from .status import RUNNING, SKIPPED, Outcome
+
+_BETWEEN = "Swap between two ticks: from another thread, or where the tree is ticked."
 
 
 class _Quiet(Logger):
@@ -49,19 +59,20 @@ class NodeOutline:
 
 
 class TreePlan(Plan):
-    """The shipped planner: a py_trees tree, ticked once a turn until its root succeeds or fails.
+    """The shipped planner: a tree, ticked once a turn until its root succeeds or fails.
 
-    Its nodes' loggers are silenced, since only the command line prints.
+    The tree's nodes are ours, py_trees' own, or both. Their loggers are silenced, since only the command line prints.
 
     Args:
         root: The tree.
         mission: The context that its leaves were made with.
 
     Raises:
-        InputError: It is no tree, or has a composite without children.
+        InputError: It is no tree, has a composite without children, uses a key with two types, or a node refuses.
 
     Attributes:
-        root: The tree.
+        root: The tree's root.
+        tree: The tree, bound to its board, which `tree.board` is.
         outline: All its nodes, parents before children.
         ticks: How often it was ticked.
     """
@@ -78,30 +89,94 @@ class TreePlan(Plan):
             sink=mission.sink,
         )
         self.root = root
+        self.tree = Tree(root, board=mission.board, clock=mission.clock, mission=mission)
+        _refuse_faults(self.tree)
         self.ticks = 0
         self._mission = mission
-        self._nodes: list[tuple[Behaviour, str]] = []
-        self.outline = tuple(self._walk(root, root.name, 0))
-        self._paths: dict[Any, str] = {node.id: path for node, path in self._nodes}
-        self._seen: list[Status] = [Status.INVALID] * len(self._nodes)
+        self._turn, self._ticking = threading.RLock(), False
+        mission.swap = self.swap
+        self._listeners: list[Changes] = []
+        self._seen: dict[Any, Status] = {}
+        self._look()
         for node, _ in self._nodes:
             node.logger = QUIET
             node.setup()
 
     def run(self, t: float) -> None:
         self.changes()  # what changed stands in Knowledge; here it only calls for a tick
-        if self.status != "RUNNING":
-            return
+        if self.status == "RUNNING":
+            with self._turn:
+                self._run(t)
+
+    def _run(self, t: float) -> None:
         self._mission.begin(t, self._paths)
-        for node in self.root.tick():
-            if node.status is Status.INVALID:
-                raise InputError(self._no_status(node))
+        self._ticking = True
+        try:
+            outcome = self._tick()
+        finally:
+            self._ticking = False
         self.ticks += 1
         self._tell()
-        if self.root.status is Status.SUCCESS:
+        for changes in self._listeners:
+            changes.flush()
+        if outcome is Status.SUCCESS:
             self.status = SUCCESS
-        elif self.root.status is not Status.RUNNING:
-            self.status, self.reason = FAILURE, self._why()
+        elif outcome is not RUNNING:
+            self.status, self.reason = FAILURE, self._why(outcome)
+
+    def listen(self, heard: Heard) -> Callable[[], None]:
+        """Have somebody hear each change of a node's status, children before parents (see `Changes`).
+
+        Args:
+            heard: Takes the node's number in `tree`, its outcome before and its outcome now.
+
+        Returns:
+            What to call to have it hear no more.
+        """
+        changes = Changes(self.tree, heard)
+        self._listeners.append(changes)
+
+        def leave() -> None:
+            self._listeners.remove(changes)
+            changes.close()
+
+        return leave
+
+    def swap(self, name: str, new: Behaviour) -> None:
+        """Put another subtree in the place of a named one while the mission runs. Any thread may.
+
+        It happens between two ticks: what runs of the old one is halted, once, so that its leaves cancel their
+        actions; the board and all other nodes keep what they have. Of a SubTree the tree in it is exchanged.
+
+        Args:
+            name: A node's path as in `outline`, or its name where no other node has it.
+            new: The root of a tree that nobody else has.
+
+        Raises:
+            InputError: There is no such node, or the new tree cannot take its place; the old one is still in force.
+        """
+        with self._turn:
+            if self._ticking:
+                raise TreeError(Fault(f"'{name}' was to be swapped from within a tick of its tree.", hint=_BETWEEN))
+            if self.status != "RUNNING":
+                raise TreeError(Fault(f"'{name}' was to be swapped, but the mission has ended ({self.status})."))
+            old = inside(find_node(self.tree.nodes, self._paths, name))
+            if faults := shape_faults(new):
+                raise InputError(*faults)
+            if new.parent is None and new.id not in self._paths:
+                _refuse_faults(Tree(new, clock=self._mission.clock, mission=self._mission))  # on a board of its own
+            leaving, gone = self._paths[old.id], tuple(descendants(old))
+            for node in descendants(new):
+                node.logger = QUIET
+                node.setup()
+            self.tree.swap(old, new)
+            self._tell()
+            self.root = self.tree.root
+            self._look()
+            self._mission.note(SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self._told_nodes())
+            for node in gone:
+                node.shutdown()
+        self.replan("a swapped subtree")
 
     def close(self) -> None:
         """Halt what runs, so that leaves let go, and shut the nodes down, each of them whatever another one raises."""
@@ -109,31 +184,55 @@ class TreePlan(Plan):
             for node, _ in reversed(self._nodes):
                 ends.callback(node.shutdown)
             ends.callback(self._tell)
-            # A tick that raised leaves a root behind that does not run over leaves that do.
-            if any(node.status is Status.RUNNING for node, _ in self._nodes):
-                self.root.stop(Status.INVALID)
+            # A tick that raised may leave a root behind that does not run over leaves that do.
+            for node, _ in self._nodes:
+                halt(node)
 
     def display(self) -> str:
         """The tree with its present statuses, as text."""
         text: str = unicode_tree(self.root, show_status=True)
         return text
 
-    def _walk(self, node: Behaviour, path: str, depth: int) -> list[NodeOutline]:
-        self._nodes.append((node, path))
-        found = [NodeOutline(path, node.name, type(node).__name__, depth)]
-        twins: Counter[str] = Counter()
-        for child in node.children:
-            twins[child.name] += 1
-            suffix = f"#{twins[child.name]}" if twins[child.name] > 1 else ""
-            found += self._walk(child, f"{path}/{child.name}{suffix}", depth + 1)
+    def _tick(self) -> Outcome:
+        if isinstance(self.root, Node):
+            return self.tree.tick()
+        for node in self.root.tick():
+            # Our nodes complain themselves, and one of them that was skipped is idle by right.
+            if node.status is Status.INVALID and not isinstance(node, Node):
+                raise InputError(self._no_status(node))
+        return self.root.status
+
+    def _look(self) -> None:
+        """Take in which nodes there are, and where."""
+        self._nodes: list[tuple[Behaviour, str]] = []
+        self.outline = tuple(self._walk(self.root))
+        self._paths: dict[Any, str] = {node.id: path for node, path in self._nodes}
+        self._seen = {node.id: self._seen.get(node.id, Status.INVALID) for node, _ in self._nodes}
+
+    def _told_nodes(self) -> tuple[tuple[str, str, str], ...]:
+        paths = self._paths
+        return tuple((path, type(n).__name__, paths[n.parent.id] if n.parent else "") for n, path in self._nodes)
+
+    def _walk(self, root: Behaviour) -> list[NodeOutline]:
+        found, todo = [], [(root, root.name, 0)]
+        while todo:
+            node, path, depth = todo.pop()
+            self._nodes.append((node, path))
+            found.append(NodeOutline(path, node.name, type(node).__name__, depth))
+            twins: Counter[str] = Counter()
+            below = []
+            for child in node.children:
+                twins[child.name] += 1
+                suffix = f"#{twins[child.name]}" if twins[child.name] > 1 else ""
+                below.append((child, f"{path}/{child.name}{suffix}", depth + 1))
+            todo += reversed(below)
         return found
 
     def _tell(self) -> None:
         """Emit what changed its status, children before their parents."""
-        for i in range(len(self._nodes) - 1, -1, -1):
-            node, path = self._nodes[i]
-            if node.status is not self._seen[i]:
-                self._seen[i] = node.status
+        for node, path in reversed(self._nodes):
+            if node.status is not self._seen[node.id]:
+                self._seen[node.id] = node.status
                 self._mission.note(NodeTicked, node=path, status=node.status.name, feedback=node.feedback_message)
 
     def _no_status(self, node: Behaviour) -> Fault:
@@ -142,6 +241,13 @@ class TreePlan(Plan):
             f"update of '{path}' ({kind}) gave no status back.", hint="Return Status.RUNNING, SUCCESS or FAILURE."
         )
 
-    def _why(self) -> str:
+    def _why(self, outcome: Outcome) -> str:
+        if outcome is SKIPPED:
+            return f"{self.root.name}: its conditions skip the whole mission"
         tip = self.root.tip() or self.root
         return f"{self._paths.get(tip.id, tip.name)}: {tip.feedback_message or tip.status.name}"
+
+
+def _refuse_faults(tree: Tree) -> None:
+    if wrong := [fault for fault in own_faults(tree) if not fault.warning]:
+        raise InputError(*wrong)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from ..clock import Clock
+from .nodes import Leaf
 
 
-class Wait(Behaviour):
+class Wait(Leaf):
     """RUNNING for some time, then SUCCESS. Unlike py_trees' Timer it reads the injected clock, so runs repeat.
 
     Args:

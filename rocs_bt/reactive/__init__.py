@@ -1,20 +1,41 @@
 """The reflex route: rules, whoever else may ask for a reflex, and the arc that acts on them."""
 
 from .arc import ReflexArc
+from .backend import Backend, Machine, Steps, choose_backend
+from .include import included_files
+from .kernel_backend import kernel_missing
+from .python_backend import python_source
 from .reactive_model import ReactiveModel, Reflex
-from .rule import Argument, OnInvalid, Rule, RuleSet
+from .rule import Argument, OnInvalid, Place, Rule, RuleSet, RuleTest
 from .rule_file import check_rules, load_rules
 from .rule_model import RuleModel
+from .rule_table import RuleTable, lower_rules
+from .rule_test import RuleTestResult, run_tests
+from .threshold import Override
 
 __all__ = [
     "Argument",
+    "Backend",
+    "Machine",
     "OnInvalid",
+    "Override",
+    "Place",
     "ReactiveModel",
     "Reflex",
     "ReflexArc",
     "Rule",
     "RuleModel",
     "RuleSet",
+    "RuleTable",
+    "RuleTest",
+    "RuleTestResult",
+    "Steps",
     "check_rules",
+    "choose_backend",
+    "included_files",
+    "kernel_missing",
     "load_rules",
+    "lower_rules",
+    "python_source",
+    "run_tests",
 ]

@@ -103,7 +103,7 @@ def _number(placed: Placed, table: Table, key: str, value: Any, dimension: Dimen
     expression = placed.number(table, key, value, dimension)
     if expression is None or not expression.node.constant:
         return expression
-    constant = expression.function(())
+    constant = expression(())
     if constant is None:
         table.fault(key, f"'{key}' has no value: {value} cannot be computed.")
     return constant

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from ..document import Table
 from ..errors import Fault, InputError
 from ..expression import TRUTH, Environment, Expression, Node, compile_node, parse
-from ..units import Dimension
+from ..units import TIME, Dimension
+from .rule import Place
 
 
 class Placed:
@@ -58,12 +60,31 @@ class Placed:
                 self._note(table, key, text, fault)
             return None
 
-    def _note(self, table: Table, key: str, text: str, fault: Fault) -> None:
+    def place(self, table: Table, key: str, text: str = "") -> Place:
+        """Where a key stands, or the first character of the expression that is its value."""
         line, column = table.place(key)
-        if 0 < line <= len(self._lines):
+        if text and 0 < line <= len(self._lines):
             written = self._lines[line - 1]
             # An escape or a text of many lines is not found as it stands; then the key must do as the place.
             found = [at for quote in "\"'" if (at := written.find(f"{quote}{text}{quote}", column)) >= 0]
             if found:
-                column = min(found) + 1 + max(1, fault.column)
-        table.faults.append(replace(fault, file=table.file, line=line, column=column))
+                return Place(table.file, line, min(found) + 2)
+        return Place(table.file, line, column)
+
+    def duration(self, table: Table, key: str) -> float:
+        """A length of time [s]: a quantity, or a threshold's name; 0 where there is none."""
+        named = self.environment.aliases.get(table.raw(key)) if key in table and type(table.raw(key)) is str else None
+        if named is None or named.op != "number":
+            return table.quantity(key, TIME, 0.0, low=0.0)
+        if named.kind.dimension != TIME or not 0.0 <= float(named.value) < math.inf:
+            found = f"{named.value:g} {named.kind.dimension}"
+            table.fault(key, f"{key} must be a time of 0 s or more, but the threshold '{named.text}' is {found}.")
+            return 0.0
+        return float(named.value)
+
+    def _note(self, table: Table, key: str, text: str, fault: Fault) -> None:
+        place = self.place(table, key, text)
+        column = place.column
+        if place != self.place(table, key):
+            column += max(1, fault.column) - 1
+        table.faults.append(replace(fault, file=table.file, line=place.line, column=column))

@@ -2,12 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
-from ..expression import Expression
+from ..expression import Expression, Node
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something stands that a person wrote.
+
+    Attributes:
+        file: The file.
+        line: 1-based; 0 where unknown.
+        column: 1-based, of the first character of an expression's text where it is one; 0 where unknown.
+    """
+
+    file: Path
+    line: int = 0
+    column: int = 0
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What a test expects after one of its samples.
+
+    Attributes:
+        sample: The index of the sample.
+        fires: Whether the rule is latched; None: either.
+        parameters: Some of the action's parameters, as they were written: quantities, texts, numbers, truth values.
+        place: Where it stands.
+    """
+
+    sample: int
+    fires: bool | None
+    parameters: Mapping[str, Any]
+    place: Place
+
+
+@dataclass(frozen=True)
+class RuleTest:
+    """A test that a rule file has for a rule.
+
+    Attributes:
+        name: What messages call it.
+        samples: The snapshots and their times [s].
+        expected: What is expected after them.
+        mode: The agent's mode.
+        place: Where it stands.
+    """
+
+    name: str
+    samples: tuple[tuple[float, tuple[float, ...]], ...]
+    expected: tuple[Expected, ...]
+    mode: str
+    place: Place
 
 
 class OnInvalid(Enum):
@@ -51,6 +103,9 @@ class Rule:
         action: The action's name.
         arguments: The action's parameters.
         tags: Such as `safety`.
+        modes: The modes of the agent in which it lives; all of them where empty.
+        tests: Its tests.
+        places: Where its keys stand, such as `when`; the rule itself at the empty key.
     """
 
     name: str
@@ -65,7 +120,20 @@ class Rule:
     max_hold: float = 0.0
     arguments: Mapping[str, Argument] = field(default_factory=dict)
     tags: tuple[str, ...] = ()
+    modes: tuple[str, ...] = ()
     doc: str = ""
+    tests: tuple[RuleTest, ...] = field(default=(), compare=False)
+    places: Mapping[str, Place] = field(default_factory=dict, compare=False)
+
+    def nodes(self) -> Iterator[Node]:
+        """The typed trees of all its expressions: the guards, then the action's parameters."""
+        yield self.when.node
+        if self.until is not None:
+            yield self.until.node
+        for argument in self.arguments.values():
+            for part in argument.value if isinstance(argument.value, tuple) else (argument.value,):
+                if isinstance(part, Expression):
+                    yield part.node
 
     def parameters(self, x: Sequence[float], blind: bool) -> dict[str, Any]:
         """The action's parameters for a snapshot, SI units.
@@ -84,21 +152,49 @@ class RuleSet:
     Attributes:
         name: The file's name without its ending.
         doc: What the file says of itself.
-        rules: In the order of the file.
+        rules: In the order of the file, those of included files first.
+        files: The files that it was read from, the including one last.
+        thresholds: Its named thresholds, in SI units, as they are in force.
     """
 
     name: str
     rules: tuple[Rule, ...]
     doc: str = ""
+    files: tuple[Path, ...] = ()
+    thresholds: Mapping[str, float] = field(default_factory=dict)
+
+
+def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, int]]:
+    """Where it would be chance which of two rules acts: one priority, different actions, a mode that both live in.
+
+    Args:
+        rules: The rules.
+
+    Yields:
+        The indices of an earlier rule and of the later one that is tied with it, once for each later one.
+    """
+    seen: dict[int, list[int]] = {}
+    for k, rule in enumerate(rules):
+        others = seen.setdefault(rule.priority, [])
+        first = next((i for i in others if _tied(rules[i], rule)), None)
+        if first is not None:
+            yield first, k
+        elif all(rules[i].modes != rule.modes for i in others):
+            others.append(k)
+
+
+def _tied(a: Rule, b: Rule) -> bool:
+    apart = a.modes and b.modes and not set(a.modes) & set(b.modes)
+    return not apart and (a.action, a.arguments) != (b.action, b.arguments)
 
 
 def _value(argument: Argument, x: Sequence[float], blind: bool) -> Any:
     if blind and argument.blind:
         return argument.fallback
     if isinstance(argument.value, Expression):
-        value = argument.value.function(x)
+        value = argument.value(x)
         return argument.fallback if value is None else value
     if isinstance(argument.value, tuple):
-        values = [part.function(x) if isinstance(part, Expression) else part for part in argument.value]
+        values = [part(x) if isinstance(part, Expression) else part for part in argument.value]
         return argument.fallback if None in values else values
     return argument.value

@@ -8,33 +8,18 @@ of them acts. Time is the snapshots' own; where it goes backwards everything beg
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expression import joint_function, reading
+from .backend import Backend, Machine, choose_backend
 from .reactive_model import ReactiveModel, Reflex
-from .rule import OnInvalid, Rule, RuleSet
+from .rule import Rule, RuleSet
+from .rule_table import RuleTable, carry, lower_rules
+from .told import describe, without_time
 
-_TOLERANCE = 1e-9  # [s]; periods such as 0.05 s have no exact sums
-
-
-class _State:
-    """Where one rule is in its life."""
-
-    __slots__ = ("blind_since", "latched", "ready", "risen")
-
-    def __init__(self) -> None:
-        self.latched = False
-        self.risen: float | None = None  # since when the guard holds [s]
-        self.ready = -math.inf  # when the cooldown is over [s]
-        self.blind_since: float | None = None  # since when the guard is invalid [s]
-
-    @property
-    def resting(self) -> bool:
-        """Whether a guard that does not hold changes nothing here."""
-        return not self.latched and self.risen is None and self.blind_since is None
+_Prepared = tuple[RuleSet, RuleTable, Machine]
 
 
 class RuleModel(ReactiveModel):
@@ -42,87 +27,97 @@ class RuleModel(ReactiveModel):
 
     Args:
         rules: From `load_rules`.
+        backend: What runs them; the fastest there is by default.
     """
 
-    def __init__(self, rules: RuleSet) -> None:
-        self.rules = rules
-        self._guards = joint_function([rule.when.node for rule in rules.rules])
-        self.reset()
+    def __init__(self, rules: RuleSet, backend: Backend | None = None) -> None:
+        self._backend = backend or choose_backend()
+        self._mode = self._entered = ""
+        self._next: _Prepared | None = None
+        self._was: list[bool] = []
+        self._time = -math.inf
+        self._take(self._prepared(rules))
 
     @property
     def name(self) -> str:
         return self.rules.name
 
     @property
+    def mode(self) -> str:
+        """The agent's mode; rules that list modes live in those alone."""
+        return self._mode
+
+    @property
     def latched(self) -> tuple[str, ...]:
         """The rules that are latched."""
-        return tuple(r.name for r, s in zip(self.rules.rules, self._states, strict=True) if s.latched)
+        return tuple(rule.name for rule, on in zip(self.rules.rules, self._machine.mask, strict=True) if on)
 
     def reset(self) -> None:
-        """Forget everything, as at the beginning of an episode."""
-        self._states = [_State() for _ in self.rules.rules]
-        self._awake = False
-        self._t = -math.inf
+        """Forget everything but the mode, as at the beginning of an episode."""
+        self._take(self._prepared(self.rules))
+
+    def enter(self, mode: str) -> None:
+        """The agent is in another mode from the next snapshot on; safe to call from any thread."""
+        self._mode = mode
+
+    def replace(self, rules: RuleSet) -> None:
+        """Put other rules in force from the next snapshot on; safe to call from any thread.
+
+        Rules of the same name stay latched, and keep their timers; windows begin anew.
+        """
+        self._next = self._prepared(rules)  # here, so that no reflex waits for it
 
     def react(self, x: NDArray[np.float64], t: float) -> Sequence[Reflex]:
-        if t < self._t:
-            self.reset()
-        self._t = t
-        values = x.tolist()
-        guards = self._guards(values)
-        if not self._awake and not any(guards) and None not in guards:
+        if (prepared := self._next) is not None:
+            self._next = None
+            self._go_on_with(prepared)
+        if self._mode != self._entered:
+            self._enable()
+        if t < self._time:
+            self._was = [False] * len(self._was)
+        self._time = t
+        machine = self._machine
+        if machine.step(x, t) < 0 and True not in self._was:
             return ()
-        wanted = []
-        for rule, state, guard in zip(self.rules.rules, self._states, guards, strict=True):
-            if guard is False and state.resting:
-                continue
-            was = state.latched
-            decided = guard if not was else _release(rule, guard, values)
-            _advance(rule, state, decided, t)
-            if was or state.latched:
-                wanted.append(_reflex(rule, state.latched, values, blind=guard is None or decided is None))
-        self._awake = not all(state.resting for state in self._states)
-        return wanted
+        was, self._was = self._was, [bool(on) for on in machine.mask]
+        values = x.tolist()
+        told = self._told(len(values))
+        values += [machine.register(register) for register in self._temporal]
+        wanted = zip(told, was, self._was, machine.blind, strict=True)
+        return [_reflex(rule, now, values, bool(blind)) for rule, before, now, blind in wanted if before or now]
 
+    def _enable(self) -> None:
+        mode = self._entered = self._mode
+        for i, rule in enumerate(self.rules.rules):
+            self._machine.enable(i, not rule.modes or mode in rule.modes)
 
-def _release(rule: Rule, guard: float | bool | None, values: Sequence[float]) -> float | bool | None:
-    """Whether a latched rule is released; None where that cannot be known."""
-    if rule.until is not None:
-        return rule.until.function(values)
-    return None if guard is None else not guard
+    def _go_on_with(self, prepared: _Prepared) -> None:
+        table, values, time = self.table, self._machine.values(), self._time
+        was = {rule.name for rule, on in zip(self.rules.rules, self._was, strict=True) if on}
+        self._take(prepared)
+        self._machine.restore(carry(values, table, self.table))
+        self._was = [rule.name in was for rule in self.rules.rules]
+        self._time = time
+        self._enable()
 
+    def _prepared(self, rules: RuleSet) -> _Prepared:
+        table = lower_rules(rules.rules)
+        return rules, table, self._backend.machine(table)
 
-def _advance(rule: Rule, state: _State, decided: float | bool | None, t: float) -> None:
-    if decided is None:
-        if state.blind_since is None:
-            state.blind_since = t
-        meaning = rule.on_invalid
-        if meaning is OnInvalid.HOLD:
-            if t - state.blind_since < rule.max_hold - _TOLERANCE:
-                return
-            meaning = OnInvalid.TRIP
-        decided = (meaning is OnInvalid.TRIP) is not state.latched
-    else:
-        state.blind_since = None
-    if state.latched:
-        if decided:
-            state.latched = False
-            if rule.level:
-                state.ready = t + rule.cooldown
-    elif not decided:
-        state.risen = None
-    else:
-        _rise(rule, state, t)
+    def _take(self, prepared: _Prepared) -> None:
+        self.rules, self.table, self._machine = prepared
+        self._temporal = list(self.table.program.temporal.values())
+        self._rules_told: list[Rule] | None = None
+        self._was = [False] * len(self.rules.rules)
+        self._time = -math.inf
+        self._enable()
 
-
-def _rise(rule: Rule, state: _State, t: float) -> None:
-    """The guard of an open rule holds."""
-    if state.risen is None:
-        state.risen = t
-    if t - state.risen >= rule.hold - _TOLERANCE and t >= state.ready - _TOLERANCE:
-        state.latched, state.risen = True, None
-        if not rule.level:
-            state.ready = t + rule.cooldown
+    def _told(self, size: int) -> list[Rule]:
+        """The rules as they are told; temporal values stand behind the snapshot, which is that long."""
+        if self._rules_told is None:
+            places = {node: size + i for i, node in enumerate(self.table.program.temporal)}
+            self._rules_told = [without_time(rule, places) for rule in self.rules.rules]
+        return self._rules_told
 
 
 def _reflex(rule: Rule, latched: bool, values: Sequence[float], blind: bool) -> Reflex:
@@ -133,10 +128,5 @@ def _reflex(rule: Rule, latched: bool, values: Sequence[float], blind: bool) -> 
         parameters=rule.parameters(values, blind) if latched else {},
         level=rule.level,
         latched=latched,
-        reading=_describe(rule, latched, values),
+        reading=describe(rule, latched, values),
     )
-
-
-def _describe(rule: Rule, latched: bool, values: Sequence[float]) -> Callable[[], str]:
-    node = rule.when.node if latched or rule.until is None else rule.until.node
-    return lambda: reading(node, values)

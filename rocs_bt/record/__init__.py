@@ -2,13 +2,15 @@
 
 from .diverge import WORLD_EVENTS, Divergence, compare
 from .figures import write_figures
-from .header import AgentInfo, Beam, BodyInfo, Outline, Place, RunHeader, TreeNode
+from .header import AgentInfo, Beam, BodyInfo, Outline, Place, RequirementInfo, RunHeader, SignalInfo, TreeNode
 from .recorder import Recorder
 from .recording import Recording
 from .report import write_report
+from .snapshots import TRUTH, Sample, Snapshots, environment_of, samples_of
 from .why import Why, explain
 
 __all__ = [
+    "TRUTH",
     "WORLD_EVENTS",
     "AgentInfo",
     "Beam",
@@ -18,11 +20,17 @@ __all__ = [
     "Place",
     "Recorder",
     "Recording",
+    "RequirementInfo",
     "RunHeader",
+    "Sample",
+    "SignalInfo",
+    "Snapshots",
     "TreeNode",
     "Why",
     "compare",
+    "environment_of",
     "explain",
+    "samples_of",
     "write_figures",
     "write_report",
 ]

@@ -34,6 +34,7 @@ TOPICS: dict[type[Event], str] = {
     ev.KnowledgeChanged: "knowledge",
     ev.RuleChanged: "rules",
     ev.NodeTicked: "tree",
+    ev.SubtreeSwapped: "swaps",
     ev.Replanned: "replans",
     ev.TicketChanged: "tickets",
     ev.AtomicStarted: "atomic_actions",
@@ -95,10 +96,11 @@ def encode(event: Event) -> bytes:
 def encode_all(events: Sequence[Event]) -> list[bytes | None]:
     """Many events in one go, which is faster; None for each that must be encoded by itself."""
     try:
-        lines: list[bytes | None] = [*_LINES(events).split(b"\n")[:-1]]
+        lines = _LINES(events).split(b"\n")
     except UNFIT:  # one of them; `encode` tells which
         return [None] * len(events)
-    return [None if line is None or b"null" in line else line for line in lines]
+    lines.pop()  # what comes after the last line's end
+    return [None if b"null" in line else line for line in lines]
 
 
 def decode(data: bytes) -> Event:

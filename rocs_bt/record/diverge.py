@@ -9,10 +9,20 @@ from itertools import zip_longest
 
 import msgspec
 
-from ..event import Approached, BodyMoved, Event, Followed, GoalEntered, Judged, Touched, unpack
+from ..event import (
+    Approached,
+    BodyMoved,
+    Event,
+    Followed,
+    GoalEntered,
+    Judged,
+    RequirementViolated,
+    Touched,
+    unpack,
+)
 
 #: What the simulation tells of the world; a replay has no world, so it has none of these.
-WORLD_EVENTS: tuple[type[Event], ...] = (BodyMoved, Touched, Approached, GoalEntered, Judged)
+WORLD_EVENTS: tuple[type[Event], ...] = (BodyMoved, Touched, Approached, GoalEntered, RequirementViolated, Judged)
 
 _BYTES = msgspec.msgpack.Encoder(order="deterministic").encode  # holds NaN and infinities, unlike JSON
 

@@ -7,7 +7,10 @@ from collections.abc import Mapping
 
 import msgspec
 
+from ..event import SubtreeSwapped
 from ..geometry import Pose2
+from ..signal import Signal
+from ..units import parse_unit
 
 Point = tuple[float, float]
 
@@ -85,14 +88,73 @@ class TreeNode(msgspec.Struct, frozen=True, kw_only=True):
     children: tuple[str, ...] = ()
 
 
+class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """One signal of an agent, in the order of its snapshots; see `Signal`.
+
+    Attributes:
+        units: The unit of each value, or one for all of them.
+        low: The lowest valid value; None where there is none.
+        high: The highest valid value; None where there is none.
+        max_age: How long a value stays valid [s]; None for ever.
+        late: Whether an Analyze writes it, in lockstep after the reflexes of its period.
+    """
+
+    name: str
+    size: int = 1
+    units: tuple[str, ...] = ("1",)
+    low: float | None = None
+    high: float | None = None
+    max_age: float | None = None
+    late: bool = False
+
+    @staticmethod
+    def of(signal: Signal, late: bool = False) -> SignalInfo:
+        """What a recording says of a signal."""
+        low, high, age = (v if math.isfinite(v) else None for v in (*signal.bounds, signal.max_age))
+        units = tuple(map(str, signal.dimensions))
+        return SignalInfo(name=signal.name, size=signal.size, units=units, low=low, high=high, max_age=age, late=late)
+
+    def signal(self) -> Signal:
+        """The declaration that it was made of, but for its doc.
+
+        Raises:
+            UnitError: A unit is none.
+        """
+        return Signal(
+            self.name,
+            self.size,
+            tuple(parse_unit(unit).dimension for unit in self.units),
+            (-math.inf if self.low is None else self.low, math.inf if self.high is None else self.high),
+            math.inf if self.max_age is None else self.max_age,
+        )
+
+
+class RequirementInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """One requirement of the scenario: its name, the agent that it is about, and its text."""
+
+    name: str
+    agent: str
+    text: str
+    doc: str = ""
+
+
+def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
+    """The nodes of a mission tree since one of its subtrees was swapped."""
+    children: dict[str, list[str]] = {}
+    for path, _, parent in swap.nodes:
+        children.setdefault(parent, []).append(path)
+    return tuple(TreeNode(path=p, type=kind, children=tuple(children.get(p, ()))) for p, kind, _ in swap.nodes)
+
+
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """One agent: its robot, mission and rules by name, and the mission's nodes, the root first, parents first."""
+    """One agent: its robot, mission and rules by name, the mission's nodes (the root first, parents first), signals."""
 
     name: str
     robot: str
     mission: str
     rules: tuple[str, ...] = ()
     nodes: tuple[TreeNode, ...] = ()
+    signals: tuple[SignalInfo, ...] = ()
 
 
 class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
@@ -110,6 +172,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         bodies: All moving bodies: those of the agents, and movers.
         outlines: The world's solid things.
         places: Goals and other named places.
+        requirements: What must hold over the run.
         start: Time of the first period [s].
     """
 
@@ -124,6 +187,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
     bodies: tuple[BodyInfo, ...] = ()
     outlines: tuple[Outline, ...] = ()
     places: tuple[Place, ...] = ()
+    requirements: tuple[RequirementInfo, ...] = ()
     start: float = 0.0
 
     @property

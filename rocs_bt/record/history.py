@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..event import (
     ActuatorCommanded,
+    AgentStopped,
     AtomicStarted,
     BlockFailed,
     BodyMoved,
@@ -21,10 +24,12 @@ from ..event import (
     RuleChanged,
     SensorFailed,
     SensorRead,
+    SubtreeSwapped,
     TicketChanged,
     Touched,
     unpack,
 )
+from .header import AgentInfo, TreeNode, nodes_after
 from .recording import Recording
 
 Series = NDArray[np.float64]
@@ -71,6 +76,16 @@ class Span:
 
 
 @dataclass
+class Worst:
+    """The worst moment of a requirement: its name, its verdict, when it was [s], and its margin with its unit."""
+
+    name: str
+    verdict: str
+    t: float
+    margin: str
+
+
+@dataclass
 class AgentHistory:
     """What one agent did, as events by kind in their order, and what follows from them."""
 
@@ -80,10 +95,13 @@ class AgentHistory:
     tickets: list[TicketChanged] = field(default_factory=list)
     atomic: list[AtomicStarted] = field(default_factory=list)
     replans: list[Replanned] = field(default_factory=list)
+    swaps: list[SubtreeSwapped] = field(default_factory=list)
     faults: list[SensorFailed | BlockFailed | CommandExpired | Touched] = field(default_factory=list)
     readings: dict[str, list[SensorRead]] = field(default_factory=dict)
     routes: list[Span] = field(default_factory=list)
     judged: Judged | None = None
+    stopped: float | None = None  # [s]
+    worst: list[Worst] = field(default_factory=list)
 
     @property
     def switches(self) -> list[float]:
@@ -94,6 +112,10 @@ class AgentHistory:
     def statuses(self) -> dict[str, NodeTicked]:
         """The last thing that each node of the tree said."""
         return {event.node: event for event in self.tree}
+
+    def nodes(self, info: AgentInfo) -> tuple[TreeNode, ...]:
+        """The nodes of the mission's tree at the end, after all swaps of subtrees."""
+        return nodes_after(self.swaps[-1]) if self.swaps else info.nodes
 
     def reflexes(self, end: float) -> list[Span]:
         """When each rule was active: from its firing until it ended, or until `end` [s]."""
@@ -144,7 +166,10 @@ class History:
             self.agents[agent].commands[actuator] = _command(told)
         for history in self.agents.values():
             first = next(iter(history.commands.values()), None)
-            history.routes = [] if first is None else _routes(first, self.end)
+            history.routes = [] if first is None else _routes(first, self.end, history.stopped)
+        for name, told in ((recording.summary or {}).get("agents") or {}).items():
+            if name in self.agents:
+                self.agents[name].worst = _worst(told.get("requirements") or ())
 
     def _take(self, event: Event) -> None:
         if isinstance(event, BodyMoved):
@@ -167,10 +192,23 @@ class History:
             agent.atomic.append(event)
         elif isinstance(event, Judged):
             agent.judged = event
+        elif isinstance(event, AgentStopped):
+            agent.stopped = event.t
         elif isinstance(event, Replanned):
             agent.replans.append(event)
+        elif isinstance(event, SubtreeSwapped):
+            agent.swaps.append(event)
         elif isinstance(event, (SensorFailed, BlockFailed, CommandExpired, Touched)):
             agent.faults.append(event)
+
+
+def _worst(findings: Iterable[Mapping[str, Any]]) -> list[Worst]:
+    """The worst moments of those requirements whose margin is known, as summary.json tells them."""
+    return [
+        Worst(f["name"], f["verdict"], f["worst"], f"{f['margin']:.3g} {f['unit']}".strip())
+        for f in findings
+        if f["margin"] is not None
+    ]
 
 
 def _matrix(packed: list[bytes]) -> Series:
@@ -189,9 +227,11 @@ def _command(told: list[ActuatorCommanded]) -> Command:
     return Command(np.array([e.t for e in told], float), _matrix([e.data for e in told]), tuple(e.route for e in told))
 
 
-def _routes(command: Command, end: float) -> list[Span]:
+def _routes(command: Command, end: float, stopped: float | None) -> list[Span]:
+    """Which route had the wheels when; none has once the agent was stopped, whoever had its last command."""
     spans: list[Span] = []
     for t, route in zip(command.t.tolist(), command.routes, strict=True):
+        route = "idle" if stopped is not None and t >= stopped else route
         if spans and spans[-1].name == route:
             continue
         if spans:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -43,7 +44,7 @@ class Recorder:
         self._channels: dict[tuple[type[Event], str], tuple[int, Draw | None]] = {}
         self._drawn: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
-        self._waiting: list[Event] = []
+        self._waiting: deque[Event] = deque()
         self._sequence = 0
         self._last, self._flush_at = round(header.start * 1e9), header.start
         self._disk = ""
@@ -57,15 +58,13 @@ class Recorder:
 
     def emit(self, event: Event) -> None:
         """Take one event. Never raises: what goes wrong is kept, and told by `close`."""
-        with self._lock:
-            if self._disk or self._closed:
-                return
-            self._waiting.append(event)
-            try:
-                due = event.t >= self._flush_at
-            except TypeError:  # no time at all; `_record` says so
-                due = True
-            if due or len(self._waiting) == _BATCH:
+        self._waiting.append(event)  # which needs no lock, and nearly always that is all
+        try:
+            due = event.t >= self._flush_at
+        except TypeError:  # no time at all; `_record` says so
+            due = True
+        if due or len(self._waiting) >= _BATCH:
+            with self._lock:
                 self._encode()
 
     def close(self, summary: Mapping[str, object] | None = None) -> None:
@@ -80,8 +79,8 @@ class Recorder:
         with self._lock:
             if self._closed:
                 return
-            self._closed = True
             self._encode()
+            self._closed = True
             try:
                 self._finish(summary)
             except OSError as error:
@@ -107,8 +106,10 @@ class Recorder:
             raise
 
     def _encode(self) -> None:
-        """Record the events that wait."""
-        waiting, self._waiting = self._waiting, []
+        """Record the events that wait; the lock is held, and others may leave more meanwhile."""
+        waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
+        if self._closed:
+            return
         for event, data in zip(waiting, codec.encode_all(waiting), strict=True):
             if self._disk:
                 return
@@ -126,8 +127,9 @@ class Recorder:
         self._sequence += 1
         if time > self._last:
             self._last = time
-        for message in () if draw is None else draw(event, time):
-            self._show(message, time)
+        if draw is not None:
+            for message in draw(event, time):
+                self._show(message, time)
         if event.t >= self._flush_at or size >= _FLUSH_SIZE:
             self._flush_at = event.t + _FLUSH_EVERY
             self._file.flush()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,24 +12,12 @@ import msgspec
 from ..errors import RecordingError
 from ..event import BlockFailed, CommandExpired, SensorFailed, TicketChanged, Touched
 from .animation import animation
-from .figures import figure
 from .figures.plot import FIGURES
 from .header import AgentInfo
 from .history import AgentHistory, History
+from .page import inline_svg, render_page
 from .recording import Recording
 
-# The figures' colours become the page's, so that they follow its light or dark theme.
-_THEME = {
-    figure.INK: "var(--ink)",
-    figure.MUTED: "var(--muted)",
-    figure.GRID: "var(--line)",
-    figure.WALL: "var(--wall)",
-    figure.PLACE: "var(--place)",
-    figure.OTHER: "var(--other)",
-    figure.ROUTES["deliberative"]: "var(--deliberative)",
-    figure.ROUTES["reactive"]: "var(--reactive)",
-    figure.ROUTES["idle"]: "var(--idle)",
-}
 _VERDICTS = {
     "success": "{name} reached its goal",
     "collision": "{name} collided",
@@ -59,33 +47,21 @@ def write_report(recording: Recording, summary: Mapping[str, Any] | None, path: 
 
 def render_report(recording: Recording, summary: Mapping[str, Any] | None) -> str:
     """The report as HTML."""
-    import jinja2
-
     run = History(recording)
     summary = summary or {}
     told = summary.get("agents", {})
-    loader = jinja2.FileSystemLoader(Path(__file__).parent / "templates")
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     # In JSON `<` occurs in texts only, where this escape means the same; no text can then end the script element.
     data = msgspec.json.encode(animation(run)).decode().replace("<", "\\u003c")
-    return environment.get_template("report.html").render(
+    return render_page(
+        "report.html",
         header=run.header,
         complete=recording.complete,
         summary=summary,
         end=run.end,
         agents=[_agent(run, info, told.get(info.name, {})) for info in run.header.agents],
-        figures=[(f.name, f.title, _inline(f.name, f.render([run], "svg").decode())) for f in FIGURES],
+        figures=[(f.name, f.title, inline_svg(f.name, f.render([run], "svg").decode())) for f in FIGURES],
         data=data,
     )
-
-
-def _inline(name: str, svg: str) -> str:
-    """An SVG file as an element of the page: its ids made its own, its metadata left out, its colours the page's."""
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
-    svg = re.sub(rf'(\bid="|href="#|url\(#)(?!{name}-)', rf"\g<1>{name}-", svg)
-    for color, variable in _THEME.items():
-        svg = svg.replace(color, variable)
-    return svg
 
 
 def _agent(run: History, info: AgentInfo, told: Mapping[str, Any]) -> dict[str, Any]:
@@ -99,6 +75,7 @@ def _agent(run: History, info: AgentInfo, told: Mapping[str, Any]) -> dict[str, 
         "verdict": _verdict(info.name, told),
         "reason": told.get("reason", ""),
         "numbers": _numbers(told),
+        "requirements": told.get("requirements", ()),
         "tree": _tree(info, agent),
         "firings": [e for e in agent.rules if e.phase.startswith("fired")],
         "spans": {s.begin: s.end for s in agent.reflexes(run.end)},
@@ -118,6 +95,7 @@ def _verdict(name: str, told: Mapping[str, Any]) -> str:
 def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What the summary measured, as label and text with its unit; only what is there."""
     error, solve = told.get("tracking_error") or {}, told.get("solve_time") or {}
+    lost = told.get("localisation") or {}
     wanted = (
         ("time to goal", told.get("time_to_goal"), "{:.2f} s"),
         ("path length", told.get("path_length"), "{:.2f} m"),
@@ -130,6 +108,11 @@ def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("time deliberative", told.get("time_deliberative"), "{:.2f} s"),
         ("time reactive", told.get("time_reactive"), "{:.2f} s"),
         ("cross-track error, rms", _scaled(error.get("cross_rms"), 100), "{:.2f} cm"),
+        ("position estimate's error, rms", _scaled(lost.get("position_rms"), 100), "{:.2f} cm"),
+        ("position estimate's error, greatest", _scaled(lost.get("position_max"), 100), "{:.2f} cm"),
+        ("heading estimate's error, rms", _scaled(lost.get("heading_rms"), 180 / math.pi), "{:.2f}°"),
+        ("heading estimate's error, greatest", _scaled(lost.get("heading_max"), 180 / math.pi), "{:.2f}°"),
+        ("estimate's consistency (NEES over 3)", lost.get("nees"), "{:.2f}"),
         ("follower, median", _scaled(solve.get("median"), 1e6), "{:.0f} µs"),
     )
     return [(label, form.format(value)) for label, value, form in wanted if value is not None]
@@ -143,7 +126,7 @@ def _tree(info: AgentInfo, agent: AgentHistory) -> list[dict[str, Any]]:
     """The mission's nodes with their last statuses, and how deep each stands."""
     said, rows = agent.statuses(), []
     depth: dict[str, int] = {}
-    for node in info.nodes:
+    for node in agent.nodes(info):
         level = depth.setdefault(node.path, 0)
         depth.update(dict.fromkeys(node.children, level + 1))
         last = said.get(node.path)

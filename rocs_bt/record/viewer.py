@@ -56,6 +56,7 @@ class Viewer:
             ev.GoalEntered: lambda e, t: self._log(e, t, foxglove.INFO, f"goal {e.goal} reached"),
             ev.Judged: lambda e, t: self._log(e, t, foxglove.INFO, f"outcome: {e.outcome}. {e.reason}"),
             ev.Replanned: lambda e, t: self._log(e, t, foxglove.INFO, f"{e.node} plans anew ({e.count})"),
+            ev.Said: lambda e, t: self._log(e, t, foxglove.INFO, e.text),
             ev.RuleChanged: self._rule,
             ev.TicketChanged: self._ticket,
         }
@@ -86,13 +87,12 @@ class Viewer:
         yield self.log(event.agent, time, level, text)
 
     def _moved(self, event: ev.BodyMoved, time: int) -> Iterable[Message]:
-        if not math.isfinite(event.x + event.y + event.yaw):
-            return ()
         if event.body not in self._frames:
             self._frames[event.body] = (f"/{event.body}/pose", msgspec.json.encode(event.body).decode(), _Pace())
         topic, name, pace = self._frames[event.body]
-        if not pace.due(time):
+        if time < pace.next or not math.isfinite(event.x + event.y + event.yaw):
             return ()
+        pace.drawn(time)
         sec, nsec = divmod(time, 1_000_000_000)
         x, y, z, w = event.x, event.y, math.sin(event.yaw / 2.0), math.cos(event.yaw / 2.0)
         return (
@@ -102,9 +102,10 @@ class Viewer:
 
     def _read(self, event: ev.SensorRead, time: int) -> Iterable[Message]:
         lines = self._beams.get((event.agent, event.sensor))
-        if lines is not None and len(event.data) == 8 * lines.count and lines.pace.due(time):
-            return ((lines.topic, foxglove.SCENE, lines.fill(event.data, time)),)
-        return ()
+        if lines is None or time < lines.pace.next or len(event.data) != 8 * lines.count:
+            return ()
+        lines.pace.drawn(time)
+        return ((lines.topic, foxglove.SCENE, lines.fill(event.data, time)),)
 
     def _rule(self, event: ev.RuleChanged, time: int) -> Iterator[Message]:
         level = foxglove.WARNING if event.phase.startswith("fired") else foxglove.DEBUG
@@ -117,18 +118,19 @@ class Viewer:
 
 
 class _Pace:
-    """How often something is drawn."""
+    """How often something is drawn.
+
+    Attributes:
+        next: When it is time to draw it again [ns].
+    """
 
     def __init__(self) -> None:
-        self._next = 0
+        self.next = 0
 
-    def due(self, time: int) -> bool:
-        """Whether it is time [ns] to draw it again."""
-        if time < self._next:
-            return False
+    def drawn(self, time: int) -> None:
+        """It was drawn at this time [ns]."""
         # A little early, for times are rounded.
-        self._next = time + _EVERY - 1000
-        return True
+        self.next = time + _EVERY - 1000
 
 
 class _BeamLines:

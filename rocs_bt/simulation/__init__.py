@@ -2,12 +2,14 @@
 
 from .episode import Episode, Mind, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
+from .hardware import Driven, Host, drive
 from .metrics import Metrics
 from .mover import MOVERS, Mover, make_mover
 from .outcome import OUTCOMES, Goal, Judge, Verdict
 from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
 from .replay import replay
+from .requirements import Finding, RequirementWatch, check_recorded, requirement_faults, requirements_of
 from .run import RunResult, run
 from .sink_thread import SinkThread
 from .stage import Stage, compose_scenario, set_stage
@@ -17,24 +19,32 @@ __all__ = [
     "MOVERS",
     "OUTCOMES",
     "POSES_TRIED",
+    "Driven",
     "Episode",
+    "Finding",
     "FreePose",
     "Goal",
+    "Host",
     "Judge",
     "Metrics",
     "Mind",
     "Mover",
     "PhysicsThread",
+    "RequirementWatch",
     "Result",
     "RunResult",
     "SinkThread",
     "Stage",
     "Verdict",
+    "check_recorded",
     "compose_scenario",
+    "drive",
     "free_goal_poses",
     "make_mover",
     "place_all",
     "replay",
+    "requirement_faults",
+    "requirements_of",
     "run",
     "run_physics",
     "set_stage",

@@ -14,7 +14,8 @@ from ..catalog import ScenarioSpec
 from ..drivers.mujoco.body import hull_outline, outlines
 from ..drivers.mujoco.sensors import RangeCone
 from ..plan import NodeOutline, TreePlan
-from ..record import AgentInfo, BodyInfo, Place, RunHeader, TreeNode
+from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, TreeNode
+from .requirements import requirements_of
 from .stage import Stage
 
 _PACKAGES = ("mujoco", "casadi", "py-trees", "networkx", "numpy")
@@ -42,7 +43,7 @@ def make_header(
         versions=versions(),
         content_hash=content_hash,
         rates={"physics": 1.0 / rate.physics, "control": rate.control, "plan": rate.plan},
-        agents=tuple(_agent(scenario, agent) for agent in agents),
+        agents=tuple(agent_info(scenario, agent) for agent in agents),
         bodies=tuple(_body(model, stage, name) for name in stage.world.robots),
         outlines=outlines(model, stage.world.robots),
         places=tuple(
@@ -56,13 +57,29 @@ def make_header(
             )
             for place in scenario.places
         ),
+        requirements=requirements_of(scenario),
     )
 
 
-def _agent(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
+def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
+    """What a recording says of one agent."""
     spec = next(a for a in scenario.agents if a.name == agent.name)
     nodes = agent.plan.outline if isinstance(agent.plan, TreePlan) else ()
-    return AgentInfo(name=spec.name, robot=spec.robot, mission=spec.mission, rules=spec.rules, nodes=_nodes(nodes))
+    return AgentInfo(
+        name=spec.name,
+        robot=spec.robot,
+        mission=spec.mission,
+        rules=spec.rules,
+        nodes=_nodes(nodes),
+        signals=signals_of(agent),
+    )
+
+
+def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:
+    """An agent's signals, in the order of its snapshots."""
+    late = {signal.name for analyze in agent.analyzes for signal in analyze.signals()}
+    table = agent.knowledge.signals
+    return tuple(SignalInfo.of(table.spec(name), name in late) for name in table.names)
 
 
 def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:

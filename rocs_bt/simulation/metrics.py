@@ -21,9 +21,12 @@ from ..event import (
     Replanned,
     RuleChanged,
     SensorFailed,
+    SignalsWritten,
     TicketChanged,
     Touched,
 )
+from .leash import Leash
+from .localisation import LocalisationError
 
 _HELD = 0.2  # [s] for which a command counts at most: after that the watchdog stops the wheels
 _ENDED = ("SUCCEEDED", "FAILED", "CANCELLED")
@@ -49,6 +52,8 @@ class _Tally:
     solve: list[float] = field(default_factory=list)
     goals: set[str] = field(default_factory=set)
     faults: list[str] = field(default_factory=list)
+    leash: Leash | None = None
+    localisation: LocalisationError = field(default_factory=LocalisationError)
     judged: Judged | None = None
 
 
@@ -61,6 +66,7 @@ class Metrics:
 
     def __init__(self, agents: Iterable[str]) -> None:
         self._tallies = {name: _Tally() for name in agents}
+        self._where: dict[str, tuple[float, float]] = {}
         self._takes: dict[type[Event], Callable[[_Tally, Any], None]] = {
             BodyMoved: _moved,
             Approached: _approached,
@@ -72,6 +78,7 @@ class Metrics:
             Followed: _followed,
             GoalEntered: _entered,
             SensorFailed: _sensor_failed,
+            SignalsWritten: _wrote,
             BlockFailed: _block_failed,
             CommandExpired: _expired,
             Judged: _judged,
@@ -79,9 +86,13 @@ class Metrics:
 
     def emit(self, event: Event) -> None:
         """Count one event."""
+        if isinstance(event, BodyMoved):
+            self._where[event.body] = event.x, event.y
         take = self._takes.get(type(event))
         if take is not None and (tally := self._tallies.get(event.agent)) is not None:
             take(tally, event)
+            if tally.leash is not None and isinstance(event, BodyMoved) and tally.leash.leader in self._where:
+                tally.leash.note(event.t, self._where[event.body], self._where[tally.leash.leader])
 
     def of(self, agent: str) -> dict[str, Any]:
         """One agent's part of summary.json; SI units, None for what there was nothing of."""
@@ -108,7 +119,14 @@ class Metrics:
                 "cross_max": max(map(abs, tally.cross), default=None),
             },
             "solve_time": {"median": quantile(tally.solve, 0.5), "p99": quantile(tally.solve, 0.99)},
+            "localisation": tally.localisation.told(),
+            "following": None if tally.leash is None else tally.leash.figures(self._arrival(tally.leash.leader)),
         }
+
+    def _arrival(self, agent: str) -> float | None:
+        """When an agent reached its goal [s]; None where it did not, or is no agent."""
+        tally = self._tallies.get(agent)
+        return None if tally is None or tally.judged is None else tally.judged.time_to_goal
 
 
 def quantile(values: Iterable[float], share: float) -> float | None:
@@ -121,6 +139,7 @@ def _moved(tally: _Tally, event: BodyMoved) -> None:
     if tally.at is not None:
         tally.path_length += math.hypot(event.x - tally.at[0], event.y - tally.at[1])
     tally.at = event.x, event.y
+    tally.localisation.moved(event)
 
 
 def _approached(tally: _Tally, event: Approached) -> None:
@@ -149,6 +168,8 @@ def _replanned(tally: _Tally, event: Replanned) -> None:
 
 
 def _ticket(tally: _Tally, event: TicketChanged) -> None:
+    if tally.leash is None and event.parameters.keys() >= {"leader", "distance", "safety"}:
+        tally.leash = Leash(event.parameters)
     if event.state in _ENDED:
         tally.actions.setdefault(event.action, Counter())[event.state] += 1
 
@@ -165,6 +186,10 @@ def _entered(tally: _Tally, event: GoalEntered) -> None:
 
 def _sensor_failed(tally: _Tally, event: SensorFailed) -> None:
     tally.faults.append(f"{event.t:.2f} s: sensor {event.sensor}: {event.detail}")
+
+
+def _wrote(tally: _Tally, event: SignalsWritten) -> None:
+    tally.localisation.estimated(event)
 
 
 def _block_failed(tally: _Tally, event: BlockFailed) -> None:

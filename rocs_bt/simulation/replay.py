@@ -12,11 +12,11 @@ from ..clock import SimulatedClock
 from ..device import Sensor, Watchdog
 from ..drivers.replay import ReplayActuator, replay_sensors
 from ..errors import InputError, RecordingError, UnknownName, unknown
-from ..event import AgentStopped, CommandExpired, Event, ListSink
+from ..event import AgentStopped, CommandExpired, Event, ListSink, RulesReplaced
 from ..record import WORLD_EVENTS, Divergence, Recording, compare
 from .minds import Build, build_minds
 
-_NOT_THE_MINDS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired)
+_NOT_THE_MINDS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired, RulesReplaced)
 
 
 def replay(
@@ -50,6 +50,12 @@ def replay(
     names = [a.name for a in header.agents]
     if agent is not None and agent not in names:
         raise InputError(unknown("agent", agent, names, "The run"))
+    recorded = list(recording.events())
+    if changed := [e for e in recorded if isinstance(e, RulesReplaced) and e.accepted]:
+        raise RecordingError(
+            f"the rules '{changed[0].rules}' were replaced at {changed[0].t:.2f} s, while '{recording.path}' was "
+            "recorded, so it cannot be repeated. Record it without --watch-rules, or ask it with --why."
+        )
     catalog = catalog or Catalog.here()
     scenario = _scenario(header.scenario, catalog)
     if content_hash(catalog.content_of(scenario)) != header.content_hash:
@@ -57,7 +63,7 @@ def replay(
             f"the content of '{header.scenario}' has changed since '{recording.path}' was recorded (content_hash "
             f"{header.content_hash[:12]}). Check out the version that was recorded, or run the scenario again."
         )
-    recorded = [e for e in recording.events() if not isinstance(e, _NOT_THE_MINDS)]
+    recorded = [e for e in recorded if not isinstance(e, _NOT_THE_MINDS)]
     found = _decide(scenario, catalog, recorded, missions)
     if agent is not None:
         recorded, found = ([e for e in events if e.agent == agent] for events in (recorded, found))

@@ -7,19 +7,25 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..agent import Agent, ThreadedRunner
+from ..agent import Agent, RuleWatch, ThreadedRunner
 from ..catalog import Catalog, ScenarioSpec, content_hash
 from ..clock import WallClock
 from ..errors import InputError
 from ..event import Event, EventSink, Fanout
-from ..record import Recorder, Recording, write_report
+from ..plan import TreePlan
+from ..plan.watch import BtLog
+from ..record import AgentInfo, Recorder, Recording, environment_of, write_report
+from ..record.live import LivePage
 from .episode import Episode, Result
-from .header import make_header, versions
+from .header import agent_info, make_header, versions
 from .metrics import Metrics
 from .minds import Build, build_minds
+from .pace import Pace
+from .requirements import RequirementWatch, requirement_faults, requirements_of
 from .sink_thread import SinkThread
 from .stage import Stage, set_stage
 
@@ -86,12 +92,15 @@ def run(
     out: Path | str | None = None,
     duration: float | None = None,
     report: bool = True,
+    btlog: bool = False,
     view: bool = False,
     video: Path | None = None,
+    live: LivePage | None = None,
     progress: Callable[[float], None] | None = None,
     missions: Mapping[str, Build] | None = None,
     prepare: Callable[[Stage], None] | None = None,
     sinks: Sequence[EventSink] = (),
+    watch_rules: bool = False,
 ) -> RunResult:
     """Run a scenario.
 
@@ -103,12 +112,15 @@ def run(
         out: The folder for summary.json, run.mcap and report.html; None writes nothing.
         duration: The longest it may take [s]; the scenario's own by default.
         report: Whether to write report.html.
+        btlog: Whether to write AGENT.btlog for each agent whose mission is a tree, which Groot2 replays.
         view: Show MuJoCo's viewer.
         video: Render a video to this file.
+        live: Show the run in browsers, at the pace of the wall clock; it was entered.
         progress: Called once a control period with the time [s].
         missions: By agent, a mission's `build` to play instead of the scenario's.
         prepare: Called with the stage before the minds are built; it may replace devices, to break them in a test.
         sinks: More sinks for all events.
+        watch_rules: Whether rule files that change meanwhile are read anew; such a run need not repeat.
 
     Raises:
         InputError: Something in the content is wrong; nothing was written.
@@ -124,18 +136,26 @@ def run(
     if prepare is not None:
         prepare(stage)
     agents = stage_minds(spec, stage, catalog, relay, missions)
+    infos = _fitting(spec, agents)
+    files = RuleWatch([(a.name, file) for a in agents for file in a.rule_files if watch_rules], stage.clock, relay)
     digest = content_hash(catalog.content_of(spec))
     with ExitStack() as stack:
         for agent in agents:
             stack.callback(agent.close)
         # Whoever may still refuse this run does so before an earlier one in the same folder is replaced.
-        watch = _watchers(stack, stage, progress, view, video)
+        watch = _watchers(stack, stage, progress, view, video, live)
+        if clock is None:  # in threaded mode nobody's control waits for a file
+            watch = files.before(watch)
+        header = partial(make_header, spec, stage, agents, seed=seed, mode=mode, content_hash=digest)
+        if live is not None:
+            live.begin(header())
         recorder = None
         if out is not None:
-            header = make_header(spec, stage, agents, seed=seed, mode=mode, content_hash=digest)
-            recorder = Recorder(_emptied(Path(out)) / RECORDING, header)
+            recorder = Recorder(_emptied(Path(out)) / RECORDING, header())
             stack.callback(recorder.close)
-        sink: EventSink = Fanout(metrics, *([recorder] if recorder else []), *sinks)
+            _log_trees(stack, agents if btlog else (), Path(out))
+        told = Fanout(metrics, *([recorder] if recorder else []), *([live] if live else []), *sinks)
+        requirements = RequirementWatch(requirements_of(spec), infos, told)
         episode = Episode(
             stage.world,
             agents,
@@ -148,8 +168,9 @@ def run(
             sink=relay,
             watch=watch,
         )
-        result = _play(episode, agents, clock, relay, sink)
-        summary = _summary(spec, seed, mode, digest, result, metrics)
+        result = _play(episode, agents, clock, relay, Fanout(told, requirements), files)
+        requirements.close()
+        summary = _summary(spec, seed, mode, digest, result, metrics, requirements)
         if recorder is not None:
             recorder.close(summary)
     return _keep(summary, None if out is None else Path(out), report)
@@ -173,17 +194,35 @@ def stage_minds(
     )
 
 
-def _play(episode: Episode, agents: Sequence[Agent], clock: WallClock | None, relay: Relay, sink: EventSink) -> Result:
+def _play(
+    episode: Episode,
+    agents: Sequence[Agent],
+    clock: WallClock | None,
+    relay: Relay,
+    sink: EventSink,
+    files: RuleWatch,
+) -> Result:
     if clock is None:
         relay.open(sink)
         return episode.run()
-    with SinkThread(sink) as thread:
+    with SinkThread(sink) as thread, files:
         relay.open(thread)
         return episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in agents])
 
 
+def _log_trees(stack: ExitStack, agents: Sequence[Agent], folder: Path) -> None:
+    for agent in agents:
+        if isinstance(agent.plan, TreePlan):
+            stack.callback(BtLog(folder / f"{agent.name}.btlog", agent.plan).close)
+
+
 def _watchers(
-    stack: ExitStack, stage: Stage, progress: Callable[[float], None] | None, view: bool, video: Path | None
+    stack: ExitStack,
+    stage: Stage,
+    progress: Callable[[float], None] | None,
+    view: bool,
+    video: Path | None,
+    live: LivePage | None,
 ) -> Callable[[float], bool]:
     """Everybody who looks at the run once a control period, as one; False when the viewer's window was closed."""
     watchers: list[Callable[[float], bool]] = []
@@ -195,6 +234,8 @@ def _watchers(
         from .video import Video
 
         watchers.append(stack.enter_context(Video(stage.world, video)))
+    if live is not None:
+        watchers.append(Pace())
 
     def watch(t: float) -> bool:
         if progress is not None:
@@ -205,7 +246,28 @@ def _watchers(
     return watch
 
 
-def _summary(spec: ScenarioSpec, seed: int, mode: str, digest: str, result: Result, metrics: Metrics) -> dict[str, Any]:
+def _fitting(spec: ScenarioSpec, agents: Sequence[Agent]) -> list[AgentInfo]:
+    """What a recording says of the agents, whom the scenario's requirements fit.
+
+    Raises:
+        InputError: One does not, with every fault.
+    """
+    infos = [agent_info(spec, agent) for agent in agents]
+    faults = [f for info in infos for f in requirement_faults(spec, info.name, environment_of(info, truth=True))]
+    if faults:
+        raise InputError(*dict.fromkeys(faults))
+    return infos
+
+
+def _summary(
+    spec: ScenarioSpec,
+    seed: int,
+    mode: str,
+    digest: str,
+    result: Result,
+    metrics: Metrics,
+    requirements: RequirementWatch,
+) -> dict[str, Any]:
     return {
         "scenario": spec.name,
         "seed": seed,
@@ -222,6 +284,7 @@ def _summary(spec: ScenarioSpec, seed: int, mode: str, digest: str, result: Resu
                 "mission": agent.mission,
                 "rules": list(agent.rules),
                 **metrics.of(agent.name),
+                "requirements": [finding.as_dict() for finding in requirements.of(agent.name)],
             }
             for agent in spec.agents
         },
@@ -231,8 +294,8 @@ def _summary(spec: ScenarioSpec, seed: int, mode: str, digest: str, result: Resu
 def _emptied(folder: Path) -> Path:
     """The folder, without what an earlier run left: a killed run must not lie beside a stranger's summary."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in (SUMMARY, REPORT):
-        (folder / name).unlink(missing_ok=True)
+    for old in (folder / SUMMARY, folder / REPORT, *folder.glob("*.btlog")):
+        old.unlink(missing_ok=True)
     return folder
 
 

@@ -68,7 +68,7 @@ def set_stage(
     """
     time = clock or SimulatedClock(scenario.rate.physics)
     world, robots = _compose(scenario, catalog, time)
-    content = content_hash([make_entry(scenario.file, "scenario", "file")])
+    content = content_hash(make_entry(file, "scenario", "file") for file in (scenario.file, *scenario.bases))
     with blame(scenario.file):
         starts = place_all(world, [*scenario.agents, *scenario.movers], content, seed)
     sensors: dict[str, dict[str, Sensor]] = {}
@@ -141,7 +141,7 @@ def _driver(catalog: Catalog, robot: RobotSpec, driver: str) -> Any:
     if not is_reference(driver):
         return driver
     file, _, cls = driver.partition(":")
-    return catalog.load_class(robot.folder / file, cls)
+    return catalog.load_class(robot.beside(file), cls)
 
 
 def _actuators(

@@ -5,12 +5,11 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-import threading
 from types import TracebackType
 
-from ..clock import WallClock
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError
+from .pace import Pace
 
 
 class Viewer:
@@ -39,7 +38,7 @@ class Viewer:
         except (RuntimeError, ImportError, OSError) as error:
             raise InputError(Fault(f"the viewer does not start: {error}.", hint="See 'rocs-bt doctor'.")) from error
         self._world = world
-        self._clock = WallClock()
+        self._pace = Pace()
 
     def __enter__(self) -> Viewer:
         return self
@@ -52,5 +51,5 @@ class Viewer:
         with self._world.lock:
             self._world.update_poses()
             self._handle.sync()
-        self._clock.wait_until(t, threading.Event())
+        self._pace(t)
         return bool(self._handle.is_running())

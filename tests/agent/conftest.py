@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -24,20 +24,20 @@ def go(mission: Any) -> Any:
 
 
 class Ahead:
-    """What the sonar hears ahead [m]; everything else is far away."""
+    """What the sonar hears ahead [m]; everything else is far away. It never says the same twice, as a sound one."""
 
     def __init__(self, stage: MockStage) -> None:
-        self._sonar: Any = stage.sensors["sonar"]
-        self._count = 0
-        self(math.inf)
+        sonar: Any = stage.sensors["sonar"]
+        sonar.values = self
+        self._distance, self._count = math.inf, 0
 
     def __call__(self, distance: float) -> None:
-        self._count += 1  # a sound sensor never says the same twice
-        noise = 1e-6 * self._count
-        beams = [1.5 + noise] * 16
-        for beam in (3, 4):
-            beams[beam] = min(distance, 1.5) + noise
-        self._sonar.values = beams
+        self._distance = distance
+
+    def __iter__(self) -> Iterator[float]:
+        self._count += 1
+        for beam in range(16):
+            yield min(self._distance if beam in (3, 4) else math.inf, 1.5) + 1e-6 * self._count
 
 
 @pytest.fixture(scope="session")

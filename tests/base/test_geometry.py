@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.geometry import Pose2, wrap_angle
+from rocs_bt.geometry import Pose2, Twist2, along_arc, arc, wrap_angle
 
 angles = st.floats(-50.0, 50.0)
 coordinates = st.floats(-100.0, 100.0)
@@ -37,3 +37,8 @@ def test_composition_is_associative(a, b, c):
     left, right = a.compose(b).compose(c), a.compose(b.compose(c))
     assert left[:2] == pytest.approx(right[:2], abs=1e-6)
     assert abs(wrap_angle(left.yaw - right.yaw)) < 1e-9
+
+
+@given(poses, st.builds(Twist2, *[st.floats(-3.0, 3.0)] * 3), st.lists(st.floats(-5.0, 5.0), max_size=8))
+def test_an_arc_is_its_single_places_to_the_bit(pose, twist, durations):
+    assert arc(pose, twist, durations) == [along_arc(pose, twist, duration) for duration in durations]

@@ -35,13 +35,15 @@ def test_list_for_people_tells_what_is_theirs(project, rocs_bt):
 def test_show_draws_the_tree_and_the_parameters(project, rocs_bt):
     told = rocs_bt("show", "patrol").out
     assert "cruise = 0.4 m/s" in told
-    assert told.splitlines()[-5:] == [
+    nodes = [line for line in told.splitlines() if line.startswith(("patrol  ", "├─", "└─"))]
+    assert nodes == [
         "patrol  [Sequence]",
-        "    GoTo gate",
-        "    wait 1 s  [Wait]",
-        "    GoTo dock",
-        "    wait 1 s  [Wait]",
+        "├─ GoTo gate",
+        "├─ wait 1 s  [Wait]",
+        "├─ GoTo dock",
+        "└─ wait 1 s  [Wait]",
     ]
+    assert "goal = gate" in told
 
 
 def test_all_shipped_content_is_fine(rocs_bt):
@@ -117,17 +119,17 @@ def test_the_same_seed_is_the_same_run_and_another_is_not(project, rocs_bt):
     assert trajectory(1) == trajectory(1) != trajectory(2)
 
 
-def test_a_new_project_passes_its_own_test_unedited(project):
+def test_a_new_project_passes_its_own_tests_unedited(project):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
     done = subprocess.run(command, cwd=project, capture_output=True, text=True, env={**os.environ, "COLUMNS": "100"})
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "1 passed" in done.stdout
+    assert "2 passed" in done.stdout
 
 
 def test_doctor_tells_of_everything(rocs_bt):
     told = rocs_bt("doctor")
     assert told.code == 0, told.out
-    for what in ("python", "packages", "content", "GL egl", "GL osmesa", "display", "browser", "C compiler"):
+    for what in ("python", "packages", "content", "GL egl", "GL osmesa", "display", "browser", "C compiler", "kernel"):
         assert what in told.out
 
 
@@ -140,5 +142,5 @@ def test_doctor_says_when_something_needed_is_missing(rocs_bt, monkeypatch):
 
 def test_help_names_every_command(rocs_bt):
     told = rocs_bt("--help").out
-    for command in ("run", "replay", "plot", "list", "show", "check", "identify", "new", "doctor"):
+    for command in ("run", "replay", "plot", "list", "show", "check", "identify", "diff", "figures", "new", "doctor"):
         assert f"  {command} " in told

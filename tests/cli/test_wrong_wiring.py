@@ -61,7 +61,7 @@ def line_of(project, file, text):
             '[[monitor]]\nname = "again"\nclass = "WheelMonitor"\nsensors = ["encoders"]\n'
             '[[analyze]]\nname = "position"',
             '[[monitor]]\nname = "again"',
-            "the monitors 'wheels' and 'again' both write the signal 'wheel_speeds'",
+            "the monitor 'wheels' and the monitor 'again' both write the signal 'wheel_speeds'",
         ),
         (
             ROBOT,
@@ -218,6 +218,19 @@ def test_a_file_that_breaks_its_checker_does_not_hide_the_others(project, rocs_b
     assert told.code == 2
     assert re.search(r"robot\.toml: no cable is plugged in", told.err)
     assert re.search(r"zealous\.toml:1:1: ", told.err)
+
+
+def test_a_leader_that_is_no_robot_of_the_scenario_is_told_beforehand(tmp_path, rocs_bt):
+    file = tmp_path / "lonely.toml"
+    file.write_text(
+        'format = "scenario/1"\nbase = "exp3"\ndoc = "Nobody to follow."\n'
+        '[[agent]]\nname = "R3"\n[agent.parameters]\nleader = "R9"\n'
+    )
+    told = rocs_bt("check", file)
+    assert told.code == 0
+    assert "warning: no other robot is named 'R9'." in told.err
+    assert "R1, R2" in told.err
+    assert "FollowRobot fails at once" in told.err
 
 
 def test_a_run_tells_what_check_doubts_in_its_missions(project, rocs_bt):

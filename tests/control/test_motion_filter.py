@@ -114,3 +114,43 @@ def test_without_sightings_it_grows_less_sure_and_a_turn_dies_away():
         spreads.append(made.spread)
     assert spreads == sorted(spreads)
     assert made.state[4] == pytest.approx(0.5 * math.exp(-4.0))
+
+
+NUMBER = st.floats(-3.0, 3.0)
+SIGHTINGS = st.lists(st.tuples(st.floats(0.01, 0.5), st.floats(0.3, 4.0), NUMBER, NUMBER, NUMBER, NUMBER), max_size=8)
+
+
+@settings(max_examples=60, deadline=None)
+@given(sightings=SIGHTINGS)
+def test_an_update_is_the_textbooks(sightings):
+    noise = MotionNoise()
+    made = MotionFilter(0.0, HERE, 1.0, 0.2, noise)
+    spread = np.diag([noise.range**2, noise.bearing**2])
+    for dt, distance, bearing, x, y, yaw in sightings:
+        observer = Pose2(x, y, yaw)
+        made.predict(made.t + dt)
+        state, covariance = made.state, made.covariance
+        offset = state[:2] - np.array([x, y])
+        expected = float(np.linalg.norm(offset))
+        if expected < 0.05:
+            return
+        slope = np.zeros((2, 5))
+        slope[0, :2] = offset / expected
+        slope[1, :2] = np.array([-offset[1], offset[0]]) / expected**2
+        error = bearing - (math.atan2(offset[1], offset[0]) - yaw)
+        innovation = np.array([distance - expected, math.remainder(error, math.tau)])
+        gain = covariance @ slope.T @ np.linalg.inv(slope @ covariance @ slope.T + spread)
+        made.update(made.t, observer, distance, bearing)
+        np.testing.assert_allclose(made.state, state + gain @ innovation, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(made.covariance, (np.eye(5) - gain @ slope) @ covariance, rtol=1e-7, atol=1e-9)
+
+
+def test_what_disturbs_the_motion_grows_with_the_time_that_passes():
+    noise = MotionNoise(memory=1e9)
+    for dt in (0.05, 0.1, 0.05):  # each by itself, whatever was asked before
+        made = moving((1.0, 0.0, 0.0, 0.0, 0.0), noise)
+        made.covariance = np.zeros((5, 5))
+        made.predict(dt)
+        assert made.covariance[2, 2] == pytest.approx(noise.acceleration * dt)
+        assert made.covariance[0, 0] == pytest.approx(noise.acceleration * dt**3 / 3.0)
+        assert made.covariance[4, 4] == pytest.approx(noise.turning * dt)

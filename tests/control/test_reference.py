@@ -149,3 +149,18 @@ def _drive() -> Drive:
     from rocs_bt.control.drive import differential_drive
 
     return differential_drive(track=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+
+
+@given(st.lists(st.floats(-1.5, 1.5), min_size=2, max_size=8), st.floats(-3.0, 3.0))
+def test_yaws_of_a_timetable_may_be_wrapped_or_not(turns: list[float], start: float) -> None:
+    yaws = start + np.cumsum(turns)
+    poses = np.column_stack([np.arange(len(yaws)), np.zeros(len(yaws)), yaws])
+    wrapped = poses.copy()
+    wrapped[:, 2] = [math.remainder(yaw, math.tau) for yaw in yaws]
+    times = 0.3 * np.arange(len(yaws))
+    here = Pose2(0.0, 0.1, 0.2)
+    one, other = (
+        TimedReference(times, rows, lambda: 0.1).sample(here, STILL, TIMES, 0.05) for rows in (poses, wrapped)
+    )
+    np.testing.assert_allclose(one.stages, other.stages, atol=1e-9)
+    assert one.heading_error == pytest.approx(other.heading_error, abs=1e-9)

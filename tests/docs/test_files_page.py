@@ -11,8 +11,8 @@ from rocs_bt.action import parameters_of
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.catalog import load_robot
+from rocs_bt.catalog.inherit import read_inheriting
 from rocs_bt.catalog.scenario_file import read_scenario
-from rocs_bt.document import read_toml
 from rocs_bt.drivers import DRIVER_PARAMETERS, parameters_of_driver
 from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment
@@ -28,6 +28,7 @@ PAGE = (Path(__file__).resolve().parents[2] / "docs" / "files.md").read_text("ut
 # One file of each kind with every key; `# zzz TABLE` marks where an unknown key would stand in that table.
 ROBOT = """
 format = "robot/1"
+base = "nothing"
 doc = "All keys."
 model = "robot.xml"
 # zzz robot
@@ -71,10 +72,13 @@ sensors = ["where"]
 name = "turned"
 class = "PassOrientation"
 monitors = ["pose"]
+[rules.avoid_collision]
+near = "0.5 m"
 """
 
 SCENARIO = """
 format = "scenario/1"
+base = "nothing"
 doc = "All keys."
 world = "yard"
 duration = "10 s"
@@ -115,17 +119,27 @@ x = "2 m"
 y = "0 m"
 yaw = "0 deg"
 jitter = { x = "0.1 m" }
+[[requirement]]
+name = "keeps clear"
+doc = "One."
+require = "always min_clearance > 0.05 m"
+agent = "R1"
+# zzz scenario.requirement
 """
 
 RULES = """
 format = "reflex/1"
 doc = "All keys."
 # zzz rules
+include = ["nothing_more.toml"]
+[threshold]
+far = "0.5 m"
 [alias]
 ahead = "min(front)"
 [rule.Near]
 doc = "One."
 tags = ["safety"]
+modes = ["drive"]
 when = "ahead < 0.4 m"
 until = "ahead > 0.5 m"
 for = "0.1 s"
@@ -140,6 +154,13 @@ name = "Flinch"
 speed = "-0.2 m/s if ahead < 0.2 m else 0 m/s"
 [rule.Near.action.on_invalid]
 speed = "0 m/s"
+[[rule.Near.test]]
+name = "far away"
+mode = "drive"
+given = { front = "1 m" }
+at = [{ t = "0 s" }]
+expect = [{ t = "0 s", fires = false }]
+# zzz rules.rule.test
 """
 
 
@@ -167,11 +188,14 @@ def by_owner(title):
 def load(kind, text, folder):
     file = folder / f"{kind}.toml"
     file.write_text(text, "utf-8")
+    nothing = folder / "nothing.toml"
+    nothing.write_text("", "utf-8")
     if kind == "robot":
         (folder / "robot.xml").write_text("<mujoco/>", "utf-8")
-        return load_robot(file)
+        return load_robot(file, lambda base: nothing)
     if kind == "scenario":
-        return read_scenario(read_toml(file))
+        return read_scenario(read_inheriting(file, lambda base: nothing))
+    (folder / "nothing_more.toml").write_text('format = "reflex/1"', "utf-8")
     signals = SignalTable()
     signals.declare(Signal("front", 2, (LENGTH,)))
     signals.freeze()

@@ -154,12 +154,14 @@ def test_position_and_orientation_are_the_truth(make_world: MakeWorld) -> None:
 
 
 def test_noise_is_the_sensors_own_and_repeats(make_world: MakeWorld) -> None:
-    world = make_world()
-
     def draw(seed: int) -> list[float]:
-        rng = np.random.default_rng(seed)
+        world, rng, found = make_world(), np.random.default_rng(seed), []
         sensor = make_sensor(world, "R2", "position", "position", {}, noise=0.1, rng=rng)
-        return [v for _ in range(200) for v in sensor.read().values[:2]]
+        for _ in range(200):
+            found += sensor.read().values[:2]
+            assert sensor.read().values[:2] == found[-2:], "a second look at the same instant says the same"
+            world.advance(1)
+        return found
 
     assert draw(1) == draw(1) != draw(2)
     assert np.std(draw(1)) == pytest.approx(0.1, rel=0.15)

@@ -132,9 +132,9 @@ def test_the_mock_sees_what_mujoco_sees(wall: MujocoWorld, x: float, y: float, y
     assume(math.hypot(x, y) > 0.6)
     wall.place("R2", Pose2(0.0, 0.0, yaw))
     wall.place("R1", Pose2(x, y))
-    # Near the edge of the wall the two may differ by its thickness.
+    # Near the edge of the wall the two may differ by its thickness; a hull that reaches through it is seen.
     assume(abs(abs(y / x) - 1.0) > 0.1 if abs(x) > 1e-3 else True)
-    assume(abs(x - 1.0) > 0.05)
+    assume(abs(x - 1.0) > 0.3)
     mock = MockWorld(SimulatedClock(0.05), segments=[((1.0, -1.0), (1.0, 1.0))])
     robot = MockRobot(mock, DRIVE, Pose2(0.0, 0.0, yaw))
     MockRobot(mock, DRIVE, Pose2(x, y))

@@ -1,6 +1,8 @@
-"""EXP1 over many seeds, in lockstep: `python tests/experiments/campaign.py --control 50 --seeds 1 200`.
+"""The experiments over many seeds, in lockstep: `python tests/experiments/campaign.py exp3 --seeds 101 200`.
 
-Prints who reached the goal, who touched what, and the exact (Clopper-Pearson) interval of the share that succeeded.
+Prints for each mind who came where, who touched what, and, for who follows, how it kept its distance; every share
+with its exact (Clopper-Pearson) 95 % interval. What is asked of a follower comes from its own parameters, which the
+scenario gives it: its band is `distance` +- (`distance` - `safety`), and it never drives nearer than `safety`.
 """
 
 from __future__ import annotations
@@ -17,102 +19,197 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-from rocs_bt.catalog import Catalog, ScenarioSpec
-from rocs_bt.event import Event, Touched
+import numpy as np
+
+from rocs_bt.catalog import AgentSpec, Catalog, ScenarioSpec
+from rocs_bt.event import BodyMoved, Event, Touched
 from rocs_bt.simulation import run
+from rocs_bt.units import parse_quantity
 
-LIMIT = 60.0  # [s] in which the goal must be reached
+LIMIT = 60.0  # [s] in which EXP1's goal must be reached
+DRIVES = 0.02  # [m/s] of a wheel's rim, above which a robot drives; one that is pushed does not
 
 
-class Touches:
-    """A sink that counts contacts: by kind, and what was touched."""
+class Leash:
+    """The distance between a follower and its leader as the run goes on, from the simulation's truth.
 
-    def __init__(self) -> None:
-        self.counts: Counter[str] = Counter()
+    Args:
+        follower: An agent with the parameters of the mission follow_robot.
+    """
+
+    def __init__(self, follower: AgentSpec) -> None:
+        given = follower.parameters
+        self.follower, self.leader = follower.name, str(given["leader"])
+        distance, self.safety = (parse_quantity(str(given[name])).value for name in ("distance", "safety"))
+        self.band = self.safety, 2.0 * distance - self.safety
+        self._at: dict[str, BodyMoved] = {}
+        self.rows: list[tuple[float, float, bool]] = []  # [s], [m], whether the follower drives
+
+    def emit(self, event: BodyMoved) -> None:
+        """Note where a body is."""
+        self._at[event.body] = event
+        if event.body == self.follower and self.leader in self._at:
+            other = self._at[self.leader]
+            wheels = np.abs(np.frombuffer(event.wheels)).max(initial=0.0)
+            self.rows.append((event.t, math.hypot(event.x - other.x, event.y - other.y), bool(wheels > DRIVES)))
+
+    def figures(self, until: float) -> dict[str, Any]:
+        """What came of it, from when the follower is first within the band until a time [s]."""
+        low, high = self.band
+        begun = next((i for i, (_, d, _) in enumerate(self.rows) if d <= high), len(self.rows))
+        kept = [(d, drives) for t, d, drives in self.rows[begun:] if t <= until]
+        driven = [d for _, d, drives in self.rows if drives]
+        return {
+            "periods": len(kept),
+            "in_band": sum(low <= d <= high for d, _ in kept),
+            "too_far": sum(d > high for d, _ in kept),
+            "mean": statistics.fmean(d for d, _ in kept) if kept else math.nan,
+            "error": statistics.fmean(abs(d - 0.5 * (low + high)) for d, _ in kept) if kept else math.nan,
+            "least": min((d for d, _ in kept), default=math.inf),
+            "least_driving": min(driven, default=math.inf),
+            "below_safety_driving": sum(d < self.safety for d in driven),
+        }
+
+
+class Watch:
+    """A sink that counts contacts by agent, kind and what was touched, and holds the leashes."""
+
+    def __init__(self, scenario: ScenarioSpec) -> None:
+        self.touches: dict[str, Counter[str]] = {a.name: Counter() for a in scenario.agents}
+        self.told: list[str] = []
+        self.leashes = {a.name: Leash(a) for a in scenario.agents if "leader" in a.parameters}
 
     def emit(self, event: Event) -> None:
-        if isinstance(event, Touched):
-            self.counts[f"{event.kind} with {event.other}"] += 1
+        """Take one event."""
+        if isinstance(event, BodyMoved):
+            for leash in self.leashes.values():
+                leash.emit(event)
+        elif isinstance(event, Touched) and event.agent in self.touches:
+            self.touches[event.agent][f"{event.kind} with {event.other}"] += 1
+            self.told.append(f"{event.agent} {event.kind} with {event.other} at {event.t:.2f} s")
 
 
 @cache
-def variant(control: float) -> tuple[Catalog, ScenarioSpec]:
-    """EXP1 with another control rate, which is the sensors' too [1/s]."""
+def variant(experiment: str, control: float) -> tuple[Catalog, ScenarioSpec]:
+    """An experiment with another control rate, which is the sensors' too [1/s]."""
     catalog = Catalog()
-    scenario = catalog.load_scenario("exp1")
+    scenario = catalog.load_scenario(experiment)
     rate = dataclasses.replace(scenario.rate, control=control, sensors=control)
     return catalog, dataclasses.replace(scenario, rate=rate)
 
 
-def episode(seed: int, control: float) -> dict[str, Any]:
+def episode(experiment: str, seed: int, control: float) -> dict[str, Any]:
     """What came of one seed."""
-    catalog, scenario = variant(control)
-    touches = Touches()
-    summary = run(scenario, catalog, seed=seed, sinks=[touches]).summary
-    return {
-        "seed": seed,
-        "touches": dict(touches.counts),
-        "hash": summary["trajectory_hash"],
-        **summary["agents"]["R2"],
-    }
+    catalog, scenario = variant(experiment, control)
+    watch = Watch(scenario)
+    summary = run(scenario, catalog, seed=seed, sinks=[watch]).summary
+    agents = {}
+    for name, found in summary["agents"].items():
+        agents[name] = {**found, "touches": dict(watch.touches[name])}
+        if (leash := watch.leashes.get(name)) is not None:
+            led = summary["agents"][leash.leader]["time_to_goal"]
+            agents[name]["leash"] = leash.figures(summary["sim_time"] if led is None else led)
+    return {"seed": seed, "hash": summary["trajectory_hash"], "told": watch.told, "agents": agents}
 
 
-def campaign(seeds: Sequence[int], control: float, processes: int = 2) -> dict[str, Any]:
-    """All seeds, and what they come to.
-
-    A run is a success when its outcome is, in less than 60 s of its own time; a collision of R2 is none.
-    """
+def campaign(experiment: str, seeds: Sequence[int], control: float, processes: int = 2) -> dict[str, Any]:
+    """All seeds, and what they come to for each mind."""
     with multiprocessing.get_context("forkserver").Pool(processes) as pool:
-        runs = pool.starmap(episode, [(seed, control) for seed in seeds], chunksize=4)
-    return summed(runs, control)
+        runs = pool.starmap(episode, [(experiment, seed, control) for seed in seeds], chunksize=2)
+    minds = {name: summed(experiment, name, runs) for name in runs[0]["agents"]}
+    return {"experiment": experiment, "control": control, "seeds": [seeds[0], seeds[-1]], "agents": minds}
 
 
-def summed(runs: Sequence[dict[str, Any]], control: float) -> dict[str, Any]:
-    """The figures of some runs."""
+def share(count: int, of: int) -> dict[str, Any]:
+    """A share with its exact 95 % interval."""
     from scipy.stats import binomtest
 
-    good = [r for r in runs if r["outcome"] == "success" and r["time_to_goal"] < LIMIT]
-    interval = binomtest(len(good), len(runs)).proportion_ci(method="exact")
-    both = [r for r in runs if r["time_reactive"] > 0.0 and r["time_deliberative"] > 0.0]
-    touches: Counter[str] = sum((Counter(r["touches"]) for r in runs), Counter())
-    return {
-        "control": control,
-        "runs": len(runs),
-        "successes": len(good),
-        "interval": [interval.low, interval.high],
-        "failed": [{key: r[key] for key in ("seed", "outcome", "reason")} for r in runs if r not in good],
+    interval = binomtest(count, of).proportion_ci(method="exact")
+    return {"count": count, "of": of, "interval": [interval.low, interval.high]}
+
+
+def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """One mind's figures.
+
+    In EXP1 a success is one in less than 60 s of the run's own time; the other experiments end by their own clock.
+    """
+    mine = [
+        {"seed": r["seed"], "told": [t for t in r["told"] if t.startswith(name)], **r["agents"][name]} for r in runs
+    ]
+    limit = LIMIT if experiment == "exp1" else math.inf
+    good = [r for r in mine if r["outcome"] == "success" and (r["time_to_goal"] or 0.0) < limit]
+    touches: Counter[str] = sum((Counter(r["touches"]) for r in mine), Counter())
+    spent = [(r["time_reactive"], r["time_deliberative"]) for r in mine]
+    found = {
+        "success": share(len(good), len(mine)),
+        "collided": share(sum(r["collisions"] > 0 for r in mine), len(mine)),
+        "struck": share(sum(r["struck"] > 0 for r in mine), len(mine)),
         "touches": dict(sorted(touches.items())),
-        "both_routes": len(both),
-        "share_reactive": statistics.median(
-            r["time_reactive"] / max(r["time_reactive"] + r["time_deliberative"], 1e-9) for r in runs
-        ),
-        "median_time": statistics.median(r["time_to_goal"] or math.inf for r in runs),
-        "least_clearance": min(r["min_clearance"] for r in runs),
+        "both_routes": sum(min(both) > 0.0 for both in spent),
+        "share_reactive": statistics.median(a / max(a + b, 1e-9) for a, b in spent),
+        "median_time": statistics.median(r["time_to_goal"] or math.inf for r in mine),
+        "least_clearance": min(r["min_clearance"] for r in mine),
+        "goals": dict(sorted(Counter(r["goals_reached"] for r in mine).items())),
+        "failed": [{key: r[key] for key in ("seed", "outcome", "reason", "told")} for r in mine if r not in good],
     }
+    leashes = [(r["seed"], r["leash"]) for r in mine if "leash" in r]
+    return {**found, "leash": followed(leashes)} if leashes else found
+
+
+def followed(leashes: Sequence[tuple[int, dict[str, Any]]]) -> dict[str, Any]:
+    """How all runs together kept the distance."""
+    periods = sum(found["periods"] for _, found in leashes)
+    under = [seed for seed, found in leashes if found["below_safety_driving"]]
+    return {
+        "in_band": sum(found["in_band"] for _, found in leashes) / periods,
+        "too_far": sum(found["too_far"] for _, found in leashes) / periods,
+        "worst": sorted((found["in_band"] / max(found["periods"], 1), seed) for seed, found in leashes)[:6],
+        "mean": statistics.fmean(found["mean"] for _, found in leashes),
+        "error": statistics.fmean(found["error"] for _, found in leashes),
+        "least": min(found["least"] for _, found in leashes),
+        "least_driving": min(found["least_driving"] for _, found in leashes),
+        "below_safety_driving": {**share(len(under), len(leashes)), "seeds": under},
+    }
+
+
+def _words(found: dict[str, Any]) -> str:
+    low, high = found["interval"]
+    return f"{found['count']} of {found['of']} (exact 95 % interval {low:.1%} to {high:.1%})"
 
 
 def report(found: dict[str, Any]) -> str:
     """The figures in words."""
-    low, high = found["interval"]
-    lines = [
-        f"EXP1, lockstep, control {found['control']:g} Hz: {found['successes']} of {found['runs']} runs reach the goal "
-        f"in less than {LIMIT:g} s without a collision: {found['successes'] / found['runs']:.1%}, exact 95 % interval "
-        f"{low:.1%} to {high:.1%}",
-        f"contacts: {', '.join(f'{n} {kind}' for kind, n in found['touches'].items()) or 'none'}",
-        f"both routes in {found['both_routes']} of {found['runs']}; median share of the reactive route "
-        f"{found['share_reactive']:.2f}; median time {found['median_time']:.1f} s; least clearance "
-        f"{1000.0 * found['least_clearance']:.0f} mm",
-    ]
-    return "\n".join(lines + [f"seed {r['seed']}: {r['outcome']}, {r['reason']}" for r in found["failed"]])
+    first, last = found["seeds"]
+    lines = [f"{found['experiment']}, lockstep, control {found['control']:g} Hz, seeds {first} to {last}"]
+    for name, mind in found["agents"].items():
+        lines += [f"{name} {what}: {_words(mind[what])}" for what in ("success", "collided", "struck")]
+        lines.append(f"  contacts: {', '.join(f'{n} {kind}' for kind, n in mind['touches'].items()) or 'none'}")
+        lines.append(
+            f"  goals reached: {mind['goals']}; both routes in {mind['both_routes']}; median share of the reactive "
+            f"route {mind['share_reactive']:.2f}; median time {mind['median_time']:.1f} s; least clearance "
+            f"{1000.0 * mind['least_clearance']:.0f} mm"
+        )
+        if leash := mind.get("leash"):
+            lines.append(
+                f"  in its band {leash['in_band']:.1%} of the following time, too far {leash['too_far']:.1%}; mean "
+                f"distance {leash['mean']:.2f} m, mean error {leash['error']:.2f} m; least {leash['least']:.2f} m, "
+                f"while driving {leash['least_driving']:.2f} m"
+            )
+            under = leash["below_safety_driving"]
+            lines.append(f"  below the safety distance while driving: {_words(under)} {under['seeds']}")
+            lines.append(f"  worst: {', '.join(f'seed {seed} {kept:.0%}' for kept, seed in leash['worst'])}")
+        lines += [f"  seed {r['seed']}: {r['outcome']}, {r['reason']}; {'; '.join(r['told'])}" for r in mind["failed"]]
+    return "\n".join(lines)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("experiment", nargs="?", default="exp1", help="exp1, exp2 or exp3, or a scenario's file")
     parser.add_argument("--control", type=float, default=20.0, help="control and sensor rate [1/s]")
     parser.add_argument("--seeds", type=int, nargs=2, default=(1, 200), help="the first and the last seed")
     parser.add_argument("--json", action="store_true", help="figures for a program")
     given = parser.parse_args()
-    found = campaign(range(given.seeds[0], given.seeds[1] + 1), given.control)
+    found = campaign(given.experiment, range(given.seeds[0], given.seeds[1] + 1), given.control)
     sys.stdout.write((json.dumps(found) if given.json else report(found)) + "\n")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import cache
 
@@ -14,36 +13,44 @@ from rocs_bt.simulation import replay, run
 
 CATALOG = Catalog()
 EXP2 = CATALOG.load_scenario("exp2")
-SEEDS = (1, 5, 6, 7)
+SEEDS = (1, 2, 16, 21)  # R1 comes near in all but the first
 
 
 @cache
-def episode(seed: int, facing: str = "", duration: float = 60.0) -> tuple[dict, ListSink]:
-    """The summary of R3 in a run, and all events; it may face another way than the scenario says."""
-    (agent,) = EXP2.agents
-    parameters = {**agent.parameters, **({"facing": facing} if facing else {})}
+def episode(seed: int, duration: float = 60.0) -> tuple[dict, ListSink]:
+    """The summary of R3 in a run, and all events."""
     sink = ListSink()
-    spec = dataclasses.replace(EXP2, agents=(dataclasses.replace(agent, parameters=parameters),))
-    return run(spec, CATALOG, seed=seed, duration=duration, sinks=[sink]).summary["agents"]["R3"], sink
+    return run(EXP2, CATALOG, seed=seed, duration=duration, sinks=[sink]).summary["agents"]["R3"], sink
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_it_reaches_its_place_and_is_there_at_the_end(seed: int) -> None:
+def test_it_reaches_its_place_and_runs_into_nothing(seed: int) -> None:
     summary, sink = episode(seed)
-    assert (summary["outcome"], summary["reason"]) == ("success", "")
-    assert 5.0 < summary["time_to_goal"] < 10.0
-    assert not [e for e in sink.events if isinstance(e, Touched) and e.agent == "R3" and e.other != "R1"]
-    last = [e for e in sink.events if isinstance(e, BodyMoved) and e.body == "R3"][-1]
-    assert last.t == pytest.approx(60.0)
-    assert math.hypot(last.x - 1.2, last.y - 1.2) <= 0.1
+    entered = [e.t for e in sink.events if isinstance(e, GoalEntered) and e.agent == "R3"]
+    assert 4.0 < entered[0] < 8.0
+    assert not [e for e in sink.events if isinstance(e, Touched) and e.agent == "R3" and e.kind == "collision"]
+    assert summary["outcome"] in ("success", "timeout")
+
+
+def test_it_is_there_at_the_end_unless_the_walker_is() -> None:
+    there = []
+    for seed in SEEDS:
+        summary, sink = episode(seed)
+        last = {e.body: e for e in sink.events if isinstance(e, BodyMoved)}
+        assert last["R3"].t == pytest.approx(60.0)
+        there.append(math.hypot(last["R3"].x - 1.2, last["R3"].y - 1.2) <= 0.1)
+        assert (summary["outcome"] == "success") is there[-1]
+        near = math.hypot(last["R3"].x - last["R1"].x, last["R3"].y - last["R1"].y) < 1.5
+        assert there[-1] or near
+    assert sum(there) >= len(SEEDS) - 1
 
 
 def test_what_pushes_it_off_is_a_reflex_and_it_comes_back() -> None:
-    summary, sink = episode(97, "-135 deg")
+    summary, sink = episode(15, duration=75.0)  # in which R1 comes near again and again
     assert summary["reflex_activations"] > 0
+    assert summary["collisions"] == 0
     entered = [e.t for e in sink.events if isinstance(e, GoalEntered) and e.agent == "R3"]
     assert len(entered) >= 2
-    assert summary["outcome"] == "success"
     assert summary["actions"]["GoTo"]["SUCCEEDED"] >= 2
 
 

@@ -1,4 +1,4 @@
-"""The generated code against the plain interpreter, on random expressions and snapshots."""
+"""The generated code against the plain interpreter, on random expressions and traces."""
 
 import math
 
@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.errors import InputError
-from rocs_bt.expression import Environment, compile_expression, compile_node, evaluate, joint_function, parse, reading
+from rocs_bt.expression import Environment, Trace, compile_expression, compile_node, parse, reading
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, NONE, SPEED
 
@@ -29,7 +29,16 @@ def singles(groups, singles, truths):
         st.tuples(groups, st.sampled_from("<>"), singles).map(lambda t: f"count({' '.join(t)})"),
         st.tuples(singles, truths, singles).map(lambda t: f"({t[0]} if {t[1]} else {t[2]})"),
         singles.map(lambda s: f"(wrap_angle({s} * 1 rad) / 1 rad)"),
+        st.tuples(singles, singles).map(lambda t: f"(atan2({', '.join(t)}) / 1 rad)"),
+        groups.map(lambda g: f"argmin({g})"),
+        groups.map(lambda g: f"min_valid({g}, 3)"),
+        groups.map(lambda g: f"dot({g}, [1, -0.5, 0, 2])"),
+        truths.map(lambda t: f"(time_since({t}) / 1 s)"),
+        st.tuples(singles, windows).map(lambda t: f"(rate({t[0]}, {t[1]}) * 1 s)"),
     )
+
+
+windows = st.sampled_from(["0.1 s", "0.25 s", "1 s", "10 s"])
 
 
 def truths(groups, singles, truths):
@@ -39,6 +48,10 @@ def truths(groups, singles, truths):
         st.tuples(singles, signs, singles, signs, singles).map(lambda t: f"({' '.join(t)})"),
         st.tuples(truths, st.sampled_from(["and", "or"]), truths).map(lambda t: f"({' '.join(t)})"),
         truths.map(lambda t: f"(not {t})"),
+        st.tuples(truths, truths).map(lambda t: f"({t[0]} implies {t[1]})"),
+        st.tuples(st.sampled_from(["held", "once"]), truths, windows).map(lambda t: f"{t[0]}({t[1]}, {t[2]})"),
+        st.tuples(truths, truths, windows).map(lambda t: f"since({', '.join(t)})"),
+        st.tuples(truths, truths, truths).map(lambda t: f"({t[0]} if {t[1]} else {t[2]})"),
         st.tuples(st.sampled_from(["any", "all"]), groups, signs, singles, signs, groups).map(
             lambda t: f"{t[0]}({' '.join(t[1:])})"
         ),
@@ -91,39 +104,57 @@ def accepted(text):
         return None
 
 
+steps = st.sampled_from([0.0, 0.003, 0.01, 0.05, 0.05, 0.1, 0.25, 2.0, -0.3])
+
+
 @settings(max_examples=300, deadline=None)
-@given(expressions(3), st.lists(snapshots, min_size=1, max_size=4))
+@given(expressions(3), st.lists(st.tuples(snapshots, steps), min_size=1, max_size=12))
 def test_generated_code_gives_what_the_interpreter_gives(text, rows):
     node = accepted(text)
     if node is None:
         return
-    function = compile_node(node)
-    for x in rows:
-        expected = evaluate(node, x)
-        assert same(function(x), expected)
-        assert same(function(np.array(x)), expected)
+    plain, t, trace = compile_node(node), 10.0, Trace()
+    also = compile_node(node, margins=node.kind.boolean)
+    for x, dt in rows:
+        t += dt
+        trace.append(x, t)
+        expected = trace.value(node)
+        assert same(plain(np.array(x), t), expected)
+        assert same(also(x, t), expected)
         assert expected is None or not math.isnan(expected)
+        if node.kind.boolean:
+            margin = trace.margin(node)
+            assert also.margin == margin or (margin is None and math.isnan(also.margin))
 
 
-@settings(max_examples=100, deadline=None)
-@given(st.lists(expressions(2), min_size=1, max_size=6), snapshots)
-def test_the_joint_function_gives_what_each_alone_gives(texts, x):
-    nodes = [node for text in texts if (node := accepted(text)) is not None]
-    if not nodes:
-        return
-    got = joint_function(nodes)(x)
-    expected = [evaluate(node, x) for node in nodes]
-    assert all(same(g, e) for g, e in zip(got, expected, strict=True))
-
-
-@settings(max_examples=100, deadline=None)
-@given(expressions(2), snapshots, st.integers(0, SIZE - 1))
-def test_a_nan_among_the_values_read_is_never_true_nor_false(text, x, broken):
+@settings(max_examples=200, deadline=None)
+@given(expressions(2), snapshots)
+def test_a_margin_has_the_sign_of_the_truth(text, x):
     node = accepted(text)
-    if node is None or broken not in node.reads():
+    if node is None or not node.kind.boolean:
         return
-    x[broken] = math.nan
-    assert compile_node(node)(x) is None
+    trace = Trace()
+    trace.append(x, 0.0)
+    value, margin = trace.value(node), trace.margin(node)
+    assert margin is None or margin == 0.0 or value is (margin > 0.0)
+
+
+def test_what_is_invalid_counts_only_where_it_matters():
+    x = [math.nan] * SIZE
+    x[8], x[9] = 1.0, 2.0
+    for text, expected in [
+        ("c > 0 or a[0] > 0", True), ("a[0] > 0 or c > 0", True), ("c < 0 and a[0] > 0", False),
+        ("c > 0 and a[0] > 0", None), ("c < 0 or a[0] > 0", None), ("not a[0] > 0", None),
+        ("a[0] if c > 0 else d", None),
+        ("d if c > 0 else a[0]", 2.0), ("c if a[0] > 0 else c", None), ("c < 0 < a[0]", False), ("min(c, a[0])", None),
+    ]:  # fmt: skip
+        assert compile_expression(text, ENVIRONMENT)(x) is expected or expected == 2.0, text
+    x[:4] = [3.0, math.nan, 1.0, 2.0]
+    for text, expected in [
+        ("any(a < 2)", True), ("any(a < 0)", None), ("all(a > 2)", False), ("all(a > 0)", None), ("count(a > 0)", None),
+        ("argmin(a)", None), ("min_valid(a, 3)", 1.0), ("min_valid(a, 4)", None),
+    ]:  # fmt: skip
+        assert compile_expression(text, ENVIRONMENT)(x) == expected, text
 
 
 @pytest.mark.parametrize(
@@ -151,6 +182,40 @@ def test_min_valid_tolerates_broken_values_up_to_its_bound():
     assert tolerant(x) == 2.0
     x[1] = math.nan
     assert tolerant(x) is None
+
+
+def test_margins_are_in_the_unit_of_what_is_compared_and_shares_of_a_span_where_units_mix():
+    environment = Environment.packed(
+        [Signal("front", 2, (LENGTH,), bounds=(0.0, 5.0)), Signal("speed", 1, (SPEED,)), Signal("wide", 1, (LENGTH,))]
+    )
+    x = [0.3, 4.0, 0.5, 1.0]
+    for text, margin in [
+        ("min(front) < 0.5 m", 0.2),
+        ("min(front) < 0.5 m and wide < 0.9 m", -0.1),
+        ("min(front) < 0.5 m or wide < 0.9 m", 0.2),
+        ("not 0.1 m < min(front) < 0.5 m", -0.2),
+        ("any(front > 1 m)", 3.0),
+        ("all(front > 1 m)", -0.7),
+        ("min(front) == wide", -0.7),
+        ("min(front) != wide", 0.7),
+        ("True", math.inf),
+        ("min(front) < 0.5 m and speed > 0.1 m/s", 0.2 / 5.0),  # speed has no bounds: 1 m/s
+        ("min(front) > 0.5 m or speed > 0.6 m/s", -0.2 / 5.0),
+        ("held(min(front) < 0.5 m, 1 s)", -math.inf),  # not seen for so long
+        ("once(min(front) < 0.5 m, 1 s)", 0.2),
+    ]:
+        expression = compile_node(parse(text, environment), margins=True)
+        expression(x)
+        assert expression.margin == pytest.approx(margin), text
+
+
+def test_an_expression_remembers_its_calls_and_begins_anew_when_time_goes_back():
+    held = compile_expression("held(c > 0, 0.1 s)", ENVIRONMENT)
+    x = [0.0] * SIZE
+    x[8] = 1.0
+    assert [held(x, t) for t in (0.0, 0.05, 0.1, 0.15, 0.0, 0.1)] == [False, False, True, True, False, True]
+    held.reset()
+    assert held(x, 0.2) is False
 
 
 def test_reading_tells_what_was_compared():

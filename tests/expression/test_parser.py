@@ -199,7 +199,7 @@ def test_no_shape_of_python_beyond_the_language_is_accepted(data):
         )
     )  # fmt: skip
     text = wrapped.format(data.draw(st.sampled_from(["speed", "0.5 m", "min(front)", "True"])))
-    if text == "speed[0]":
+    if text in ("speed[0]", "[0.5 m]"):
         return
     with pytest.raises(InputError):
         parse(text, ENVIRONMENT)

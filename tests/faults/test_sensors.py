@@ -39,12 +39,14 @@ def test_a_robot_that_lost_a_sensor_it_needs_stands_still(sensor, fault, broken)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_without_encoders_the_reflexes_still_work(fault, broken):
     kind, how = FAULTS[fault]
-    run = broken(lambda stage: break_sensor(stage, "encoders", kind, at=1.0, **how), duration=20.0)
+    run = broken(lambda stage: break_sensor(stage, "encoders", kind, at=1.0, **how), duration=40.0)
     assert run.touched == []
-    assert run.agent["goals_reached"] == 1
     assert len([e for e in run.of(RuleChanged) if e.phase == "fired" and e.t > 1.0]) >= 1
-    # Encoders that repeat themselves with fresh stamps cannot be told from a robot that keeps its speed.
-    assert ("encoders" in run.sensors) == (fault != "frozen with fresh stamps")
+    # Encoders that repeat themselves with fresh stamps cannot be told from a robot that keeps its speed: at 1 s it
+    # turns on the spot, so the rules believe that it stands, and Flinch alone keeps it from the box.
+    told = fault != "frozen with fresh stamps"
+    assert ("encoders" in run.sensors) == told
+    assert run.agent["goals_reached"] == told
 
 
 def test_the_robot_goes_on_when_the_sensor_is_back(broken):

@@ -238,3 +238,35 @@ def test_a_table_in_use_takes_no_more_declarations() -> None:
 
 def test_an_empty_table_has_an_empty_snapshot() -> None:
     assert SignalTable().snapshot(0.0).shape == (0,)
+
+
+NUMBERS = st.floats(allow_nan=True, allow_infinity=True, width=64)
+
+
+@given(front=st.lists(NUMBERS, min_size=3, max_size=3), gap=st.lists(NUMBERS, min_size=2, max_size=2), pose=NUMBERS)
+def test_signals_written_together_are_as_if_written_one_by_one(
+    front: list[float], gap: list[float], pose: float
+) -> None:
+    signals = [
+        Signal("front", 3, bounds=(0.0, inf)),
+        Signal("gap", 2, bounds=(0.0, inf)),
+        Signal("pose", bounds=(-1, 1)),
+    ]
+    together, alone = table(*signals), table(*signals)
+    values = {"front": front, "gap": gap, "pose": [pose]}
+    packed = together.update(values, 0.0)
+    for name, value in values.items():
+        alone.write(name, value, 0.0)
+    np.testing.assert_array_equal(together.snapshot(0.0), alone.snapshot(0.0))
+    bounded = all(not v < 0.0 for v in (*front, *gap)) and not abs(pose) > 1.0
+    if packed is not None:
+        assert bounded
+        np.testing.assert_array_equal(np.frombuffer(packed), [*front, *gap, pose])
+    elif bounded:  # then it was a NaN that asked for a closer look
+        assert any(map(math.isnan, (*front, *gap, pose)))
+
+
+def test_signals_of_different_ages_written_together_age_each_by_itself() -> None:
+    signals = table(Signal("a", 2, max_age=0.1), Signal("b", 1, max_age=1.0))
+    signals.update({"a": [1.0, 2.0], "b": [3.0]}, 0.0)
+    np.testing.assert_array_equal(signals.snapshot(0.5), [nan, nan, 3.0])

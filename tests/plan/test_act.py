@@ -179,7 +179,7 @@ def test_to_and_fro_is_no_progress(mind, goal):
 
 def test_an_action_that_cannot_measure_its_progress_counts_every_reflex(mind):
     leaf = mind.mission.act("TurnTo", yaw=3.0, max_preemptions=2)
-    assert math.isnan(leaf._make().remaining(mind.rig.knowledge))
+    assert math.isnan(leaf.make().remaining(mind.rig.knowledge))
     mind.start(leaf)
     for _ in range(3):
         mind.run(2)
@@ -211,7 +211,7 @@ def test_two_leaves_in_parallel_queue_their_actions(mind, goal):
 class TestMaking:
     def test_quantities_carry_their_unit(self, mind, goal):
         leaf = mind.mission.act("GoTo", goal=goal, cruise="30 cm/s")
-        assert leaf._make().cruise == pytest.approx(0.3)
+        assert leaf.make().cruise == pytest.approx(0.3)
 
     @pytest.mark.parametrize(
         ("action", "parameters", "message"),

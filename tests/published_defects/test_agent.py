@@ -27,7 +27,7 @@ from rocs_bt.record import Recording
 from rocs_bt.signal import Signal
 from rocs_bt.simulation import set_stage
 from rocs_bt.simulation.run import stage_minds
-from rocs_bt.units import LENGTH
+from rocs_bt.units import LENGTH, SPEED
 
 CATALOG = Catalog()
 RANGES = {"front": 6, "rear": 6, "left_gap": 4, "right_gap": 4}
@@ -58,6 +58,7 @@ def wanted():
     for name, size in RANGES.items():
         signals.declare(Signal(name, size, (LENGTH,), (0.0, math.inf)))
     signals.declare(Signal("goal_distance", 1, (LENGTH,), (0.0, math.inf)))
+    signals.declare(Signal("speed", 1, (SPEED,), (-1.0, 1.0)))
     signals.freeze()
     file = CATALOG.find("rules", "avoid_collision").path
     rules = load_rules(file, Environment.of(signals), action_table())
@@ -66,6 +67,7 @@ def wanted():
         for name, size in RANGES.items():
             signals.write(name, ranges.get(name, [math.inf] * size), 0.0)
         signals.write("goal_distance", [2.0], 0.0)
+        signals.write("speed", [0.3], 0.0)
         return {r.rule.split("/")[-1]: r for r in RuleModel(rules).react(signals.snapshot(0.0), 0.0) if r.latched}
 
     return ask

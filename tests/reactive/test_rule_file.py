@@ -171,7 +171,10 @@ MISTAKES = [
     ('on_invalid]\nangle = "60 deg"', 'on_invalid]\nangle = "60 m"', 27, 1, "'angle' must be in rad, found '60 m'"),
     ('on_invalid]\nangle = "60 deg"', 'on_invalid]\nangel = "60 deg"', 27, 1, "no parameter of Turn is named 'angel'"),
     ('on_invalid]\nangle = "60 deg"', "on_invalid]", 20, 1, "'angle' reads signals, so it can be invalid"),
-    ("[rule.Turn]", "[rule.Turn]\nmodes = []", 8, 1, "rule.Turn has no use for 'modes'"),
+    ("[rule.Turn]", "[rule.Turn]\nmode = 'x'", 8, 1, "rule.Turn has no use for 'mode'. Did you mean 'modes'?"),
+    ("[rule.Turn]", "[rule.Turn]\nmodes = []", 8, 1, "modes lists no mode, so the rule would never live"),
+    ("[rule.Turn]", "[rule.Turn]\nmodes = ['a b']", 8, 1, "'a b' cannot be a mode"),
+    ("priority = 5", "priority = 99999999999999999999", 15, 1, "a priority is between -1000000 and 1000000"),
     ("[rule.Turn]", "[rule.'Turn it']\n[rule.Turn]", 7, 1, "'Turn it' cannot be a rule's name"),
     ("gap = ", "not = ", 5, 1, "'not' cannot be an alias"),
     ("[alias]", "[alias", 4, 7, "not valid TOML"),
@@ -267,6 +270,20 @@ def test_a_tie_is_refused_unless_the_actions_are_equal(tmp_path):
     file = write(tmp_path, head + rule("A", "1 rad") + rule("B", "2 rad"))
     with pytest.raises(InputError, match=r"turn.toml:8:1: A and B have the same priority 5 but different actions"):
         load_rules(file, ENVIRONMENT, ACTIONS)
+
+
+def test_there_is_no_tie_between_modes(tmp_path):
+    def rule(name, angle, modes):
+        guard, action = 'when = "speed > 1 m/s"\npriority = 5', f'action = {{ name = "Turn", angle = "{angle}" }}'
+        return f"[rule.{name}]\n{guard}\n{modes}\n{action}\n"
+
+    drive, dock = rule("A", "1 rad", 'modes = ["drive"]'), rule("B", "2 rad", 'modes = ["dock", "park"]')
+    head = 'format = "reflex/1"\n' + drive + dock
+    assert len(load_rules(write(tmp_path, head), ENVIRONMENT, ACTIONS).rules) == 2
+    for modes, first in (("", "A"), ('modes = ["park"]', "B"), ('modes = ["haul", "drive"]', "A")):
+        with pytest.raises(InputError, match=f"{first} and C have the same priority 5") as caught:
+            load_rules(write(tmp_path, head + rule("C", "3 rad", modes)), ENVIRONMENT, ACTIONS)
+        assert len(caught.value.faults) == 1
 
 
 def test_an_action_is_a_table(tmp_path):
@@ -367,7 +384,14 @@ class TestShipped:
     """rules/avoid_collision.toml on ranges by hand."""
 
     def wanted(self, **changes):
-        values = {"front": 1.0, "left_gap": 1.0, "right_gap": 1.0, "rear": 1.0, "goal_distance": 3.0} | changes
+        values = {
+            "front": 1.0,
+            "left_gap": 1.0,
+            "right_gap": 1.0,
+            "rear": 1.0,
+            "goal_distance": 3.0,
+            "speed": 0.3,
+        } | changes
         x = np.array([v for n, s in ENVIRONMENT.signals.items() for v in [values.get(n, 0.0)] * s.size])
         model = RuleModel(load_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS))
         model.react(x, 0.0)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rocs_bt.action import AtomicAction, Progress
 from rocs_bt.document import read_toml
 from rocs_bt.expression import Environment, evaluate
-from rocs_bt.reactive import OnInvalid, RuleModel, load_rules
+from rocs_bt.reactive import OnInvalid, RuleModel, choose_backend, load_rules
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED, MetresPerSecond
 
@@ -222,3 +222,22 @@ def test_the_reading_tells_what_latched_and_what_released():
     (released,) = model.react(np.array([1, 1, 1, 1, 0.25]), 1.0)
     assert (latched.describe(), released.describe()) == ("speed = 1.23 m/s", "speed = 0.25 m/s")
     assert (latched.latched, released.latched) == (True, False)
+
+
+@pytest.mark.parametrize("backend", ["python", "kernel"])
+def test_parameters_and_readings_know_the_temporal_operations_of_their_rule(backend):
+    rules = load(
+        "[rule.R]\nwhen = 'rate(rear, 0.1 s) < -1 m/s or once(speed > 2 m/s, 1 s)'\npriority = 1\n"
+        "[rule.R.action]\nname = 'Move'\n"
+        "speed = '-rate(rear, 0.1 s) if not held(speed > 2 m/s, 0.05 s) else time_since(rear < 0 m) * 1 m/s2'\n"
+    )
+    model, told = RuleModel(rules, choose_backend(backend)), []
+    for k, (rear, speed) in enumerate([(3.0, 0.0), (2.9, 0.0), (2.6, 0.0), (2.6, 3.0), (2.6, 3.0)]):
+        for reflex in model.react(np.array([1.0, 1.0, 1.0, rear, speed]), 0.05 * k):
+            told.append((k, reflex.describe(), reflex.parameters["speed"]))
+    assert [(k, speed) for k, _, speed in told] == [(2, pytest.approx(4.0)), (3, pytest.approx(3.0)), (4, np.inf)]
+    assert [reading for _, reading, _ in told] == [
+        "rate(rear, 0.1 s) = -4 m/s, once(speed > 2 m/s, 1 s) = false",
+        "rate(rear, 0.1 s) = -3 m/s, once(speed > 2 m/s, 1 s) = true",
+        "rate(rear, 0.1 s) = 0 m/s, once(speed > 2 m/s, 1 s) = true",
+    ]

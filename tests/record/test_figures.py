@@ -5,7 +5,7 @@ import pytest
 from matplotlib.colors import to_hex
 
 from rocs_bt.errors import InputError, RecordingError
-from rocs_bt.event import AtomicStarted, BodyMoved
+from rocs_bt.event import ActuatorCommanded, AgentStopped, AtomicStarted, BodyMoved, pack
 from rocs_bt.record.figures.figure import OTHER, ROUTES
 from rocs_bt.record.figures.plot import FIGURES, write_figures
 from rocs_bt.record.header import RunHeader
@@ -127,3 +127,15 @@ def test_wrong_wishes_are_told(recording, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(RecordingError, match="cannot be written"):
         write_figures([recording], tmp_path / "file")
+
+
+def test_no_route_has_the_wheels_of_an_agent_that_was_stopped(tmp_path):
+    def told(t):
+        return ActuatorCommanded(t=t, agent="R2", actuator="wheels", route="reactive", data=pack([0.0, 0.0]))
+
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    for event in (told(0.0), AgentStopped(t=0.5, agent="R2", by="the end"), told(0.5), told(2.0)):
+        recorder.emit(event)
+    recorder.close()
+    routes = History(Recording.open(tmp_path / "run.mcap")).agents["R2"].routes
+    assert [(s.name, s.begin, s.end) for s in routes] == [("reactive", 0.0, 0.5), ("idle", 0.5, 2.0)]

@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from rocs_bt.errors import RecordingError
-from rocs_bt.event import BlockFailed, Judged, NodeTicked, SensorFailed, SensorRead, Touched, pack
+from rocs_bt.event import BlockFailed, Judged, NodeTicked, SensorFailed, SensorRead, SubtreeSwapped, Touched, pack
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.report import render_report, write_report
@@ -96,6 +96,18 @@ def test_faults_and_a_cut_off_run_are_told(tmp_path):
     assert "&lt;/script&gt;&lt;b&gt;LOST_SENSOR" in page
     assert "<b>LOST_SENSOR" not in page
     assert data_of(page)["agents"][0]["beams"][0]["ranges"][-1] == [-1] * 16
+
+
+def test_after_a_swap_the_tree_that_came_is_shown(tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    nodes = (("go to", "Sequence", ""), ("go to/goal known", "Known", "go to"), ("go to/Stop", "Act", "go to"))
+    recorder.emit(NodeTicked(t=0.0, agent="R2", node="go to/GoTo", status="RUNNING"))
+    recorder.emit(SubtreeSwapped(t=0.5, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes))
+    recorder.emit(NodeTicked(t=0.6, agent="R2", node="go to/Stop", status="SUCCESS"))
+    recorder.close()
+    page = render_report(Recording.open(recorder.path), None)
+    assert [n for n in ("GoTo", "Stop", "goal known") if f'data-node="go to/{n}"' in page] == ["Stop", "goal known"]
+    assert data_of(page)["agents"][0]["leaves"] == ["go to/goal known", "go to/Stop"]
 
 
 def test_without_a_summary_the_outcome_is_what_was_judged(tmp_path):

@@ -46,6 +46,8 @@ def test_nothing_happened() -> None:
         "actions": {},
         "tracking_error": {"cross_rms": None, "cross_max": None},
         "solve_time": {"median": None, "p99": None},
+        "localisation": None,
+        "following": None,
         "faults": [],
     }
 
@@ -104,3 +106,45 @@ def test_a_command_counts_no_longer_than_the_watchdog_lets_it() -> None:
 def test_quantiles_are_values_that_occurred() -> None:
     values = [float(v) for v in range(100, 0, -1)]
     assert (quantile(values, 0.5), quantile(values, 0.99), quantile([], 0.5)) == (51.0, 100.0, None)
+
+
+def followed(*rows: tuple[float, float, float], arrived: float | None = None) -> object:
+    """What is said of R3, which follows R2 at 1.4 m and not nearer than 0.8 m, along x: rows of t, x of R2, x of R3."""
+    metrics = Metrics(["R2", "R3"])
+    parameters = {"leader": "R2", "distance": 1.4, "safety": 0.8}
+    ticket = TicketChanged(
+        t=0.0,
+        agent="R3",
+        ticket=1,
+        action="FollowRobot",
+        priority="NORMAL",
+        state="QUEUED",
+        by="x",
+        parameters=parameters,
+    )
+    metrics.emit(ticket)
+    for t, leader, follower in rows:
+        metrics.emit(BodyMoved(t=t, agent="R2", body="R2", x=leader, y=0.0, yaw=0.0))
+        metrics.emit(BodyMoved(t=t, agent="R3", body="R3", x=follower, y=0.0, yaw=0.0))
+    metrics.emit(Judged(t=9.0, agent="R2", outcome="success", time_to_goal=arrived))
+    assert metrics.of("R2")["following"] is None
+    return metrics.of("R3")["following"]
+
+
+def test_a_follower_is_measured_from_when_it_has_caught_up_until_its_leader_has_arrived() -> None:
+    rows = (0.0, 3.0, 0.0), (1.0, 3.0, 1.1), (2.0, 3.0, 1.5), (3.0, 3.0, 0.5), (4.0, 3.0, 2.9)
+    # 3.0 m is not caught up yet; then the errors are 0.5, 0.1, 1.1 (too far) and -1.3 m (too near).
+    assert followed(*rows) == {
+        "leader": "R2",
+        "distance_error": pytest.approx((0.5 + 0.1 + 1.1 + 1.3) / 4),
+        "in_band": pytest.approx(2 / 4),
+    }
+    assert followed(*rows, arrived=2.0) == {
+        "leader": "R2",
+        "distance_error": pytest.approx(0.3),
+        "in_band": 1.0,
+    }
+
+
+def test_a_follower_that_never_caught_up_has_no_error_but_is_told() -> None:
+    assert followed((0.0, 3.0, 0.0)) == {"leader": "R2", "distance_error": None, "in_band": None}

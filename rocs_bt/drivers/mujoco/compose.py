@@ -74,7 +74,13 @@ def compose_world(
         _check_base(model, robot.model)
         for sensor in robot.sensors:
             with blame(sensor.file or robot.model, sensor.line), _compiling(robot.model):
-                pick(SENSORS, sensor.driver, "sensor", "mujoco").prepare(model, sensor.name, sensor.parameters)
+                driver = pick(SENSORS, sensor.driver, "sensor", "mujoco")
+                if not issubclass(driver, MujocoSensor):
+                    raise InputError(
+                        f"the driver '{driver.__name__}' of '{sensor.name}' is none for MuJoCo. To simulate it extend "
+                        "rocs_bt.drivers.mujoco.MujocoSensor; to drive a real robot call rocs_bt.simulation.drive."
+                    )
+                driver.prepare(model, sensor.name, sensor.parameters)
         _take_options(spec, model)
         spec.attach(model, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())
     spec.option.timestep = step

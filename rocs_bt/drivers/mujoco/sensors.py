@@ -13,15 +13,18 @@ from ...device import Reading, Sensor
 from ...errors import InputError, unknown
 from ...record.header import Beam
 from ..parameters import (
+    GyroParameters,
     OrientationParameters,
     PositionParameters,
     RangeConeParameters,
     RobotSensorParameters,
     WheelSpeedParameters,
+    WheelTravelParameters,
     read_parameters,
 )
 from ..sightings import Sightings
 from ..table import pick
+from ..turning import Turning
 
 if TYPE_CHECKING:
     from .world import MujocoWorld
@@ -56,6 +59,8 @@ class MujocoSensor(Sensor):
     def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
         super().__init__(name)
         self.mount = mount
+        self._drawn_at = math.nan
+        self._errors: list[float] = []
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
@@ -68,10 +73,13 @@ class MujocoSensor(Sensor):
     def read(self) -> Reading:
         with self.mount.world.lock:
             values = self.sample()
+            stamp = self.mount.world.stamp
             if self.mount.noise > 0.0:
-                errors = self.mount.rng.normal(0.0, self.mount.noise, len(values))
-                values = [v + e for v, e in zip(values, errors.tolist(), strict=True)]
-            return Reading(self.mount.world.stamp, self.limit(values))
+                if stamp != self._drawn_at:  # a second look at the same instant says the same
+                    self._drawn_at = stamp
+                    self._errors = self.mount.rng.normal(0.0, self.mount.noise, len(values)).tolist()
+                values = [v + e for v, e in zip(values, self._errors, strict=True)]
+            return Reading(stamp, self.limit(values))
 
     def limit(self, values: list[float]) -> list[float]:
         """What the device makes of values that it cannot tell; the values themselves by default."""
@@ -112,6 +120,30 @@ class WheelSpeed(MujocoSensor):
     def sample(self) -> list[float]:
         speeds = self.mount.world.motor_speeds(self._motors)
         return [s * f for s, f in zip(speeds, self._factors, strict=True)]
+
+
+class WheelTravel(MujocoSensor):
+    """How far the rims have rolled [m], in whole counts, from the motors' shafts: what slips has rolled too."""
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        super().__init__(name, parameters, mount)
+        self._parameters = read_parameters(WheelTravelParameters, parameters, f"wheel_travel sensor '{name}'")
+        self._motors = mount.world.motors(mount.robot, self._parameters.motors)
+
+    def sample(self) -> list[float]:
+        return self._parameters.travel(self.mount.world.motor_angles(self._motors))
+
+
+class Gyro(MujocoSensor):
+    """Mean yaw rate since the reading before [rad/s]."""
+
+    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+        super().__init__(name, parameters, mount)
+        self._turning = Turning(read_parameters(GyroParameters, parameters, f"gyro '{name}'"), mount.rng)
+
+    def sample(self) -> list[float]:
+        world = self.mount.world
+        return [self._turning.look(world.stamp, world.pose(self.mount.robot).yaw)]
 
 
 class RangeCone(MujocoSensor):
@@ -203,6 +235,8 @@ SENSORS: Mapping[str, type[MujocoSensor]] = {
     "position": Position,
     "orientation": Orientation,
     "wheel_speed": WheelSpeed,
+    "wheel_travel": WheelTravel,
+    "gyro": Gyro,
     "range_cone": RangeCone,
     "robot_sensor": RobotSensor,
 }

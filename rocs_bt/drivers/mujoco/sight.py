@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -36,7 +37,7 @@ class Sight:
 
     def clear(self, data: Any, robot: RobotBody, other: RobotBody, start: Array, end: Array) -> bool:
         """Whether a ray from (3,) to (3,) [m] meets nothing but the two robots at its ends."""
-        left = float(np.linalg.norm(end - start))
+        left = math.dist(start, end)
         if left < _ON:
             return True
         along = (end - start) / left

@@ -31,6 +31,7 @@ class Motors:
     Attributes:
         ids: Their places in MuJoCo's control vector.
         joints: Their joints' places in the velocity vector.
+        angles: Their joints' places in the position vector.
         target: Speeds that they are asked for [rad/s].
         change: Greatest change of a speed in one physics step [rad/s].
         settled: Whether all have reached their target.
@@ -38,6 +39,7 @@ class Motors:
 
     ids: list[int]
     joints: list[int]
+    angles: list[int]
     target: list[float]
     change: float = math.inf
     settled: bool = True
@@ -65,6 +67,9 @@ class MujocoWorld:
 
         self.model = model
         self.data = mujoco.MjData(model)
+        # Live views of arrays that never move: for a few numbers plain Python is faster than numpy.
+        self._qpos: memoryview[float] = memoryview(self.data.qpos)
+        self._qvel: memoryview[float] = memoryview(self.data.qvel)
         self.clock = clock
         self.step = float(model.opt.timestep)
         self.lock = threading.RLock()
@@ -109,12 +114,12 @@ class MujocoWorld:
 
     def pose(self, robot: str) -> Pose2:
         """Where a robot truly is, world frame; computed once for all that ask in the same state."""
+        known = self._poses.get(robot)
+        if known is not None and known[0] == self._revision:
+            return known[1]
         with self.lock:
-            known = self._poses.get(robot)
-            if known is not None and known[0] == self._revision:
-                return known[1]
             q = self.body(robot).q
-            x, y, _, w, i, j, k = self.data.qpos[q : q + 7].tolist()
+            x, y, _, w, i, j, k = self._qpos[q : q + 7].tolist()
             pose = Pose2(x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))))
             self._poses[robot] = self._revision, pose
         return pose
@@ -123,14 +128,13 @@ class MujocoWorld:
         """Where the origin of a robot's base is: x, y, z [m], world frame."""
         q = self.body(robot).q
         with self.lock:
-            values: list[float] = self.data.qpos[q : q + 3].tolist()
-        return values
+            return [*self._qpos[q : q + 3]]
 
     def twist(self, robot: str) -> Twist2:
         """How a robot truly moves, body frame."""
         v, yaw = self.body(robot).v, self.pose(robot).yaw
         with self.lock:
-            x, y, _, _, _, turn = self.data.qvel[v : v + 6].tolist()
+            x, y, _, _, _, turn = self._qvel[v : v + 6].tolist()
         c, s = math.cos(yaw), math.sin(yaw)
         return Twist2(c * x + s * y, turn, c * y - s * x)
 
@@ -147,8 +151,9 @@ class MujocoWorld:
         """
         self.body(robot)
         ids = [self._id("actuator", robot, name) for name in names]
-        joints = [int(self.model.jnt_dofadr[self.model.actuator_trnid[i, 0]]) for i in ids]
-        motors = Motors(ids, joints, [0.0] * len(ids), max_change * self.step)
+        turned = [int(self.model.actuator_trnid[i, 0]) for i in ids]
+        joints, angles = ([int(adr[j]) for j in turned] for adr in (self.model.jnt_dofadr, self.model.jnt_qposadr))
+        motors = Motors(ids, joints, angles, [0.0] * len(ids), max_change * self.step)
         self._motors[robot].append(motors)
         return motors
 
@@ -162,8 +167,12 @@ class MujocoWorld:
     def motor_speeds(self, motors: Motors) -> list[float]:
         """How fast motors truly turn [rad/s]."""
         with self.lock:
-            speeds = self.data.qvel
-            return [float(speeds[j]) for j in motors.joints]
+            return [self._qvel[j] for j in motors.joints]
+
+    def motor_angles(self, motors: Motors) -> list[float]:
+        """How far motors have truly turned since the start [rad]."""
+        with self.lock:
+            return [self._qpos[a] for a in motors.angles]
 
     def guard(self, watchdog: Watchdog) -> None:
         """Check this watchdog before each physics step."""
@@ -252,7 +261,7 @@ class MujocoWorld:
     def digest(self, into: hashlib._Hash) -> None:
         """Add the float64 generalised positions to a hash."""
         with self.lock:
-            into.update(self.data.qpos.tobytes())
+            into.update(self._qpos)
 
     def update_poses(self) -> None:
         """Poses of all geoms and sites in the present state: a step leaves those of the state before it."""

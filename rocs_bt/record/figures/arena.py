@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...geometry import Pose2
 from ..header import BodyInfo
 from ..history import AgentHistory, History
-from .figure import GRID, INK, MUTED, OTHER, PLACE, ROUTES, WALL, Figure, by_route, line_style, route_legend
+from .figure import GRID, INK, MUTED, OTHER, PLACE, ROUTES, WALL, WORST, Figure, by_route, line_style, route_legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,18 +21,24 @@ if TYPE_CHECKING:
 class Arena(Figure):
     """Walls, boxes and goals; a dot for each atomic action, a square at each switch of the route, others in black."""
 
-    name = "arena"
     title = "The arena from above"
     size = (7.2, 5.8)
 
+    def __init__(self, name: str = "arena") -> None:
+        self.name = name
+
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
+        bodies = {name for run in runs for name in run.bodies}
+        self.draw_bodies(canvas.add_subplot(), runs, bodies, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+    def draw_bodies(self, axes: Axes, runs: Sequence[History], bodies: Collection[str], **legend: Any) -> None:
+        """Draw some of the bodies only, beside whatever else the figure shows; `legend` says where the legend is."""
         from matplotlib.lines import Line2D
 
-        axes = canvas.add_subplot()
         axes.set_aspect("equal")
-        self._world(axes, runs[0])
+        draw_world(axes, runs[0], self.name)
         for i, run in enumerate(runs):
-            for name in run.bodies:
+            for name in (name for name in run.bodies if name in bodies):
                 if name in run.agents:
                     self._agent(axes, run, name, i)
                 else:
@@ -52,32 +58,7 @@ class Arena(Figure):
                 label="switch of route",
             ),
         ]
-        route_legend(axes, runs, marks, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
-
-    def _world(self, axes: Axes, run: History) -> None:
-        from matplotlib.patches import Circle, Polygon
-
-        for i, outline in enumerate(run.header.outlines):
-            shape = (
-                Circle(outline.points[0], outline.radius)
-                if outline.radius > 0.0
-                else Polygon(outline.points, closed=True)
-            )
-            shape.set(facecolor=WALL, edgecolor=MUTED, linewidth=0.6, gid=f"arena-outline-{i}")
-            axes.add_patch(shape)
-        for i, place in enumerate(run.header.places):
-            ring = Circle(
-                (place.x, place.y),
-                max(place.radius, 0.05),
-                fill=False,
-                ec=PLACE,
-                lw=1.2,
-                gid=f"arena-place-{i}",
-            )
-            axes.add_patch(ring)
-            axes.annotate(place.name, (place.x, place.y), (7, -11), textcoords="offset points", color=PLACE)
-        axes.margins(0.02)
-        axes.autoscale_view()
+        route_legend(axes, runs, marks, bodies, borderaxespad=0.0, **legend)
 
     def _agent(self, axes: Axes, run: History, name: str, i: int) -> None:
         body, agent = run.bodies[name], run.agents[name]
@@ -101,8 +82,9 @@ class Arena(Figure):
                     zorder=4,
                 )
         self._switches(axes, run, name, gid)
+        self._worst(axes, run, name, gid)
         axes.plot(*body.pose[0, :2], "o", color=INK, ms=5, mfc="none", gid=f"{gid}-start", zorder=6)
-        self._hull(axes, run, name, gid)
+        draw_hull(axes, run, name, gid)
 
     def _switches(self, axes: Axes, run: History, name: str, gid: str) -> None:
         agent = run.agents[name]
@@ -121,6 +103,14 @@ class Arena(Figure):
             )
             squares.set_gid(f"{gid}-switches")
 
+    def _worst(self, axes: Axes, run: History, name: str, gid: str) -> None:
+        """A cross where the robot was at the worst moment of each requirement."""
+        for k, worst in enumerate(run.agents[name].worst):
+            (place,) = run.bodies[name].at(worst.t)
+            axes.plot(*place, "x", color=WORST, ms=8, mew=1.8, gid=f"{gid}-worst-{k}", zorder=6.5)
+            style: dict[str, Any] = {"textcoords": "offset points", "color": WORST, "fontsize": 7.5, "zorder": 7}
+            axes.annotate(worst.name, place, (8, -8 - 9 * k), **style)
+
     def _other(self, axes: Axes, run: History, name: str, i: int) -> None:
         body = run.bodies[name]
         if not len(body.t):
@@ -128,20 +118,49 @@ class Arena(Figure):
         gid = f"{self.name}-{i}-{name}"
         style = {**line_style(i), "linewidth": 1.0}
         axes.plot(body.pose[:, 0], body.pose[:, 1], color=OTHER, gid=f"{gid}-path", zorder=2, **style)
-        self._hull(axes, run, name, gid)
+        draw_hull(axes, run, name, gid)
 
-    def _hull(self, axes: Axes, run: History, name: str, gid: str) -> None:
-        from matplotlib.patches import Polygon
 
-        infos = [b for b in run.header.bodies if b.name == name and b.hull]
-        if infos:
-            pose = Pose2(*run.bodies[name].pose[-1].tolist())
-            hull = Polygon(_placed(infos[0], pose), closed=True, fc=GRID, ec=INK, lw=0.9, alpha=0.8, zorder=2.5)
-            hull.set_gid(f"{gid}-hull")
-            axes.add_patch(hull)
-            nose = max(x for x, _ in infos[0].hull)
-            axes.plot(*zip(pose[:2], pose.transform(nose, 0.0), strict=True), color=INK, lw=0.9, zorder=2.6)
-            axes.annotate(name, pose[:2], (9, 9), textcoords="offset points", color=INK, weight="bold", zorder=7)
+def draw_world(axes: Axes, run: History, gid: str) -> None:
+    """Walls, boxes and places; `gid` begins the ids of what is drawn."""
+    from matplotlib.patches import Circle, Polygon
+
+    for i, outline in enumerate(run.header.outlines):
+        shape = (
+            Circle(outline.points[0], outline.radius) if outline.radius > 0.0 else Polygon(outline.points, closed=True)
+        )
+        shape.set(facecolor=WALL, edgecolor=MUTED, linewidth=0.6, gid=f"{gid}-outline-{i}")
+        axes.add_patch(shape)
+    for i, place in enumerate(run.header.places):
+        radius = max(place.radius, 0.05)
+        ring = Circle((place.x, place.y), radius, fill=False, ec=PLACE, lw=1.2, gid=f"{gid}-place-{i}")
+        axes.add_patch(ring)
+        side = -1 if place.x > 0.0 else 1  # towards the middle, away from the wall
+        axes.annotate(
+            place.name,
+            (place.x, place.y),
+            (7 * side, -11),
+            textcoords="offset points",
+            color=PLACE,
+            ha="left" if side > 0 else "right",
+        )
+    axes.margins(0.02)
+    axes.autoscale_view()
+
+
+def draw_hull(axes: Axes, run: History, name: str, gid: str, *, at: int = -1, color: str = GRID) -> None:
+    """A body's outline at one of its samples, the last by default, with its heading and its name."""
+    from matplotlib.patches import Polygon
+
+    infos = [b for b in run.header.bodies if b.name == name and b.hull]
+    if infos:
+        pose = Pose2(*run.bodies[name].pose[at].tolist())
+        shape = Polygon(_placed(infos[0], pose), closed=True, fc=color, ec=INK, lw=0.9, alpha=0.8, zorder=2.5)
+        shape.set_gid(f"{gid}-hull")
+        axes.add_patch(shape)
+        nose = max(x for x, _ in infos[0].hull)
+        axes.plot(*zip(pose[:2], pose.transform(nose, 0.0), strict=True), color=INK, lw=0.9, zorder=2.6)
+        axes.annotate(name, pose[:2], (9, 9), textcoords="offset points", color=INK, weight="bold", zorder=7)
 
 
 def _placed(info: BodyInfo, pose: Pose2) -> list[tuple[float, float]]:

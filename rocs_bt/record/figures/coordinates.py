@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..history import History
-from .figure import INK, MUTED, OTHER, ROUTES, Figure, by_route, line_style, route_legend
+from .figure import INK, MUTED, OTHER, ROUTES, Figure, by_route, line_style, mark_worst, route_legend
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -36,6 +36,8 @@ class Coordinates(Figure):
                         axes.plot(body.t[at], body.pose[at, i], color=color, gid=f"{gid}-{k}", **line_style(r))
             axes.set_ylabel(f"{what} [m]")
             axes.margins(x=0.0)
+            for name, agent in runs[0].agents.items():
+                mark_worst(axes, agent, f"{self.name}-{what}-{name}", named=i == 0)
         rows[-1].set_xlabel("t [s]")
         columns = 5 + len(runs)
         route_legend(rows[0], runs, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)

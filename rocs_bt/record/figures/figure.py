@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 # The paper's Figure 5b: deliberative red, reactive blue, the disturbing robot black.
 INK, MUTED, GRID, WALL, PLACE, OTHER = "#1d2733", "#66717f", "#dde2e8", "#c3cad3", "#1d8a4e", "#12161b"
+WORST = "#a8610a"
 ROUTES = {"deliberative": "#c9302c", "reactive": "#1c62c4", "idle": "#98a2ae"}
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text: small, searchable, in the reader's font
@@ -69,13 +70,7 @@ class Figure(ABC):
 
     def make(self, runs: Sequence[History]) -> Canvas:
         """The drawn figure."""
-        import matplotlib
-        from matplotlib.figure import Figure as Canvas
-
-        with matplotlib.rc_context(_STYLE):
-            canvas = Canvas(figsize=self.size, layout="constrained")
-            self.draw(canvas, runs)
-        return canvas
+        return drawn(self.size, lambda canvas: self.draw(canvas, runs))
 
     def render(self, runs: Sequence[History], form: str) -> bytes:
         """The figure as a file's content; the same runs give the same bytes.
@@ -84,17 +79,37 @@ class Figure(ABC):
             runs: What to draw.
             form: `png`, `svg` or `pdf`.
         """
-        import matplotlib
+        return rendered(self.name, lambda: self.make(runs), form)
 
-        undated: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}
-        buffer = io.BytesIO()
-        # Ids in an SVG are made from the salt: one for each figure, so that several can stand on one page.
-        with matplotlib.rc_context({**_STYLE, "svg.hashsalt": self.name}):
-            face = "none" if form == "svg" else "white"
-            self.make(runs).savefig(
-                buffer, format=form, dpi=160, metadata=undated.get(form, {"Software": None}), facecolor=face
-            )
-        return buffer.getvalue()
+
+def drawn(size: tuple[float, float], draw: Callable[[Canvas], None]) -> Canvas:
+    """A canvas of a size [inch] in our style, drawn on."""
+    import matplotlib
+    from matplotlib.figure import Figure as Canvas
+
+    with matplotlib.rc_context(_STYLE):
+        canvas = Canvas(figsize=size, layout="constrained")
+        draw(canvas)
+    return canvas
+
+
+def rendered(name: str, make: Callable[[], Canvas], form: str) -> bytes:
+    """A drawn canvas as a file's content; the same drawing gives the same bytes.
+
+    Args:
+        name: The figure's name.
+        make: Draws it.
+        form: `png`, `svg` or `pdf`.
+    """
+    import matplotlib
+
+    undated: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}
+    buffer = io.BytesIO()
+    # Ids in an SVG are made from the salt: one for each figure, so that several can stand on one page.
+    with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
+        face = "none" if form == "svg" else "white"
+        make().savefig(buffer, format=form, dpi=160, metadata=undated.get(form, {"Software": None}), facecolor=face)
+    return buffer.getvalue()
 
 
 def line_style(run: int) -> dict[str, Any]:
@@ -117,14 +132,44 @@ def shade_reflexes(axes: Axes, agent: AgentHistory) -> None:
             axes.axvspan(span.begin, span.end, color=ROUTES["reactive"], alpha=0.12, linewidth=0)
 
 
-def route_legend(axes: Axes, runs: Sequence[History], extra: Sequence[Any] = (), **place: Any) -> None:
-    """The legend: routes, bodies without an agent, and line styles where there are several runs."""
+def mark_worst(axes: Axes, agent: AgentHistory, gid: str, *, named: bool) -> None:
+    """A line at the worst moment of each requirement, with its name above where asked for; `gid` begins their ids."""
+    for k, worst in enumerate(agent.worst):
+        axes.axvline(worst.t, color=WORST, lw=1.0, ls=(0, (1, 1.5)), gid=f"{gid}-worst-{k}")
+        if named:
+            left = worst.t > 0.5 * sum(axes.get_xlim())
+            axes.annotate(
+                worst.name,
+                (worst.t, 1.0),
+                (-3 if left else 3, -2 - 9 * k),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+                color=WORST,
+                ha="right" if left else "left",
+                va="top",
+                fontsize=7.5,
+            )
+
+
+def route_legend(
+    axes: Axes, runs: Sequence[History], extra: Sequence[Any] = (), bodies: Collection[str] | None = None, **place: Any
+) -> None:
+    """The legend: routes, bodies without an agent, and line styles where there are several runs.
+
+    Args:
+        axes: Where it goes.
+        runs: What is drawn.
+        extra: More entries.
+        bodies: Which bodies are drawn; all by default.
+        place: Where in the axes.
+    """
     from matplotlib.lines import Line2D
 
-    routes = {s.name for run in runs for agent in run.agents.values() for s in agent.routes}
+    agents = [a for run in runs for name, a in run.agents.items() if bodies is None or name in bodies]
+    routes = {span.name for agent in agents for span in agent.routes}
     handles: list[Any] = [Line2D([], [], color=c, label=name) for name, c in ROUTES.items() if name in routes]
     handles += extra
-    others = [name for name in runs[0].bodies if name not in runs[0].agents]
+    others = [n for n in runs[0].bodies if n not in runs[0].agents and (bodies is None or n in bodies)]
     if others:
         handles.append(Line2D([], [], color=OTHER, lw=1.0, label=", ".join(others)))
     if len(runs) > 1:

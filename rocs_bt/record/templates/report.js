@@ -16,7 +16,6 @@
     return low - 1;
   };
   const itself = (row) => row, first = (row) => row[0];
-  const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
   const routeAt = (agent, t) => {
     const i = before(agent.routes, t, (r) => r[1]);
     return i < 0 ? "idle" : agent.routes[i][0];
@@ -31,76 +30,29 @@
     };
   };
 
-  let scale = 1, left = 0, top = 0, width = 0, height = 0;
-  const X = (x) => left + x * scale, Y = (y) => top - y * scale;
+  const arena = makeArena(picture), { g, X, Y } = arena;
   const fit = () => {
-    const [x0, y0, x1, y1] = run.bounds, dpr = window.devicePixelRatio || 1, pad = 18;
-    width = picture.parentElement.clientWidth;
-    height = Math.min(width * (y1 - y0) / (x1 - x0), 0.82 * Math.max(window.innerHeight, 480));
-    picture.style.height = height + "px";
-    picture.width = width * dpr; picture.height = height * dpr;
-    picture.getContext("2d").setTransform(dpr, 0, 0, dpr, 0, 0);
-    scale = Math.min((width - 2 * pad) / (x1 - x0), (height - 2 * pad) / (y1 - y0));
-    left = width / 2 - scale * (x0 + x1) / 2;
-    top = height / 2 + scale * (y0 + y1) / 2;
+    arena.fit(run.bounds);
+    const dpr = window.devicePixelRatio || 1;
     strip.width = strip.clientWidth * dpr; strip.height = strip.clientHeight * dpr;
   };
-
-  const outline = (g, points) => {
-    g.beginPath();
-    points.forEach(([x, y], i) => (i ? g.lineTo(X(x), Y(y)) : g.moveTo(X(x), Y(y))));
-    g.closePath();
-  };
-  const placed = (pose, [x, y]) => [
-    pose.x + Math.cos(pose.yaw) * x - Math.sin(pose.yaw) * y, pose.y + Math.sin(pose.yaw) * x + Math.cos(pose.yaw) * y,
-  ];
-  const drawWorld = (g) => {
-    g.lineWidth = 1; g.fillStyle = color("wall"); g.strokeStyle = color("muted");
-    for (const o of run.outlines) {
-      if (o.radius > 0) { g.beginPath(); g.arc(X(o.points[0][0]), Y(o.points[0][1]), o.radius * scale, 0, 7); }
-      else outline(g, o.points);
-      g.fill(); g.stroke();
-    }
-    g.strokeStyle = g.fillStyle = color("place"); g.lineWidth = 1.5;
-    g.font = "13px " + getComputedStyle(document.body).fontFamily;
-    for (const p of run.places) {
-      const r = Math.max(p.radius * scale, 5);
-      g.beginPath(); g.arc(X(p.x), Y(p.y), r, 0, 7); g.stroke();
-      g.beginPath(); g.moveTo(X(p.x) - 4, Y(p.y)); g.lineTo(X(p.x) + 4, Y(p.y)); g.moveTo(X(p.x), Y(p.y) - 4); g.lineTo(X(p.x), Y(p.y) + 4); g.stroke();
-      g.fillText(p.name, X(p.x) + r + 4, Y(p.y) + r + 10);
-    }
-  };
-  const drawBeams = (g, agent, pose) => {
+  const drawBeams = (agent, pose) => {
     for (const set of agent.beams) {
       const i = before(set.t, now, itself);
-      if (i < 0) continue;
-      set.beams.forEach(([bx, by, yaw, reach, cone], k) => {
-        const echo = set.ranges[i][k];
-        if (echo === -1) return;
-        const [x, y] = placed(pose, [bx, by]), way = pose.yaw + yaw, r = Math.min(echo ?? reach, reach) * scale;
-        g.globalAlpha = echo === null ? 0.09 : 0.55;
-        g.fillStyle = g.strokeStyle = echo === null ? color("muted") : color("beam");
-        g.beginPath(); g.moveTo(X(x), Y(y));
-        if (cone > 0) { g.arc(X(x), Y(y), r, -way - cone / 2, -way + cone / 2); g.closePath(); g.fill(); }
-        else { g.lineTo(X(x) + r * Math.cos(way), Y(y) - r * Math.sin(way)); g.stroke(); }
-      });
+      if (i >= 0) arena.drawBeams(set.beams, set.ranges[i], pose);
     }
-    g.globalAlpha = 1;
   };
-  const stretch = (g, body, from, to, style, thick) => {
+  const stretch = (body, from, to, style, thick) => {
     if (to < from) return;
-    g.strokeStyle = style; g.lineWidth = thick; g.lineJoin = g.lineCap = "round";
-    g.beginPath();
-    const a = poseAt(body, from), z = poseAt(body, to);
-    g.moveTo(X(a.x), Y(a.y));
-    for (let i = a.i + 1; i <= z.i; i++) g.lineTo(X(body.x[i]), Y(body.y[i]));
-    g.lineTo(X(z.x), Y(z.y)); g.stroke();
+    const a = poseAt(body, from), z = poseAt(body, to), points = [[a.x, a.y]];
+    for (let i = a.i + 1; i <= z.i; i++) points.push([body.x[i], body.y[i]]);
+    arena.drawLine([...points, [z.x, z.y]], style, thick);
   };
-  const drawTrail = (g, body, agent) => {
-    if (!agent) { stretch(g, body, body.t[0], now, color("other"), 1.2); return; }
+  const drawTrail = (body, agent) => {
+    if (!agent) { stretch(body, body.t[0], now, color("other"), 1.2); return; }
     const end = run.end;
-    g.globalAlpha = 0.22; stretch(g, body, body.t[0], end, color("muted"), 1.2); g.globalAlpha = 1;
-    for (const [name, from, to] of agent.routes) if (from <= now) stretch(g, body, from, Math.min(to, now), color(name), 2.4);
+    g.globalAlpha = 0.22; stretch(body, body.t[0], end, color("muted"), 1.2); g.globalAlpha = 1;
+    for (const [name, from, to] of agent.routes) if (from <= now) stretch(body, from, Math.min(to, now), color(name), 2.4);
     for (const [t, , route] of agent.atomic) {
       if (t > now) break;
       const p = poseAt(body, t);
@@ -113,27 +65,14 @@
       g.strokeStyle = color(routeAt(agent, t)); g.strokeRect(X(p.x) - 5.5, Y(p.y) - 5.5, 11, 11);
     }
   };
-  const drawBody = (g, body, pose, tint) => {
-    if (body.hull.length) {
-      outline(g, body.hull.map((p) => placed(pose, p)));
-      g.fillStyle = color("paper"); g.globalAlpha = 0.85; g.fill(); g.globalAlpha = 1;
-      g.strokeStyle = tint; g.lineWidth = 2; g.stroke();
-    }
-    const nose = body.hull.length ? Math.max(...body.hull.map((p) => p[0])) : 0.2;
-    const tip = placed(pose, [nose * 0.85, 0]), a = placed(pose, [nose * 0.35, nose * 0.3]), b = placed(pose, [nose * 0.35, -nose * 0.3]);
-    outline(g, [tip, a, b]); g.fillStyle = tint; g.fill();
-    g.fillStyle = color("ink"); g.font = "600 13px " + getComputedStyle(document.body).fontFamily;
-    g.fillText(body.name, X(pose.x) + 0.24 * scale + 4, Y(pose.y) - 0.16 * scale - 2);
-  };
   const drawPicture = () => {
-    const g = picture.getContext("2d"), agents = Object.fromEntries(run.agents.map((a) => [a.name, a]));
-    g.clearRect(0, 0, width, height);
-    drawWorld(g);
-    for (const body of run.bodies) drawTrail(g, body, agents[body.name]);
+    const agents = Object.fromEntries(run.agents.map((a) => [a.name, a]));
+    arena.drawWorld(run);
+    for (const body of run.bodies) drawTrail(body, agents[body.name]);
     for (const body of run.bodies) {
       const pose = poseAt(body, now), agent = agents[body.name];
-      if (agent) drawBeams(g, agent, pose);
-      drawBody(g, body, pose, agent ? color(routeAt(agent, now)) : color("other"));
+      if (agent) drawBeams(agent, pose);
+      arena.drawBody(body.hull, body.name, pose, agent ? color(routeAt(agent, now)) : color("other"));
     }
   };
   const drawStrip = () => {

@@ -1,0 +1,69 @@
+"""The static checks of a large rule file: 1000 rules over 64 ranges, in CPU seconds.
+
+Half of the rules lie within others, so that there is much to prove and much to tell; every example is confirmed by the
+interpreter, which is counted in.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from row import Row
+
+from rocs_bt.actions import ACTIONS
+from rocs_bt.expression import Environment, compile_expression
+from rocs_bt.reactive import Argument, Rule
+from rocs_bt.reactive.analysis import analyse_rules
+from rocs_bt.signal import Signal
+from rocs_bt.units import LENGTH, SPEED
+
+ENVIRONMENT = Environment.packed(
+    [Signal("range", 64, (LENGTH,), bounds=(0.02, 30.0)), Signal("speed", 1, (SPEED,), bounds=(-1.0, 1.5))]
+)
+BUDGET = 5.0  # [s] for 1000 rules
+
+
+def rule(k: int, priority: int) -> Rule:
+    """The k-th rule: eight neighbouring ranges, a threshold, every second time hysteresis."""
+    beams, near = f"range[{k * 7 % 56}:{k * 7 % 56 + 8}]", 0.30 + k % 37 * 0.01
+    when = f"speed > 0.1 m/s and min({beams}) < {near:.2f} m"
+    until = f"min({beams}) > {near + 0.1:.2f} m" if k % 2 else None
+    return Rule(
+        name=f"bench/R{k}",
+        when=compile_expression(when, ENVIRONMENT),
+        until=None if until is None else compile_expression(until, ENVIRONMENT),
+        priority=priority,
+        action="Stop",
+        cooldown=0.5 if k % 3 == 0 else 0.0,
+        level=bool(k % 5),
+        arguments={"below": Argument(0.1 + k)},
+    )
+
+
+PRIORITIES: dict[str, Callable[[int], int]] = {
+    "each its own priority": lambda k: k,
+    "one priority for all": lambda k: 5,
+    "priorities at random": lambda k: k * 7919 % 1000,
+}
+
+
+def run() -> list[Row]:
+    """The rows of this benchmark."""
+    rows = []
+    for words, priority in PRIORITIES.items():
+        seconds = {}
+        for count in (100, 1000):
+            rules = [rule(k, priority(k)) for k in range(count)]
+            start = time.process_time()
+            findings = len(analyse_rules(rules, ENVIRONMENT, ACTIONS))
+            seconds[count] = time.process_time() - start
+        name = f"check 1000 rules, {words}, {findings} findings"
+        ratio = seconds[1000] / seconds[100]
+        rows.append(Row(name, seconds[1000], "s", "100 rules", ratio, f"<= {BUDGET:g} s", seconds[1000] <= BUDGET))
+    return rows
+
+
+if __name__ == "__main__":
+    for each in run():
+        print(each)

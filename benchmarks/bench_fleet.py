@@ -1,0 +1,208 @@
+"""Many minds in one world: EXP3's whole stack, and what a robot costs when there are 1, 2, 5, 10 or 20 of them.
+
+CPU time in one process, lockstep, recorded to a file. What counts is the episode's loop, from its first control period
+to its last: observing and judging, all minds, recording, and physics.
+
+The fleet is EXP3 again and again: a floor of walled squares, in each a robot that visits the corners and one that
+follows it by its robot sensor; no walkers, so that every robot thinks. An odd one out visits corners alone. A robot
+sensor reaches into the neighbouring squares, where walls hide who is there.
+
+The growth is the slope of a straight line through the logarithms of cost and number: what a robot costs is at most
+proportional to how many there are when its slope is at most 1. The line, and where the time goes, are drawn in
+runs/bench/fleet.png and fleet.svg.
+
+Run it with `python benchmarks/bench_fleet.py`, or all benchmarks with `make bench`.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import tempfile
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from row import Row
+
+from rocs_bt import simulation
+from rocs_bt.catalog import Catalog
+
+SEEDS = range(1, 4)
+COUNTS = (1, 2, 5, 10, 20)
+PACE, FLEET_PACE, SLOPE = 30.0, 3.0, 1.0
+SPAN = 15.0  # [s] that a fleet is simulated: nobody has finished by then
+PITCH = 5.0  # [m] from one square to the next
+PICTURE = Path("runs/bench")
+
+CORNER = """
+[[place]]
+name = "{name}"
+x = "{x} m"
+y = "{y} m"
+agents = ["{agent}"]
+"""
+LEADER = """
+[[agent]]
+name = "{name}"
+robot = "pioneer_p3dx"
+mission = "corners"
+rules = ["avoid_collision"]
+x = "{x} m"
+y = "{y} m"
+yaw = "45 deg"
+[agent.parameters]
+first = "{name}_1"
+second = "{name}_2"
+third = "{name}_3"
+fourth = "{name}_4"
+"""
+FOLLOWER = """
+[[agent]]
+name = "{name}"
+robot = "summit_xl"
+mission = "follow_robot"
+rules = ["avoid_collision"]
+x = "{x} m"
+y = "{y} m"
+yaw = "45 deg"
+[agent.parameters]
+leader = "{leader}"
+distance = "1.4 m"
+room = "1.2 m"
+cruise = "0.8 m/s"
+"""
+WALL = '<geom name="{name}" type="box" size="{sx} {sy} 0.25" pos="{x} {y} 0.25"/>'
+
+
+@dataclass(frozen=True)
+class Timed:
+    """One run: robots with minds, what it simulated, and the CPU time of its loop [s]."""
+
+    robots: int
+    simulated: float
+    loop: float
+
+
+def fleet(project: Path, robots: int) -> None:
+    """Write a project whose scenario `fleet` has so many robots with minds."""
+    squares = math.ceil(robots / 2)
+    wide = math.ceil(math.sqrt(squares))
+    deep = math.ceil(squares / wide)
+    scenario = [f'format = "scenario/1"\ndoc = "{robots} robots with minds."\nworld = "squares"\nduration = "{SPAN} s"']
+    for square in range(squares):
+        x, y = PITCH * (square % wide), PITCH * (square // wide)
+        leader = f"L{square + 1}"
+        scenario.append(LEADER.format(name=leader, x=x + 0.5, y=y + 0.5))
+        for i, (east, north) in enumerate(((1.7, 1.7), (1.7, -1.7), (-1.7, 1.7), (-1.7, -1.7)), 1):
+            scenario.append(CORNER.format(name=f"{leader}_{i}", x=x + east, y=y + north, agent=leader))
+        if 2 * square + 1 < robots:
+            scenario.append(FOLLOWER.format(name=f"F{square + 1}", x=x - 1.2, y=y - 1.2, leader=leader))
+    walls = [
+        WALL.format(name=f"column_{i}", sx=0.025, sy=PITCH * deep / 2, x=PITCH * (i - 0.5), y=PITCH * (deep - 1) / 2)
+        for i in range(wide + 1)
+    ]
+    walls += [
+        WALL.format(name=f"row_{i}", sx=PITCH * wide / 2, sy=0.025, x=PITCH * (wide - 1) / 2, y=PITCH * (i - 0.5))
+        for i in range(deep + 1)
+    ]
+    worlds = project / "scenarios" / "worlds"
+    worlds.mkdir(parents=True)
+    floor = '<geom name="floor" type="plane" size="0 0 0.1"/>'
+    body = "\n".join([floor, *walls])
+    (worlds / "squares.xml").write_text(f'<mujoco model="squares"><worldbody>{body}</worldbody></mujoco>')
+    (project / "scenarios" / "fleet.toml").write_text("\n".join(scenario))
+
+
+def timed(catalog: Catalog, name: str, seed: int, out: Path) -> Timed:
+    """One run of a scenario, recorded."""
+    ticks: list[float] = []
+
+    def tick(t: float) -> None:
+        ticks.append(time.process_time())
+
+    summary = simulation.run(name, catalog, seed=seed, out=out, report=False, progress=tick).summary
+    return Timed(len(summary["agents"]), summary["sim_time"], ticks[-1] - ticks[0])
+
+
+def measure() -> tuple[list[Timed], list[Timed]]:
+    """EXP3 by seed, and the fleets, each the fastest of its seeds."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "run"
+        experiment = [timed(Catalog(), "exp3", seed, out) for seed in SEEDS]
+        fleets = []
+        for count in COUNTS:
+            project = Path(folder) / f"fleet_{count}"
+            fleet(project, count)
+            runs = [timed(Catalog(project), "fleet", seed, out) for seed in SEEDS]
+            fleets.append(min(runs, key=lambda run: run.loop / run.simulated))
+    return experiment, fleets
+
+
+def slope(costs: Mapping[int, float]) -> float:
+    """By which power of the number of robots a cost grows: least squares through the logarithms."""
+    import numpy as np
+
+    return float(np.polyfit(np.log(list(costs)), np.log(list(costs.values())), 1)[0])
+
+
+def draw(costs: Mapping[int, float], growth: float) -> None:
+    """What a robot costs, by how many there are."""
+    from matplotlib.figure import Figure
+
+    canvas = Figure(figsize=(6.4, 4.0), layout="constrained")
+    axes = canvas.subplots()
+    counts = list(costs)
+    axes.plot(counts, [1e3 * c for c in costs.values()], "o-", label=f"measured: number to the {growth:.2f}")
+    axes.plot(
+        counts, [1e3 * costs[counts[0]] * n for n in counts], ":", color="grey", label="proportional to the number"
+    )
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="robots with minds in one world",
+        ylabel="CPU time of a robot for one simulated second [ms]",
+        title="What a robot costs",
+        xticks=counts,
+        xticklabels=counts,
+    )
+    axes.minorticks_off()
+    axes.grid(visible=True, alpha=0.3)
+    axes.legend()
+    PICTURE.mkdir(parents=True, exist_ok=True)
+    for form in ("png", "svg"):
+        canvas.savefig(PICTURE / f"fleet.{form}", dpi=160)
+
+
+def run() -> list[Row]:
+    """All rows; draws the picture."""
+    experiment, fleets = measure()
+    pace = statistics.median(run.simulated / run.loop for run in experiment)
+    costs = {run.robots: run.loop / run.simulated / run.robots for run in fleets}
+    growth = slope(costs)
+    draw(costs, growth)
+    rows = [Row("EXP3: whole stack, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)]
+    for each in fleets:
+        rate, budget = each.simulated / each.loop, FLEET_PACE if each.robots == 10 else None
+        rows.append(
+            Row(
+                f"fleet: {each.robots} robots with minds, recorded",
+                rate,
+                "x real time",
+                "what one costs alone",
+                costs[each.robots] / costs[1],
+                "" if budget is None else f">= {budget:g}x",
+                None if budget is None else rate >= budget,
+            )
+        )
+    allowed = f"<= {SLOPE:g}"
+    rows.append(
+        Row("fleet: cost of a robot grows as their number to the", growth, "", "", None, allowed, growth <= SLOPE)
+    )
+    return rows
+
+
+if __name__ == "__main__":
+    for row in run():
+        print(row)

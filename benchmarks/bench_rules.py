@@ -1,0 +1,183 @@
+"""Rules: 1 to 1000 of them on one snapshot, beside Python and C by hand and other engines; batches; compiling.
+
+In CPU time of one process, the evaluators in turn. Ours have hysteresis, hold, cooldown, priority and an answer to NaN;
+what they are compared with is stateless (rule_peers.py). Engines that are not installed (the extra `bench`) are left
+out, with the reason. Run it with `python benchmarks rules`.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import rule_peers as peers
+from row import Row
+from rule_peers import Evaluator, Floats, Guard
+
+from rocs_bt.actions import ACTIONS
+from rocs_bt.document import read_toml
+from rocs_bt.errors import InputError
+from rocs_bt.expression import Environment
+from rocs_bt.reactive import load_rules
+from rocs_bt.reactive.backend import Backend, choose_backend
+from rocs_bt.reactive.rule import Rule, RuleSet
+from rocs_bt.reactive.rule_table import RuleTable, lower_rules
+from rocs_bt.signal import Signal
+from rocs_bt.units import LENGTH
+from rocs_bt.units import SPEED as SPEED_UNIT
+
+ROUNDS, PERIOD = 15, 0.05
+PATIENCE = 0.05  # [s] CPU time that an evaluator may take in a round
+ENVIRONMENT = Environment.packed(
+    [
+        Signal("range", peers.RANGES, (LENGTH,), bounds=(0.02, 30.0)),
+        Signal("speed", 1, (SPEED_UNIT,), bounds=(-1.0, 1.5)),
+        Signal("minima", peers.RANGES - peers.WIDTH + 1, (LENGTH,)),
+    ]
+)
+
+
+def run() -> list[Row]:
+    """All rows."""
+    trace = peers.trace(500)
+    found = [row for count in (1, 10, 100, 1000) for row in _snapshot(count, trace)]
+    return [*found, *_batch(trace), *_compile()]
+
+
+def _snapshot(count: int, trace: Floats) -> Iterator[Row]:
+    """The whole rule set on one snapshot."""
+    guards = peers.guards(count)
+    table = lower_rules(_rules(guards).rules)
+    evaluators = dict(_evaluators(guards, table))
+    _agree({name: f for name, f in evaluators.items() if not name.startswith("ours")}, trace)
+    micros = _micros(evaluators, trace)
+    ratios = {
+        "ours, kernel": ("C by hand", 3.0 if count == 100 else None),
+        "ours, Python": ("Python by hand", 1.0 if count == 100 else None),
+        "C by hand": ("", None),
+        "Python by hand": ("", None),
+    }
+    for name, value in micros.items():
+        baseline, limit = ratios.get(name, ("ours, kernel" if "ours, kernel" in micros else "ours, Python", None))
+        ratio = value / micros[baseline] if baseline in micros else None
+        words = "" if limit is None else f"<= {limit:g}x {baseline}"
+        holds = None if limit is None or ratio is None else ratio <= limit
+        yield Row(f"rules: {count}, {name}", value, "us", baseline, ratio, words, holds)
+
+
+def _evaluators(guards: list[Guard], table: RuleTable) -> Iterator[tuple[str, Evaluator]]:
+    for backend in _backends():
+        label = "ours, kernel" if backend.name == "kernel" else "ours, Python"
+        yield label, backend.machine(table).step
+    yield "Python by hand", peers.python_by_hand(guards)
+    for name, make in {"C by hand": peers.c_by_hand, **peers.PEERS}.items():
+        try:
+            yield name, make(guards)
+        except ImportError as error:
+            print(f"  left out: {name}: {error}", file=sys.stderr)
+
+
+def _backends() -> Iterator[Backend]:
+    yield choose_backend("python")
+    try:
+        yield choose_backend("kernel")
+    except InputError as error:
+        print(f"  left out: the kernel: {error}", file=sys.stderr)
+
+
+def _agree(evaluators: dict[str, Evaluator], trace: Floats) -> None:
+    """What is compared must do the same."""
+    for x in trace[::50]:
+        answers = {name: peers.holding(step(x, 0.0)) for name, step in evaluators.items()}
+        if len(set(answers.values())) > 1:
+            raise RuntimeError(f"the evaluators differ: {answers}")
+
+
+def _micros(evaluators: dict[str, Evaluator], trace: Floats) -> dict[str, float]:
+    """The median CPU time of a call, of rounds in which all take their turn [us]."""
+    clocks = {name: itertools.count() for name in evaluators}
+    x = np.empty(trace.shape[1])
+    counts = {}
+    for name, step in evaluators.items():
+        one = _round(step, trace[:3], x, clocks[name])
+        counts[name] = int(np.clip(PATIENCE * 1e6 / max(one, 1e-3), 2, len(trace)))
+    rounds: dict[str, list[float]] = {name: [] for name in evaluators}
+    for _ in range(ROUNDS):
+        for name, step in evaluators.items():
+            rows = trace[: counts[name]]
+            rounds[name].append(_round(step, rows, x, clocks[name]) - _copying(rows, x))
+    return {name: statistics.median(values) for name, values in rounds.items()}
+
+
+def _round(step: Evaluator, rows: Floats, x: Floats, clock: Iterator[int]) -> float:
+    """The CPU time of a call, with that of the loop and of a copy into the snapshot [us]."""
+    start = time.process_time_ns()
+    for row, k in zip(rows, clock, strict=False):
+        x[:] = row
+        step(x, k * PERIOD)
+    return (time.process_time_ns() - start) / len(rows) / 1e3
+
+
+def _copying(rows: Floats, x: Floats) -> float:
+    """That of the loop and the copy alone [us]; the cost of being called stays with the evaluators."""
+    start = time.process_time_ns()
+    for row, _ in zip(rows, itertools.count(), strict=False):
+        x[:] = row
+    return (time.process_time_ns() - start) / len(rows) / 1e3
+
+
+def _batch(trace: Floats) -> Iterator[Row]:
+    """A million recorded rows, and a fleet, through 100 rules in the kernel."""
+    table = lower_rules(_rules(peers.guards(100)).rules)
+    chunk = np.tile(np.concatenate([trace, trace[::-1]]), (100, 1))
+    times = np.arange(len(chunk)) * PERIOD
+    kernel = next((b for b in _backends() if b.name == "kernel"), None)
+    if kernel is None:
+        return
+    values, start, chunks = table.start(), time.process_time(), 10
+    for k in range(chunks):
+        kernel.batch_time(table, chunk, times + k * (times[-1] + PERIOD), values)
+    took = (time.process_time() - start) * 1e6 / (chunks * len(chunk))
+    yield Row("rules: 100 on 1e6 recorded rows, kernel", took, "s", "", None, "<= 2 s", took <= 2.0)
+    lanes, states = chunk[:4096], table.start(4096)
+    tick = _median(lambda: kernel.batch_lanes(table, lanes, 0.0, states))
+    yield Row("rules: 100 for 4096 robots, one tick, kernel", tick * 1e3, "ms")
+
+
+def _compile() -> Iterator[Row]:
+    """From typed trees to what a back end runs; and from the file."""
+    rules = _rules(peers.guards(1000)).rules
+    took = {b.name: 1e3 * _median(functools.partial(_compiled, b, rules)) for b in _backends()}
+    for name, value in took.items():
+        limit, holds = ("<= 50 ms", value <= 50.0) if name == "kernel" else ("", None)
+        yield Row(f"rules: compile 1000, {name}", value, "ms", "", None, limit, holds)
+    yield Row("rules: read and type 1000 from their file", 1e3 * _median(lambda: _rules(peers.guards(1000)), 2), "ms")
+
+
+def _compiled(backend: Backend, rules: Sequence[Rule]) -> None:
+    backend.machine(lower_rules(rules))
+
+
+def _median(call: Callable[[], object], rounds: int = 7) -> float:
+    """The median CPU time of a call [s]."""
+    times = []
+    for _ in range(rounds):
+        start = time.process_time()
+        call()
+        times.append(time.process_time() - start)
+    return statistics.median(times)
+
+
+def _rules(guards: list[Guard]) -> RuleSet:
+    return load_rules(read_toml(Path("bench.toml"), peers.rule_file(guards)), ENVIRONMENT, ACTIONS)
+
+
+if __name__ == "__main__":
+    for row in run():
+        print(row)

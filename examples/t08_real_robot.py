@@ -1,0 +1,229 @@
+# /// script
+# requires-python = ">=3.11"
+# dependencies = ["rocs_bt"]
+# ///
+"""Put a mind on a real robot: EXP1's mission and rules, and drivers that speak with a robot over UDP.
+
+The robot folder is based on the shipped Pioneer and changes its table of drivers, nothing else: not one line of the
+mission, of the rules or of the engine. What answers here is a process of its own that stands in for a robot's
+controller: it takes wheel speeds as datagrams, stops by itself when none comes, and tells twenty times a second what
+it senses. For a serial line replace the class Link; the rest stays.
+
+Output:
+
+    R2: SUCCESS, 0.1 m or less from the goal
+    changed from the simulated robot: sonar, position, orientation, encoders, wheels
+    the controller stopped by itself when the datagrams ended: True
+"""
+
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import rocs_bt
+from rocs_bt.simulation import drive
+
+DRIVERS = '''
+"""A robot's controller at the other end of UDP: one Link, and a device for each thing that its datagrams tell."""
+
+import json
+import math
+import socket
+import threading
+
+from rocs_bt import Actuator, Reading, Sensor
+from rocs_bt.errors import DeviceError
+
+
+class Link:
+    """The newest datagram from the robot, and when it came; one for all devices.
+
+    Args:
+        address: The controller's, as `udp://HOST:PORT`.
+        clock: Stamps what comes, on arrival: the robot's own clock is another one.
+    """
+
+    def __init__(self, address, clock):
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        host, _, port = address.removeprefix("udp://").rpartition(":")
+        self._socket.connect((host, int(port)))
+        self._socket.settimeout(0.2)
+        self._clock = clock
+        self._newest = None
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._listen, name="link", daemon=True)
+        self._thread.start()
+        self.send({"hello": True})  # so that the controller knows where to
+
+    def newest(self, key):
+        """The values under a key in the newest datagram, with its time; nothing is waited for."""
+        if self._newest is None or key not in self._newest[1]:
+            raise DeviceError(f"the robot has not told of '{key}' yet")
+        stamp, told = self._newest
+        # JSON knows neither infinity, which is no echo, nor NaN, which is broken: they travel as texts.
+        return Reading(stamp, [float(value) for value in told[key]])
+
+    def send(self, message):
+        """Send one datagram; a network that is gone is no reason to hang."""
+        try:
+            self._socket.send(json.dumps(message).encode())
+        except OSError as error:
+            raise DeviceError(f"the robot cannot be reached: {error}") from error
+
+    def close(self):
+        """End the thread, then the connection."""
+        self._closed.set()
+        self._thread.join(1.0)
+        self._socket.close()
+
+    def _listen(self):
+        while not self._closed.is_set():
+            try:
+                told = json.loads(self._socket.recv(65536))
+            except (OSError, ValueError):  # nothing came, nobody is there yet, or it is garbled: the stamp grows old
+                continue
+            self._newest = self._clock.now(), told
+
+
+class Told(Sensor):
+    """What the datagrams hold under its name; a robot that falls silent repeats an old stamp, and so goes stale."""
+
+    def __init__(self, name, parameters, host):
+        super().__init__(name)
+        address = parameters["address"]
+        self._link = host.share(address, lambda: Link(address, host.clock))
+
+    def read(self):
+        """The newest sample, at once."""
+        return self._link.newest(self.name)
+
+
+class Wheels(Actuator):
+    """Rim speeds, left and right."""
+
+    def __init__(self, name, parameters, host):
+        super().__init__(name, 2)
+        address = parameters["address"]
+        self._link = host.share(address, lambda: Link(address, host.clock))
+
+    def command(self, values):
+        """Ask for these speeds [m/s]; NaN must never leave the house."""
+        if not all(map(math.isfinite, values)):
+            raise DeviceError(f"wheel speeds must be finite, found {list(values)}")
+        self._link.send({"wheels": list(values)})
+
+    def neutral(self):
+        """Stand. Must not raise: when the network is gone the controller's own watchdog stops the robot."""
+        try:
+            self._link.send({"wheels": [0.0, 0.0]})
+        except DeviceError:
+            pass
+'''
+
+ROBOT = """
+format = "robot/1"
+base = "pioneer_p3dx"
+doc = "A Pioneer P3-DX at the other end of UDP."
+
+[[sensor]]
+name = "sonar"
+driver = "udp.py:Told"
+address = "udp://127.0.0.1:7000"
+
+[[sensor]]
+name = "position"
+driver = "udp.py:Told"
+address = "udp://127.0.0.1:7000"
+
+[[sensor]]
+name = "orientation"
+driver = "udp.py:Told"
+address = "udp://127.0.0.1:7000"
+
+[[sensor]]
+name = "encoders"
+driver = "udp.py:Told"
+address = "udp://127.0.0.1:7000"
+
+[[actuator]]
+name = "wheels"
+driver = "udp.py:Wheels"
+address = "udp://127.0.0.1:7000"
+"""
+
+SCENARIO = """
+format = "scenario/1"
+base = "exp1"
+doc = "EXP1's mission and rules, on a real robot."
+
+[[agent]]
+name = "R2"
+robot = "udp_p3dx"
+"""
+
+CONTROLLER = '''
+"""Stands in for a robot's controller: takes wheel speeds, tells what it senses, stops when nobody speaks to it."""
+
+import json
+import math
+import socket
+import sys
+import time
+
+TRACK, PERIOD, WATCHDOG = 0.331, 0.05, 0.3  # [m], [s], [s]
+
+here = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+here.bind(("127.0.0.1", 0))
+here.setblocking(False)
+print(here.getsockname()[1], flush=True)
+
+x, y, yaw, wheels, heard, friend = -0.7, 0.7, -0.8, [0.0, 0.0], None, None
+stopped, until = False, time.monotonic() + float(sys.argv[1])
+while time.monotonic() < until and not stopped:
+    try:
+        while True:
+            message, friend = here.recvfrom(65536)
+            if asked := json.loads(message).get("wheels"):
+                wheels, heard = asked, time.monotonic()
+    except OSError:
+        pass
+    if heard and time.monotonic() - heard > WATCHDOG:
+        wheels, stopped = [0.0, 0.0], True
+    turn, ahead = (wheels[1] - wheels[0]) / TRACK * PERIOD, 0.5 * (wheels[0] + wheels[1]) * PERIOD
+    x, y, yaw = x + ahead * math.cos(yaw + turn / 2), y + ahead * math.sin(yaw + turn / 2), yaw + turn
+    # A real ring of sonars never says the same twice while the robot moves; this one hears something far away.
+    sonar = ["inf"] * 15 + [0.9 + 0.05 * math.sin(50.0 * time.monotonic())]
+    told = {"sonar": sonar, "position": [x, y, 0.0], "orientation": [yaw], "encoders": wheels}
+    if friend:
+        here.sendto(json.dumps(told).encode(), friend)
+    time.sleep(PERIOD)
+print(json.dumps({"x": x, "y": y, "stopped": stopped}), flush=True)
+'''
+
+
+def write_project(project: Path, port: int) -> rocs_bt.Catalog:
+    """A robot folder that changes the drivers, and a scenario that names it."""
+    folder = project / "robots" / "udp_p3dx"
+    folder.mkdir(parents=True)
+    (folder / "udp.py").write_text(DRIVERS)
+    (folder / "robot.toml").write_text(ROBOT.replace(":7000", f":{port}"))
+    (project / "scenarios").mkdir()
+    (project / "scenarios" / "real.toml").write_text(SCENARIO)
+    return rocs_bt.Catalog(project)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    arguments = [sys.executable, "-c", CONTROLLER, "60"]
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) as controller:
+        catalog = write_project(Path(folder), int(controller.stdout.readline()))
+        found = drive("real", catalog, duration=30.0)
+        robot = json.loads(controller.stdout.readline())
+    near = math.hypot(robot["x"], robot["y"]) <= 0.1
+    print(f"R2: {found['R2'].status}, {'0.1 m or less' if near else 'far'} from the goal")
+    own, base = catalog.load_robot("udp_p3dx"), catalog.load_robot("pioneer_p3dx")
+    devices = zip([*own.sensors, *own.actuators], [*base.sensors, *base.actuators], strict=True)
+    print(f"changed from the simulated robot: {', '.join(a.name for a, b in devices if a.driver != b.driver)}")
+    print(f"the controller stopped by itself when the datagrams ended: {robot['stopped']}")

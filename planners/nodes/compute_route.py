@@ -1,0 +1,53 @@
+"""Find a way to somewhere around what is known, with a planner of planners/routes."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import dist, isnan
+
+from rocs_bt.action import Failure, Reason
+from rocs_bt.errors import Fault, InputError
+from rocs_bt.plan import NoRoute
+from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from rocs_bt.units import LENGTH
+
+
+class ComputeRoute(Instant):
+    """Asks a route planner for a way from where the robot is to a goal; FAILURE with the reason if there is none.
+
+    <ComputeRoute goal="dock" planner="visibility" path="{way}"/>
+    <FollowPath points="{way}"/>
+    """
+
+    goal = Input(str, doc="a node of the world model that has a pose")
+    planner = Input(str, doc="the name of a file in planners/routes")
+    clearance = Input(float, 0.1, "what to keep at least between the hull and what is known [m]", dimension=LENGTH)
+    path = Output(list, "its corners, (x, y) in the world frame [m], the first where the robot is")
+    length = Output(float, "how long it is [m]")
+
+    def doubts(self) -> Iterator[tuple[str, Fault]]:
+        if self.key("planner") is None:
+            try:
+                self.runtime.mission.content.load_route(self.planner)
+            except InputError as error:
+                yield from (("planner", fault) for fault in error.faults)
+
+    def update(self) -> Outcome:
+        mission = self.runtime.mission
+        knowledge, name = mission.knowledge, self.goal
+        start, goal = knowledge.robot.pose(mission.clock.now()), knowledge.world.pose_of(name)
+        if goal is None:
+            return self._fail(Reason.NO_GOAL, f"nobody knows where '{name}' is")
+        if isnan(start.x):
+            return self._fail(Reason.LOST_POSE)
+        planner = mission.content.load_route(self.planner)(knowledge)
+        try:
+            path = [(x, y) for x, y in planner.route(start, goal, self.clearance)]
+        except NoRoute as error:
+            return self._fail(Reason.BLOCKED, str(error))
+        self.path, self.length = path, sum(dist(a, b) for a, b in pairwise(path))
+        self.feedback_message = f"{len(path) - 1} legs to '{name}'"
+        return SUCCESS
+
+    def _fail(self, reason: Reason, evidence: str = "") -> Outcome:
+        self.feedback_message = str(Failure(reason, evidence))
+        return FAILURE

@@ -1,0 +1,44 @@
+"""Ask whether something stands in the robot's Knowledge, and how old it is."""
+
+from collections.abc import Iterator
+from math import inf
+
+from rocs_bt.errors import Fault, unknown
+from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.units import TIME
+
+
+class Known(Instant):
+    """SUCCESS if a node of the knowledge graph exists, has the attribute, and is new enough; else FAILURE.
+
+    <Known node="dock" attribute="pose"/>
+    <Known node="R2" attribute="pose" max_age="2 s"/>
+    """
+
+    kind = "Condition"
+    node = Input(str, doc="the node's name")
+    attribute = Input(str, "", "what must be known of it; nothing more where empty")
+    max_age = Input(float, inf, "how long ago it was written at most [s]", dimension=TIME)
+
+    def doubts(self) -> Iterator[tuple[str, Fault]]:
+        if self.key("attribute") is not None or not self.attribute:
+            return
+        kinds = self.runtime.mission.knowledge.graph.schema.kinds.values()
+        names = sorted({name for kind in kinds for name in kind.attributes})
+        if self.attribute not in names:
+            yield "attribute", unknown("attribute", self.attribute, names, "Knowledge")
+
+    def update(self) -> Outcome:
+        self.feedback_message = self._missing()
+        return FAILURE if self.feedback_message else SUCCESS
+
+    def _missing(self) -> str:
+        """Why it is not known; empty when it is."""
+        mission, node, attribute = self.runtime.mission, self.node, self.attribute
+        graph = mission.knowledge.graph
+        if not graph.has(node):
+            return f"nothing named '{node}' is known"
+        if attribute and graph.attributes(node).get(attribute) is None:
+            return f"the {attribute} of '{node}' is not known"
+        age = mission.clock.now() - graph.stamp(node, attribute or None).t
+        return f"'{node}' is {age:.1f} s old" if age > self.max_age else ""

@@ -1,0 +1,107 @@
+"""The shortest way around known things: straight lines between corners that see each other.
+
+What is known to stand there are the objects of the world model that have a pose and a size: a `radius`, or a `length`
+and a `width`. Each is grown by the robot's own radius, seen from its base, and the clearance, to a convex polygon; the
+graph's nodes are the polygons' corners, its edges the lines between them that cross no polygon. The shortest path in
+it is the shortest way there is among such polygons (Lozano-Perez and Wesley, Communications of the ACM 22, 1979).
+"""
+
+from itertools import combinations
+from math import cos, dist, hypot, pi, sin
+
+import networkx as nx
+
+from rocs_bt.geometry import Pose2
+from rocs_bt.plan import NoRoute, Point, RoutePlanner
+
+SIDES = 12  # of the polygon around a round thing
+INSIDE = 1e-6  # [m]; what touches a polygon does not cross it
+
+
+class Visibility(RoutePlanner):
+    """Plans among convex polygons around the objects of the world model."""
+
+    def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
+        here, there = start[:2], goal[:2]
+        grown = self._polygons(self._robot() + clearance)
+        self._refuse(there, grown)
+        corners = {c for polygon in grown.values() for c in polygon if not _within(c, grown)}
+        graph = nx.Graph()
+        graph.add_nodes_from([here, there])
+        # A robot that stands too near to something may still drive off: only the thing itself is in its way.
+        lenient = {n: (p if not _inside(here, p) else self._polygons(0.0)[n]) for n, p in grown.items()}
+        for a, b in combinations([here, there, *sorted(corners)], 2):
+            polygons = lenient if here in (a, b) else grown
+            if not any(_crosses(a, b, polygon) for polygon in polygons.values()):
+                graph.add_edge(a, b, weight=dist(a, b))
+        try:
+            return [tuple(map(float, p)) for p in nx.shortest_path(graph, here, there, weight="weight")]
+        except nx.NetworkXNoPath as error:
+            names = ", ".join(f"'{name}'" for name in sorted(grown))
+            raise NoRoute(f"no way leads between {names} with {clearance:g} m to spare") from error
+
+    def _robot(self) -> float:
+        """How far the robot's hull reaches from its base [m], whichever way it turns; 0 where nobody knows."""
+        known = self.knowledge.graph.attributes(self.knowledge.agent)
+        return known.get("radius", 0.5 * hypot(known.get("length", 0.0), known.get("width", 0.0)))
+
+    def _polygons(self, margin: float) -> dict[str, list[Point]]:
+        """The known things, grown by a margin [m], corners counterclockwise."""
+        found = {}
+        for name in self.knowledge.world.objects():
+            known = self.knowledge.graph.attributes(name)
+            if "pose" not in known:
+                continue
+            if "radius" in known:
+                found[name] = _round(known["pose"], known["radius"] + margin)
+            elif "length" in known and "width" in known:
+                found[name] = _box(known["pose"], 0.5 * known["length"] + margin, 0.5 * known["width"] + margin)
+        return found
+
+    def _refuse(self, there: Point, grown: dict[str, list[Point]]) -> None:
+        for name, polygon in grown.items():
+            if _inside(there, polygon):
+                raise NoRoute(f"the goal is too near to '{name}'")
+
+
+def _round(centre: Pose2, radius: float) -> list[Point]:
+    """A regular polygon around a circle, which touches it from outside."""
+    outer = radius / cos(pi / SIDES)
+    angles = [2.0 * pi * i / SIDES for i in range(SIDES)]
+    return [(centre.x + outer * cos(a), centre.y + outer * sin(a)) for a in angles]
+
+
+def _box(centre: Pose2, along: float, across: float) -> list[Point]:
+    return [centre.transform(x, y) for x, y in ((along, across), (-along, across), (-along, -across), (along, -across))]
+
+
+def _edges(polygon: list[Point]) -> list[tuple[Point, Point]]:
+    return list(zip(polygon, [*polygon[1:], polygon[0]], strict=True))
+
+
+def _depth(point: Point, edge: tuple[Point, Point]) -> float:
+    """How far a point is to the left of an edge [m], which is inwards."""
+    (ax, ay), (bx, by) = edge
+    return ((bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax)) / dist(*edge)
+
+
+def _inside(point: Point, polygon: list[Point]) -> bool:
+    return all(_depth(point, edge) > INSIDE for edge in _edges(polygon))
+
+
+def _within(point: Point, polygons: dict[str, list[Point]]) -> bool:
+    return any(_inside(point, polygon) for polygon in polygons.values())
+
+
+def _crosses(a: Point, b: Point, polygon: list[Point]) -> bool:
+    """Whether a line runs through a polygon: its part on the inner side of all edges is not empty (Cyrus, Beck)."""
+    low, high = 0.0, 1.0
+    for edge in _edges(polygon):
+        at_a, at_b = _depth(a, edge) - INSIDE, _depth(b, edge) - INSIDE
+        if at_a <= 0.0 and at_b <= 0.0:
+            return False
+        if at_a < 0.0 < at_b:
+            low = max(low, at_a / (at_a - at_b))
+        elif at_b < 0.0 < at_a:
+            high = min(high, at_a / (at_a - at_b))
+    return low < high

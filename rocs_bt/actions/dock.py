@@ -1,0 +1,154 @@
+"""Dock: drive into a place where centimetres count."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated
+
+from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..control.path import Path
+from ..errors import did_you_mean
+from ..geometry import Pose2, wrap_angle
+from ..units import NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveRadians
+from .following import PathDrive
+from .set_wheel_speed import SetWheelSpeed
+from .stop import Stop
+from .turn_to import TurnTo
+
+if TYPE_CHECKING:
+    from ..knowledge import Knowledge
+
+READY = 0.05
+"""How near to the staging pose the robot begins to creep [m]."""
+
+
+@dataclass(kw_only=True, eq=False)
+class Dock(MacroAction):
+    """Drive to a staging pose before a dock, turn, and creep in; back out and try again where it came in askew.
+
+    The dock is a node of the world model whose pose is where the robot stands when it is docked, and how it looks. The
+    robot is in when it stands at that pose, or when `front` says that it touches. Reflexes that keep it off what it
+    docks at belong to another mode: see `Mission.enter`.
+
+    Attributes:
+        goal: The dock.
+        staging: How far before the dock the robot turns [m].
+        cruise: Speed to there [m/s].
+        creep: Speed from there [m/s].
+        tolerance: Distance from the dock, along its heading and across it, at which the robot is in [m].
+        facing: Error of its heading at which it is in [rad].
+        touch: The range ahead at which it is in, too; 0 for never [m].
+        attempts: How often it tries.
+    """
+
+    goal: str
+    staging: PositiveMetres = 0.6
+    cruise: PositiveMetresPerSecond = 0.4
+    creep: PositiveMetresPerSecond = 0.1
+    tolerance: PositiveMetres = 0.03
+    facing: PositiveRadians = 0.1
+    touch: Annotated[Metres, NOT_NEGATIVE] = 0.0
+    attempts: int = 3
+    _ahead: float = field(default=math.inf, init=False, repr=False)
+
+    def decompose(self, body: Body) -> Iterator[Action]:
+        world = body.knowledge.world
+        self._dock(body)
+        if self.goal in world.goals():
+            world.pursue(self.goal)
+        try:
+            yield from self._tries(body)
+        except ActionFailed:
+            self._give_up(body)
+            raise
+        self._give_up(body)
+
+    def remaining(self, knowledge: Knowledge) -> float:
+        dock = knowledge.world.pose_of(self.goal)
+        return math.nan if dock is None else knowledge.robot.pose().distance(dock)
+
+    def _tries(self, body: Body) -> Iterator[Action]:
+        missed = ""
+        for attempt in range(1, self.attempts + 1):
+            dock = self._dock(body)
+            staging = Pose2(*dock.transform(-self.staging, 0.0), dock.yaw)
+            yield from self._drive(body, staging, self.cruise, READY)
+            yield TurnTo(yaw=dock.yaw)
+            yield from self._drive(body, dock, self.creep, self.tolerance, touch=self.touch)
+            missed = self._missed(body, dock)
+            if not missed:
+                return
+            if attempt < self.attempts:
+                back = [-self.creep] * len(body.drive.wheels)
+                yield SetWheelSpeed(speeds=back, duration=0.5 * self.staging / self.creep)
+        raise ActionFailed(Reason.STUCK, f"missed '{self.goal}' {self.attempts} times, at last by {missed}")
+
+    def _drive(
+        self, body: Body, to: Pose2, speed: float, tolerance: float, touch: float | None = None
+    ) -> Iterator[Action]:
+        """Straight to a pose, until the robot stands there, or ran past it, or touches."""
+        drive, begun = PathDrive(body, speed), False
+        while True:
+            pose = drive.pose()
+            if pose is None:
+                yield drive.brake()
+                continue
+            ahead, _ = _seen_from(to, pose)
+            arrived = pose.distance(to) <= tolerance or (begun and drive.remaining < 0.5 * tolerance)
+            if touch is not None and self._touches(body, touch):
+                if -ahead > 0.5 * self.staging:
+                    evidence = f"front = {self._ahead:.2f} m, {-ahead:.2f} m before '{self.goal}'"
+                    raise ActionFailed(Reason.BLOCKED, evidence)
+                yield Stop()
+                return
+            if arrived and (not begun or drive.standing()):
+                return
+            if not begun or drive.lost:
+                drive.begin(Path.line(pose, to))
+                begun = True
+            yield drive.step(pose)
+
+    def _touches(self, body: Body, touch: float) -> bool:
+        signals = body.knowledge.signals
+        if touch == 0.0:
+            return False
+        if "front" not in signals:
+            raise ActionFailed(Reason.LOST_SENSOR, "touch needs the signal 'front', which this robot does not have")
+        beams = [float(value) for value in signals.read("front", body.clock.now())]
+        if all(map(math.isnan, beams)):
+            raise ActionFailed(Reason.LOST_SENSOR, "the signal 'front' is invalid, and touch needs it")
+        self._ahead = min(value for value in beams if not math.isnan(value))
+        return self._ahead <= touch
+
+    def _missed(self, body: Body, dock: Pose2) -> str:
+        """By what the robot is not in; empty when it is. One that touches need not have come all the way."""
+        pose = body.knowledge.robot.pose(body.clock.now())
+        along, aside = _seen_from(dock, pose)
+        skew = abs(wrap_angle(pose.yaw - dock.yaw))
+        touches = self.touch > 0.0 and self._ahead <= self.touch
+        if abs(aside) > self.tolerance:
+            return f"{abs(aside):.3f} m aside"
+        if skew > self.facing:
+            return f"{math.degrees(skew):.1f} deg"
+        return "" if touches or abs(along) <= self.tolerance else f"{abs(along):.3f} m along"
+
+    def _give_up(self, body: Body) -> None:
+        if body.knowledge.world.pursued() == self.goal:
+            body.knowledge.world.pursue(None)
+
+    def _dock(self, body: Body) -> Pose2:
+        world = body.knowledge.world
+        pose = world.pose_of(self.goal)
+        if pose is None:
+            hint = did_you_mean(self.goal, [*world.goals(), *world.places()], "The world")
+            raise ActionFailed(Reason.NO_GOAL, f"nothing named '{self.goal}' has a known place. {hint}")
+        return pose
+
+
+def _seen_from(dock: Pose2, pose: Pose2) -> tuple[float, float]:
+    """How far a pose is ahead of a dock and to its left [m]."""
+    x, y = pose.x - dock.x, pose.y - dock.y
+    c, s = math.cos(dock.yaw), math.sin(dock.yaw)
+    return c * x + s * y, c * y - s * x

@@ -1,0 +1,149 @@
+"""Localise: where the robot is, without a simulator's truth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..channel import Signals, Stamped
+from ..control.drive import Array
+from ..control.pose_filter import PoseFilter, PoseNoise
+from ..errors import Fault, InputError
+from ..event import Change
+from ..geometry import Pose2
+from ..signal import Signal
+from ..units import ANGLE, LENGTH
+from .analyze import Analyze
+
+FARTHEST = 1e6
+"""A coordinate beyond this is no place but a fault [m]."""
+
+_UPPER = np.triu_indices(3)
+
+
+class Localise(Analyze):
+    """Writes `pose` and `goal_distance`, as a PoseMonitor would, from what the robot can measure itself.
+
+    The paper replaces the simulator's position and orientation by "a localization algorithm running in the Analyze"
+    (6.4): this is one. It needs the signals of an OdometryMonitor and of a FixMonitor. It begins with the first fix
+    that has position and heading; between fixes it goes on by wheels and gyro, and without a gyro's word by the wheels
+    alone. How sure it is stands in `pose_spread` [m], the position's standard deviation on its worst axis, and in
+    `pose_covariance`: xx, xy, x yaw, yy, y yaw, yaw yaw. While the odometer is silent nothing is written, so the pose
+    goes stale; fixes alone steer nobody.
+
+    Args:
+        along: Standard deviation of the way driven, after a metre [m].
+        aside: Of the slip to the side, after a metre [m].
+        turning: Of the heading by the wheels, after a turn of a radian, and after a metre of way [rad].
+        gyro: Of a turn rate that the gyro tells [rad/s].
+        bias: Of the gyro's bias at the start [rad/s].
+        drift: Of the position, after a second, whatever the wheels do [m].
+        position: Of each coordinate of a fix [m].
+        heading: Of the compass [rad].
+        max_age: How long an estimate stays valid [s].
+    """
+
+    def __init__(
+        self,
+        *args: Any,
+        along: float = PoseNoise.along,
+        aside: float = PoseNoise.aside,
+        turning: float = PoseNoise.turning,
+        gyro: float = PoseNoise.gyro,
+        bias: float = PoseNoise.bias,
+        drift: float = PoseNoise.drift,
+        position: float = PoseNoise.position,
+        heading: float = PoseNoise.heading,
+        max_age: float = 0.15,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(*args, **kwargs)
+        self._noise = PoseNoise(along, aside, turning, gyro, bias, drift, position, heading)
+        self._max_age = max_age
+        bad = [name for name, value in vars(self._noise).items() if not 0.0 <= value < math.inf]
+        bad += [] if position > 0.0 else ["position"]
+        bad += [] if heading > 0.0 else ["heading"]
+        bad += [] if 0.0 < max_age < math.inf else ["max_age"]
+        if bad:
+            raise InputError(
+                Fault(
+                    f"{', '.join(dict.fromkeys(bad))} of '{self.name}' must be finite and no less than 0; position, "
+                    "heading and max_age must be above it."
+                )
+            )
+        self._filter: PoseFilter | None = None
+        self._travel: Array | None = None
+        self._moved_at = -math.inf  # [s] by the newest travel
+
+    def expects(self) -> Sequence[str]:
+        return ("wheel_travel", "fix", "compass")
+
+    def signals(self) -> Sequence[Signal]:
+        age, square = self._max_age, LENGTH * LENGTH
+        units = (square, square, LENGTH * ANGLE, square, LENGTH * ANGLE, ANGLE * ANGLE)
+        return [
+            Signal("pose", 3, (LENGTH, LENGTH, ANGLE), (-FARTHEST, FARTHEST), age, "x, y, yaw in the world frame."),
+            Signal("goal_distance", 1, (LENGTH,), (0.0, math.inf), age, "To the pursued goal; +inf without."),
+            Signal("pose_spread", 1, (LENGTH,), (0.0, math.inf), age, "Standard deviation of the position."),
+            Signal("pose_covariance", 6, units, (-math.inf, math.inf), age, "Upper half of the pose's covariance."),
+        ]
+
+    def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
+        moved = False
+        # What was driven until a fix comes before it, whichever of the two monitors spoke first.
+        for sample in sorted(samples, key=lambda s: (s.t, "wheel_travel" not in s.value)):
+            if "wheel_travel" in sample.value:
+                moved = self._move(sample) or moved
+            if self._filter is not None:
+                self._correct(self._filter, sample.value)
+            elif (begun := self._begin(sample.value)) is not None:
+                self._filter = begun
+                yield self.change(sample.t, "located", self.knowledge.agent, x=begun.pose.x, y=begun.pose.y)
+        if self._filter is not None and moved:
+            self._write(self._filter)
+
+    def _begin(self, said: Signals) -> PoseFilter | None:
+        if "fix" not in said or "compass" not in said:
+            return None
+        start = Pose2(*said["fix"], *said["compass"])
+        return PoseFilter(start, self._noise) if all(map(math.isfinite, start)) else None
+
+    def _move(self, sample: Stamped[Signals]) -> bool:
+        """Go on by what the wheels have rolled since their last word; False when this one says nothing."""
+        travel = np.array(sample.value["wheel_travel"])
+        if not np.isfinite(travel).all():
+            return False
+        before, since = self._travel, self._moved_at
+        self._travel, self._moved_at = travel, sample.t
+        if self._filter is None or before is None or sample.t <= since:
+            return True
+        forward, turn, left = self.knowledge.robot.drive.twist(travel - before)
+        dt = sample.t - since
+        (rate,) = sample.value.get("gyro_rate", (math.nan,))
+        self._filter.predict(forward, left, turn, dt, rate)
+        if dt > self._max_age + 1e-6:  # nobody knows along which way the wheels rolled meanwhile
+            self._filter.widen(math.hypot(forward, left), abs(turn))
+        return True
+
+    def _correct(self, known: PoseFilter, said: Signals) -> None:
+        if "fix" in said and all(map(math.isfinite, said["fix"])):
+            known.fix_position(*said["fix"])
+        if "compass" in said and math.isfinite(said["compass"][0]):
+            known.fix_heading(said["compass"][0])
+
+    def _write(self, known: PoseFilter) -> None:
+        x, y, yaw = known.pose
+        goal, world = self.knowledge.world.pursued(), self.knowledge.world
+        at = None if goal is None else world.pose_of(goal)
+        self.write(
+            self._moved_at,
+            {
+                "pose": [x, y, yaw],
+                "goal_distance": [math.inf if at is None else math.hypot(at.x - x, at.y - y)],
+                "pose_spread": [known.spread],
+                "pose_covariance": known.covariance[:3, :3][_UPPER].tolist(),
+            },
+        )

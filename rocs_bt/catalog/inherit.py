@@ -1,0 +1,105 @@
+"""A file that is based on another: what it says stands before what the other says.
+
+Tables are laid over each other key by key, arrays of tables by their `name`; a name that the other does not have is
+added at the end. Anything else that the file says stands instead of what the other says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..document import Key, Table, read_toml
+from ..errors import InputError
+
+Places = dict[Key, tuple[int, int]]
+FindBase = Callable[[str], Path]
+"""The file that a `base` means; raises InputError where there is none."""
+
+
+def no_base(name: str) -> Path:
+    """The base of a file that is read without a catalog.
+
+    Raises:
+        InputError: Always.
+    """
+    raise InputError(f"without a catalog nobody knows the base '{name}'. Load the file by its name.")
+
+
+def read_inheriting(file: Path, find: FindBase = no_base) -> Table:
+    """The root table of a TOML file, laid over the file that its `base` names, and that one's.
+
+    A fault in a table that is inherited whole is told at the line of `base`.
+
+    Args:
+        file: The file.
+        find: Finds a base by its name.
+
+    Raises:
+        InputError: A file cannot be read, there is no such base, or a file is based on itself.
+    """
+    return _read(file, find, (file.resolve(),))
+
+
+def _read(file: Path, find: FindBase, readers: tuple[Path, ...]) -> Table:
+    own = read_toml(file)
+    name = own.text("base", "")
+    if "base" not in own:
+        return own
+    try:
+        path = find(name)
+        if path.resolve() in readers:
+            raise InputError(f"'{name}' is based on this very file. Take one 'base' out.")
+        base = _read(path, find, (*readers, path.resolve()))
+    except InputError as error:
+        raise error.at(file, *own.place("base")) from error
+    places: Places = {(): own.place("base")}
+    data = _laid_over(own.data, base.data, (), (), own.places, places)
+    laid = Table(file, data, (), places, bases=(path, *base.bases))
+    laid.text("base")
+    return laid
+
+
+def _laid_over(
+    own: dict[str, Any], base: dict[str, Any], key: Key, there: Key, places: Places, found: Places
+) -> dict[str, Any]:
+    """`own` over `base`; moves the places of what stands at `key` in the file to `there` in what comes of it."""
+    laid = dict(base)
+    for name, value in own.items():
+        under = base.get(name)
+        here, to = (*key, name), (*there, name)
+        if isinstance(value, dict) and isinstance(under, dict):
+            _move(places, found, here, to, deep=False)
+            laid[name] = _laid_over(value, under, here, to, places, found)
+        elif under is not None and _are_tables(value) and _are_tables(under):
+            laid[name] = _arrays(value, under, here, to, places, found)
+        else:
+            _move(places, found, here, to)
+            laid[name] = value
+    return laid
+
+
+def _arrays(
+    own: list[dict[str, Any]], base: list[dict[str, Any]], key: Key, there: Key, places: Places, found: Places
+) -> list[dict[str, Any]]:
+    laid = list(base)
+    for i, table in enumerate(own):
+        at = next((j for j, other in enumerate(base) if other.get("name") == table.get("name")), len(laid))
+        here, to = (*key, i), (*there, at)
+        _move(places, found, here, to, deep=at == len(laid))
+        if at == len(laid):
+            laid.append(table)
+        else:
+            laid[at] = _laid_over(table, base[at], here, to, places, found)
+    return laid
+
+
+def _are_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(v, dict) for v in value)
+
+
+def _move(places: Places, found: Places, key: Key, to: Key, *, deep: bool = True) -> None:
+    for place, where in places.items():
+        if place == key or (deep and place[: len(key)] == key):
+            found[(*to, *place[len(key) :])] = where

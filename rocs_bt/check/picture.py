@@ -1,0 +1,90 @@
+"""Missions as pictures: their tree on a robot, their parameters, and what a check finds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..action import Parameter
+from ..actions import action_table
+from ..agent import Mind
+from ..catalog import Catalog, Entry
+from ..errors import Fault, InputError
+from ..plan import TreePlan, mission_actions, mission_parameters
+from ..plan.draw import Picture, page, picture_of, svg, text
+from ..plan.examine import examine
+from ..plan.nodes import Tree
+from ..plan.xml import Document, make_nodes, mission_nodes, read_document, tags_of, verify, write_tree
+from ..units import NONE
+from .paper import paper_agent
+
+FORMATS = ("text", "svg", "html", "xml")
+
+
+def draw_mission(
+    catalog: Catalog,
+    entry: Entry,
+    robot: str,
+    *,
+    form: str = "text",
+    main: str = "",
+    stub_unknown: bool = False,
+) -> str:
+    """A mission's tree, drawn.
+
+    Args:
+        catalog: Where missions, nodes and robots are found.
+        entry: The mission.
+        robot: The robot that the tree is built for.
+        form: text, svg, html or xml.
+        main: Which tree of an XML file; its main tree by default.
+        stub_unknown: Whether stand-ins take the place of nodes of an XML file that are not ours, or wrong.
+
+    Raises:
+        InputError: The mission, or the robot, is wrong.
+    """
+    if entry.path.suffix == ".xml" and (stub_unknown or main):
+        document = read_document(entry.path, within=catalog.root_of(entry.path))
+        tree, faults = _read(document, catalog, main, stub_unknown)
+        return _drawn(picture_of(tree, main or entry.name, entry.doc, faults=faults), tree, form, document)
+    build = catalog.load_mission(str(entry.path))
+    declared = mission_parameters(build)
+    given = {name: _any_value(p) for name, p in declared.items() if p.required}
+    mind = Mind(build=build, mission=entry.name, parameters=given, actions=mission_actions(build))
+    plan = paper_agent(catalog.load_robot(robot), catalog.load_class, mind).plan
+    shown = {name: _shown(p) for name, p in declared.items()}
+    if not isinstance(plan, TreePlan):
+        lines = [f"{entry.name}: {entry.doc}", *(f"  {name} = {value}" for name, value in shown.items())]
+        return "\n".join([*lines, f"planned by {type(plan).__name__}, which is no tree."])
+    read = read_document(entry.path, within=catalog.root_of(entry.path)) if entry.path.suffix == ".xml" else None
+    picture = picture_of(plan.tree, entry.name, entry.doc, shown, examine(plan.tree, plan.knowledge))
+    return _drawn(picture, plan.tree, form, read)
+
+
+def _read(document: Document, catalog: Catalog, main: str, lenient: bool) -> tuple[Tree, Sequence[Fault]]:
+    """A tree without a robot, with stand-ins for what is not here."""
+    own = catalog.load_nodes(tags_of(document)) if catalog.code else ()
+    nodes = mission_nodes(action_table(), own)
+    faults = [*document.faults, *verify(document, nodes, main=main)]
+    if not lenient and (wrong := [fault for fault in faults if not fault.warning]):
+        raise InputError(*wrong)
+    return Tree(make_nodes(document, nodes, main=main, lenient=lenient)), faults
+
+
+def _drawn(picture: Picture, tree: Tree, form: str, document: Document | None) -> str:
+    if form == "xml":
+        own = document is not None and picture.title not in document.trees
+        return write_tree(tree.root, main="" if own else picture.title, document=document)
+    return {"text": text, "svg": svg, "html": page}[form](picture)
+
+
+def _any_value(parameter: Parameter) -> Any:
+    """A value for a parameter that must be given, so that the tree can be drawn."""
+    return parameter.name if parameter.type is str else parameter.type(1)
+
+
+def _shown(parameter: Parameter) -> str:
+    if parameter.required:
+        return "(must be given)"
+    unit = "" if parameter.dimension in (None, NONE) else f" {parameter.dimension}"
+    return f"{parameter.default}{unit}"

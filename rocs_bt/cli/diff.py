@@ -1,0 +1,132 @@
+"""`rocs-bt diff`: what two scenarios share, and what differs."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from .run import catalog_for
+
+if TYPE_CHECKING:
+    from ..simulation.reuse import Counterpart, Reuse, Share
+
+Rows = list[Sequence[str]]
+_NONE = "–"
+_NAMES = ("robot", "mission", "rules", "script")  # settings that are short enough for a page
+
+
+@click.command()
+@click.argument("first")
+@click.argument("second")
+@click.option("--json", "as_json", is_flag=True, help="As JSON, with content hashes.")
+@click.option("--markdown", is_flag=True, help="As Markdown: names, and what differs.")
+@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+def command(first: str, second: str, as_json: bool, markdown: bool, no_code: bool) -> None:
+    """List what the scenarios FIRST and SECOND share, and what differs: content, and code.
+
+    Content is compared by its bytes. Code is what the built minds are made of: nothing is run.
+    """
+    from ..simulation.reuse import diff
+
+    catalog = catalog_for(first, code=not no_code)
+    found = diff(catalog.load_scenario(first), catalog.load_scenario(second), catalog)
+    if as_json:
+        click.echo(json.dumps(dataclasses.asdict(found), indent=2))
+        return
+    show = _markdown if markdown else _plain
+    click.echo("\n\n".join(show(title, rows) for title, rows in _tables(found, brief=markdown)))
+
+
+def _tables(found: Reuse, *, brief: bool) -> Iterator[tuple[str, Rows]]:
+    """Titles and rows, the first of them the heads."""
+    first, second = found.first, found.second
+    yield f"Content of {first} and {second}", _shares(found.content, first, second)
+    for robot in found.robots:
+        yield _title(robot, found), _settings(robot, found, brief=brief)
+    code = _differences if brief else _shares
+    yield f"Engine classes that the minds are made of, {first} and {second}", code(found.code, first, second, "room")
+    if not brief:
+        yield "Files", _files(found)
+
+
+def _title(robot: Counterpart, found: Reuse) -> str:
+    if not robot.second:
+        return f"{robot.first} of {found.first} has no counterpart"
+    if not robot.first:
+        return f"{robot.second} of {found.second} is new"
+    return f"{robot.first} of {found.first}, {robot.second} of {found.second}"
+
+
+def _settings(robot: Counterpart, found: Reuse, *, brief: bool) -> Rows:
+    from ..simulation.reuse import PARAMETER
+
+    rows: Rows = [("", found.first, found.second, "")]
+    rows += (
+        (s.what, s.first or _NONE, s.second or _NONE, "same" if s.same else "differs")
+        for s in robot.settings
+        if s.what in _NAMES or not brief
+    )
+    if brief:
+        others = [s.what for s in robot.settings if s.what not in _NAMES and not s.same]
+        if "mission" in robot.differing():  # whose parameters are its own
+            others = [*(o for o in others if not o.startswith(PARAMETER)), "parameters"]
+        rows.append(("the scenario's own", "", "", f"differs in {', '.join(others)}" if others else "same"))
+    if robot.first and robot.second and robot.code:
+        both = sum(len(share.both) for share in robot.code)
+        own = [", ".join(n for s in robot.code for n in getattr(s, side)) for side in ("first", "second")]
+        what = "engine classes" if brief else f"{both} engine classes, and"
+        rows.append((what, *(names or _NONE for names in own), "differs" if any(own) else "same"))
+    return rows
+
+
+def _shares(shares: Sequence[Share], first: str, second: str, head: str = "") -> Rows:
+    changed = any(share.changed for share in shares)
+    columns = ("both", *(("changed",) if changed else ()), "first", "second")
+    heads = {"both": "in both", "changed": "changed", "first": f"only in {first}", "second": f"only in {second}"}
+    rows: Rows = [(head, *(heads[column] for column in columns))]
+    rows += ((share.kind, *(", ".join(getattr(share, column)) or _NONE for column in columns)) for share in shares)
+    return rows
+
+
+def _differences(shares: Sequence[Share], first: str, second: str, head: str) -> Rows:
+    """Only what differs; the rooms in which nothing does share the last row."""
+    rows: Rows = [(head, f"only in {first}", f"only in {second}")]
+    rows += ((s.kind, ", ".join(s.first) or _NONE, ", ".join(s.second) or _NONE) for s in shares if not s.same)
+    rows.append((", ".join(s.kind for s in shares if s.same), _NONE, _NONE))
+    return rows
+
+
+def _files(found: Reuse) -> Rows:
+    rows: Rows = [("", "", "lines", "sha256")]
+    for piece in dict.fromkeys([*found.pieces["first"], *found.pieces["second"]]):
+        rows.append((piece.kind, piece.name, str(piece.lines), piece.content_hash[:12]))
+    return rows
+
+
+def _markdown(title: str, rows: Rows) -> str:
+    lines = ["| " + " | ".join(row) + " |" for row in rows]
+    rule = "|" + "---|" * len(rows[0])
+    return "\n".join([f"**{title}**", "", lines[0], rule, *lines[1:]])
+
+
+def _plain(title: str, rows: Rows) -> str:
+    """Columns as wide as what stands in them, up to the terminal's width."""
+    import io
+
+    from rich.console import Console
+    from rich.table import Table
+
+    head, *body = rows
+    table = Table(*head, box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for row in body:
+        style = {"same": "green", "differs": "yellow"}.get(row[-1])
+        table.add_row(*row, style=style)
+    text = io.StringIO()
+    Console(file=text, width=max(Console().width, 80), highlight=False).print(table)
+    return (
+        click.style(title, bold=True) + "\n" + "\n".join("  " + line.rstrip() for line in text.getvalue().splitlines())
+    )

@@ -1,0 +1,29 @@
+"""`rocs-bt palette`: the nodes that missions in XML may name, as a file for an editor such as Groot2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..catalog import Catalog
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
+@click.option("--no-code", is_flag=True, help="Leave the nodes of planners/nodes out, which are Python.")
+def command(out: Path | None, no_code: bool) -> None:
+    """Write the models of the robot's actions, of our nodes and of a project's own, with ports, types and defaults.
+
+    Load it in the editor, or include it in a mission: its TreeNodesModel is generated from the classes.
+    """
+    from ..actions import action_table
+    from ..plan.xml import mission_nodes, palette
+
+    catalog = Catalog.here(code=not no_code)
+    text = palette(mission_nodes(action_table(), catalog.load_nodes() if catalog.code else ()).values())
+    if out is None:
+        click.echo(text.rstrip("\n"))
+    else:
+        out.write_text(text, encoding="utf-8")
+        click.echo(f"{out}: {text.count(' ID=')} nodes.")

@@ -1,0 +1,62 @@
+"""`rocs-bt requirements`: what must hold over a run, checked on its recording."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+_COLOURS = {"satisfied": "green", "violated": "red", "unknown": "yellow"}
+
+
+@click.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--require", "texts", metavar="TEXT", multiple=True, help="Check this instead; may be given many times.")
+@click.option("--agent", help="Whose; all agents if left out.")
+@click.option("--json", "as_json", is_flag=True, help="As JSON, by agent.")
+def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool) -> int:
+    """Check the requirements of RUN's scenario, or others, on its recording: verdict, least margin, worst moment.
+
+    Exits with 0 when all are satisfied, with 1 when one is violated or cannot be told.
+    """
+    from ..errors import InputError, unknown
+    from ..record import Recording, RequirementInfo
+    from ..simulation import check_recorded
+
+    recording = Recording.open(run)
+    names = [a.name for a in recording.header.agents]
+    if agent is not None and agent not in names:
+        raise InputError(unknown("agent", agent, names, "The run"))
+    wanted = [r for r in recording.header.requirements if agent in (None, r.agent)]
+    if texts:
+        whose = names if agent is None else [agent]
+        wanted = [RequirementInfo(name=text, agent=name, text=text) for text in texts for name in whose]
+    if not wanted:
+        raise InputError("the run's scenario has no requirement. Give one, such as --require 'always speed < 1 m/s'.")
+    checked = check_recorded(recording, wanted)
+    found = {name: [f.as_dict() for f in findings] for name, findings in checked.items() if findings}
+    click.echo(json.dumps(found, indent=2) if as_json else "\n".join(told(found)))
+    return 0 if all(f["verdict"] == "satisfied" for each in found.values() for f in each) else 1
+
+
+def told(found: Mapping[str, list[dict[str, Any]]]) -> list[str]:
+    """A line for each requirement of each agent."""
+    return [_line(agent, finding) for agent, findings in found.items() for finding in findings]
+
+
+def _line(agent: str, finding: Mapping[str, Any]) -> str:
+    verdict = click.style(finding["verdict"], fg=_COLOURS[finding["verdict"]], bold=True)
+    line = f"{agent} {verdict}: {finding['name']}"
+    if finding["name"] != finding["require"]:
+        line += f" ({finding['require']})"
+    if finding["violated"] is not None:
+        line += f", first at {finding['violated']:.2f} s"
+    if finding["margin"] is not None:
+        line += f"; least margin {finding['margin']:.3g}{' ' if finding['unit'] else ''}{finding['unit']}"
+        line += f" at {finding['worst']:.2f} s"
+    if finding["unknown"]:
+        line += f"; not known at {finding['unknown']} of {finding['samples']} moments"
+    return line

@@ -1,0 +1,212 @@
+"""`rocs-bt rules`: living with rule files: their tests, what they would have done in a run, where thresholds belong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ..catalog import Catalog, Entry
+from ..errors import InputError, unknown
+from .run import catalog_for
+
+if TYPE_CHECKING:
+    from ..reactive import RuleSet
+    from ..record import AgentInfo, Recording
+    from ..simulation.rule_replay import RuleReplay, Seen
+
+_PANELS = 6  # rules whose signals a picture shows, where nobody names them
+
+
+@click.group()
+def command() -> None:
+    """Test rule files, replay them on recordings, tune their thresholds."""
+
+
+@command.command()
+@click.argument("files", metavar="[FILE|NAME]...", nargs=-1)
+@click.option("--robot", help="For this robot; for those of all scenarios that use the file if left out.")
+def test(files: tuple[str, ...], robot: str | None) -> int:
+    """Run the tests that stand in rule files; in all of the project's if none is given.
+
+    Exits with 0 when all pass, with 1 when one fails.
+    """
+    from ..check import fitted_rules
+    from ..reactive import run_tests
+
+    done = failed = 0
+    for entry, catalog in _entries(files):
+        count = 0
+        for name, rules in fitted_rules(entry, catalog, robot):
+            for result in run_tests(rules):
+                count += 1
+                if not result.passed:
+                    failed += 1
+                    place = f"{result.place.file}:{result.place.line}:{result.place.column}"
+                    told = f"{place}: {click.style('failed', fg='red', bold=True)}: {result.rule}, '{result.test}'"
+                    click.echo(f"{told}, on {name}: {result.message}", err=True)
+        done += count
+        if not count:
+            click.echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]].", err=True)
+    click.echo(f"{done} test{'' if done == 1 else 's'}: {done - failed} passed, {failed} failed.")
+    return 1 if failed else 0
+
+
+@command.command()
+@click.argument("file", metavar="FILE|NAME")
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--agent", help="Whose signals; those of all agents that flinch by the file if left out.")
+@click.option("--rule", "wanted", metavar="RULE", multiple=True, help="Draw the signals of this rule; may be repeated.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Where to draw; RUN/rules if left out.")
+def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out: Path | None) -> None:
+    """Tell when each rule of FILE would have fired in RUN, and draw signals, thresholds, latches and winners.
+
+    RUN is a run's folder or its run.mcap. The rules see what the run's robot saw; what they would have made of it is
+    not played.
+    """
+    from ..record import Recording
+    from ..record.figures.rules import draw_rules, write_picture
+    from ..simulation.rule_replay import place_of, replay_rules, see
+
+    catalog, recording = catalog_for(file), Recording.open(run)
+    path = catalog.find("rules", file).path
+    folder = out or (run if run.is_dir() else run.parent) / "rules"
+    for info, rules in _fitting(path, _agents(recording, path, agent), catalog):
+        found = replay_rules(rules, see(recording, info))
+        click.echo("\n".join(_table(found)))
+        traces = found.traces()
+        shown = [traces[place_of(rule, found.rules)].name for rule in wanted]
+        shown = shown or [trace.name for trace in traces if trace.latched.any()][:_PANELS]
+        canvas = draw_rules(found.seen.t, traces, shown, f"{path.stem} on {recording.header.label}, {info.name}")
+        for picture in write_picture(f"{path.stem}-{info.name}", canvas, folder):
+            click.echo(str(picture))
+
+
+@command.command()
+@click.argument("file", metavar="FILE|NAME")
+@click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--rule", required=True, help="Whose firings to count.")
+@click.option("--threshold", required=True, help="What to sweep: a name of the file's [threshold] table.")
+@click.option("--from", "low", metavar="QUANTITY", help="The least value; half of what is in force if left out.")
+@click.option("--to", "high", metavar="QUANTITY", help="The greatest value; twice what is in force if left out.")
+@click.option("--steps", type=click.IntRange(2, 1000), default=21, show_default=True, help="How many values.")
+@click.option("--agent", help="Whose signals; those of all agents that flinch by the file if left out.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Where to draw; RUN/rules if left out.")
+def tune(
+    file: str,
+    runs: tuple[Path, ...],
+    rule: str,
+    threshold: str,
+    low: str | None,
+    high: str | None,
+    steps: int,
+    agent: str | None,
+    out: Path | None,
+) -> None:
+    """Tell how often a rule of FILE would have fired in each RUN, for each value of one of its thresholds."""
+    import numpy as np
+
+    from ..record import Recording
+    from ..record.figures.rules import draw_sweep, write_picture
+    from ..simulation.rule_replay import place_of, see, sweep_threshold, threshold_dimension
+    from ..units import convert
+
+    catalog = catalog_for(file)
+    path = catalog.find("rules", file).path
+    recordings = [Recording.open(run) for run in runs]
+    whose = [_fitting(path, _agents(recording, path, agent), catalog) for recording in recordings]
+    seen = [see(r, info) for r, fitting in zip(recordings, whose, strict=True) for info, _ in fitting]
+    ((_, rules), *_), *_ = whose
+    place_of(rule, rules)
+    dimension = threshold_dimension(threshold, rules)
+    now = rules.thresholds[threshold]
+    least = 0.5 * now if low is None else convert(low, dimension, "--from")
+    most = 2.0 * now if high is None else convert(high, dimension, "--to")
+    if not least < most:
+        raise InputError(f"--from must be less than --to, found {least:g} and {most:g} {dimension}.")
+    values = np.linspace(least, most, steps)
+    counts = sweep_threshold(
+        path, seen, catalog, rule=rule, threshold=threshold, values=values.tolist(), dimension=dimension
+    )
+    names = _unlike([f"{each.run} {each.agent.name}" for each in seen])
+    click.echo("\n".join(_sweep_table(threshold, str(dimension), values.tolist(), names, counts.tolist(), now)))
+    series = {name: counts[:, i] for i, name in enumerate(names)}
+    canvas = draw_sweep(threshold, str(dimension), values, series, now, f"{path.stem}/{rule.rpartition('/')[2]}")
+    folder = out or (runs[0] if runs[0].is_dir() else runs[0].parent) / "rules"
+    for picture in write_picture(f"{path.stem}-{rule.rpartition('/')[2]}-{threshold}", canvas, folder):
+        click.echo(str(picture))
+
+
+def _entries(files: Sequence[str]) -> list[tuple[Entry, Catalog]]:
+    """The rule files that are meant; all of the project's, or of the shipped ones outside of a project."""
+    if files:
+        catalogs = [(file, catalog_for(file)) for file in files]
+        return [(catalog.find("rules", file), catalog) for file, catalog in catalogs]
+    catalog = Catalog.here()
+    found = catalog.list("rules")
+    own = [entry for entry in found if entry.origin == "project"]
+    return [(entry, catalog) for entry in own or found]
+
+
+def _agents(recording: Recording, file: Path, wanted: str | None) -> list[AgentInfo]:
+    """The agents that are meant: the one that is named, else those that flinched by the file, else all."""
+    agents = recording.header.agents
+    if wanted is not None:
+        found = [agent for agent in agents if agent.name == wanted]
+        if not found:
+            raise InputError(unknown("agent", wanted, [agent.name for agent in agents], "The run"))
+        return found
+    return [agent for agent in agents if file.stem in agent.rules] or list(agents)
+
+
+def _fitting(file: Path, agents: Sequence[AgentInfo], catalog: Catalog) -> list[tuple[AgentInfo, RuleSet]]:
+    """The agents that a rule file fits, with the rules as they have them; where it fits none, why."""
+    from ..simulation.rule_replay import rules_for
+
+    found, errors = [], []
+    for agent in agents:
+        try:
+            found.append((agent, rules_for(file, agent, catalog)))
+        except InputError as error:
+            errors.append(error)
+            click.echo(f"{file.name} does not fit {agent.name}, a {agent.robot}.", err=True)
+    if not found:
+        raise errors[0]
+    return found
+
+
+def _table(found: RuleReplay) -> list[str]:
+    """Each rule's firings, then how it was in the run itself."""
+    seen: Seen = found.seen
+    lines = [f"{found.rules.name} on {seen.run}, {seen.agent.name}: {len(seen.t)} samples, none interpolated"]
+    if found.firings:
+        width = max(len(f.rule) for f in found.firings)
+        lines.append(f"  {'from [s]':>9} {'to [s]':>8} {'wins [s]':>9}  {'rule':<{width}}  reading")
+    for f in found.firings:
+        lines.append(f"  {f.begin:>9.2f} {f.end:>8.2f} {f.won:>9.2f}  {f.rule:<{width}}  {f.reading}")
+    own = found.rules.name in seen.agent.rules
+    for rule in found.rules.rules:
+        count = sum(f.rule == rule.name for f in found.firings)
+        told = f"  {rule.name}: {count} time{'' if count == 1 else 's'}"
+        lines.append(told + (f", {len(seen.latched.get(rule.name, ()))} in the run itself" if own else ""))
+    return lines
+
+
+def _sweep_table(
+    threshold: str, unit: str, values: list[float], names: list[str], counts: list[list[float]], now: float
+) -> list[str]:
+    head = f"{threshold} [{unit}]"
+    lines = [f"{head:>14}  " + "  ".join(f"{name:>10}" for name in names) + ("       all" if len(names) > 1 else "")]
+    nearest = min(values, key=lambda value: abs(value - now))
+    for value, row in zip(values, counts, strict=True):
+        cells = "  ".join(f"{count:>{max(10, len(name))}.0f}" for count, name in zip(row, names, strict=True))
+        total = f"  {sum(row):>8.0f}" if len(names) > 1 else ""
+        lines.append(f"{value:>14.4g}  {cells}{total}{'  <- now' if value == nearest else ''}")
+    return lines
+
+
+def _unlike(names: list[str]) -> list[str]:
+    """The names, each with a number where it stands more than once."""
+    return [f"{name} #{names[: i + 1].count(name)}" if names.count(name) > 1 else name for i, name in enumerate(names)]

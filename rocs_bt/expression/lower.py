@@ -1,0 +1,308 @@
+"""From typed trees to a Program: value numbering, so that what two expressions share is computed once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from .node import TEMPORAL_OPS, Node
+from .program import REDUCTIONS, TOLERANCE, Op, Program, ring_shape
+
+_ONE_BY_ONE = {
+    "neg": Op.NEG, "abs": Op.ABS, "sign": Op.SIGN, "side": Op.SIDE, "sqrt": Op.SQRT, "wrap_angle": Op.WRAP,
+    "+": Op.ADD, "-": Op.SUB, "*": Op.MUL, "/": Op.DIV, "hypot": Op.HYPOT, "atan2": Op.ATAN2, "clip": Op.CLIP,
+    "not": Op.NOT,
+}  # fmt: skip
+_REDUCERS = {"min": Op.MIN, "max": Op.MAX, "any": Op.ANY, "all": Op.ALL, "sum": Op.SUM}
+_COMPARE = {"<": Op.LT, "<=": Op.LE, ">": Op.LT, ">=": Op.LE, "==": Op.EQ, "!=": Op.NE}
+_TRUTHS = {Op.LT, Op.LE, Op.EQ, Op.NE, Op.NOT, Op.AND, Op.OR, Op.ANY, Op.ALL, Op.HELD, Op.SINCE}
+
+
+def lower(nodes: Sequence[Node], also: Sequence[Node] = (), margins: int = 0) -> Program:
+    """Lower expressions to one program.
+
+    Args:
+        nodes: The expressions; none of them may look ahead.
+        also: Expressions whose temporal parts the program must keep up to date for others to use.
+        margins: For how many of `nodes`, from the first, to compute margins too; they must be single truth values.
+    """
+    return _Lowering([*nodes, *also]).program(nodes, also, margins)
+
+
+class _Lowering:
+    def __init__(self, nodes: Sequence[Node]) -> None:
+        indices = sorted(_read_by(nodes))
+        self._register_of = {index: register for register, index in enumerate(indices)}
+        self._initial = [math.nan] * len(indices)
+        self._truth = [False] * len(indices)
+        self._constants: dict[tuple[object, ...], int] = {}
+        self._code: list[tuple[int, ...]] = []
+        self._texts: list[str] = []
+        self._cells: list[float] = []
+        self._known: dict[tuple[int, ...], int] = {}
+        self._done: dict[int, int] = {}
+        self._margins: dict[tuple[int, bool], int] = {}
+        self._temporal: dict[Node, int] = {}
+        self._reads = _runs(indices)
+        for start, stop in self._reads:
+            dst, n = self._register_of[start], stop - start
+            self._code.append((Op.LOAD, n, dst, start, 0, 0, 1, 0))
+            self._texts.append("")
+
+    def program(self, nodes: Sequence[Node], also: Sequence[Node], margins: int) -> Program:
+        roots = [self.node(node) for node in nodes]
+        for node in also:
+            if node.temporal:
+                for part in node.walk():
+                    if part.op in TEMPORAL_OPS:
+                        self.node(part)
+        found = [self.margin(node, mixed_units(node)) for node in nodes[:margins]]
+        constant = np.zeros(len(self._initial), bool)
+        for key, register in self._constants.items():
+            constant[register : register + len(key) - 1] = True
+        return Program(
+            code=np.array(self._code, np.int32).reshape(-1, 8),
+            registers=np.array(self._initial, float),
+            truth=np.array(self._truth, bool),
+            constant=constant,
+            cells=np.array(self._cells, float),
+            roots=np.array(roots, np.int32),
+            margins=np.array(found + [-1] * (len(nodes) - margins), np.int32),
+            temporal=self._temporal,
+            texts=tuple(self._texts),
+            reads=self._reads,
+        )
+
+    def node(self, node: Node) -> int:
+        """The first register of a node's value."""
+        key = id(node)
+        if key not in self._done:
+            self._done[key] = self._lowered(node)
+        return self._done[key]
+
+    def _lowered(self, node: Node) -> int:
+        match node.op:
+            case "number" | "truth":
+                return self._constant(float(node.value), node.op == "truth")
+            case "vector":
+                return self._constant(tuple(float(arg.value) for arg in node.args))
+            case "read":
+                return self._register_of[node.start]
+            case "and" | "or":
+                return self._chain(Op.AND if node.op == "and" else Op.OR, [self.node(a) for a in node.args], node)
+            case "compare":
+                return self._compare(node)
+            case "if":
+                test, then, other = (self.node(arg) for arg in node.args)
+                wide = (node.args[1].kind.size > 0) | (node.args[2].kind.size > 0) << 1
+                return self._emit(Op.SELECT, node, then, other, test, wide=wide, truth=node.kind.boolean)
+            case "min" | "max" | "sum" | "mean" | "any" | "all" | "count" | "argmin" | "min_valid" | "dot":
+                return self._reduce(node)
+        if node.op in TEMPORAL_OPS:
+            register = self._remember(node)
+            self._temporal[node] = register
+            return register
+        args = [self.node(arg) for arg in node.args]
+        wide = sum((arg.kind.size > 0) << i for i, arg in enumerate(node.args))
+        a, b, c = (*args, 0, 0)[:3]
+        return self._emit(_ONE_BY_ONE[node.op], node, a, b, c, wide=wide)
+
+    def _chain(self, op: Op, registers: Sequence[int], node: Node, n: int = 0) -> int:
+        register = registers[0]
+        for other in registers[1:]:
+            register = self._emit(op, node, register, other, wide=3 if n else 0, n=n)
+        return register
+
+    def _compare(self, node: Node) -> int:
+        found = []
+        for sign, (left, right) in zip(node.signs, pairwise(node.args), strict=True):
+            if sign in (">", ">="):
+                left, right = right, left
+            wide, size = _wide(left, right), max(left.kind.size, right.kind.size)
+            register = self._emit(_COMPARE[sign], node, self.node(left), self.node(right), wide=wide, n=size)
+            found.append((register, size))
+        (register, size), *others = found
+        for other, more in others:
+            register = self._emit(Op.AND, node, register, other, wide=(size > 0) | (more > 0) << 1, n=max(size, more))
+            size = max(size, more)
+        return register
+
+    def _reduce(self, node: Node) -> int:
+        args = [(self.node(arg), arg.kind.size) for arg in node.args]
+        (first, size), n = args[0], max(1, args[0][1])
+        match node.op:
+            case "min" | "max":
+                op, both = (Op.MIN, Op.MIN2) if node.op == "min" else (Op.MAX, Op.MAX2)
+                parts = [self._emit(op, arg, r, n=s) if s else r for (r, s), arg in zip(args, node.args, strict=True)]
+                return self._chain(both, parts, node)
+            case "count" | "argmin":
+                return self._emit(Op.COUNT if node.op == "count" else Op.ARGMIN, node, first, n=n)
+            case "min_valid":
+                return self._emit(Op.MIN_VALID, node, first, args[1][0], n=n)
+            case "dot":
+                return self._emit(Op.DOT, node, first, args[1][0], n=n)
+            case "mean" if size:
+                total = self._emit(Op.SUM, node, first, n=n)
+                return self._emit(Op.DIV, node, total, self._constant(float(size)))
+        return self._emit(_REDUCERS[node.op], node, first, n=n) if size else first
+
+    def _remember(self, node: Node) -> int:
+        """A temporal operation; `once` is what `held` is not."""
+        args = [self.node(arg) for arg in node.args]
+        match node.op:
+            case "held":
+                return self._temporal_code(Op.HELD, node, args, [math.inf] * 2)
+            case "once":
+                never = self._emit(Op.NOT, node, args[0])
+                held = self._temporal_code(Op.HELD, node, [never], [-math.inf] * 2)
+                return self._emit(Op.NOT, node, held)
+            case "since":
+                return self._temporal_code(Op.SINCE, node, args, [-math.inf] * 2)
+            case "time_since":
+                return self._temporal_code(Op.AGO, node, args, [-math.inf])
+            case "rate":
+                return self._temporal_code(Op.RATE, node, args)
+        return self._temporal_code(Op.DELAY, node, args, truth=node.kind.boolean)
+
+    def _temporal_code(
+        self, op: Op, node: Node, args: Sequence[int], cells: list[float] | None = None, before: float = math.nan,
+        truth: bool | None = None,
+    ) -> int:  # fmt: skip
+        window = float(node.value)
+        width, capacity = ring_shape(window)
+        constants = self._constant((window - TOLERANCE, width - TOLERANCE, before, float(capacity)))
+        cells = [0.0] * (2 + 2 * capacity) if cells is None else cells
+        a, b = (*args, 0)[:2]
+        return self._emit(op, node, a, b, constants, cells=cells, truth=truth)
+
+    def margin(self, node: Node, mixed: bool) -> int:
+        """The first register of how far a truth value is from changing; positive where it is true."""
+        key = (id(node), mixed)
+        if key not in self._margins:
+            self._margins[key] = self._margin(node, mixed)
+        return self._margins[key]
+
+    def _margin(self, node: Node, mixed: bool) -> int:
+        def of(arg: Node) -> int:
+            return self.margin(arg, mixed)
+
+        def neg(register: int) -> int:
+            return self._emit(Op.NEG, node, register)
+
+        match node.op:
+            case "truth":
+                return self._constant(math.inf if node.value else -math.inf)
+            case "not":
+                return self._emit(Op.NEG, node, of(node.args[0]), wide=node.kind.size > 0)
+            case "and" | "or":
+                return self._chain(Op.WORST if node.op == "and" else Op.BEST, [of(arg) for arg in node.args], node)
+            case "if":
+                test, then, other = (of(arg) for arg in node.args)
+                yes = self._emit(Op.WORST, node, test, then, wide=2 if node.kind.size else 0)
+                no = self._emit(Op.WORST, node, neg(test), other, wide=2 if node.kind.size else 0)
+                return self._emit(Op.BEST, node, yes, no, wide=3 if node.kind.size else 0)
+            case "any" | "all":
+                group = node.args[0]
+                op = Op.BEST_OF if node.op == "any" else Op.WORST_OF
+                return self._emit(op, node, of(group), n=group.kind.size) if group.kind.size else of(group)
+            case "held":
+                return self._temporal_code(Op.LOWEST, node, [of(node.args[0])], before=-math.inf)
+            case "once":
+                lowest = self._temporal_code(Op.LOWEST, node, [neg(of(node.args[0]))], before=math.inf)
+                return neg(lowest)
+            case "since":
+                return self._temporal_code(Op.SINCE_MARGIN, node, [of(arg) for arg in node.args])
+            case "delay":
+                return self._temporal_code(Op.DELAY, node, [of(node.args[0])], truth=False)
+        return self._gaps(node, self._constant(margin_scale(node) if mixed else 1.0))
+
+    def _gaps(self, node: Node, scale: int) -> int:
+        """The margin of a comparison."""
+        found = []
+        for sign, (left, right) in zip(node.signs, pairwise(node.args), strict=True):
+            if sign in (">", ">="):
+                left, right = right, left
+            size, wide = max(left.kind.size, right.kind.size), _wide(left, right)
+            a, b = self.node(left), self.node(right)
+            gap = self._emit(Op.GAP, node, a, b, scale, wide=wide, n=size)
+            if sign in ("==", "!="):
+                back = self._emit(Op.GAP, node, b, a, scale, wide=_wide(right, left), n=size)
+                gap = self._emit(Op.WORST, node, gap, back, wide=3 if size else 0, n=size)
+            if sign == "!=":
+                gap = self._emit(Op.NEG, node, gap, wide=size > 0, n=size)
+            found.append((gap, size))
+        (register, size), *others = found
+        for other, more in others:
+            register = self._emit(Op.WORST, node, register, other, wide=(size > 0) | (more > 0) << 1, n=max(size, more))
+            size = max(size, more)
+        return register
+
+    def _constant(self, value: float | tuple[float, ...], truth: bool = False) -> int:
+        values = value if isinstance(value, tuple) else (value,)
+        key = (truth, *map(repr, values))
+        if key not in self._constants:
+            self._constants[key] = len(self._initial)
+            self._initial.extend(values)
+            self._truth.extend([truth] * len(values))
+        return self._constants[key]
+
+    def _emit(
+        self, op: Op, node: Node, a: int, b: int = 0, c: int = 0, wide: int = 0, n: int | None = None,
+        cells: list[float] | None = None, truth: bool | None = None,
+    ) -> int:  # fmt: skip
+        """The register of an operation; that of an equal one where there is one."""
+        n = max(1, node.kind.size if n is None else n)
+        first = int(cells[0] > 0.0) if op is Op.HELD and cells else 0
+        key = (op, n, a, b, c, wide, first)
+        if key in self._known:
+            return self._known[key]
+        dst, size = len(self._initial), 1 if op in REDUCTIONS else n
+        self._known[key] = dst
+        cell = 0
+        if cells is not None:
+            cell = len(self._cells)
+            self._cells.extend(cells)
+        self._code.append((op, n, dst, a, b, c, wide, cell))
+        self._texts.append(node.text)
+        self._initial.extend([math.nan] * size)
+        self._truth.extend([op in _TRUTHS if truth is None else truth] * size)
+        return dst
+
+
+def _wide(left: Node, right: Node) -> int:
+    return (left.kind.size > 0) | (right.kind.size > 0) << 1
+
+
+def _read_by(nodes: Sequence[Node]) -> set[int]:
+    spans, stack = set[tuple[int, int]](), list(nodes)
+    while stack:
+        node = stack.pop()
+        if node.op == "read":
+            spans.add((node.start, node.stop))
+        stack.extend(node.args)
+    return {i for start, stop in spans for i in range(start, stop)}
+
+
+def _runs(indices: Sequence[int]) -> tuple[tuple[int, int], ...]:
+    found: list[tuple[int, int]] = []
+    for i in indices:
+        if found and found[-1][1] == i:
+            found[-1] = (found[-1][0], i + 1)
+        else:
+            found.append((i, i + 1))
+    return tuple(found)
+
+
+def mixed_units(node: Node) -> bool:
+    """Whether its comparisons are in different units, so that their margins must be made comparable."""
+    return len({part.args[0].kind.dimension for part in node.walk() if part.op == "compare"}) > 1
+
+
+def margin_scale(node: Node) -> float:
+    """What a comparison's margin is divided by where units mix: the least span of the signals it reads, else 1 SI."""
+    wanted = node.args[0].kind.dimension
+    spans = [part.span for part in node.walk() if part.op == "read" and part.kind.dimension == wanted]
+    return min((span for span in spans if 0.0 < span < math.inf), default=1.0)

@@ -1,0 +1,191 @@
+"""The lowered form of expressions: one flat register program, each shared part computed once.
+
+**Registers.** A program computes an array `r` of float64. It begins as a copy of `Program.registers`, in which the
+constants stand at their places; every other register is written by exactly one instruction, before it is read. A truth
+value is 1.0 or 0.0; NaN is *invalid*, of numbers and of truth values alike. The instructions run from the first to the
+last, all of them, at every step: there are no jumps, since three-valued logic needs none (`False and invalid` is
+False, whichever stands first).
+
+**Instructions.** Row i of `code`, int32 of shape (n, 8), is one instruction: `op, n, dst, a, b, c, wide, cell`. A value
+by value operation does `r[dst + i] = f(A, B, C)` for i in 0 .. n-1, where A is `r[a + i]` if bit 0 of `wide` is set and
+`r[a]` if not; B and C likewise by bits 1 and 2. A reduction reads `r[a .. a+n-1]` and writes `r[dst]`. Unused
+operands are 0. A result that is not a number is invalid, so every operation gives NaN where an operand that it needs
+is NaN; the exceptions are said below. Comparisons, minima and maxima are strict: of equal values the first stands.
+
+====================  ==========================================================================================
+LOAD                  r[dst + i] = x[a + i], i in 0 .. n-1: the snapshot; the first instructions of a program
+NEG ABS SIGN SIDE     -A; |A|; -1, 0 or 1; 1 where A >= 0, else -1
+SQRT WRAP             root, NaN of A < 0; IEEE remainder by 2 pi, -pi becoming pi, NaN of an infinite A
+ADD SUB MUL DIV       A + B ...; A / B is NaN where B == 0
+HYPOT ATAN2           the C library's
+MIN2 MAX2             B if B < A else A; B if B > A else A; NaN if either is
+CLIP                  m = B if B > A else A, then C if C < m else m; NaN if any is
+SELECT                A if C is 1, B if C is 0, NaN if C is NaN (the value not chosen may be invalid)
+LT LE EQ NE           1.0 or 0.0; NaN if either is
+NOT                   1 - A
+AND OR                three-valued: 0 if either is 0, else NaN if either is, else 1; OR likewise
+MIN MAX ARGMIN        of the n values; NaN if any is; ARGMIN is the first index, from 0
+SUM                   ((r[a] + r[a+1]) + r[a+2]) ..., in this order
+ANY ALL               OR, AND over the n values
+COUNT                 how many are 1; NaN if any is
+MIN_VALID             the least of those that are not NaN; NaN if fewer than r[b] are
+DOT                   r[a]*r[b] + r[a+1]*r[b+1] ..., in this order, each product rounded before it is added
+HELD SINCE AGO        temporal, truth in (below)
+RATE DELAY            temporal, numbers or truth in
+GAP                   a margin: 0.0 if A == B, else (B - A) / C; NaN if any is
+WORST BEST            margins joined by and, by or: m = the less of those that are not NaN; NaN if either operand is
+                      and not m < 0. BEST is -WORST(-A, -B)
+WORST_OF BEST_OF      WORST, BEST folded over the n values, from the first to the last
+LOWEST SINCE_MARGIN   temporal, margins in
+====================  ==========================================================================================
+
+**Time.** A sample's value stands from its own time until the next sample's. A window of length T at time t is
+[t - T, t], so it holds the samples that are newer than t - T and the one that stood then. Times are compared with a
+tolerance of 1e-9 s, which is folded into the constants. State is an array `cells` of float64 that begins as
+`Program.cells`; `cell` is where an instruction's part begins. Temporal operations have n = 1; at `r[c]` begin four
+constants: `window` = T - 1e-9, `grain` = w - 1e-9, `before`, and `capacity` (below).
+
+- HELD(A) over cells [p, q]: p is when the present run of samples that are not 0 began, q that of samples that are 1;
+  +inf where there is none. A = 1: each that is +inf becomes t. A = NaN: q = +inf, and p becomes t if it is +inf. A = 0:
+  both +inf. Gives 0 if not t - p >= window, else 1 if t - q >= window, else NaN. The initial cells tell what was before
+  the first sample: +inf for `held` (nothing was), -inf where it counts as true (`once(a)` is NOT HELD(NOT a) so).
+- SINCE(A, B) over cells [d, p], both -inf at first: when the newest sample at which B was surely (d), possibly (p) 1,
+  and since which A was surely, possibly 1, ceased to stand; +inf while it stands, -inf for none. First, each that is
+  +inf becomes t. Then if B is 1, both become +inf; else, d = -inf unless A is 1, and p = +inf if B is NaN, -inf if B is
+  0 and A is 0. Gives 1 if t - d < window, else NaN if t - p < window, else 0.
+- AGO(A) over a cell [l], -inf at first: l = t if A is 1. Gives t - l, NaN if A is NaN.
+
+The others keep a *ring*: `[head, count, t0, v0, t1, v1, ...]` with room for `capacity` = floor(T / w) + 3 pairs, w
+the greater of 10 ms and T / 256; `head` is the index of the oldest, from which they go on modulo `capacity`. A sample
+belongs to the newest pair if its time is less than `grain` after that pair's, and else begins a pair, so a ring can
+never overflow; at steps of w or more the pairs are the samples. At every step, in this order: *drop* the oldest pair
+while there is a second one whose time s has t - s >= window; (SINCE_MARGIN: every v = WORST(v, A)); *push* t and the
+value, which joins the newest pair's v (RATE, DELAY: v stays; LOWEST: WORST(v, value); SINCE_MARGIN: BEST(v, value)) or
+begins a pair. Then with (s, v) the oldest pair, which has *covered* the window if t - s >= window:
+
+- DELAY(A): v if covered, else NaN.
+- RATE(A): (A - v) / (t - s) if covered, else NaN.
+- LOWEST(A): WORST over all v from the oldest on; where not covered also with `before`, first.
+- SINCE_MARGIN(A, B): -inf BEST all v from the oldest on. B is what is pushed.
+
+When t is less than the time of the last step, all cells become `Program.cells` again before anything else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .node import Node
+
+TOLERANCE = 1e-9  # [s]; periods such as 0.05 s have no exact sums
+GRAIN = 0.01  # [s]; rings tell samples apart that are at least so far from each other
+PAIRS = 256  # a ring of a long window tells this many parts of it apart
+
+
+class Op(IntEnum):
+    """The instructions; the numbers are those of the compiled kernel, so new ones go to the end."""
+
+    LOAD = 0
+    NEG = 1
+    ABS = 2
+    SIGN = 3
+    SIDE = 4
+    SQRT = 5
+    WRAP = 6
+    ADD = 7
+    SUB = 8
+    MUL = 9
+    DIV = 10
+    HYPOT = 11
+    ATAN2 = 12
+    MIN2 = 13
+    MAX2 = 14
+    CLIP = 15
+    SELECT = 16
+    LT = 17
+    LE = 18
+    EQ = 19
+    NE = 20
+    NOT = 21
+    AND = 22
+    OR = 23
+    MIN = 24
+    MAX = 25
+    ARGMIN = 26
+    SUM = 27
+    ANY = 28
+    ALL = 29
+    COUNT = 30
+    MIN_VALID = 31
+    DOT = 32
+    HELD = 33
+    SINCE = 34
+    AGO = 35
+    RATE = 36
+    DELAY = 37
+    GAP = 38
+    WORST = 39
+    BEST = 40
+    WORST_OF = 41
+    BEST_OF = 42
+    LOWEST = 43
+    SINCE_MARGIN = 44
+
+
+REDUCTIONS = frozenset(
+    {Op.MIN, Op.MAX, Op.ARGMIN, Op.SUM, Op.ANY, Op.ALL, Op.COUNT, Op.MIN_VALID, Op.DOT, Op.WORST_OF, Op.BEST_OF}
+)
+TEMPORAL = frozenset({Op.HELD, Op.SINCE, Op.AGO, Op.RATE, Op.DELAY, Op.LOWEST, Op.SINCE_MARGIN})
+RINGS = frozenset({Op.RATE, Op.DELAY, Op.LOWEST, Op.SINCE_MARGIN})
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """Expressions, lowered; see the module.
+
+    Attributes:
+        code: The instructions, int32, (n, 8), C order.
+        registers: How the registers begin, float64: constants at their places, NaN elsewhere.
+        truth: Whether each register is a truth value, bool, as long as `registers`.
+        constant: Whether each register is a constant, bool.
+        cells: How the state begins, float64.
+        roots: The register of each expression's value, int32, in the order in which they were given.
+        margins: The register of each expression's margin, int32; -1 where it has none (numbers, or none asked for).
+        temporal: The register of each temporal node's value, for whoever evaluates what stands around it.
+        texts: How what an instruction computes was written, one for each row of `code`.
+        reads: The runs (start, stop) of the snapshot that are read, in ascending order.
+    """
+
+    code: NDArray[np.int32]
+    registers: NDArray[np.float64]
+    truth: NDArray[np.bool_]
+    constant: NDArray[np.bool_]
+    cells: NDArray[np.float64]
+    roots: NDArray[np.int32]
+    margins: NDArray[np.int32]
+    temporal: Mapping[Node, int]
+    texts: tuple[str, ...]
+    reads: tuple[tuple[int, int], ...]
+
+
+def operands(op: Op, a: int, b: int, c: int) -> tuple[int, ...]:
+    """The registers that an instruction computes with, constants of temporal ones left out."""
+    if op is Op.LOAD:
+        return ()
+    if op in (Op.CLIP, Op.SELECT, Op.GAP):
+        return a, b, c
+    one = (Op.NEG, Op.ABS, Op.SIGN, Op.SIDE, Op.SQRT, Op.WRAP, Op.NOT, Op.HELD, Op.AGO, Op.RATE, Op.DELAY, Op.LOWEST)
+    if op in one or (op in REDUCTIONS and op not in (Op.DOT, Op.MIN_VALID)):
+        return (a,)
+    return a, b
+
+
+def ring_shape(window: float) -> tuple[float, int]:
+    """The width of a ring's pairs [s] and how many it has room for, for a window of that length [s]."""
+    width = max(GRAIN, window / PAIRS)
+    return width, int(window / width) + 3

@@ -1,0 +1,211 @@
+"""Python source of a Program, for people to read and for `exec`.
+
+Only numbers, register and helper names go into the code; what a person wrote goes into comments, on one line. The
+snapshot is a plain list (`ndarray.tolist()`): a guard on an array takes two to three times as long.
+
+There are two ways to write a program. *Careful*: every operation looks for what is invalid. *Fast*, for snapshots
+without NaN: what can then never be invalid is plain Python (`a < b and c`), and only the rest is careful.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from .program import REDUCTIONS, RINGS, TEMPORAL, Op, Program, operands
+from .python_helpers import HELPERS
+from .python_sure import Sure
+
+_DEEP = 12  # operations inside each other on one line; more are hard to read, and Python's own parser has a limit
+_CALLS = {
+    Op.SIGN: "sign", Op.SIDE: "side", Op.SQRT: "root", Op.WRAP: "angle", Op.DIV: "divide", Op.HYPOT: "length",
+    Op.CLIP: "clip", Op.LT: "lt", Op.LE: "le", Op.EQ: "eq", Op.NE: "ne", Op.NOT: "negate", Op.AND: "both",
+    Op.OR: "either", Op.MIN: "least", Op.MAX: "greatest", Op.ARGMIN: "argmin", Op.SUM: "total", Op.ANY: "some",
+    Op.ALL: "every", Op.COUNT: "count", Op.MIN_VALID: "min_valid", Op.DOT: "dot", Op.HELD: "held", Op.SINCE: "since",
+    Op.AGO: "ago", Op.RATE: "rate", Op.DELAY: "delay", Op.GAP: "gap", Op.WORST: "worst", Op.BEST: "best",
+    Op.WORST_OF: "worst_of", Op.BEST_OF: "best_of", Op.LOWEST: "lowest", Op.SINCE_MARGIN: "since_margin",
+    Op.ATAN2: "atan2", Op.ABS: "abs",
+}  # fmt: skip
+_SIGNS = {Op.ADD: "+", Op.SUB: "-", Op.MUL: "*", Op.DIV: "/", Op.LT: "<", Op.LE: "<=", Op.EQ: "==", Op.NE: "!="}
+_PLAIN_CALLS = {Op.MIN: "min", Op.MAX: "max", Op.ANY: "any", Op.ALL: "all", Op.MIN2: "min", Op.MAX2: "max"}
+
+
+class PythonCode:
+    """The source of a program, in one of the two ways.
+
+    Args:
+        program: What to write.
+        used: The registers that are wanted, each as often as it is.
+        fast: For snapshots without NaN.
+    """
+
+    def __init__(self, program: Program, used: Sequence[int], fast: bool) -> None:
+        self._program = program
+        self._registers = program.registers.tolist()
+        self._truth = program.truth.tolist()
+        self._constant = program.constant.tolist()
+        self._code = program.code.tolist()
+        self._sure = Sure(program, fast)
+        self._source_of: dict[int, str] = {}
+        self._depth: dict[int, int] = {}
+        self._groups = {row[2] for row in self._code if row[6] and row[0] not in REDUCTIONS}
+        self._loads = {dst + i: a + i for op, n, dst, a, *_ in self._code if op == Op.LOAD for i in range(n)}
+        self._kept = set(program.temporal.values())
+        self._uses = self._count(used)
+        self.lines: list[str] = []
+        for row, text in zip(self._code, program.texts, strict=True):
+            if row[0] != Op.LOAD:
+                self._write(row, text)
+
+    def value(self, register: int) -> str:
+        """The source of a register's value, after `lines`."""
+        return self._operand(register, 1, False)
+
+    def sure(self, register: int) -> bool:
+        """Whether that value can never be invalid."""
+        return self._sure.valid(register, 1)
+
+    def _count(self, used: Sequence[int]) -> dict[int, int]:
+        uses: dict[int, int] = {}
+        for register in used:
+            uses[register] = uses.get(register, 0) + 1
+        for op, _, _, a, b, c, *_ in self._code:
+            for register in operands(Op(op), a, b, c):
+                uses[register] = uses.get(register, 0) + 1
+        return uses
+
+    def _write(self, row: Sequence[int], text: str) -> None:
+        op, n, dst, a, b, c, wide, cell = row
+        if not self._uses.get(dst) and dst not in self._kept and op not in TEMPORAL:
+            return
+        source = self._operation(Op(op), n, dst, a, b, c, wide, cell)
+        depth = 1 + max((self._depth.get(r, 0) for r in operands(Op(op), a, b, c)), default=0)
+        if self._uses.get(dst, 0) != 1 or dst in self._kept or op in TEMPORAL or depth > _DEEP:
+            comment = f"  # {' '.join(text.split())}" if text else ""
+            self.lines.append(f"v{dst} = {source}{comment}")
+            source, depth = f"v{dst}", 0
+        self._source_of[dst], self._depth[dst] = source, depth
+
+    def _operand(self, register: int, n: int, wide: bool) -> str:
+        if register in self._loads:
+            at = self._loads[register]
+            return f"x[{at}:{at + n}]" if wide else f"x[{at}]"
+        if self._constant[register]:
+            values = [_literal(v, self._truth[register]) for v in self._registers[register : register + n]]
+            return f"[{', '.join(values)}]" if wide else values[0]
+        return self._source_of[register]
+
+    def _operation(self, op: Op, n: int, dst: int, a: int, b: int, c: int, wide: int, cell: int) -> str:
+        if op in TEMPORAL:
+            return self._temporal(op, dst, a, b, c, cell)
+        if op in REDUCTIONS:
+            return self._reduction(op, n, a, b)
+        group = wide != 0
+        registers = operands(op, a, b, c)
+        sure = all(self._sure.valid(r, n if wide >> i & 1 else 1) for i, r in enumerate(registers))
+        result = self._sure.valid(dst, n)
+        if not group:
+            return self._one(op, [self._operand(r, 1, False) for r in registers], sure, result, self._truth[dst])
+        return self._each(op, n, dst, registers, wide, sure, result)
+
+    def _each(self, op: Op, n: int, dst: int, registers: Sequence[int], wide: int, sure: bool, result: bool) -> str:
+        """The operation value by value; single values are computed once, groups are walked side by side."""
+        names = "abc"[: len(registers)]
+        groups = [(name, r) for i, (name, r) in enumerate(zip(names, registers, strict=True)) if wide >> i & 1]
+        once = "".join(
+            f" for {name} in ({self._operand(r, 1, False)},)"
+            for i, (name, r) in enumerate(zip(names, registers, strict=True))
+            if not wide >> i & 1
+        )
+        sources = [self._operand(r, n, True) for _, r in groups]
+        walked = sources[0] if len(groups) == 1 else f"zip({', '.join(sources)})"
+        walk = f" for {', '.join(name for name, _ in groups)} in {walked}"
+        return f"[{self._one(op, list(names), sure, result, self._truth[dst])}{once}{walk}]"
+
+    def _one(self, op: Op, args: Sequence[str], sure: bool, result: bool, truth: bool) -> str:
+        """One operation on sources; `sure`: no arg is ever invalid; `result`: nor what it gives."""
+        match op:
+            case Op.ADD | Op.SUB | Op.MUL:
+                return f"({args[0]} {_SIGNS[op]} {args[1]})"
+            case Op.NEG:
+                return f"(-{args[0]})"
+            case Op.ABS:
+                return f"abs({args[0]})"
+            case Op.ATAN2:
+                return f"atan2({', '.join(args)})"
+            case Op.MIN2 | Op.MAX2:
+                return f"{_PLAIN_CALLS[op]}({', '.join(args)})" if sure else self._careful_pair(op, args)
+            case Op.SELECT if sure or result:
+                return f"({args[0]} if {args[2]} else {args[1]})"
+            case Op.SELECT:
+                return f"choose_{'truth' if truth else 'number'}({args[2]}, {args[0]}, {args[1]})"
+            case Op.DIV if result:
+                return f"({args[0]} / {args[1]})"
+        if sure:
+            match op:
+                case Op.LT | Op.LE | Op.EQ | Op.NE:
+                    return f"({args[0]} {_SIGNS[op]} {args[1]})"
+                case Op.AND | Op.OR:
+                    return f"({args[0]} {op.name.lower()} {args[1]})"
+                case Op.NOT:
+                    return f"(not {args[0]})"
+                case Op.CLIP:
+                    return f"min(max({args[0]}, {args[1]}), {args[2]})"
+                case Op.SIDE:
+                    return f"(1.0 if {args[0]} >= 0.0 else -1.0)"
+        return f"{_CALLS[op]}({', '.join(args)})"
+
+    def _careful_pair(self, op: Op, args: Sequence[str]) -> str:
+        return f"{'least' if op is Op.MIN2 else 'greatest'}([{', '.join(args)}])"
+
+    def _reduction(self, op: Op, n: int, a: int, b: int) -> str:
+        group = self._operand(a, n, True)
+        if a in self._source_of and a not in self._groups:
+            group = f"[{group}]"
+        sure = self._sure.valid(a, n)
+        if op is Op.MIN_VALID:
+            return f"min({group})" if sure else f"min_valid({group}, {int(self._registers[b])})"
+        if op is Op.DOT:
+            return f"dot({group}, {self._operand(b, n, True)})"
+        if op is Op.COUNT and sure:
+            return f"float(sum({group}))"
+        return f"{_PLAIN_CALLS[op] if sure and op in _PLAIN_CALLS else _CALLS[op]}({group})"
+
+    def _temporal(self, op: Op, dst: int, a: int, b: int, c: int, cell: int) -> str:
+        constants = self._registers[c : c + 4]
+        args = ["cells", str(cell), self._operand(a, 1, False)]
+        if op in (Op.SINCE, Op.SINCE_MARGIN):
+            args.append(self._operand(b, 1, False))
+        args.append("t")
+        if op is not Op.AGO:
+            args.append(repr(constants[0]))
+        if op in RINGS:
+            args.append(repr(constants[1]))
+            args += [_literal(constants[2], False)] if op is Op.LOWEST else []
+            args.append(str(int(constants[3])))
+        name = "delay_truth" if op is Op.DELAY and self._truth[dst] else _CALLS[op]
+        return f"{name}({', '.join(args)})"
+
+
+def sum_code(program: Program) -> str:
+    """Source of a sum of all that a program reads: NaN if any of it is, since NaN survives a sum."""
+    return " + ".join(f"x[{a}]" if b == a + 1 else f"sum(x[{a}:{b}])" for a, b in program.reads)
+
+
+def define(source: str, name: str, extra: Mapping[str, Any] | None = None) -> Callable[..., Any]:
+    """The function of that name in generated source; `extra` are names it may use beside the helpers."""
+    names = {**HELPERS, **(extra or {})}
+    exec(compile(source, "<generated>", "exec"), names)  # the source is generated: see above
+    function: Callable[..., Any] = names[name]
+    return function
+
+
+def _literal(value: float, truth: bool) -> str:
+    if math.isnan(value):
+        return "None" if truth else "nan"
+    if truth:
+        return str(bool(value))
+    return (
+        "inf" if value == math.inf else "(-inf)" if value == -math.inf else f"({value!r})" if value < 0 else repr(value)
+    )

@@ -1,0 +1,53 @@
+"""FixMonitor: what absolute, slow and noisy sensors say of where the robot is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..channel import Signals
+from ..device import Reading
+from ..geometry import wrap_angle
+from ..signal import Signal
+from ..units import ANGLE, LENGTH
+from .monitor import Monitor
+from .pose_monitor import FARTHEST
+
+
+class FixMonitor(Monitor):
+    """Writes `fix` [m] from a position sensor and `compass` [rad] from an orientation sensor, each when it speaks.
+
+    Neither is a pose to drive by: that is what Localise makes of them.
+
+    Args:
+        position: The position sensor's name (x, y and any more [m], world frame).
+        orientation: The orientation sensor's name (yaw [rad]).
+    """
+
+    def __init__(self, *args: Any, position: str = "position", orientation: str = "orientation", **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._position = position
+        self._orientation = orientation
+
+    def signals(self) -> Sequence[Signal]:
+        age = self.max_age
+        return [
+            Signal("fix", 2, (LENGTH,), (-FARTHEST, FARTHEST), age, "x, y of a position fix in the world frame."),
+            Signal("compass", 1, (ANGLE,), (-math.pi, math.pi), age, "Heading by the compass in the world frame."),
+        ]
+
+    def expects(self) -> Mapping[str, int]:
+        return {self._position: 3, self._orientation: 1}
+
+    def doubt(self, sensor: str, reading: Reading) -> str:
+        return "it says infinity, where no robot is" if any(map(math.isinf, reading.values)) else ""
+
+    def interpret(self, readings: Mapping[str, Reading]) -> Signals:
+        found: dict[str, list[float]] = {}
+        if (position := readings.get(self._position)) is not None:
+            found["fix"] = list(position.values[:2])
+        if (orientation := readings.get(self._orientation)) is not None:
+            yaw = orientation.values[0]
+            found["compass"] = [wrap_angle(yaw) if math.isfinite(yaw) else math.nan]
+        return found

@@ -1,0 +1,86 @@
+"""Actions as nodes that a document may name: `<GoTo goal="dock" cruise="0.5 m/s"/>`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
+
+from ..action import Action, Parameter, make_action, parameters_of
+from ..errors import InputError
+from ..units import NONE, convert
+from .act import MAX_PREEMPTIONS, Act
+from .nodes import REQUIRED, Input, Leaf
+
+if TYPE_CHECKING:
+    from .mission import Mission
+
+
+class ActionNode(Act):
+    """The base of the nodes that have an action done; see `action_nodes`.
+
+    Its ports are the action's parameters, read when the action is submitted, and submitted anew after a reflex. What
+    the file leaves out is the action's own default.
+
+    Attributes:
+        action: The action's name in the action table.
+    """
+
+    action: ClassVar[str] = ""
+    max_preemptions = Input(int, MAX_PREEMPTIONS, "how many reflexes without progress are too many")
+
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        Leaf.__init__(self, name, **attributes)
+        self._set_up(self._made, MAX_PREEMPTIONS)
+
+    def initialise(self) -> None:
+        self._max_preemptions = self.read("max_preemptions")
+        super().initialise()
+
+    @property
+    def mission(self) -> Mission:
+        return self.runtime.mission
+
+    def _made(self) -> Action:
+        actions = self.mission.actions
+        parameters = {port: self.read(port) for port in self.given if port != "max_preemptions"}
+        return make_action(actions, self.action, parameters)
+
+
+def action_nodes(actions: Mapping[str, type[Action]]) -> list[type[ActionNode]]:
+    """A node class for each action of a table, named like it, whose ports are its parameters with their dimensions."""
+    return [_node(name, action) for name, action in sorted(actions.items())]
+
+
+def _node(name: str, action: type[Action]) -> type[ActionNode]:
+    ports = {p.name: _port(p, name) for p in parameters_of(action).values() if _writable(p)}
+    members: dict[str, Any] = {"action": name, "tag": name, "__doc__": action.__doc__, "__module__": action.__module__}
+    return type(name, (ActionNode,), {**ports, **members})
+
+
+def _port(parameter: Parameter, action: str) -> Input[Any]:
+    default = REQUIRED if parameter.required else parameter.default
+    if parameter.dimension is None:
+        return Input(parameter.type, default)
+    kind = float if parameter.type is float else object
+    return Input[Any](kind, default, dimension=parameter.dimension, parse=partial(_parsed, parameter, action))
+
+
+def _parsed(parameter: Parameter, action: str, text: str) -> Any:
+    """A quantity, or several separated by `;`, or points whose coordinates are separated by `,`."""
+    dimension, what = parameter.dimension or NONE, f"{parameter.name} of {action}"
+    value: Any
+    if parameter.type is float:
+        value = convert(text, dimension, what)
+    elif get_args(parameter.type) == (float,):
+        value = [convert(part.strip(), dimension, what) for part in text.split(";")]
+    else:
+        value = [[convert(x.strip(), dimension, what) for x in part.split(",")] for part in text.split(";")]
+    if faults := parameter.faults(value, what):
+        raise InputError(*faults)
+    return value
+
+
+def _writable(parameter: Parameter) -> bool:
+    """Whether a file can hold a parameter's value."""
+    return parameter.dimension is not None or parameter.type in (str, int, bool)

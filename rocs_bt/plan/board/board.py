@@ -1,0 +1,178 @@
+"""Board: the values that the nodes of one tree share; a subtree has its own, which may look into its parent's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ...errors import Fault, did_you_mean
+from ..error import TreeError
+from .convert import Enums, from_string, to_string
+from .entry import Entry
+
+
+class Board:
+    """Values by key, after BehaviorTree.CPP's blackboard.
+
+    A key is looked for in this board, then, if it is remapped or `autoremap` is on, in the parent's under its name
+    there; keys that begin with `_` are private and never found by `autoremap`. `@key` is always `key` of the root.
+
+    Args:
+        parent: The board of the tree that holds this subtree; None for a root.
+        autoremap: Whether keys unknown here are those of the parent.
+        name: What messages call it, such as a subtree's path.
+
+    Attributes:
+        remapping: Keys of this board that are others of the parent's.
+        enums: Names of numbers, for conversions; the same ones in all boards of a tree.
+    """
+
+    def __init__(self, parent: Board | None = None, *, autoremap: bool = False, name: str = "") -> None:
+        self.parent = parent
+        self.autoremap = autoremap
+        self.name = name
+        self.remapping: dict[str, str] = {}
+        self.enums: Enums = parent.enums if parent else {}
+        self._entries: dict[str, Entry] = {}
+
+    @property
+    def root(self) -> Board:
+        """The board at the end of the chain of parents."""
+        board = self
+        while board.parent is not None:
+            board = board.parent
+        return board
+
+    def where(self, key: str) -> tuple[Board, str]:
+        """The board that holds a key, or would, and the key's name there."""
+        if key.startswith("@"):
+            if "@" in key[1:]:
+                raise TreeError(Fault(f"the key '{key}' has more than one '@'."))
+            return self.root, key[1:]
+        board = self
+        while board.parent is not None and key not in board._entries:
+            if key in board.remapping:
+                key = board.remapping[key]
+                if key.startswith("@"):
+                    return board.root, key[1:]
+            elif not board.autoremap or key.startswith("_"):
+                break
+            board = board.parent
+        return board, key
+
+    def entry(self, key: str) -> Entry | None:
+        """The entry of a key, wherever it lives; None if there is none."""
+        found = self._entries.get(key)
+        if found is not None:
+            return found
+        board, name = self.where(key)
+        return board._entries.get(name)
+
+    def declare(self, key: str, kind: Any = None) -> Entry:
+        """The entry of a key, made if there is none.
+
+        Args:
+            key: The key.
+            kind: Its type, which a new entry gets; None or Any where any will do.
+
+        Raises:
+            TreeError: It has another type already, other than text, which is converted when it is read.
+        """
+        board, name = self.where(key)
+        kind = None if kind is Any else kind
+        entry = board._entries.get(name)
+        if entry is None:
+            entry = board._entries[name] = Entry(kind)
+        elif kind is not None and entry.kind not in (None, str, kind):
+            hint = "A key keeps the type that it was declared with first; use another key."
+            message = f"the key '{key}' is of type {type_name(entry.kind)}, not {type_name(kind)}."
+            raise TreeError(Fault(message, hint=hint))
+        return entry
+
+    def own(self, key: str, value: Any) -> None:
+        """Write a value to this very board, whatever is remapped; it fixes no type."""
+        self._entries.setdefault(key, Entry()).store(value)
+
+    def __getitem__(self, key: str) -> Any:
+        """The value of a key.
+
+        Raises:
+            TreeError: There is none.
+        """
+        entry = self.entry(key)
+        if entry is None or entry.value is None:
+            raise TreeError(Fault(f"the board has no value at '{key}'.", hint=did_you_mean(key, self.keys(), "It")))
+        return entry.value
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        """Write a value. The first one fixes the entry's type, unless it is text, which any type may follow.
+
+        Raises:
+            TreeError: The value does not fit the entry's type.
+        """
+        kind = type(value)
+        entry = self.entry(key)
+        if entry is None:
+            entry = self.declare(key, None if kind is str else kind)
+            entry.store(value)
+        elif entry.kind is None:
+            entry.kind = kind
+            entry.store(value)
+        else:
+            entry.store(self.fitted(key, entry.kind, value))
+
+    def __contains__(self, key: object) -> bool:
+        return isinstance(key, str) and (entry := self.entry(key)) is not None and entry.value is not None
+
+    def unset(self, key: str) -> None:
+        """Remove a key of this very board, as BehaviorTree.CPP does; those of parents stay."""
+        board, name = (self.root, key[1:]) if key.startswith("@") else (self, key)
+        entry = board._entries.pop(name, None)
+        if entry is not None:
+            entry.alive = False
+
+    def keys(self) -> list[str]:
+        """The keys of this very board that have a value, sorted."""
+        return sorted(key for key, entry in self._entries.items() if entry.value is not None)
+
+    def entries(self) -> Iterator[tuple[str, Entry]]:
+        """The entries of this very board, in the order they were made."""
+        yield from self._entries.items()
+
+    def texts(self) -> dict[str, str]:
+        """The scalar values of this very board, as BehaviorTree.CPP writes them."""
+        found = ((key, entry.value) for key, entry in sorted(self._entries.items()))
+        return {key: to_string(value) for key, value in found if isinstance(value, (int, float, str))}
+
+    def update(self, values: Mapping[str, Any]) -> None:
+        """Write several values."""
+        for key, value in values.items():
+            self[key] = value
+
+    def fitted(self, key: str, kind: Any, value: Any) -> Any:
+        """A value as a type of an entry or a port has it: text is parsed, numbers are converted where nothing is lost.
+
+        Raises:
+            TreeError: It does not fit.
+        """
+        given = type(value)
+        if given is kind:
+            return value
+        if given is str:
+            return from_string(value, kind, self.enums)
+        if kind is float and given in (int, bool):
+            return float(value)
+        if kind is int and (given is bool or (given is float and value.is_integer())):
+            return int(value)
+        if isinstance(kind, type) and isinstance(value, kind) and kind not in (int, float):
+            return value
+        if isinstance(value, list) and type_name(kind).startswith("list"):
+            return value
+        hint = "A key keeps the type that it was written with first; use another key."
+        message = f"the key '{key}' is of type {type_name(kind)}, and {value!r} does not fit."
+        raise TreeError(Fault(message, hint=hint))
+
+
+def type_name(kind: Any) -> str:
+    """How messages call a type."""
+    return kind.__name__ if isinstance(kind, type) and not hasattr(kind, "__args__") else str(kind)

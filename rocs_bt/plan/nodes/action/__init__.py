@@ -1,0 +1,1 @@
+"""Leaves that every tree may use."""

@@ -1,0 +1,1 @@
+"""Nodes that decide which of their children are ticked."""

@@ -1,0 +1,106 @@
+"""Controls that ask a condition which of their other children is to be ticked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from ....errors import Fault
+from ...error import TreeError
+from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from ..family import Control, Instant, Leaf, halt
+
+
+class _Branch(Control):
+    """What both have in common: children are the condition, then, and otherwise, which may be left out."""
+
+    least, most = 2, 3
+
+    def _tick(self, child: Any) -> Outcome:
+        outcome: Outcome = child.tick_once() or child.status
+        if outcome is IDLE:
+            raise self.strange(child, outcome)
+        self.current_child = child
+        return outcome
+
+    def _decide(self, outcome: Outcome) -> bool:
+        """Whether the condition holds.
+
+        Raises:
+            TreeError: It was skipped.
+        """
+        if outcome is SKIPPED:
+            hint = "Put the condition for skipping on the whole node."
+            raise TreeError(Fault(f"the condition of '{self.name}' ({self.tag}) was skipped.", hint=hint))
+        return outcome is SUCCESS
+
+    def _finish(self, outcome: Outcome) -> Outcome:
+        self.halt_children()
+        self._index = 0
+        if outcome is not SKIPPED:
+            self.status = outcome
+        return outcome
+
+
+class IfThenElse(_Branch):
+    """Asks its first child once, then ticks the second if it succeeded, the third if it failed, until that has ended.
+
+    Without a third child the failure of the condition is FAILURE. The condition is not asked again meanwhile.
+    """
+
+    def tick_once(self) -> Outcome:
+        children = self.children
+        self.status = RUNNING
+        if self._index == 0:
+            outcome = self._tick(children[0])
+            if outcome is RUNNING:
+                return outcome
+            self._index = 1 if self._decide(outcome) else 2
+            if self._index == len(children):
+                return self._finish(FAILURE)
+        outcome = self._tick(children[self._index])
+        return outcome if outcome is RUNNING else self._finish(outcome)
+
+
+class WhileDoElse(_Branch):
+    """Asks its first child in each tick and ticks the second while it succeeds, the third while it fails.
+
+    When the condition turns over, the branch that was RUNNING is halted. Without a third child the failure of the
+    condition is FAILURE. A condition that has a state, unlike one that is done at once, is asked only once per run of
+    the node, as in BehaviorTree.CPP, because nothing resets it while a branch is RUNNING.
+    """
+
+    def __init__(
+        self, name: str, children: tuple[Behaviour, ...] | list[Behaviour] = (), /, **attributes: object
+    ) -> None:
+        super().__init__(name, children, **attributes)
+        self._answer: Outcome | None = None
+
+    def halted(self) -> None:
+        super().halted()
+        self._answer = None
+
+    def tick_once(self) -> Outcome:
+        children = self.children
+        self.status = RUNNING
+        outcome = self._answer or self._tick(children[0])
+        if outcome is RUNNING:
+            return outcome
+        holds = self._decide(outcome)
+        if _latches(children[0]):
+            self._answer = outcome
+        if len(children) == 3:
+            halt(children[2 if holds else 1])
+        elif not holds:
+            return self._finish(FAILURE)
+        outcome = self._tick(children[1 if holds else 2])
+        return outcome if outcome is RUNNING else self._finish(outcome)
+
+    def _finish(self, outcome: Outcome) -> Outcome:
+        self._answer = None
+        return super()._finish(outcome)
+
+
+def _latches(condition: Behaviour) -> bool:
+    return isinstance(condition, Leaf) and not isinstance(condition, Instant)

@@ -1,0 +1,222 @@
+"""The control nodes that Nav2 adds (nav2_behavior_tree, plugins/control), without what needs ROS."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any
+
+from py_trees.composites import Sequence as StockSequence
+
+from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from ..family import Control, halt
+from ..port import InOut, Input
+
+
+class _Nav(Control):
+    def _tick(self, child: Any, skippable: bool = False) -> Outcome:
+        outcome: Outcome = child.tick_once() or child.status
+        if outcome is IDLE or (outcome is SKIPPED and not skippable):
+            raise self.strange(child, outcome)
+        self.current_child = child
+        return outcome
+
+    def _finish(self, outcome: Outcome) -> Outcome:
+        """End: what is RUNNING below is halted."""
+        self.halt_children()
+        if outcome is not SKIPPED:
+            self.status = outcome
+        return outcome
+
+
+class PipelineSequence(_Nav, StockSequence):
+    """Ticks its children up to the first that is RUNNING and was not passed before; those before it are ticked again.
+
+    So a child that is RUNNING does not keep those after it from running on. FAILURE of any child ends it.
+    """
+
+    memory = False
+
+    def tick_once(self) -> Outcome:
+        for index, child in enumerate(self.children):
+            outcome = self._tick(child)
+            if outcome is FAILURE or (outcome is RUNNING and index >= self._index):
+                self._index = index if outcome is RUNNING else 0
+                return self._finish(outcome) if outcome is FAILURE else self._runs()
+        self._index = 0
+        return self._finish(SUCCESS)
+
+    def _runs(self) -> Outcome:
+        self.status = RUNNING
+        return RUNNING
+
+
+class NonblockingSequence(_Nav, StockSequence):
+    """Ticks all children in each tick; SUCCESS when all succeed in the same tick, FAILURE as soon as one fails."""
+
+    memory = False
+
+    def tick_once(self) -> Outcome:
+        done = True
+        for child in self.children:
+            outcome = self._tick(child)
+            if outcome is FAILURE:
+                return self._finish(FAILURE)
+            done = done and outcome is SUCCESS
+        if done:
+            return self._finish(SUCCESS)
+        self.status = RUNNING
+        return RUNNING
+
+
+class PersistentSequence(_Nav, StockSequence):
+    """A Sequence whose place is a key of the board, so that it is kept when the node is halted."""
+
+    memory = True
+    current_child_idx = InOut(int, doc="the key that holds the index of the present child")
+
+    def tick_once(self) -> Outcome:
+        self.status = RUNNING
+        index = self.current_child_idx
+        while index < len(self.children):
+            outcome = self._tick(self.children[index], skippable=True)
+            if outcome is RUNNING:
+                return outcome
+            if outcome is FAILURE:
+                self.current_child_idx = 0
+                return self._finish(outcome)
+            index += 1
+            self.current_child_idx = index
+        self.current_child_idx = 0
+        return self._finish(SUCCESS)
+
+
+class RecoveryNode(_Nav):
+    """Ticks its first child; when that fails, the second, and then the first again, `number_of_retries` times at most.
+
+    FAILURE when the second child fails or is skipped, or when there are no retries left. If the first child is skipped,
+    so is the node.
+    """
+
+    least = most = 2
+    number_of_retries = Input(int, 1, "how often the first child is tried again")
+
+    def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
+        super().__init__(name, children, **attributes)
+        self._retries = 0
+
+    def tick_once(self) -> Outcome:
+        limit = self.number_of_retries
+        self.status = RUNNING
+        work, recovery = self.children
+        while self._retries <= limit:
+            if self._index == 0:
+                outcome = self._tick(work, skippable=True)
+                if outcome is RUNNING:
+                    return outcome
+                if outcome is not FAILURE or self._retries >= limit:
+                    return self._finish(outcome)
+                self._index = 1
+            outcome = self._tick(recovery, skippable=True)
+            if outcome is RUNNING:
+                return outcome
+            if outcome is FAILURE:
+                return self._finish(outcome)
+            self._index = 0
+            halt(recovery)
+            if outcome is SKIPPED:
+                # Nav2 keeps the count here: the next run has fewer retries.
+                self.status = FAILURE
+                return FAILURE
+            self._retries += 1
+        return self._finish(FAILURE)
+
+    def halted(self) -> None:
+        super().halted()
+        self._retries = 0
+
+    def _finish(self, outcome: Outcome) -> Outcome:
+        self._index = self._retries = 0
+        super()._finish(outcome)
+        if outcome is SKIPPED:
+            self.status = IDLE
+        return outcome
+
+
+class RoundRobin(_Nav):
+    """Ticks its children in turn, beginning with the one that succeeded last; FAILURE when all have failed in a row."""
+
+    def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
+        super().__init__(name, children, **attributes)
+        self._failed = 0
+
+    def tick_once(self) -> Outcome:
+        self.status = RUNNING
+        while self._failed < len(self.children):
+            outcome = self._tick(self.children[self._index])
+            if outcome is RUNNING:
+                return outcome
+            if outcome is SUCCESS:
+                self._failed = 0
+                return self._finish(SUCCESS)
+            self._index = (self._index + 1) % len(self.children)
+            self._failed += 1
+        self._index = self._failed = 0
+        return self._finish(FAILURE)
+
+    def halted(self) -> None:
+        super().halted()
+        self._failed = 0
+
+
+class _State(IntEnum):
+    RESUMED = 0
+    PAUSED = 1
+    ON_PAUSE = 2
+    ON_RESUME = 3
+
+
+class PauseResumeController(_Nav):
+    """Ticks its first child, or while it is paused the second; the third on the way there, the fourth on the way back.
+
+    Nav2 asks two services; here `paused` is a key that anybody may write.
+    """
+
+    most = 4
+    paused = Input(bool, False, "whether to pause")
+
+    def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
+        super().__init__(name, children, **attributes)
+        self._state = _State.RESUMED
+
+    def tick_once(self) -> Outcome:
+        if self.status is not RUNNING:
+            self._state = _State.RESUMED
+            self.status = RUNNING
+        asked = self.paused
+        if asked and self._state in (_State.RESUMED, _State.ON_RESUME):
+            self._turn(_State.ON_PAUSE)
+        elif not asked and self._state in (_State.PAUSED, _State.ON_PAUSE):
+            self._turn(_State.ON_RESUME)
+        if self._state >= len(self.children):
+            self._next()
+            return RUNNING
+        outcome = self._tick(self.children[self._state], skippable=True)
+        if outcome is FAILURE:
+            return self._finish(FAILURE)
+        if outcome is not RUNNING:
+            if self._state is _State.RESUMED:
+                return self._finish(SUCCESS)
+            self._next()
+        return RUNNING
+
+    def halted(self) -> None:
+        super().halted()
+        self._state = _State.RESUMED
+
+    def _turn(self, state: _State) -> None:
+        self.halt_children()
+        self._state = state
+
+    def _next(self) -> None:
+        after = {_State.ON_PAUSE: _State.PAUSED, _State.ON_RESUME: _State.RESUMED}
+        self._state = after.get(self._state, self._state)

@@ -1,0 +1,138 @@
+"""What sequences and fallbacks have in common: one outcome passes on to the next child, the other decides."""
+
+from __future__ import annotations
+
+from itertools import islice
+from typing import Any, ClassVar
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ...status import IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from ..family import Control, halt
+
+
+class Ordered(Control):
+    """Ticks children in order and goes on where it was RUNNING; SKIPPED passes on too.
+
+    Attributes:
+        passing: The outcome after which the next child is ticked; also what the node comes to when none is left.
+    """
+
+    memory = True
+    passing: ClassVar[Status] = SUCCESS
+
+    def tick_once(self) -> Outcome:
+        children: list[Any] = self.children
+        passing, index = self.passing, 0
+        if self.status is not RUNNING:
+            self._skipped = 0
+            self.status = RUNNING
+        elif self.current_child is not None:
+            running: Any = self.current_child
+            outcome = running.tick_once() or running.status
+            if outcome is RUNNING:
+                return RUNNING
+            index = children.index(running) + 1
+            if outcome is SKIPPED:
+                self._skipped += 1
+            elif outcome is not passing:
+                return self._decided(outcome, running)
+        for child in islice(children, index, None) if index else children:
+            outcome = child.tick_once() or child.status
+            if outcome is passing:
+                continue
+            if outcome is SKIPPED:
+                self._skipped += 1
+                continue
+            if outcome is RUNNING:
+                self.current_child = child
+                return RUNNING
+            return self._decided(outcome, child)
+        if self._skipped:
+            return self.ended(SKIPPED if self._skipped == len(children) else passing, children[-1])
+        self.current_child = children[-1]
+        self.status = passing
+        return passing
+
+    def _decided(self, outcome: Outcome, child: Behaviour) -> Outcome:
+        if outcome is IDLE:
+            raise self.strange(child, outcome)
+        return self.ended(outcome, child)
+
+
+class Reactive(Control):
+    """Ticks all children anew in each tick; when one is RUNNING, the others are halted, those before it too.
+
+    Attributes:
+        passing: The outcome after which the next child is ticked; also what the node comes to when none is left.
+    """
+
+    memory = False
+    passing: ClassVar[Status] = SUCCESS
+
+    def tick_once(self) -> Outcome:
+        children: list[Any] = self.children
+        passing = self.passing
+        runs_on = self.current_child if self.status is RUNNING else None
+        self.status = RUNNING
+        skipped = 0
+        for child in children:
+            outcome = child.tick_once() or child.status
+            if outcome is passing:
+                continue
+            if outcome is SKIPPED:
+                skipped += 1
+                halt(child)
+                continue
+            if outcome is IDLE:
+                raise self.strange(child, outcome)
+            if runs_on is not None and runs_on is not child:
+                halt(runs_on)  # no other one can be RUNNING
+            self.current_child = child
+            self.status = outcome
+            return outcome
+        if skipped == len(children):
+            self.current_child = None
+            return SKIPPED
+        self.current_child = children[-1]
+        self.status = passing
+        return passing
+
+
+class Yielding(Ordered):
+    """Gives others their turn after each child that was done at once: RUNNING in between, and the tree is woken."""
+
+    def tick_once(self) -> Outcome:
+        children: list[Any] = self.children
+        passing = self.passing
+        if self.status is not RUNNING:
+            self._skipped = 0
+            self.status = RUNNING
+        index = self._index
+        while index < len(children):
+            child = children[index]
+            at_once = child.status is not RUNNING
+            outcome = child.tick_once() or child.status
+            self.current_child = child
+            if outcome is RUNNING:
+                self._index = index
+                return RUNNING
+            index += 1
+            if outcome is passing:
+                if at_once and index < len(children):
+                    self._index = index
+                    self.runtime.woken = True
+                    return RUNNING
+            elif outcome is SKIPPED:
+                self._skipped += 1
+            elif outcome is IDLE:
+                raise self.strange(child, outcome)
+            else:
+                return self.decided(outcome, child)
+        self.halt_children()  # some may have skipped half way in a run before this one
+        return self.ended(SKIPPED if self._skipped == len(children) else passing, children[-1])
+
+    def decided(self, outcome: Outcome, child: object) -> Outcome:
+        """A child has decided."""
+        return self.ended(outcome, self.current_child)

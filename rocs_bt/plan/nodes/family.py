@@ -1,0 +1,183 @@
+"""The three families of nodes: controls have children, decorators one child, leaves none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from collections.abc import Sequence as Many
+from typing import Any, ClassVar
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.composites import Composite
+from py_trees.decorators import Decorator as StockDecorator
+
+from ...errors import Fault
+from ..error import TreeError
+from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from .node import Node
+
+
+def halt(node: Behaviour) -> None:
+    """Halt a node if it is RUNNING, whoever's it is."""
+    if node.status is RUNNING:
+        if isinstance(node, Node):
+            node.halt()
+        else:
+            node.stop(IDLE)
+
+
+class Control(Node, Composite):
+    """The base of the nodes that decide which of their children are ticked.
+
+    Args:
+        name: What displays call it.
+        children: The children, in order.
+        attributes: Its ports and conditions.
+    """
+
+    kind = "Control"
+    least = 1
+    most: ClassVar[int | None] = None
+
+    def __init__(self, name: str, children: Many[Behaviour] = (), /, **attributes: Any) -> None:
+        Composite.__init__(self, name, children)
+        self._prepare(attributes)
+        self._index = 0
+        self._skipped = 0
+
+    def halted(self) -> None:
+        self.halt_children()
+        self.current_child = None
+        self._index = self._skipped = 0
+
+    def halt_children(self) -> None:
+        """Halt the children that are RUNNING, in order."""
+        for child in self.children:
+            if child.status is RUNNING:
+                halt(child)
+
+    def ended(self, outcome: Outcome, child: Behaviour | None) -> Outcome:
+        """Come to SUCCESS or FAILURE: what still counts as RUNNING below is halted; `child` made it so."""
+        if self._skipped:
+            # A child that skipped half way counts as RUNNING until its parent ends.
+            self.halt_children()
+        self._index = self._skipped = 0
+        self.current_child = None if outcome is SKIPPED else child
+        if outcome is not SKIPPED:
+            self.status = outcome
+        return outcome
+
+    def strange(self, child: Behaviour, outcome: object) -> TreeError:
+        """The error of a child whose tick gave no outcome."""
+        return strange(child, outcome)
+
+
+class Decorator(Node, StockDecorator):
+    """The base of the nodes that change what their one child comes to, or whether it is ticked.
+
+    Args:
+        name: What displays call it.
+        child: The child, or a sequence of exactly one.
+        attributes: Its ports and conditions.
+    """
+
+    kind = "Decorator"
+    least = most = 1
+
+    def __init__(self, name: str, child: Behaviour | Many[Behaviour], /, **attributes: Any) -> None:
+        StockDecorator.__init__(self, name, child if isinstance(child, Behaviour) else only(name, child))
+        self._prepare(attributes)
+
+    def halted(self) -> None:
+        halt(self.decorated)
+
+    def tick_child(self) -> Outcome:
+        """Tick the child and give its outcome back.
+
+        Raises:
+            TreeError: It has none.
+        """
+        child: Any = self.decorated
+        outcome = child.tick_once() or child.status
+        if outcome is IDLE:
+            raise strange(child, outcome)
+        return outcome
+
+    def replace_child(self, child: Behaviour, replacement: Behaviour) -> None:
+        """Take another child; the old one is halted."""
+        halt(child)
+        child.parent = None
+        self.children[0] = self.decorated = replacement
+        replacement.parent = self
+
+    def stop(self, new_status: Status = IDLE) -> None:
+        Node.stop(self, new_status)
+
+
+class Leaf(Node):
+    """The base of the nodes that do something, or ask something, and have no children.
+
+    A leaf is started by `initialise`, then `update` is asked for the outcome in each tick, and `terminate` told when it
+    ends or is halted, as in py_trees. Nothing in it may block.
+
+    Args:
+        name: What displays call it.
+        attributes: Its ports and conditions.
+    """
+
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        Behaviour.__init__(self, name or type(self).tag)
+        self._prepare(attributes)
+
+    def tick_once(self) -> Outcome:
+        if self.status is not RUNNING:
+            self.initialise()
+        outcome = self.update()
+        if outcome is RUNNING:
+            self.status = outcome
+        elif outcome is not SKIPPED:
+            if outcome.__class__ is not Status or outcome is IDLE:
+                raise strange(self, outcome)
+            self.terminate(outcome)
+            self.status = outcome
+        elif self.status is not RUNNING:
+            self.status = IDLE
+        return outcome
+
+    def tick(self) -> Iterator[Behaviour]:
+        self.tick_once()
+        yield self
+
+    def halted(self) -> None:
+        self.terminate(IDLE)
+
+
+class Instant(Leaf):
+    """The base of leaves that are done at once and keep nothing: they are only ever asked `update`."""
+
+    def tick_once(self) -> Outcome:
+        outcome = self.update()
+        if outcome is SUCCESS or outcome is FAILURE:
+            self.status = outcome
+        elif outcome is SKIPPED:
+            self.status = IDLE
+        else:
+            raise strange(self, outcome)
+        return outcome
+
+
+def only(name: str, children: Many[Behaviour]) -> Behaviour:
+    """The one child of a decorator.
+
+    Raises:
+        TreeError: There is none, or more than one.
+    """
+    if len(children) != 1:
+        raise TreeError(Fault(f"the decorator '{name}' needs exactly one child, found {len(children)}."))
+    return children[0]
+
+
+def strange(node: Behaviour, outcome: object) -> TreeError:
+    """The error of a node whose tick gave no outcome."""
+    hint = "Return Status.RUNNING, SUCCESS or FAILURE."
+    return TreeError(Fault(f"'{node.name}' ({type(node).__name__}) gave no status back but {outcome}.", hint=hint))

@@ -1,0 +1,311 @@
+"""Node: what the nodes of our trees add to py_trees' behaviours: ports, conditions, direct ticks and SKIPPED."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, ClassVar
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ...errors import Fault, InputError, unknown
+from ..board import Board
+from ..error import TreeError
+from ..script import Script, ScriptError, parse_script
+from ..status import IDLE, RUNNING, Outcome
+from .guard import CONDITIONS, Guard
+from .port import REQUIRED, Direction, Port, pointed
+from .reading import Reading
+from .runtime import Runtime
+from .visits import Visits
+
+RESERVED = ("ID", "name", "_autoremap")
+"""Attributes of files that are no ports."""
+
+TAKEN = frozenset(
+    [
+        "id",
+        "name",
+        "status",
+        "parent",
+        "children",
+        "decorated",
+        "current_child",
+        "feedback_message",
+        "logger",
+        "iterator",
+        "blackboards",
+        "given",
+        "conditions",
+        "other",
+        "runtime",
+        "visits",
+        "memory",
+        "policy",
+    ]
+)
+"""What nodes keep in attributes of these names."""
+
+
+class Node(Behaviour):
+    """The base of all our nodes; `Control`, `Decorator` and `Leaf` are what to derive from.
+
+    A node is ticked by calling `tick_once`, which gives the outcome back and stores it in `status`, SKIPPED apart. Who
+    is not RUNNING starts anew when ticked, so nobody resets a child that has ended: what a node came to stays visible
+    until it is ticked again. `tick`, the generator of py_trees, does the same and then yields what was ticked, so that
+    our nodes work in py_trees' composites and under its visitors.
+
+    Attributes:
+        kind: Control, Decorator, Action, Condition or SubTree.
+        tag: What files call the class; its name by default.
+        ports: The ports of the class by name, those of its bases first.
+        least: How many children it has at least.
+        most: How many it has at most; None for any number.
+        given: What the file or the constructor gave for its ports, by port name.
+        conditions: Its pre- and post-conditions by name, such as `_skipIf`.
+        other: Attributes that mean nothing here and are kept for editors: their names begin with `_`.
+        board: Where its keys live; its own empty one until it is bound.
+        runtime: What it shares with its tree.
+        origin: What it was made from, such as an XML element that knows its place; None for what Python made.
+        visits: Who writes down its ticks; None until somebody ticked it, or a node above it, as a generator.
+    """
+
+    kind: ClassVar[str] = "Action"
+    tag: ClassVar[str] = ""
+    ports: ClassVar[Mapping[str, Port[Any]]] = {}
+    least: ClassVar[int] = 0
+    most: ClassVar[int | None] = 0
+    origin: Any = None
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.tag = cls.__dict__.get("tag", "") or cls.__name__
+        for attribute, value in vars(cls).items():
+            if isinstance(value, Port) and (attribute in TAKEN or hasattr(Node, attribute)):
+                hint = f'Write: {attribute}_ = {type(value).__name__}(..., name="{attribute}").'
+                message = f"{cls.__name__} cannot have a port in '{attribute}', which every node has."
+                raise TreeError(Fault(message, hint=hint))
+        found: dict[str, Port[Any]] = {}
+        for base in reversed(cls.__mro__):
+            found.update({p.name: p for p in vars(base).values() if isinstance(p, Port)})
+        if found:
+            cls.ports = found
+
+    def _prepare(self, attributes: Mapping[str, Any]) -> None:
+        """Take the attributes; the first thing a constructor does after py_trees' own.
+
+        Raises:
+            InputError: All that is wrong with them.
+        """
+        attributes = {name.rstrip("_"): value for name, value in attributes.items()}
+        if faults := [fault for _, fault in self.attribute_faults(attributes)]:
+            raise InputError(*faults)
+        self.given: dict[str, Any] = {n: v for n, v in attributes.items() if n in self.ports}
+        self.conditions: dict[str, Script] = {n: parse_script(v) for n, v in attributes.items() if n in CONDITIONS}
+        known = {*self.given, *self.conditions}
+        self.other: dict[str, Any] = {n: v for n, v in attributes.items() if n not in known}
+        self.runtime = _UNBOUND
+        self._board: Board | None = None
+        self._readers: dict[str, Callable[[], Any]] = {}
+        self._guard: Guard | None = Guard(self, self.conditions) if self.conditions else None
+        self.visits: Visits | None = None
+        if self._guard is not None:
+            self.__dict__["tick_once"] = self._tick_unbound
+
+    @classmethod
+    def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
+        """What is wrong with a node's attributes, by attribute; a required port that is missing is under its name.
+
+        Args:
+            attributes: Ports and conditions by name; text as in files, or Python values.
+        """
+        found: list[tuple[str, Fault]] = []
+        for name, value in attributes.items():
+            try:
+                if name in CONDITIONS:
+                    parse_script(value)
+                elif name in cls.ports:
+                    _check_value(cls.ports[name], value)
+                elif not name.startswith("_") and name not in RESERVED:
+                    found.append((name, unknown("port", name, cls.ports, cls.tag)))
+            except InputError as error:
+                found += [(name, fault) for fault in error.faults]
+        missing = [p for p in cls.ports.values() if p.required and p.name not in attributes]
+        return found + [(p.name, Fault(f"{cls.tag} needs '{p.name}'.", hint=p.doc)) for p in missing]
+
+    @classmethod
+    def description(cls) -> str:
+        """What the class is for: the first paragraph of its docstring, in one line."""
+        first = (inspect.getdoc(cls) or "").split("\n\n")[0]
+        return " ".join(first.split())
+
+    @property
+    def board(self) -> Board:
+        """Where the node's keys live."""
+        if self._board is None:
+            self._board = Board(name=self.name)
+        return self._board
+
+    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+        """Take a place in a tree: find the keys, compile the scripts. Children are bound by the caller.
+
+        Args:
+            board: Where its keys live.
+            runtime: What it shares with its tree.
+
+        Yields:
+            Its children, and the board each of them lives on.
+
+        Raises:
+            InputError: A key has another type already.
+        """
+        self._board, self.runtime = board, runtime
+        self._readers.clear()
+        for port in self.ports.values():
+            key = pointed(self.given.get(port.name, port.default), port.name)
+            if key is not None and port.name in self.given:
+                board.declare(key, None if port.dimension is None and port.kind is str else _lock(port))
+        if self._guard is not None:
+            self._guard.bind(board)
+        self.rewire()
+        for child in self.children:
+            yield child, board
+
+    def doubts(self) -> Iterable[tuple[str, Fault]]:
+        """What is wrong with it for its mission, by attribute, once it is bound; for derived classes.
+
+        A check tells all of it. A run refuses to begin, unless it is only warnings.
+        """
+        return ()
+
+    def read(self, port: str) -> Any:
+        """The present value of an input port.
+
+        Raises:
+            TreeError: It has none, or one of the wrong type.
+        """
+        reader = self._readers.get(port)
+        if reader is None:
+            reader = self._readers[port] = self._reader(self.ports[port])
+        return reader()
+
+    def write(self, port: str, value: Any) -> None:
+        """Write an output port; nothing happens where the file gave it no key.
+
+        Raises:
+            TreeError: It is no output port, or the value does not fit the key.
+        """
+        declared = self.ports[port]
+        if declared.direction is Direction.INPUT:
+            raise TreeError(Fault(f"'{port}' of {self.tag} '{self.name}' is an input port: nodes only read it."))
+        key = pointed(self.given.get(port, declared.default), port)
+        if key is not None:
+            self.board[key] = value
+
+    def key(self, port: str) -> str | None:
+        """The key that a port points at; None where a literal or nothing was given."""
+        return pointed(self.given.get(port, self.ports[port].default), port)
+
+    def tick(self) -> Iterator[Behaviour]:
+        """Tick, and yield what was ticked, children before parents, for visitors and for py_trees' composites."""
+        yield from Visits().of(self) if self.visits is None else self.visits.of(self)
+
+    def tick_once(self) -> Outcome:
+        """Tick.
+
+        Returns:
+            The outcome, which is in `status` too, unless it is SKIPPED.
+        """
+        raise NotImplementedError
+
+    def update(self) -> Outcome:
+        """What a leaf does in each tick; composites and decorators do not have it."""
+        raise NotImplementedError
+
+    def halt(self) -> None:
+        """Stop half way. Only a node that is RUNNING is halted, children before their parent, each of them once."""
+        self.halted()
+        self.status = IDLE
+        if self._guard is not None:
+            self._guard.halted()
+        if self.runtime.watch is not None:
+            self.runtime.watch(self, IDLE)
+
+    def halted(self) -> None:
+        """Let go of what runs; for derived classes."""
+
+    def stop(self, new_status: Status = IDLE) -> None:
+        """py_trees' word for it: halt if RUNNING, and take that status."""
+        if self.status is RUNNING:
+            self.halt()
+        self.status = new_status
+
+    def _reader(self, port: Port[Any]) -> Callable[[], Any]:
+        given = self.given.get(port.name, port.default)
+        key = pointed(given, port.name)
+        if key is not None:
+            return Reading(self, port, key)
+        if given is REQUIRED:
+            raise TreeError(Fault(f"'{port.name}' of {self.tag} '{self.name}' was not given."))
+        value = port.value(given, self.board.enums) if isinstance(given, str) else given
+        return lambda: value
+
+    def _tick_unbound(self) -> Outcome:
+        """The first tick of a node with conditions that is in no tree."""
+        self.rewire()
+        return self.tick_once()
+
+    def rewire(self) -> None:
+        """Put what has to happen around each tick around it, and nothing where nothing has to."""
+        plain: Callable[[], Outcome] = type(self).tick_once.__get__(self)
+        tick = plain if self._guard is None else self._guard.around(plain)
+        if self.runtime.watch is not None:
+            tick = _watched(self, tick)
+        if self.visits is not None:
+            tick = self.visits.around(self, tick)
+        if tick is plain:
+            self.__dict__.pop("tick_once", None)
+        else:
+            self.__dict__["tick_once"] = tick
+
+
+_UNBOUND = Runtime()
+
+
+def _lock(port: Port[Any]) -> Any:
+    return None if port.kind is Any else port.kind
+
+
+def _check_value(port: Port[Any], value: Any) -> None:
+    key = pointed(value, port.name)
+    if key is not None:
+        if key.count("@") > 1 or "@" in key[1:]:
+            raise TreeError(Fault(f"the key '{key}' of port '{port.name}' may have one '@', at its beginning."))
+        return
+    if port.direction is Direction.OUTPUT:
+        hint = f"Write {port.name}=\"{{{value}}}\" to write to the key '{value}'."
+        raise TreeError(Fault(f"the output port '{port.name}' needs a key, found {value!r}.", hint=hint))
+    if isinstance(value, str):
+        try:
+            port.value(value)
+        except ScriptError:
+            raise
+        except InputError as error:
+            if port.kind in (int, float) and value.isidentifier():
+                return  # an enum, perhaps: those are known when the node is bound
+            raise TreeError(*(Fault(f"port '{port.name}': {f.message}", hint=f.hint) for f in error.faults)) from error
+
+
+def _watched(node: Node, tick: Callable[[], Outcome]) -> Callable[[], Outcome]:
+    watch = node.runtime.watch
+    if watch is None:
+        return tick
+    heard = watch
+
+    def watched() -> Outcome:
+        outcome = tick()
+        heard(node, outcome)
+        return outcome
+
+    return watched

@@ -1,0 +1,64 @@
+"""What all nodes of one running tree have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ...clock import Clock
+from ...errors import Fault
+from ..error import TreeError
+from ..status import Outcome
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
+    from ..mission import Mission
+
+Watch = Callable[["Behaviour", Outcome], None]
+"""Hears the outcome of every tick of every node, children before parents, and IDLE when a node was halted."""
+
+
+class Runtime:
+    """The clock, the mission and the ears of a tree.
+
+    Args:
+        clock: Time; nodes that wait read no other one.
+        mission: Whose tree it is; None for a tree without a robot.
+
+    Attributes:
+        watch: Who hears of each tick; None for nobody. Nodes take it over when they are bound.
+        woken: Set by a node that stopped half way only to let others have their turn: tick again, do not wait.
+    """
+
+    def __init__(self, clock: Clock | None = None, mission: Mission | None = None) -> None:
+        self._clock = clock
+        self._mission = mission
+        self.watch: Watch | None = None
+        self.woken = False
+
+    def now(self) -> float:
+        """The time [s].
+
+        Raises:
+            TreeError: The tree has no clock.
+        """
+        if self._clock is None:
+            raise TreeError(Fault("a node asks the time, and its tree was given no clock."))
+        return self._clock.now()
+
+    @property
+    def mission(self) -> Mission:
+        """Whose tree it is.
+
+        Raises:
+            TreeError: It is nobody's.
+        """
+        if self._mission is None:
+            raise TreeError(Fault("a node asks for its mission, and its tree was given none."))
+        return self._mission
+
+    @property
+    def has_mission(self) -> bool:
+        """Whether it is somebody's tree."""
+        return self._mission is not None

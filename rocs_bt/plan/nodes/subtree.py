@@ -1,0 +1,82 @@
+"""SubTree: a tree in a tree, with a board of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from ...errors import Fault
+from ..board import Board, from_string
+from ..error import TreeError
+from ..status import RUNNING, SKIPPED, Outcome
+from .family import Decorator
+from .guard import CONDITIONS
+from .node import RESERVED
+from .port import pointed
+from .runtime import Runtime
+
+
+class SubTree(Decorator):
+    """Ticks another tree, whose keys are its own but for those that are remapped.
+
+    `goal="{dock}"` makes the subtree's key `goal` the key `dock` of this tree, `goal="{=}"` the key `goal`;
+    `goal="home"` gives the subtree a value of its own. `_autoremap="true"` makes all its other keys those of this tree,
+    but for private ones, which begin with `_`.
+
+    Args:
+        name: What displays call it.
+        child: The subtree's root.
+        attributes: `ID`, the tree's name; `_autoremap`; conditions; all others are remappings.
+    """
+
+    kind = "SubTree"
+
+    def __init__(self, name: str, child: Behaviour | Sequence[Behaviour], /, **attributes: Any) -> None:
+        self.remaps = {n: v for n, v in attributes.items() if n not in RESERVED and n not in CONDITIONS and n[0] != "_"}
+        self.tree = str(attributes.get("ID", name))
+        self.autoremap = from_string(str(attributes.get("_autoremap", "false")), bool)
+        super().__init__(name, child, **{n: v for n, v in attributes.items() if n not in self.remaps and n != "ID"})
+        self.given = dict(self.remaps)
+        self._inner: Board | None = None
+
+    @classmethod
+    def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
+        known = {n: v for n, v in attributes.items() if n in CONDITIONS or n in RESERVED or n.startswith("_")}
+        return super().attribute_faults(known)
+
+    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+        for _ in super().bind(board, runtime):
+            pass
+        if self._inner is not None and self._inner.parent is board:
+            yield self.decorated, self._inner  # the tree was edited elsewhere; what is known here stays
+            return
+        inner = self._inner = Board(board, autoremap=self.autoremap, name=self.name)
+        for name, given in self.remaps.items():
+            key = pointed(given, name)
+            if key is not None:
+                inner.remapping[name] = key
+            else:
+                inner.own(name, _literal(given))
+        yield self.decorated, inner
+
+    def tick_once(self) -> Outcome:
+        if self.status is not RUNNING:
+            self.status = RUNNING
+        outcome = self.tick_child()
+        if outcome is not SKIPPED:
+            self.status = outcome
+        return outcome
+
+
+def _literal(given: Any) -> Any:
+    """A literal as the subtree's board holds it: a number where it reads like one, else text."""
+    if not isinstance(given, str):
+        return given
+    for kind in (int, float):
+        try:
+            return from_string(given, kind)
+        except TreeError:
+            continue
+    return given

@@ -1,0 +1,25 @@
+"""The scripting language of BehaviorTree.CPP: parsed, checked, and compiled to functions over a board."""
+
+from .arithmetic import Refused, truth
+from .compiler import compile_condition, compile_script
+from .error import ScriptError
+from .parser import parse_script
+from .syntax import Assignment, Comparison, Conditional, Expression, Literal, Name, Script, parts, walk
+
+__all__ = [
+    "Assignment",
+    "Comparison",
+    "Conditional",
+    "Expression",
+    "Literal",
+    "Name",
+    "Refused",
+    "Script",
+    "ScriptError",
+    "compile_condition",
+    "compile_script",
+    "parse_script",
+    "parts",
+    "truth",
+    "walk",
+]

@@ -1,0 +1,225 @@
+"""Document: the trees and models of a file and of the files that it includes, before any node is made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ...errors import Fault, InputError, did_you_mean, unknown
+from .element import Element, Source
+from .model import Model, read_models
+from .scan import MAX_TEXT, scan
+from .version3 import convert, is_version_3
+
+MAX_FILES = 100
+"""How many files a document may be made of."""
+
+
+@dataclass(frozen=True)
+class TreeElement:
+    """A tree as a document describes it.
+
+    Attributes:
+        name: Its ID.
+        element: Its `<BehaviorTree>`.
+        body: Its root node.
+        included: Whether it stands in an included file.
+    """
+
+    name: str
+    element: Element
+    body: Element
+    included: bool
+
+
+@dataclass
+class Document:
+    """What was read.
+
+    Attributes:
+        root: The root element of the first file.
+        named: What `main_tree_to_execute` says; empty where nothing.
+        trees: The trees by ID, in the order they were read; included ones come first.
+        models: The models by ID.
+        faults: What was found while reading, warnings among it.
+        files: All files, the first one first.
+    """
+
+    root: Element
+    named: str = ""
+    trees: dict[str, TreeElement] = field(default_factory=dict)
+    models: dict[str, Model] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
+
+    def main(self, wanted: str = "") -> TreeElement:
+        """The tree to tick: the one that is wanted, else the one that the document names, else the only one.
+
+        Raises:
+            InputError: There is none, or it is not told which.
+        """
+        name = wanted or self.named
+        if name:
+            if name not in self.trees:
+                fault = unknown("tree", name, self.trees, "The document")
+                attribute = "" if wanted else "main_tree_to_execute"
+                raise InputError(self.root.fault(fault.message, fault.hint, attribute=attribute))
+            return self.trees[name]
+        own = [tree for tree in self.trees.values() if not tree.included] or list(self.trees.values())
+        if len(own) != 1:
+            hint = did_you_mean("", self.trees, "It") + ' Write <root main_tree_to_execute="...">, or name one.'
+            raise InputError(self.root.fault("the document does not tell which tree is the main one.", hint))
+        return own[0]
+
+
+def read_document(source: Path | str, *, within: Path | None = None) -> Document:
+    """The trees and models of a document.
+
+    Args:
+        source: A file, or the text of a document.
+        within: The folder that included files must lie in; the file's own by default. A text includes nothing without.
+
+    Raises:
+        InputError: It cannot be read as a document at all. What is wrong with its parts is in `faults`.
+    """
+    if isinstance(source, str):
+        return _Reader(within.resolve() if within else None).document(Source(source))
+    file = source.resolve()
+    return _Reader((within or file.parent).resolve()).document(Source(read_text(file), source))
+
+
+def read_text(file: Path) -> str:
+    """The text of a file.
+
+    Raises:
+        InputError: There is no such file, it is too large, or no UTF-8.
+    """
+    try:
+        size = file.stat().st_size
+        if size > 4 * MAX_TEXT:
+            raise InputError(Fault(f"the file has {size} bytes; {MAX_TEXT} characters are the most.", file))
+        return file.read_bytes().decode("utf-8")
+    except OSError as error:
+        raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
+    except UnicodeDecodeError as error:
+        raise InputError(Fault(f"the file is not UTF-8 text: {error.reason} at byte {error.start}.", file)) from error
+
+
+class _Reader:
+    def __init__(self, within: Path | None) -> None:
+        self.within = within
+        self.open: list[Path] = []
+        self.done: set[Path] = set()
+        self.room = MAX_TEXT
+
+    def document(self, source: Source) -> Document:
+        root, warnings = self._root(source)
+        self.found = Document(root, named=root.attributes.get("main_tree_to_execute", "").strip())
+        self._take(source, root, warnings, included=False)
+        return self.found
+
+    def _root(self, source: Source) -> tuple[Element, list[Fault]]:
+        root, warnings = scan(source)
+        if root.tag != "root":
+            raise InputError(root.fault(f"the document begins with <{root.tag}>.", "Put it into <root>."))
+        return root, warnings
+
+    def _take(self, source: Source, root: Element, warnings: list[Fault], included: bool) -> None:
+        self.room -= len(source.text)
+        if source.file is not None:
+            self.found.files.append(source.file)
+        self.found.faults += warnings
+        self._version(root)
+        self._children(root, included)
+
+    def _version(self, root: Element) -> None:
+        faults, said = self.found.faults, root.attributes.get("BTCPP_format", "")
+        if is_version_3(root):
+            faults += convert(root)
+        elif not said:
+            message = "BTCPP_format is missing: the document is read as version 4."
+            faults.append(root.fault(message, 'Write <root BTCPP_format="4">.', warning=True))
+        elif said != "4":
+            hint = "Versions 4, and 3, are read."
+            faults.append(root.fault(f"the version {said!r} is unknown.", hint, attribute="BTCPP_format"))
+
+    def _children(self, root: Element, included: bool) -> None:
+        models = 0
+        for child in root.children:
+            if child.tag == "include":
+                self._include(child)
+        for child in root.children:
+            if child.tag == "BehaviorTree":
+                self._tree(child, root, included)
+            elif child.tag in ("TreeNodesModel", "TreeNodeModel"):
+                models += 1
+                if models > 1:
+                    self.found.faults.append(child.fault("there is a second TreeNodesModel.", "Put them into one."))
+                self.found.models.update({m.name: m for m in read_models(child, self.found.faults)})
+            elif child.tag != "include":
+                hint = did_you_mean(child.tag, ("BehaviorTree", "TreeNodesModel", "include"), "A document")
+                message = f"<{child.tag}> stands where trees do, and is not read."
+                self.found.faults.append(child.fault(message, hint, warning=True))
+
+    def _tree(self, element: Element, root: Element, included: bool) -> None:
+        name = element.attributes.get("ID", "")
+        faults, trees = self.found.faults, self.found.trees
+        if not name:
+            if len(root.children) > 1:
+                faults.append(element.fault("the tree has no ID.", 'Write <BehaviorTree ID="Name">.'))
+            name = f"BehaviorTree_{len(trees) + 1}"
+        if len(element.children) != 1:
+            message = f"the tree '{name}' has {len(element.children)} root nodes."
+            faults.append(element.fault(message, "Put them into one, such as a Sequence."))
+            if not element.children:
+                return
+        if name in trees:
+            other = trees.pop(name).element
+            where = f"{other.source.file or 'the text'}:{other.source.place(other.at)[0]}"
+            message = f"there is another tree '{name}' ({where}), which this one replaces."
+            faults.append(element.fault(message, "Rename one of them.", attribute="ID", warning=True))
+        trees[name] = TreeElement(name, element, element.children[0], included)
+
+    def _include(self, element: Element) -> None:
+        try:
+            file, source = self._included(element)
+        except InputError as error:
+            self.found.faults += (
+                element.fault(f.message, f.hint, attribute="path") if f.file is None else f for f in error.faults
+            )
+            return
+        if file in self.done:
+            return
+        self.done.add(file)
+        self.open.append(file)
+        try:
+            self._take(source, *self._root(source), included=True)
+        except InputError as error:
+            self.found.faults += error.faults
+        self.open.pop()
+
+    def _included(self, element: Element) -> tuple[Path, Source]:
+        path, own = element.attributes.get("path", ""), element.source.file
+        if "ros_pkg" in element.attributes:
+            raise InputError(Fault("'ros_pkg' needs ROS.", hint="Write the path of the file, relative to this one."))
+        if not path:
+            raise InputError(Fault("the include has no path.", hint='Write <include path="other.xml"/>.'))
+        if self.within is None:
+            raise InputError(Fault("a text that stands in no file includes nothing."))
+        if "\0" in path:
+            raise InputError(Fault("the path cannot be one."))
+        file = ((own.resolve().parent if own else self.within) / path).resolve()
+        if not file.is_relative_to(self.within):
+            raise InputError(Fault(f"'{path}' lies outside of {self.within}.", hint="Put the file into the project."))
+        if file in self.open or (self.found.files and file == self.found.files[0].resolve()):
+            chain = " -> ".join(p.name for p in (*self.open, file))
+            raise InputError(Fault(f"'{path}' includes itself: {chain}.", hint="Take one include out."))
+        if len(self.done) >= MAX_FILES:
+            raise InputError(Fault(f"the document is made of more than {MAX_FILES} files."))
+        if not file.is_file():
+            beside = sorted(p.name for p in file.parent.glob("*.xml")) if file.parent.is_dir() else []
+            raise InputError(unknown("file", path, beside))
+        text = read_text(file)
+        if len(text) > self.room:
+            raise InputError(Fault(f"with '{path}' the document has more than {MAX_TEXT} characters."))
+        return file, Source(text, file)

@@ -1,0 +1,147 @@
+"""What a document is made of: elements whose every attribute knows where it stands."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from pathlib import Path
+from typing import NamedTuple
+
+from ...errors import Fault
+
+EXPLICIT = ("Action", "Condition", "Control", "Decorator")
+"""Tags of the long form of a node, `<Action ID="GoTo"/>` for `<GoTo/>`."""
+
+
+class Source:
+    """A text, and the file that it came from.
+
+    Args:
+        text: The text.
+        file: The file; None for a text that stands in none.
+    """
+
+    def __init__(self, text: str, file: Path | None = None) -> None:
+        self.text = text
+        self.file = file
+        self._lines: list[int] = []
+
+    def place(self, at: int) -> tuple[int, int]:
+        """Line and column of an offset, both counted from 1."""
+        if not self._lines:
+            self._lines = [0, *(i + 1 for i, c in enumerate(self.text) if c == "\n")]
+        line = bisect_right(self._lines, at)
+        return line, at - self._lines[line - 1] + 1
+
+    def fault(self, at: int, message: str, hint: str = "", *, warning: bool = False) -> Fault:
+        """A fault at an offset."""
+        return Fault(message, self.file, *self.place(at), hint=hint, warning=warning)
+
+
+class Spot(NamedTuple):
+    """Where an attribute stands: the offsets of its name, and of the first character of its value."""
+
+    name: int
+    value: int
+
+
+class Element:
+    """An element of a document.
+
+    Attributes:
+        tag: Its tag.
+        source: The text that it stands in.
+        at: Its offset there.
+        attributes: The values, with entities resolved, in their order.
+        spots: Where each attribute stands.
+        children: The elements in it.
+        text: The text in it, joined.
+        comments: The comments before it.
+    """
+
+    __slots__ = ("at", "attributes", "children", "comments", "source", "spots", "tag", "text")
+
+    def __init__(self, tag: str, source: Source, at: int) -> None:
+        self.tag = tag
+        self.source = source
+        self.at = at
+        self.attributes: dict[str, str] = {}
+        self.spots: dict[str, Spot] = {}
+        self.children: list[Element] = []
+        self.text = ""
+        self.comments: tuple[str, ...] = ()
+
+    @property
+    def node_tag(self) -> str:
+        """The node that it names: its ID in the long form, else its tag."""
+        return self.attributes.get("ID", "") if self.tag in EXPLICIT else self.tag
+
+    @property
+    def node_name(self) -> str:
+        """The name of the node: its own, else that of what it names."""
+        return self.attributes.get("name") or self.attributes.get("ID") or self.tag
+
+    def node_attributes(self) -> dict[str, str]:
+        """What a node of ours is given: all but the name, and but the ID that names its class."""
+        return {n: v for n, v in self.attributes.items() if n != "name" and (n != "ID" or self.tag == "SubTree")}
+
+    def fault(
+        self,
+        message: str,
+        hint: str = "",
+        *,
+        attribute: str = "",
+        column: int | None = None,
+        path: str = "",
+        warning: bool = False,
+    ) -> Fault:
+        """A fault at this element, at one of its attributes, or within an attribute's value.
+
+        Args:
+            message: What is wrong.
+            hint: What to do.
+            attribute: The attribute; the element itself where it has none of that name.
+            column: Where in the attribute's value, counted from 0.
+            path: The node's path, which the message then begins with.
+            warning: Whether the document still loads.
+        """
+        spot = self.spots.get(attribute)
+        at = self.at if spot is None else spot.name if column is None else self._inside(spot.value, column)
+        return self.source.fault(at, f"{path}: {message}" if path else message, hint, warning=warning)
+
+    def _inside(self, at: int, column: int) -> int:
+        """The offset of a character of a value: an entity before it takes more room than what it stands for."""
+        text = self.source.text
+        for _ in range(column):
+            end = text.find(";", at, at + 10) if text[at : at + 1] == "&" else -1
+            at = end + 1 if end > 0 and unescape(text[at : end + 1]) != text[at : end + 1] else at + 1
+        return at
+
+
+_ENTITIES = {"lt": "<", "gt": ">", "amp": "&", "quot": '"', "apos": "'"}
+
+
+def unescape(text: str) -> str:
+    """A text with XML's five entities and its character references resolved; what else begins with `&` stays."""
+    if "&" not in text:
+        return text
+    first, *rest = text.split("&")
+    found = [first]
+    for part in rest:
+        name, semicolon, after = part.partition(";")
+        character = _character(name) if semicolon else None
+        found.append(f"&{part}" if character is None else character + after)
+    return "".join(found)
+
+
+def _character(name: str) -> str | None:
+    if not name.startswith("#"):
+        return _ENTITIES.get(name)
+    digits, base = (name[2:], 16) if name[1:2] == "x" else (name[1:], 10)
+    if not 0 < len(digits) <= 8 or not digits.isalnum() or not digits.isascii():
+        return None
+    try:
+        code = int(digits, base)
+    except ValueError:
+        return None
+    allowed = code in (9, 10, 13) or 0x20 <= code < 0xD800 or 0xE000 <= code < 0xFFFE or 0x10000 <= code < 0x110000
+    return chr(code) if allowed else None

@@ -1,0 +1,223 @@
+"""A mission that stands in an XML file: what a scenario runs like a Python mission's `build`."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from py_trees.behaviour import Behaviour
+
+from ...action import Parameter
+from ...errors import Fault, InputError
+from ...units import NONE, convert, parse_quantity, parse_unit
+from ..action_node import action_nodes
+from ..board import from_string
+from ..nodes import BUILTIN, Node, Registry, SubTree, pointer
+from ..parameters import mission_arguments, mission_parameters
+from .build import make_nodes
+from .document import Document, read_document
+from .element import Element
+from .model import ModelPort
+from .verify import verify
+from .version3 import below
+
+if TYPE_CHECKING:
+    from ..mission import Mission
+
+Build = Callable[..., Any]
+_WHOLE = ("int", "unsigned", "unsigned int", "int64_t", "uint64_t", "int32_t", "uint32_t", "size_t", "long")
+_REAL = ("double", "float")
+_TEXT = ("", "std::string", "string", "BT::AnyTypeAllowed", "AnyTypeAllowed")
+
+
+def tags_of(document: Document) -> set[str]:
+    """All nodes that a document's trees name, SubTree among them."""
+    return {e.node_tag for tree in document.trees.values() for e in below(tree.body)}
+
+
+def values_of(document: Document) -> set[str]:
+    """All values of attributes of nodes in a document's trees."""
+    return {v for tree in document.trees.values() for e in below(tree.body) for v in e.attributes.values()}
+
+
+def outer_trees(document: Document) -> set[str]:
+    """The trees that a document names and does not hold."""
+    named = {e.attributes.get("ID", "") for t in document.trees.values() for e in below(t.body) if e.tag == "SubTree"}
+    return named - {"", *document.trees}
+
+
+def xml_mission(
+    file: Path | str,
+    *,
+    main: str = "",
+    within: Path | None = None,
+    nodes: Callable[[set[str]], Sequence[type[Node]]] = lambda tags: (),
+    missions: Callable[[str], Build | None] = lambda name: None,
+) -> Callable[..., Behaviour]:
+    """The `build` of a mission that stands in an XML file.
+
+    Its parameters are the input ports that the TreeNodesModel gives the main tree, as `<SubTree ID="Main">`: their type
+    is a C++ type, or a unit such as `m/s`, and a default such as `0.5 m/s` tells the unit too. They become keys of the
+    board, SI numbers. The actions of the robot are nodes, whose ports are the actions' parameters.
+
+    Args:
+        file: The file, or the text of a document.
+        main: The ID of the tree; what the document says by default.
+        within: The folder that included files must lie in; the file's own by default.
+        nodes: Gives the classes of a project's own nodes among these names.
+        missions: Gives the `build` of another mission, which a SubTree may name; None where there is none.
+
+    Raises:
+        InputError: The file cannot be read, or does not tell its main tree.
+    """
+    document = read_document(file, within=within)
+    own = list(nodes(tags_of(document) - set(BUILTIN)))
+    place = file if isinstance(file, Path) else None
+    return _Build(place, document, main, lambda mission: mission_tree(document, mission, own, missions, main))
+
+
+class _Build:
+    """A document as the function that the rest knows missions by: called with a Mission and the parameters."""
+
+    def __init__(self, file: Path | None, document: Document, main: str, make: Callable[[Mission], Behaviour]) -> None:
+        main = document.main(main).name
+        parameters = _parameters(document, main)
+        self.__name__ = "build"
+        self.__doc__ = f"The tree '{main}' of {'a document' if file is None else file.name}."
+        self.__annotations__ = {p.name: p.annotation for p in parameters}
+        first = inspect.Parameter("mission", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        self.__signature__ = inspect.Signature([first, *parameters])
+        self.file = file
+        self._make = make
+
+    def __call__(self, mission: Mission, **values: Any) -> Behaviour:
+        given = inspect.signature(self).bind(mission, **values)
+        given.apply_defaults()
+        for name, value in list(given.arguments.items())[1:]:
+            mission.board.own(name, value)
+        return self._make(mission)
+
+
+def mission_tree(
+    document: Document,
+    mission: Mission,
+    nodes: Sequence[type[Node]] = (),
+    missions: Callable[[str], Build | None] = lambda name: None,
+    main: str = "",
+) -> Behaviour:
+    """The main tree of a document, for a mission: with its robot's actions as nodes.
+
+    Raises:
+        InputError: All that is wrong with it.
+    """
+    registry = mission_nodes(mission.actions, nodes)
+    outside = {name: _outside(mission, build) for name in outer_trees(document) if (build := missions(name))}
+    faults = [*document.faults, *verify(document, registry, main=main, outside=outside)]
+    wrong = [fault for fault in faults if not fault.warning]
+    if wrong and not mission.survey:
+        raise InputError(*wrong)
+    mission.doubt(*faults)
+    # A check goes on with what is right, and so tells all at once.
+    return make_nodes(document, registry, main=main, outside=outside, lenient=bool(wrong))
+
+
+def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = ()) -> Registry:
+    """All nodes that a mission's file may name: the shipped ones, a robot's actions, and a project's own."""
+    return BUILTIN.with_([*action_nodes(actions), *nodes])
+
+
+def embedded(mission: Mission, source: Path | str, nodes: Sequence[type[Node]], main: str, values: Any) -> SubTree:
+    """An XML tree as a subtree of a Python mission.
+
+    Args:
+        mission: The mission.
+        source: A file, or the text of a document.
+        nodes: Node classes of one's own that it names.
+        main: The ID of the tree; what the document says by default.
+        values: Remappings and values of the subtree's keys.
+
+    Raises:
+        InputError: All that is wrong with it.
+    """
+    document = read_document(source)
+    name = document.main(main).name
+    return SubTree(name, mission_tree(document, mission, nodes, main=main), ID=name, **values)
+
+
+def _outside(mission: Mission, build: Build) -> Callable[[Element], Behaviour]:
+    """Makes the tree of another mission, with the attributes of a SubTree as its parameters."""
+
+    def make(element: Element) -> Behaviour:
+        declared = mission_parameters(build)
+        given = {n: v for n, v in element.node_attributes().items() if n in declared}
+        for name, value in given.items():
+            if pointer(value) is not None:
+                hint = "Write a value: such a tree is made before the first tick."
+                message = f"the parameter '{name}' of a Python mission cannot be a key."
+                raise InputError(element.fault(message, hint, attribute=name))
+        try:
+            values = {n: _typed(declared[n], v) for n, v in given.items()}
+            root = build(mission, **mission_arguments(build, values))
+        except InputError as error:
+            raise InputError(*(f if f.file else element.fault(f.message, f.hint) for f in error.faults)) from error
+        if not isinstance(root, Behaviour):
+            raise InputError(element.fault(f"the mission '{element.attributes['ID']}' gives no tree."))
+        return root
+
+    return make
+
+
+def _typed(parameter: Parameter, text: str) -> object:
+    """A text of an attribute as a scenario's file would give it."""
+    if parameter.type in (int, bool) or (parameter.type is float and parameter.dimension in (None, NONE)):
+        return from_string(text, parameter.type)
+    return text
+
+
+def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
+    """The keyword-only parameters that the model of the main tree makes.
+
+    Raises:
+        InputError: A type or a default is none, with every fault.
+    """
+    model = document.models.get(main)
+    found, faults = [], list[Fault]()
+    for port in model.ports.values() if model is not None else ():
+        if not port.name.isidentifier():
+            faults.append(port.element.fault(f"'{port.name}' cannot be a parameter.", attribute="name"))
+            continue
+        try:
+            found.append(_parameter(port))
+        except InputError as error:
+            faults += (port.element.fault(f.message, f.hint, attribute="default") for f in error.faults)
+    if faults:
+        raise InputError(*faults)
+    return sorted(found, key=lambda p: p.default is not inspect.Parameter.empty)
+
+
+def _parameter(port: ModelPort) -> inspect.Parameter:
+    hint, default = _hint(port), inspect.Parameter.empty
+    value: Any = default
+    if port.default is not None:
+        parameter = Parameter.annotated(port.name, hint, False, None)
+        value = port.default
+        if parameter.type is float:
+            value = convert(port.default, parameter.dimension or NONE, port.name)
+        elif parameter.type is not str:
+            value = from_string(port.default, parameter.type)
+    return inspect.Parameter(port.name, inspect.Parameter.KEYWORD_ONLY, default=value, annotation=hint)
+
+
+def _hint(port: ModelPort) -> Any:
+    """The annotation of a parameter: its type, and its dimension."""
+    if port.type in _WHOLE:
+        return int
+    if port.type == "bool":
+        return bool
+    if port.type in _TEXT:
+        return str
+    if port.type in _REAL:
+        return Annotated[float, NONE if port.default is None else parse_quantity(port.default).dimension]
+    return Annotated[float, parse_unit(port.type).dimension]

@@ -1,0 +1,200 @@
+"""From text to elements: a scanner that keeps places, takes what BehaviorTree.CPP's takes, and trusts nobody.
+
+There are no document types and no entities of a document's own, so nothing can grow or reach for another file. What
+expat takes is taken with the same result; beyond that raw `<` and `&` in attributes, as tinyxml2 does, with a warning.
+"""
+
+from __future__ import annotations
+
+import re
+
+from ...errors import Fault, InputError
+from .element import Element, Source, Spot, unescape
+
+MAX_TEXT = 16_000_000
+"""The longest document [characters]."""
+
+MAX_VALUE = 65_536
+"""The longest value of an attribute [characters]."""
+
+MAX_ATTRIBUTES = 256
+"""How many attributes an element may have."""
+
+MAX_ELEMENTS = 100_000
+"""How many elements a document may have."""
+
+MAX_DEPTH = 256
+"""How deeply elements may be nested; BehaviorTree.CPP's own limit."""
+
+_NAME = r"[A-Za-z_\u0080-\U0010ffff][\w.\-:\u00b7]*"
+_OPEN = re.compile(rf"<({_NAME})")
+_CLOSE = re.compile(rf"</({_NAME})[ \t\r\n]*>")
+_ATTRIBUTE = re.compile(rf"[ \t\r\n]*({_NAME})[ \t\r\n]*=[ \t\r\n]*([\"'])")
+_END = re.compile(r"[ \t\r\n]*(/?)>")
+_SPACE = re.compile(r"[ \t\r\n]*")
+_FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+_RAW = re.compile(r"<|&(?!(?:lt|gt|amp|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
+
+
+def scan(source: Source) -> tuple[Element, list[Fault]]:
+    """The root element of a document, and warnings.
+
+    Raises:
+        InputError: It is no XML, or larger, deeper or stranger than any tree is.
+    """
+    return _Scanner(source).document()
+
+
+class _Scanner:
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.text = source.text
+        self.at = 0
+        self.root: Element | None = None
+        self.open: list[Element] = []
+        self.texts: list[list[str]] = []
+        self.comments: list[str] = []
+        self.warnings: list[Fault] = []
+        self.count = 0
+
+    def document(self) -> tuple[Element, list[Fault]]:
+        if len(self.text) > MAX_TEXT:
+            raise self.refused(0, f"the document has {len(self.text)} characters; {MAX_TEXT} is the most.")
+        if bad := _FORBIDDEN.search(self.text):
+            raise self.refused(bad.start(), f"the character U+{ord(bad[0]):04X} cannot stand in XML.")
+        self.at = 1 if self.text.startswith("\ufeff") else 0
+        while self.at < len(self.text):
+            self.step()
+        if self.open:
+            element = self.open[-1]
+            raise self.refused(element.at, f"<{element.tag}> is not closed.", f"Write </{element.tag}> at its end.")
+        if self.root is None:
+            raise self.refused(self.at, "the document has no element.", "Begin with <root BTCPP_format='4'>.")
+        return self.root, self.warnings
+
+    def step(self) -> None:
+        """Take what comes next: text, a tag, a comment."""
+        text, at = self.text, self.at
+        if text[at] != "<":
+            self.characters()
+        elif text.startswith("<!--", at):
+            end = self.until("-->", at + 4, "the comment")
+            self.comments.append(text[at + 4 : end])
+            self.at = end + 3
+        elif text.startswith("<![CDATA[", at) and self.open:
+            end = self.until("]]>", at + 9, "the CDATA section")
+            self.texts[-1].append(text[at + 9 : end])
+            self.at = end + 3
+        elif text.startswith("<?", at):
+            self.at = self.until("?>", at + 2, "the processing instruction") + 2
+        elif text.startswith("<!", at):
+            hint = "Take it out: documents here have no types and no entities of their own."
+            raise self.refused(at, "a document type or an entity is declared.", hint)
+        elif text.startswith("</", at):
+            self.close()
+        else:
+            self.element()
+
+    def characters(self) -> None:
+        end = self.text.find("<", self.at)
+        end = len(self.text) if end < 0 else end
+        piece = self.text[self.at : end]
+        if self.open:
+            self.texts[-1].append(unescape(piece))
+        elif piece.strip(" \t\r\n"):
+            at = _SPACE.match(self.text, self.at)
+            raise self.refused(at.end() if at else self.at, "there is text outside of the root element.")
+        self.at = end
+
+    def element(self) -> None:
+        start = self.at
+        found = _OPEN.match(self.text, start)
+        if found is None:
+            raise self.refused(start, "this is no tag.", "Write &lt; for a '<' in a text.")
+        if self.root is not None and not self.open:
+            raise self.refused(start, f"<{found[1]}> is a second root.", "Put everything into one <root>.")
+        element = Element(found[1], self.source, start)
+        self.count += 1
+        if self.count > MAX_ELEMENTS:
+            raise self.refused(start, f"the document has more than {MAX_ELEMENTS} elements.")
+        element.comments, self.comments = tuple(self.comments), []
+        self.at = found.end()
+        while (end := _END.match(self.text, self.at)) is None:
+            self.attribute(element)
+        self.at = end.end()
+        if self.root is None:
+            self.root = element
+        else:
+            self.open[-1].children.append(element)
+        if not end[1]:
+            self.open.append(element)
+            self.texts.append([])
+            if len(self.open) > MAX_DEPTH:
+                raise self.refused(start, f"elements are nested more than {MAX_DEPTH} deep.", "Use subtrees.")
+
+    def attribute(self, element: Element) -> None:
+        found = _ATTRIBUTE.match(self.text, self.at)
+        if found is None:
+            raise self.no_attribute(element)
+        name, begin = found[1], found.end()
+        end = self.text.find(found[2], begin)
+        if end < 0:
+            raise self.refused(begin - 1, f"the value of '{name}' has no closing {found[2]}.")
+        if end - begin > MAX_VALUE:
+            message = f"the value of '{name}' has {end - begin} characters; {MAX_VALUE} is the most."
+            raise self.refused(begin, message)
+        if name in element.attributes:
+            raise self.refused(found.start(1), f"<{element.tag}> has '{name}' twice.")
+        if len(element.attributes) >= MAX_ATTRIBUTES:
+            raise self.refused(found.start(1), f"<{element.tag}> has more than {MAX_ATTRIBUTES} attributes.")
+        raw = self.text[begin:end]
+        if "<" in raw or "&" in raw:
+            self.check_raw(name, raw, begin)
+        element.attributes[name] = unescape(raw.replace("\r\n", "\n"))
+        element.spots[name] = Spot(found.start(1), begin)
+        self.at = end + 1
+
+    def check_raw(self, name: str, raw: str, begin: int) -> None:
+        """Warn of what XML forbids and BehaviorTree.CPP takes."""
+        bad = _RAW.search(raw)
+        if bad is None:
+            return
+        wanted = "&lt;" if bad[0] == "<" else "&amp;"
+        message = f"'{bad[0]}' in the value of '{name}' is not well-formed XML."
+        place = self.source.place(begin + bad.start())
+        hint = f"Write {wanted}: BehaviorTree.CPP takes it as it is, other tools do not."
+        self.warnings.append(Fault(message, self.source.file, *place, hint=hint, warning=True))
+
+    def no_attribute(self, element: Element) -> InputError:
+        """What to say where an attribute should be: a quote that is missing shows only here."""
+        name = next(reversed(element.attributes), "")
+        if "<" in element.attributes.get(name, "") and element.attributes[name].endswith("="):
+            message = f"the value of '{name}' runs on over other elements: its closing quote is missing."
+            return self.refused(element.spots[name].value - 1, message)
+        space = _SPACE.match(self.text, self.at)
+        at = space.end() if space else self.at
+        return self.refused(at, f"<{element.tag}> goes on with what is no attribute.", 'Write name="value".')
+
+    def close(self) -> None:
+        found = _CLOSE.match(self.text, self.at)
+        if found is None:
+            raise self.refused(self.at, "this is no closing tag.", "Write </Name>.")
+        if not self.open:
+            raise self.refused(self.at, f"</{found[1]}> closes nothing.")
+        element = self.open.pop()
+        if element.tag != found[1]:
+            line, _ = self.source.place(element.at)
+            message = f"</{found[1]}> stands where <{element.tag}> of line {line} has to be closed."
+            raise self.refused(self.at, message, f"Write </{element.tag}>.")
+        element.text = "".join(self.texts.pop()).strip()
+        self.comments.clear()
+        self.at = found.end()
+
+    def until(self, end: str, start: int, what: str) -> int:
+        at = self.text.find(end, start)
+        if at < 0:
+            raise self.refused(self.at, f"{what} does not end.", f"It ends in {end}")
+        return at
+
+    def refused(self, at: int, message: str, hint: str = "") -> InputError:
+        return InputError(self.source.fault(at, f"not readable as XML: {message}", hint))

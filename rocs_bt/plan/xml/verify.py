@@ -1,0 +1,198 @@
+"""What can be told of a document before any node is made: names, ports, scripts, subtrees. All of it at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ...errors import Fault, InputError, unknown
+from ..board import from_string
+from ..nodes import CONDITIONS, Node, children_faults
+from ..script import ScriptError, parse_script
+from .document import Document, TreeElement
+from .element import EXPLICIT, Element
+from .names import name_faults
+
+MAX_NODES = 65_535
+"""How many nodes a tree may have, those of its subtrees counted anew at each use: BehaviorTree.CPP numbers them so."""
+
+
+def verify(
+    document: Document,
+    nodes: Mapping[str, type[Node]],
+    *,
+    main: str = "",
+    outside: Mapping[str, Any] | None = None,
+    strict: bool = False,
+) -> list[Fault]:
+    """All that is wrong with a document's trees; those of `document.faults` are not among it.
+
+    Args:
+        document: The document.
+        nodes: The node classes that it may name.
+        main: The ID of the tree to tick; what the document says by default.
+        outside: Trees that stand elsewhere, which a SubTree may name.
+        strict: Whether names that BehaviorTree.CPP 4.10 refuses are faults.
+    """
+    return _Verifier(document, nodes, outside or {}).faults(main, strict)
+
+
+class _Verifier:
+    def __init__(self, document: Document, nodes: Mapping[str, type[Node]], outside: Mapping[str, Any]) -> None:
+        self.document = document
+        self.nodes = nodes
+        self.outside = outside
+        self.found: list[Fault] = []
+        self.uses: dict[str, list[Element]] = {}
+
+    def faults(self, main: str, strict: bool) -> list[Fault]:
+        self.found += name_faults(self.document, strict)
+        for tree in self.document.trees.values():
+            if tree.name in self.nodes:
+                message = f"the tree '{tree.name}' has the name of a node."
+                self.found.append(tree.element.fault(message, "Rename the tree.", attribute="ID"))
+            self.uses[tree.name] = []
+            for element, path in walk(tree):
+                self.element(element, path, tree)
+        self.models()
+        self.recursion()
+        self.unused(main)
+        return self.found
+
+    def element(self, element: Element, path: str, tree: TreeElement) -> None:
+        tag = element.node_tag
+        if element.tag == "SubTree":
+            self.subtree(element, path, tree)
+        elif element.tag in EXPLICIT and not tag:
+            self.found.append(element.fault(f"<{element.tag}> names no node.", 'Write ID="Name".', path=path))
+            return
+        elif "ID" in element.attributes and element.tag not in EXPLICIT:
+            hint = f'Write <{element.tag} name="..."/>, or <Action ID="{element.tag}"/>.'
+            message = f"<{element.tag}> is named by its tag, and has an ID too."
+            self.found.append(element.fault(message, hint, attribute="ID", path=path))
+        node = self.nodes.get(tag)
+        if node is None:
+            self.found.append(self.unknown_node(element, tag, path))
+            return
+        if element.tag != "SubTree":
+            for fault in children_faults(node, element.node_name, len(element.children)):
+                self.found.append(element.fault(fault.message, fault.hint, path=path))
+        for attribute, fault in node.attribute_faults(element.node_attributes()):
+            column = _script_column(node, attribute, element.attributes.get(attribute, ""))
+            self.found.append(element.fault(fault.message, fault.hint, attribute=attribute, column=column, path=path))
+
+    def unknown_node(self, element: Element, tag: str, path: str) -> Fault:
+        attribute = "ID" if element.tag in EXPLICIT else ""
+        if tag in self.document.trees:
+            hint = f'It is a tree: write <SubTree ID="{tag}"/>.'
+            return element.fault(f"no node is named '{tag}'.", hint, attribute=attribute, path=path)
+        fault = unknown("node", tag, self.nodes)
+        return element.fault(fault.message, fault.hint, attribute=attribute, path=path)
+
+    def subtree(self, element: Element, path: str, tree: TreeElement) -> None:
+        name = element.attributes.get("ID", "")
+        if not name:
+            self.found.append(element.fault("the SubTree names no tree.", 'Write ID="Name".', path=path))
+            return
+        if element.children:
+            hint = f'They belong into <BehaviorTree ID="{name}">.'
+            self.found.append(element.fault("a SubTree has no children of its own.", hint, path=path))
+        if name in self.document.trees:
+            self.uses[tree.name].append(element)
+        elif name not in self.outside:
+            fault = unknown("tree", name, {*self.document.trees, *self.outside}, "The document")
+            self.found.append(element.fault(fault.message, fault.hint, attribute="ID", path=path))
+        given, model = element.attributes, self.document.models.get(name)
+        try:
+            remapped = from_string(given.get("_autoremap", "false"), bool)
+        except InputError as error:
+            self.found += (element.fault(f.message, attribute="_autoremap", path=path) for f in error.faults)
+            return
+        if model is None or model.kind != "SubTree" or remapped:
+            return
+        for port in model.ports.values():
+            if port.name not in given and port.default is None:
+                hint = f'Write {port.name}="{{key}}" or a value, or give the port a default in the TreeNodesModel.'
+                self.found.append(element.fault(f"the subtree '{name}' needs '{port.name}'.", hint, path=path))
+
+    def models(self) -> None:
+        """A TreeNodesModel that tells of ports which the class does not have has drifted from it."""
+        for model in self.document.models.values():
+            node = self.nodes.get(model.name)
+            if model.kind == "SubTree" or node is None:
+                continue
+            for port in model.ports.values():
+                if port.name not in node.ports:
+                    fault = unknown("port", port.name, node.ports, model.name)
+                    message = f"{model.name} as it is has no port '{port.name}' any more."
+                    self.found.append(port.element.fault(message, fault.hint, warning=True))
+
+    def recursion(self) -> None:
+        """Trees that contain themselves, and trees that grow beyond all measure."""
+        sizes: dict[str, int] = {}
+        for start in self.uses:
+            way: list[tuple[str, Iterator[Element]]] = [(start, iter(self.uses[start]))]
+            while way:
+                name, uses = way[-1]
+                use = next((u for u in uses if u.attributes["ID"] not in sizes), None)
+                if use is None:
+                    sizes[name] = self.size(name, sizes)
+                    way.pop()
+                    continue
+                below, names = use.attributes["ID"], [n for n, _ in way]
+                if below in names:
+                    chain = " -> ".join([*names[names.index(below) :], below])
+                    message = f"the tree '{below}' contains itself: {chain}."
+                    self.found.append(use.fault(message, "Use a Repeat, or take one SubTree out.", attribute="ID"))
+                    sizes[below] = 1
+                else:
+                    way.append((below, iter(self.uses[below])))
+
+    def size(self, name: str, sizes: Mapping[str, int]) -> int:
+        tree = self.document.trees[name]
+        own = sum(1 for _ in walk(tree))
+        total = own + sum(sizes.get(u.attributes["ID"], 0) for u in self.uses[name])
+        if total > MAX_NODES:
+            message = f"the tree '{name}' has {total} nodes with its subtrees; {MAX_NODES} is the most."
+            self.found.append(tree.element.fault(message))
+            return 1  # told once, not again for each tree above
+        return total
+
+    def unused(self, main: str) -> None:
+        """Trees of the first file that the main tree never reaches."""
+        start = main or self.document.named
+        if start not in self.uses:
+            return
+        reached, todo = {start}, [start]
+        while todo:
+            names = {u.attributes["ID"] for u in self.uses[todo.pop()]} - reached
+            reached |= names
+            todo += names
+        for tree in self.document.trees.values():
+            if tree.name not in reached and not tree.included:
+                message = f"nothing uses the tree '{tree.name}'."
+                hint = f'Use it by <SubTree ID="{tree.name}"/>, or take it out.'
+                self.found.append(tree.element.fault(message, hint, attribute="ID", warning=True))
+
+
+def walk(tree: TreeElement) -> Iterator[tuple[Element, str]]:
+    """All elements of a tree in their order, and their paths: the tree's ID, then the names on the way."""
+    todo = [(tree.body, f"{tree.name}/{tree.body.node_name}")]
+    while todo:
+        element, path = todo.pop()
+        yield element, path
+        todo += [(child, f"{path}/{child.node_name}") for child in reversed(element.children)]
+
+
+def _script_column(node: type[Node], attribute: str, text: str) -> int | None:
+    """Where in an attribute a script is wrong, counted from 0; None for what is no script."""
+    try:
+        if attribute in CONDITIONS:
+            parse_script(text)
+        elif attribute in node.ports:
+            node.ports[attribute].value(text)
+    except ScriptError as error:
+        return error.column
+    except InputError:
+        pass
+    return None

@@ -1,0 +1,159 @@
+"""Expressions on many snapshots at once, to find examples quickly.
+
+What is found is confirmed by the interpreter before anybody is told. Every snapshot is taken to have stood for ever, so
+`held(a)` and `once(a)` are a, and a rate is 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...expression import Node
+from .interval import Range
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Samples:
+    """Snapshots.
+
+    Args:
+        rows: (P, size).
+    """
+
+    def __init__(self, rows: Array) -> None:
+        self.rows = rows
+        self._memo: dict[Node, Array] = {}
+
+    def truth(self, node: Node) -> NDArray[np.bool_]:
+        """Where a single truth value is true, (P,)."""
+        found: NDArray[np.bool_] = np.broadcast_to(self.value(node) == 1.0, len(self.rows))
+        return found
+
+    def value(self, node: Node) -> Array:
+        """The values, (P,), of a group (P, n), or what broadcasts so; truth is 1, 0, or NaN where it is invalid."""
+        if node not in self._memo:
+            with np.errstate(all="ignore"):
+                self._memo[node] = self._computed(node)
+        return self._memo[node]
+
+    def _computed(self, node: Node) -> Array:
+        if node.op in ("number", "truth"):
+            return np.full(len(self.rows), float(node.value))
+        if node.op == "vector":
+            return np.array([[float(arg.value) for arg in node.args]])
+        if node.op == "read":
+            return self.rows[:, node.start : node.stop] if node.kind.size else self.rows[:, node.start]
+        values = [self.value(arg) for arg in node.args]
+        if node.op in _REDUCTIONS:
+            groups = [v if v.ndim == 2 else v[:, None] for v in values]
+            return _REDUCTIONS[node.op](*groups)
+        if node.kind.size:
+            values = [v if v.ndim == 2 else v[:, None] for v in values]
+        if node.op == "compare":
+            return _worst([_compared(sign, a, b) for sign, a, b in zip(node.signs, values, values[1:], strict=False)])
+        return _SINGLE[node.op](*values)
+
+
+def _compared(sign: str, a: Array, b: Array) -> Array:
+    found: Array = np.where(np.isnan(a) | np.isnan(b), np.nan, _SIGNS[sign](a, b))
+    return found
+
+
+def _worst(truths: list[Array]) -> Array:
+    """Three-valued and."""
+    stacked = np.broadcast_arrays(*truths)
+    return np.asarray(np.where(np.any([t == 0.0 for t in stacked], axis=0), 0.0, np.sum(stacked, axis=0) * 0.0 + 1.0))
+
+
+def _best(truths: list[Array]) -> Array:
+    return 1.0 - _worst([1.0 - t for t in truths])
+
+
+def _columns(group: Array) -> list[Array]:
+    return [group[:, i] for i in range(group.shape[1])]
+
+
+def _stacked(*groups: Array) -> Array:
+    rows = max(len(g) for g in groups)
+    return np.concatenate([np.broadcast_to(g, (rows, g.shape[1])) for g in groups], axis=1)
+
+
+def _least_valid(group: Array, least: Array) -> Array:
+    valid = ~np.isnan(group)
+    return np.where(valid.sum(axis=1) >= least[:, 0], np.where(valid, group, np.inf).min(axis=1), np.nan)
+
+
+_SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
+    "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "==": np.equal, "!=": np.not_equal,
+}  # fmt: skip
+_REDUCTIONS: Mapping[str, Callable[..., Array]] = {
+    "min": lambda *g: _stacked(*g).min(axis=1),
+    "max": lambda *g: _stacked(*g).max(axis=1),
+    "sum": lambda g: g.sum(axis=1),
+    "mean": lambda g: g.mean(axis=1),
+    "argmin": lambda g: np.where(np.isnan(g).any(axis=1), np.nan, g.argmin(axis=1)),
+    "count": lambda g: g.sum(axis=1),
+    "any": lambda g: _best(_columns(g)),
+    "all": lambda g: _worst(_columns(g)),
+    "min_valid": _least_valid,
+    "dot": lambda g, v: (g * v).sum(axis=1),
+}
+_SINGLE: Mapping[str, Callable[..., Array]] = {
+    "neg": lambda a: -a,
+    "not": lambda a: 1.0 - a,
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: np.where(b == 0.0, np.nan, a / b),
+    "and": lambda *t: _worst(list(t)),
+    "or": lambda *t: _best(list(t)),
+    "if": lambda c, a, b: np.where(np.isnan(c), np.nan, np.where(c == 1.0, a, b)),
+    "abs": np.abs,
+    "clip": lambda a, low, high: np.minimum(np.maximum(a, low), high),
+    "hypot": np.hypot,
+    "atan2": np.arctan2,
+    "sign": np.sign,
+    "side": lambda a: np.where(np.isnan(a), np.nan, np.where(a >= 0.0, 1.0, -1.0)),
+    "sqrt": np.sqrt,
+    "wrap_angle": lambda a: np.pi - np.mod(np.pi - a, 2.0 * np.pi),
+    "held": lambda a: a,
+    "once": lambda a: a,
+    "delay": lambda a: a,
+    "since": lambda a, b: b,
+    "time_since": lambda a: np.where(np.isnan(a), np.nan, np.where(a == 1.0, 0.0, np.inf)),
+    "rate": lambda a: a * 0.0,
+}
+
+
+def draw_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
+    """Snapshots near what expressions compare with, (count, size); the same ones for the same expressions.
+
+    Args:
+        nodes: The expressions; their numbers are where truth changes.
+        bounds: The least and the greatest value at each index.
+        count: How many.
+    """
+    marks = sorted({float(n.value) for node in nodes for n in node.walk() if n.op == "number"})
+    near = np.array([m + step for m in marks for step in (-0.01, 0.0, 0.01)] or [0.0])
+    near = near[np.isfinite(near)]
+    random = np.random.default_rng(0)
+    low, high = np.array([b for b, _ in bounds]), np.array([b for _, b in bounds])
+    soft_low = np.where(np.isfinite(low), low, np.minimum(high - 10.0, -10.0))
+    soft_high = np.where(np.isfinite(high), high, np.maximum(soft_low + 10.0, 10.0))
+    rows = random.uniform(soft_low, soft_high, (count, len(bounds)))
+    picked = random.choice(near, (count, len(bounds))) if near.size else rows
+    chosen = random.random((count, len(bounds))) < random.choice([0.1, 0.5, 1.0], (count, 1))
+    rows = np.where(chosen, picked, rows)
+    # A group's minimum is high only where all of its values are.
+    level = np.where(random.random((count, 1)) < 0.5, random.choice(near, (count, 1)) if near.size else 0.0, np.inf)
+    rows = np.where((random.random((count, 1)) < 0.4) & np.isfinite(level), np.maximum(rows, level), rows)
+    rows = np.clip(np.round(rows, 2), soft_low, soft_high)
+    # Infinite values come last, so that finite ones are shown where they will do.
+    far = random.random((count // 20, len(bounds))) < random.choice([0.3, 1.0], (count // 20, 1))
+    rows[-(count // 20) :] = np.where(far & ~np.isfinite(high), high, rows[-(count // 20) :])
+    return np.asarray(rows)

@@ -1,0 +1,81 @@
+/* What a table is, in memory. */
+#pragma once
+
+#include <Python.h>
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#error "doubles are computed with more digits here: results would differ from Python's"
+#endif
+
+#define INVALID(v) ((v) != (v))
+#define PI 3.141592653589793
+#define TWO_PI 6.283185307179586
+#define TOLERANCE 1e-9 /* [s], as in program.py */
+
+enum { LOAD, NEG, ABS, SIGN, SIDE, SQRT, WRAP, ADD, SUB, MUL, DIV, HYPOT, ATAN2, MIN2, MAX2, CLIP, SELECT, LT, LE, EQ, NE,
+       NOT, AND, OR, MIN, MAX, ARGMIN, SUM, ANY, ALL, COUNT, MIN_VALID, DOT, HELD, SINCE, AGO, RATE, DELAY, GAP, WORST,
+       BEST, WORST_OF, BEST_OF, LOWEST, SINCE_MARGIN, OPS,
+       AND_LT = OPS, AND_LE /* a and b < c: what placing makes of two instructions */ };
+
+enum { EACH, REDUCE, REMEMBER, RING }; /* value by value; of n values; temporal with that many cells; with a ring */
+
+static const struct { uint8_t kind, operands, cells; } KINDS[OPS] = {
+    [LOAD] = {EACH, 0, 0}, [NEG] = {EACH, 1, 0}, [ABS] = {EACH, 1, 0}, [SIGN] = {EACH, 1, 0}, [SIDE] = {EACH, 1, 0},
+    [SQRT] = {EACH, 1, 0}, [WRAP] = {EACH, 1, 0}, [ADD] = {EACH, 2, 0}, [SUB] = {EACH, 2, 0}, [MUL] = {EACH, 2, 0},
+    [DIV] = {EACH, 2, 0}, [HYPOT] = {EACH, 2, 0}, [ATAN2] = {EACH, 2, 0}, [MIN2] = {EACH, 2, 0}, [MAX2] = {EACH, 2, 0},
+    [CLIP] = {EACH, 3, 0}, [SELECT] = {EACH, 3, 0}, [LT] = {EACH, 2, 0}, [LE] = {EACH, 2, 0}, [EQ] = {EACH, 2, 0},
+    [NE] = {EACH, 2, 0}, [NOT] = {EACH, 1, 0}, [AND] = {EACH, 2, 0}, [OR] = {EACH, 2, 0}, [GAP] = {EACH, 3, 0},
+    [WORST] = {EACH, 2, 0}, [BEST] = {EACH, 2, 0}, [MIN] = {REDUCE, 1, 0}, [MAX] = {REDUCE, 1, 0},
+    [ARGMIN] = {REDUCE, 1, 0}, [SUM] = {REDUCE, 1, 0}, [ANY] = {REDUCE, 1, 0}, [ALL] = {REDUCE, 1, 0},
+    [COUNT] = {REDUCE, 1, 0}, [MIN_VALID] = {REDUCE, 2, 0}, [DOT] = {REDUCE, 2, 0}, [WORST_OF] = {REDUCE, 1, 0},
+    [BEST_OF] = {REDUCE, 1, 0}, [HELD] = {REMEMBER, 1, 2}, [SINCE] = {REMEMBER, 2, 2}, [AGO] = {REMEMBER, 1, 1},
+    [RATE] = {RING, 1, 0}, [DELAY] = {RING, 1, 0}, [LOWEST] = {RING, 1, 0}, [SINCE_MARGIN] = {RING, 2, 0},
+};
+
+typedef struct {
+    int32_t n, dst, a, b, c, cell, capacity; /* capacity: how many pairs the ring has room for */
+    uint8_t op, wide;
+} Instruction;
+
+typedef struct {
+    int32_t op, single;     /* single: all of n = 1 */
+    Py_ssize_t start, stop; /* of the sorted instructions */
+} Run;
+
+typedef struct {
+    double hold, cooldown, max_hold;
+    int32_t when, until, margin, rank; /* rank: of priority, 0 the first */
+    Run release;                       /* what only its release needs: run while it is latched; else none */
+    uint8_t level, on_invalid;
+} Rule;
+
+enum { CLEAR, TRIP, HOLD };                                 /* Rule.on_invalid */
+enum { LATCHED, RISEN, READY, UNKNOWN, ENABLED, BLIND, COLUMNS }; /* of a state, each as long as the rules */
+
+typedef struct {
+    PyObject_HEAD
+    Py_ssize_t instructions, runs, registers, rules, cells, margins, width;
+    Py_ssize_t needed; /* how long a snapshot must be */
+    Instruction *code;
+    Run *run;
+    double *first;   /* how the registers begin */
+    double *initial; /* how a state begins */
+    Rule *rule;
+    int32_t *guard;   /* the register of each rule's guard: all that a rule at rest costs */
+    int32_t *by_rank;
+} Table;
+
+typedef struct { /* what a step works with, beside the state */
+    double *r;
+    uint8_t *flags; /* of each rule: 0 at rest, where a guard that is false changes nothing; AWAKE; AWAKE | ON if latched */
+} Work;
+
+enum { AWAKE = 1, ON = 2 };

@@ -1,0 +1,189 @@
+"""Rules as one generated Python function: always there, and readable (`rocs-bt show RULES --compiled`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..expression.program import TOLERANCE
+from ..expression.python_code import PythonCode, define, sum_code
+from .backend import Floats, Machine, OneByOne
+from .rule_table import COLUMNS, RuleTable
+
+_CLEAR, _TRIP, _HOLD = 0, 1, 2
+
+
+class PythonBackend(OneByOne):
+    """Generates Python for a table."""
+
+    name = "python"
+
+    def machine(self, table: RuleTable) -> Machine:
+        return PythonMachine(table)
+
+
+class PythonMachine:
+    """One robot's rules; see Machine. The state lives in plain lists, which generated code reads fastest."""
+
+    def __init__(self, table: RuleTable) -> None:
+        self.table = table
+        count = len(table.names)
+        self.mask: list[bool] = [False] * count
+        self.blind: list[bool] = [False] * count
+        self.margins: list[float] = []
+        self._busy = [False] * count  # whether a guard that is false may still change something
+        self._risen = [math.inf] * count
+        self._ready = [-math.inf] * count
+        self._unknown = [math.inf] * count
+        self._enabled = [True] * count
+        self._cells: list[float] = []
+        self._registers: dict[int, Any] = {}
+        self._latched: dict[int, int] = {}  # the priority of each rule that is
+        self._time = -math.inf
+        self._columns: dict[str, list[Any]] = {
+            "latched": self.mask, "risen": self._risen, "ready": self._ready, "unknown": self._unknown,
+            "enabled": self._enabled, "blind": self.blind,
+        }  # fmt: skip
+        self._hold, self._cooldown = table.hold.tolist(), table.cooldown.tolist()
+        self._max_hold, self._level = table.max_hold.tolist(), table.level.tolist()
+        self._on_invalid, self._priority = table.on_invalid.tolist(), table.priority.tolist()
+        self._has_until = (table.until >= 0).tolist()
+        names = {"advance": self._advance, "busy": self._busy, "latched": self.mask, "registers": self._registers}
+        self._run: Callable[[Sequence[float], float, list[float]], list[float]]
+        self._run = define(python_source(table), "step", names)
+        self.restore(table.initial)
+
+    def step(self, x: Floats, t: float) -> int:
+        """Advance every rule; see Machine."""
+        if t < self._time:
+            self._begin(self.table.initial)
+        self._time = t
+        self.margins = self._run(x.tolist(), t, self._cells)
+        if not self._latched:
+            return -1
+        return min(self._latched, key=lambda rule: (-self._latched[rule], rule))
+
+    def register(self, index: int) -> float:
+        """A register of the program; of temporal nodes alone."""
+        value = self._registers.get(index, math.nan)
+        return math.nan if value is None else float(value)
+
+    def values(self) -> Floats:
+        """A copy of the state."""
+        columns = [self._columns[name] for name in COLUMNS]
+        return np.array([self._time, *self._cells, *(v for column in columns for v in column), *self.margins], float)
+
+    def restore(self, values: Floats) -> None:
+        """Go on from a state."""
+        self._enabled[:] = map(bool, values[self.table.part("enabled")].tolist())
+        self._begin(values)
+        self._time = float(values[0])
+
+    def enable(self, rule: int, on: bool) -> None:
+        """Let a rule live, or not."""
+        self._enabled[rule] = on
+        self._busy[rule] = True
+
+    def _begin(self, values: Floats) -> None:
+        """Take everything over but `enabled` and the time."""
+        part = self.table.part
+        for name in COLUMNS:
+            if name != "enabled":
+                told = values[part(name)].tolist()
+                self._columns[name][:] = map(bool, told) if name in ("latched", "blind") else told
+        self._cells[:] = values[part("cells")].tolist()
+        self.margins = values[part("margin")].tolist()
+        self._latched.clear()
+        self._latched.update({i: self._priority[i] for i, on in enumerate(self.mask) if on})
+        self._busy[:] = [True] * len(self._busy)
+
+    def _advance(self, i: int, guard: bool | None, until: bool | None, t: float) -> None:
+        """One rule's step; `until` counts only where the rule has one and is latched."""
+        latched = self.mask[i]
+        if not self._enabled[i]:
+            self._risen[i] = self._unknown[i] = math.inf
+            self.blind[i] = self._busy[i] = False
+            if latched:
+                self._release(i, t)
+            return
+        if not latched:
+            decided = guard
+        elif self._has_until[i]:
+            decided = until
+        else:
+            decided = None if guard is None else not guard
+        self.blind[i] = guard is None or decided is None
+        if decided is None:
+            decided = self._policy(i, latched, t)
+        else:
+            self._unknown[i] = math.inf
+        if decided is not None:
+            if latched:
+                if decided:
+                    self._release(i, t)
+            elif decided:
+                self._rise(i, t)
+            else:
+                self._risen[i] = math.inf
+        self._busy[i] = self.mask[i] or self.blind[i] or self._risen[i] != math.inf or self._unknown[i] != math.inf
+
+    def _policy(self, i: int, latched: bool, t: float) -> bool | None:
+        """What an invalid guard decides; None: the rule stays as it is."""
+        if self._unknown[i] == math.inf:
+            self._unknown[i] = t
+        meaning = self._on_invalid[i]
+        if meaning == _HOLD and t - self._unknown[i] < self._max_hold[i]:
+            return None
+        return (meaning != _CLEAR) is not latched
+
+    def _rise(self, i: int, t: float) -> None:
+        if self._risen[i] == math.inf:
+            self._risen[i] = t
+        if t - self._risen[i] >= self._hold[i] and t >= self._ready[i] - TOLERANCE:
+            self.mask[i], self._risen[i] = True, math.inf
+            self._latched[i] = self._priority[i]
+            if not self._level[i]:
+                self._ready[i] = t + self._cooldown[i]
+
+    def _release(self, i: int, t: float) -> None:
+        self.mask[i] = False
+        del self._latched[i]
+        if self._level[i]:
+            self._ready[i] = t + self._cooldown[i]
+
+
+def python_source(table: RuleTable) -> str:
+    """The generated source of a table: `step(x, t, cells)`, and `careful` for snapshots that hold NaN.
+
+    `advance(rule, guard, until, t)` lives a rule's life; `busy[rule]` tells that it must, even where the guard is
+    false.
+    """
+    program = table.program
+    lines = ["def step(x, t, cells):"]
+    if program.reads:
+        lines += [
+            f"    s = {sum_code(program)}",
+            "    if s != s:  # something is invalid",
+            "        return careful(x, t, cells)",
+        ]
+    return "\n".join(
+        [*lines, *_body(table, fast=True), "", "", "def careful(x, t, cells):", *_body(table, fast=False), ""]
+    )
+
+
+def _body(table: RuleTable, fast: bool) -> list[str]:
+    when, until, margins = table.when.tolist(), table.until.tolist(), table.margins.tolist()
+    code = PythonCode(table.program, [*when, *(r for r in until if r >= 0), *margins], fast)
+    lines = list(code.lines)
+    lines += [f"registers[{register}] = v{register}" for register in dict.fromkeys(table.program.temporal.values())]
+    for i, name in enumerate(table.names):
+        guard = code.value(when[i])
+        release = f"{code.value(until[i])} if latched[{i}] else None" if until[i] >= 0 else "None"
+        lines += [f"# {' '.join(name.split())}", f"g = {guard}"]  # a file's name may hold anything
+        held = "g" if code.sure(when[i]) else "g is not False"
+        lines += [f"if {held} or busy[{i}]:", f"    advance({i}, g, {release}, t)"]
+    lines.append(f"return [{', '.join(code.value(register) for register in margins)}]")
+    return [f"    {line}" for line in lines]

@@ -1,0 +1,192 @@
+"""Pictures of rule files on recordings: what they saw and wanted over time, and how often for which threshold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import RecordingError
+from .figure import INK, MUTED, OTHER, PLACE, ROUTES, WORST, drawn, rendered
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+_COLOURS = (INK, PLACE, "#7b3fb5", WORST, "#0f7a72", ROUTES["deliberative"], MUTED)
+_ROOM = 4.0  # how many times the greatest threshold a panel shows: what is farther away decides nothing
+Series = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """One comparison of a guard over time: its sides as they are written, and their values, (n,) or (n, k)."""
+
+    left: str
+    right: str
+    left_values: Series
+    right_values: Series
+    releases: bool = False  # of `until`
+
+
+@dataclass(frozen=True, eq=False)
+class RuleTrace:
+    """One rule on a recording.
+
+    Attributes:
+        name: The rule.
+        latched: Where it was latched, bool, (n,).
+        wins: Where it was the winner, bool, (n,).
+        panels: Its comparisons by their unit.
+    """
+
+    name: str
+    latched: NDArray[np.bool_]
+    wins: NDArray[np.bool_]
+    panels: Mapping[str, Sequence[Compared]]
+
+
+def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], title: str) -> Canvas:
+    """Signals against thresholds for some rules, each where it latched; below, the latches of all and who won.
+
+    Args:
+        t: Times [s], (n,).
+        traces: All rules of the file.
+        shown: The names of those whose signals to show.
+        title: What stands above.
+    """
+    panels = [(trace, unit) for trace in traces if trace.name in shown for unit in trace.panels]
+    heights = [1.0] * len(panels) + [0.28 * (len(traces) + 1)]
+
+    def draw(canvas: Canvas) -> None:
+        canvas.suptitle(title, x=0.01, ha="left", fontsize=10)
+        grid = canvas.subplots(len(heights), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights})
+        for i, (axes, (trace, unit)) in enumerate(zip(grid[:-1, 0], panels, strict=True)):
+            _panel(axes, t, trace, unit, f"rules-{i}")
+        _latches(grid[-1, 0], t, traces)
+        grid[-1, 0].set_xlabel("t [s]")
+        if len(t):
+            grid[-1, 0].set_xlim(t[0], t[-1])
+
+    return drawn((7.6, 0.9 + 1.35 * sum(heights)), draw)
+
+
+def draw_sweep(name: str, unit: str, values: Series, firings: Mapping[str, Series], now: float, what: str) -> Canvas:
+    """How often a rule would have fired for each value of a threshold.
+
+    Args:
+        name: The threshold.
+        unit: Its unit.
+        values: Its values, (n,).
+        firings: By run, how often, (n,).
+        now: The value in force.
+        what: The rule.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    def draw(canvas: Canvas) -> None:
+        axes = canvas.add_subplot()
+        axes.axvline(now, color=WORST, lw=1.2, ls=(0, (1, 1.5)), label=f"now {now:g} {unit}", gid="tune-now")
+        single = len(firings) == 1
+        for i, (run, counts) in enumerate(firings.items()):
+            style: dict[str, Any] = {"color": ROUTES["reactive"], "lw": 1.6} if single else {"color": MUTED, "lw": 0.8}
+            axes.plot(values, counts, "o-", ms=3, label=run if single or i < 6 else None, gid=f"tune-{i}", **style)
+        if not single:
+            total = np.sum(list(firings.values()), axis=0)
+            axes.plot(values, total, "o-", color=ROUTES["reactive"], ms=4, label="all runs", gid="tune-all")
+        axes.set_xlabel(f"{name} [{unit}]")
+        axes.set_ylabel("firings")
+        axes.set_title(f"{what}: firings by {name}")
+        axes.set_ylim(bottom=0.0)
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+    return drawn((7.2, 3.6), draw)
+
+
+def write_picture(name: str, canvas: Canvas, folder: Path) -> list[Path]:
+    """A drawn canvas as PNG and SVG; returns their paths.
+
+    Raises:
+        RecordingError: A file cannot be written.
+    """
+    paths = [folder / f"{name}.{form}" for form in ("png", "svg")]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in paths:
+            path.write_bytes(rendered(name, lambda: canvas, path.suffix[1:]))
+    except OSError as error:
+        raise RecordingError(f"the pictures cannot be written to '{folder}': {error.strerror}.") from error
+    return paths
+
+
+def spans(t: Series, on: NDArray[np.bool_]) -> list[tuple[float, float]]:
+    """When something was on: from the first sample of a stretch to the first after it, or to the last of all [s]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
+    last = len(t) - 1
+    return [(float(t[a]), float(t[min(b, last)])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _panel(axes: Axes, t: Series, trace: RuleTrace, unit: str, gid: str) -> None:
+    colours: dict[str, str] = {}
+    drawn_already: set[tuple[str, bool]] = set()
+    for compared in trace.panels[unit]:
+        color = colours.setdefault(compared.left, _COLOURS[len(colours) % len(_COLOURS)])
+        for text, values, right in (
+            (compared.left, compared.left_values, False),
+            (compared.right, compared.right_values, True),
+        ):
+            if (text, compared.releases and right) in drawn_already:
+                continue
+            drawn_already.add((text, compared.releases and right))
+            style = (":" if compared.releases else "--") if right else "-"
+            finite = np.where(np.isfinite(values), values, np.nan)
+            lines = axes.plot(t, finite, color=color, ls=style, lw=1.0 if right else 1.3, gid=f"{gid}-line")
+            lines[0].set_label(_short(f"until {text}" if compared.releases and right else text))
+    for begin, end in spans(t, trace.latched):
+        axes.axvspan(begin, max(end, begin + 0.01), color=ROUTES["reactive"], alpha=0.13, lw=0, gid=f"{gid}-latched")
+    low, high = _limits(trace.panels[unit])
+    axes.set_ylim(low, high)
+    axes.set_ylabel(f"[{unit}]")
+    axes.set_title(trace.name.rpartition("/")[2], fontsize=9)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), fontsize=7, handlelength=1.6)
+
+
+def _limits(compared: Sequence[Compared]) -> tuple[float, float]:
+    """What a panel shows: all thresholds, and of the signals what is near them."""
+    right = np.concatenate([c.right_values.ravel() for c in compared])
+    left = np.concatenate([c.left_values.ravel() for c in compared])
+    right, left = right[np.isfinite(right)], left[np.isfinite(left)]
+    both = np.concatenate([left, right])
+    if not both.size:
+        return 0.0, 1.0
+    low, high = float(both.min()), float(both.max())
+    reach = _ROOM * float(np.abs(right).max(initial=0.0))
+    if reach > 0.0:
+        low, high = max(low, -reach), min(high, reach)
+    room = 0.06 * max(high - low, 1e-6 * max(1.0, math.fabs(high)))
+    return low - room, high + room
+
+
+def _latches(axes: Axes, t: Series, traces: Sequence[RuleTrace]) -> None:
+    for y, trace in enumerate(traces):
+        for on, color, height, what in (
+            (trace.latched, ROUTES["idle"], 0.3, "latched"),
+            (trace.wins, ROUTES["reactive"], 0.62, "wins"),
+        ):
+            bars = [(a, max(b - a, 0.02)) for a, b in spans(t, on)]
+            axes.broken_barh(bars, (y - height / 2, height), facecolors=color, edgecolors="none", gid=f"{what}-{y}")
+    axes.set_yticks(range(len(traces)), [trace.name.rpartition("/")[2] for trace in traces])
+    axes.set_ylim(len(traces) - 0.4, -0.6)
+    axes.grid(axis="y", visible=False)
+    axes.tick_params(axis="y", length=0)
+    axes.set_title("latched (grey) and winning (blue)", fontsize=9, color=OTHER)
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 34 else f"{text[:31]}..."

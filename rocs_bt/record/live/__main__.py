@@ -1,0 +1,42 @@
+"""The process of a live page: takes a run's events from standard input, and serves what they come to."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+
+from ...errors import InputError
+from ..header import RunHeader
+from . import frames
+from .server import Feed, Server
+
+
+def main() -> None:
+    """Serve until standard input ends, which is when the run's process lets go or dies."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then lets go
+    stream, feed = sys.stdin.buffer, Feed()
+    settings = frames.decode(frames.read(stream) or b"", frames.Settings)
+    try:
+        server = Server(settings.host, settings.port, settings.token, feed)
+    except InputError as error:
+        _answer(frames.Answer(error=str(error)))
+        return
+    threading.Thread(target=server.serve_forever, name="http", daemon=True).start()
+    _answer(frames.Answer(port=server.server_port))
+    if (header := frames.read(stream)) is not None:
+        run = frames.decode(header, RunHeader)
+        feed.update(lambda picture: picture.begin(run), anew=True)
+    while (data := frames.read(stream)) is not None:
+        events = frames.decode_events(data)
+        feed.update(lambda picture, events=events: picture.take(events))  # type: ignore[misc]
+    server.end()
+
+
+def _answer(answer: frames.Answer) -> None:
+    sys.stdout.buffer.write(frames.encode(answer))
+    sys.stdout.buffer.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,110 @@
+"""What the run and the process of its live page tell each other: frames of MessagePack, each after its length."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from operator import or_
+from typing import IO, Any, TypeVar
+
+import msgspec
+
+from ...event import (
+    ActuatorCommanded,
+    AgentStopped,
+    BlockFailed,
+    BodyMoved,
+    CommandExpired,
+    Event,
+    Judged,
+    KnowledgeChanged,
+    NodeTicked,
+    RequirementViolated,
+    RuleChanged,
+    SensorFailed,
+    SensorRead,
+    SignalsWritten,
+    SubtreeSwapped,
+    TicketChanged,
+    Touched,
+)
+from .. import codec
+
+#: The kinds of events that the page shows; the others stay in the run.
+SHOWN: tuple[type[Event], ...] = (
+    ActuatorCommanded,
+    AgentStopped,
+    BlockFailed,
+    BodyMoved,
+    CommandExpired,
+    Judged,
+    KnowledgeChanged,
+    NodeTicked,
+    RequirementViolated,
+    RuleChanged,
+    SensorFailed,
+    SensorRead,
+    SignalsWritten,
+    SubtreeSwapped,
+    TicketChanged,
+    Touched,
+)
+_KINDS = frozenset(SHOWN)
+_ANY: Any = reduce(or_, SHOWN)
+_ENCODE = msgspec.msgpack.Encoder(enc_hook=codec.plain).encode
+_EVENTS: msgspec.msgpack.Decoder[list[Event]] = msgspec.msgpack.Decoder(list[_ANY])
+T = TypeVar("T")
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """The first frame that the process gets: where it serves, and the secret in the page's address."""
+
+    host: str
+    port: int
+    token: str
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """What the process says to it: its port, or why it cannot serve."""
+
+    port: int = 0
+    error: str = ""
+
+
+def encode(value: object) -> bytes:
+    """A value as a frame."""
+    data = _ENCODE(value)
+    return len(data).to_bytes(4, "little") + data
+
+
+def encode_events(events: Sequence[Event]) -> bytes:
+    """Events as a frame: those that the page shows, without the ones that hold what is not data."""
+    wanted = [event for event in events if type(event) in _KINDS]
+    try:
+        return encode(wanted)
+    except codec.UNFIT:
+        return encode([event for event in wanted if _fit(event)])
+
+
+def read(stream: IO[bytes]) -> bytes | None:
+    """The content of the next frame; None at the end."""
+    length = stream.read(4)
+    return stream.read(int.from_bytes(length, "little")) if len(length) == 4 else None
+
+
+def decode(data: bytes, kind: type[T]) -> T:
+    """The value of a frame's content."""
+    return msgspec.msgpack.decode(data, type=kind)
+
+
+def decode_events(data: bytes) -> list[Event]:
+    """The events of a frame's content."""
+    return _EVENTS.decode(data)
+
+
+def _fit(event: Event) -> bool:
+    try:
+        _ENCODE(event)
+    except codec.UNFIT:
+        return False
+    return True

@@ -1,0 +1,250 @@
+"""Picture: what the live page shows now, and what changed since it was asked last."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import msgspec
+
+from ...event import (
+    ActuatorCommanded,
+    AgentStopped,
+    BlockFailed,
+    BodyMoved,
+    CommandExpired,
+    Event,
+    Judged,
+    KnowledgeChanged,
+    NodeTicked,
+    RequirementViolated,
+    RuleChanged,
+    SensorFailed,
+    SensorRead,
+    SignalsWritten,
+    SubtreeSwapped,
+    TicketChanged,
+    Touched,
+)
+from ..header import RunHeader, TreeNode, nodes_after
+
+_STEP = 0.01  # [m]: a body that moved less adds no point to its trail
+_MOST_POINTS = 4000  # of a trail; a longer one is thinned
+_MOST_LINES = 200  # of what is kept of the knowledge that changed
+
+
+class Body(msgspec.Struct, omit_defaults=True):
+    """One body: where it is (x, y, yaw), and where it was (x, y, route)."""
+
+    pose: tuple[float, float, float] | None = None
+    trail: list[tuple[float, float, str]] = []
+
+
+class Rule(msgspec.Struct, frozen=True):
+    """One rule: whether it is latched and its action active, how often it fired, its last reading, and when [s]."""
+
+    latched: bool
+    active: bool
+    fired: int
+    reading: str
+    t: float
+
+
+class Agent(msgspec.Struct, omit_defaults=True):
+    """One agent: its tree and its statuses, signals, rules, ranges and tickets by name; what it learned; how it ended.
+
+    `swapped` is the path of a subtree that left: what was known of it and of all below is void.
+    """
+
+    tree: tuple[TreeNode, ...] | None = None
+    swapped: str = ""
+    nodes: dict[str, tuple[str, str, float]] = {}
+    signals: dict[str, list[float | str]] = {}
+    rules: dict[str, Rule] = {}
+    ranges: dict[str, list[float | None]] = {}
+    tickets: dict[int, tuple[str, str, str, str]] = {}
+    knowledge: list[tuple[float, str, str, str, Any]] = []
+    faults: list[tuple[float, str]] = []
+    route: str = ""
+    outcome: tuple[str, str, float | None] | None = None
+
+
+class State(msgspec.Struct, omit_defaults=True):
+    """All of it, or all that is new of it."""
+
+    t: float = 0.0
+    run: RunHeader | None = None
+    bodies: dict[str, Body] = {}
+    agents: dict[str, Agent] = {}
+
+    def body(self, name: str) -> Body:
+        """A body's part."""
+        return self.bodies.setdefault(name, Body())
+
+    def agent(self, name: str) -> Agent:
+        """An agent's part."""
+        return self.agents.setdefault(name, Agent())
+
+
+class Picture:
+    """Takes events, and gives what a page has to know, as JSON: once everything, then what is new.
+
+    Not safe under threads.
+    """
+
+    def __init__(self) -> None:
+        self._whole, self._new = State(), State()
+        self._beams: dict[tuple[str, str], int] = {}
+        self._takes: dict[type[Event], Callable[[Any], None]] = {
+            ActuatorCommanded: self._commanded,
+            AgentStopped: self._stopped,
+            BodyMoved: self._moved,
+            Judged: self._judged,
+            KnowledgeChanged: self._learned,
+            NodeTicked: self._ticked,
+            RuleChanged: self._ruled,
+            SensorRead: self._read,
+            SignalsWritten: self._written,
+            SubtreeSwapped: self._swapped,
+            TicketChanged: self._ticket,
+            SensorFailed: lambda e: self._fault(e, f"sensor {e.sensor} failed: {e.detail}"),
+            BlockFailed: lambda e: self._fault(e, f"block {e.block} {e.kind}: {e.detail}"),
+            CommandExpired: lambda e: self._fault(e, f"no command came for {e.actuator}, so it was stopped"),
+            Touched: lambda e: self._fault(e, f"{e.kind}: {e.other}"),
+            RequirementViolated: lambda e: self._fault(e, f"{e.requirement} did not hold at {e.about:.2f} s"),
+        }
+
+    def begin(self, run: RunHeader) -> None:
+        """A run begins; what was of another one is forgotten."""
+        self._whole, self._new = State(run=run, t=run.start), State()
+        self._beams = {(b.name, sensor): len(beams) for b in run.bodies for sensor, beams in b.beams.items()}
+        for agent in run.agents:
+            self._whole.agent(agent.name).tree = agent.nodes
+
+    def take(self, events: Iterable[Event]) -> None:
+        """Take events in the order they came."""
+        for event in events:
+            self._whole.t = self._new.t = max(self._whole.t, event.t)
+            take = self._takes.get(type(event))
+            if take is not None:
+                take(event)
+
+    def whole(self) -> bytes:
+        """Everything, for a page that has nothing yet."""
+        return msgspec.json.encode(self._whole)
+
+    def news(self) -> bytes:
+        """What came since this was asked last."""
+        data = msgspec.json.encode(self._new)
+        self._new = State(t=self._whole.t)
+        return data
+
+    def _both(self, name: str) -> tuple[Agent, Agent]:
+        return self._whole.agent(name), self._new.agent(name)
+
+    def _moved(self, event: BodyMoved) -> None:
+        pose = _rounded(event.x, 4), _rounded(event.y, 4), _rounded(event.yaw, 4)
+        whole, new = self._whole.body(event.body), self._new.body(event.body)
+        whole.pose = new.pose = pose
+        last = whole.trail[-1] if whole.trail else (math.inf, math.inf, "")
+        if not math.dist(last[:2], pose[:2]) < _STEP:
+            mind = self._whole.agents.get(event.body)
+            point = pose[0], pose[1], "" if mind is None else mind.route
+            if len(whole.trail) >= _MOST_POINTS:
+                whole.trail[:] = whole.trail[::2]
+            whole.trail.append(point)
+            new.trail.append(point)
+
+    def _ticked(self, event: NodeTicked) -> None:
+        for agent in self._both(event.agent):
+            agent.nodes[event.node] = event.status, event.feedback, event.t
+
+    def _swapped(self, event: SubtreeSwapped) -> None:
+        tree = nodes_after(event)
+        for agent in self._both(event.agent):
+            agent.tree = tree
+            for path in [p for p in agent.nodes if p == event.node or p.startswith(event.node + "/")]:
+                del agent.nodes[path]
+        self._new.agent(event.agent).swapped = event.node
+
+    def _written(self, event: SignalsWritten) -> None:
+        for name, values in event.values.items():
+            shown = [_signal(value) for value in values]
+            for agent in self._both(event.agent):
+                agent.signals[name] = shown
+
+    def _ruled(self, event: RuleChanged) -> None:
+        before = self._whole.agent(event.agent).rules.get(event.rule)
+        latched, active, fired = (before.latched, before.active, before.fired) if before else (False, False, 0)
+        if event.phase.startswith("fired"):
+            active, fired = True, fired + 1
+        elif event.phase == "ended":
+            active = False
+        latched = event.phase != "released" and (latched or event.phase in ("latched", "waits"))
+        reading = event.reading or (before.reading if before else "")
+        for agent in self._both(event.agent):
+            agent.rules[event.rule] = Rule(latched, active, fired, reading, event.t)
+
+    def _read(self, event: SensorRead) -> None:
+        values = event.values
+        if self._beams.get((event.agent, event.sensor)) == len(values):
+            shown = [_range(value) for value in values]
+            for agent in self._both(event.agent):
+                agent.ranges[event.sensor] = shown
+
+    def _ticket(self, event: TicketChanged) -> None:
+        whole, new = self._both(event.agent)
+        new.tickets[event.ticket] = event.action, event.state, event.by, event.reason
+        if event.state in ("QUEUED", "RUNNING"):
+            whole.tickets[event.ticket] = new.tickets[event.ticket]
+        else:
+            whole.tickets.pop(event.ticket, None)
+
+    def _learned(self, event: KnowledgeChanged) -> None:
+        for agent in self._both(event.agent):
+            agent.knowledge.append((event.t, event.what, event.subject, event.name, _fact(event.value)))
+            del agent.knowledge[:-_MOST_LINES]
+
+    def _fault(self, event: Event, text: str) -> None:
+        if event.agent:
+            for agent in self._both(event.agent):
+                agent.faults.append((event.t, text))
+                del agent.faults[:-_MOST_LINES]
+
+    def _commanded(self, event: ActuatorCommanded) -> None:
+        for agent in self._both(event.agent):
+            agent.route = event.route
+
+    def _stopped(self, event: AgentStopped) -> None:
+        for agent in self._both(event.agent):
+            agent.route = "idle"
+
+    def _judged(self, event: Judged) -> None:
+        for agent in self._both(event.agent):
+            agent.outcome = event.outcome, event.reason, event.time_to_goal
+
+
+def _rounded(value: float, digits: int) -> float:
+    """A number as a screen can show it; 0 for what is none."""
+    return round(value, digits) if math.isfinite(value) else 0.0
+
+
+def _signal(value: float) -> float | str:
+    """A signal's value; JSON has no words for those that are no finite numbers."""
+    if math.isfinite(value):
+        return float(f"{value:.5g}")
+    return "–" if math.isnan(value) else "∞" if value > 0 else "−∞"
+
+
+def _range(value: float) -> float | None:
+    """A range in centimetres' precision; None without an echo, -1 where it is broken, as in the report."""
+    if math.isnan(value):
+        return -1.0
+    return round(value, 2) if math.isfinite(value) else None
+
+
+def _fact(value: Any) -> Any:
+    if isinstance(value, float):
+        return _signal(value)
+    return [_fact(v) for v in value] if isinstance(value, (list, tuple)) else value

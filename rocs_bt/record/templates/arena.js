@@ -1,0 +1,77 @@
+"use strict";
+// The arena from above on a canvas, in the colours of the page.
+const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+const makeArena = (picture) => {
+  const g = picture.getContext("2d");
+  let scale = 1, left = 0, top = 0, width = 0, height = 0;
+  const X = (x) => left + x * scale, Y = (y) => top - y * scale;
+  const fit = ([x0, y0, x1, y1]) => {
+    const dpr = window.devicePixelRatio || 1, pad = 18;
+    width = picture.parentElement.clientWidth;
+    height = Math.min(width * (y1 - y0) / (x1 - x0), 0.82 * Math.max(window.innerHeight, 480));
+    picture.style.height = height + "px";
+    picture.width = width * dpr; picture.height = height * dpr;
+    g.setTransform(dpr, 0, 0, dpr, 0, 0);
+    scale = Math.min((width - 2 * pad) / (x1 - x0), (height - 2 * pad) / (y1 - y0));
+    left = width / 2 - scale * (x0 + x1) / 2;
+    top = height / 2 + scale * (y0 + y1) / 2;
+  };
+  const outline = (points) => {
+    g.beginPath();
+    points.forEach(([x, y], i) => (i ? g.lineTo(X(x), Y(y)) : g.moveTo(X(x), Y(y))));
+    g.closePath();
+  };
+  const placed = (pose, [x, y]) => [
+    pose.x + Math.cos(pose.yaw) * x - Math.sin(pose.yaw) * y, pose.y + Math.sin(pose.yaw) * x + Math.cos(pose.yaw) * y,
+  ];
+  const drawWorld = ({ outlines, places }) => {
+    g.clearRect(0, 0, width, height);
+    g.lineWidth = 1; g.fillStyle = color("wall"); g.strokeStyle = color("muted");
+    for (const o of outlines) {
+      if (o.radius > 0) { g.beginPath(); g.arc(X(o.points[0][0]), Y(o.points[0][1]), o.radius * scale, 0, 7); }
+      else outline(o.points);
+      g.fill(); g.stroke();
+    }
+    g.strokeStyle = g.fillStyle = color("place"); g.lineWidth = 1.5;
+    g.font = "13px " + getComputedStyle(document.body).fontFamily;
+    for (const p of places) {
+      const r = Math.max(p.radius * scale, 5);
+      g.beginPath(); g.arc(X(p.x), Y(p.y), r, 0, 7); g.stroke();
+      g.beginPath(); g.moveTo(X(p.x) - 4, Y(p.y)); g.lineTo(X(p.x) + 4, Y(p.y)); g.moveTo(X(p.x), Y(p.y) - 4); g.lineTo(X(p.x), Y(p.y) + 4); g.stroke();
+      g.fillText(p.name, X(p.x) + r + 4, Y(p.y) + r + 10);
+    }
+  };
+  // Each beam is [x, y, yaw, reach, cone]; an echo is a range, null where there was none, -1 where it is broken.
+  const drawBeams = (beams, echoes, pose) => {
+    beams.forEach(([bx, by, yaw, reach, cone], k) => {
+      const echo = echoes[k];
+      if (echo === -1) return;
+      const [x, y] = placed(pose, [bx, by]), way = pose.yaw + yaw, r = Math.min(echo ?? reach, reach) * scale;
+      g.globalAlpha = echo === null ? 0.09 : 0.55;
+      g.fillStyle = g.strokeStyle = echo === null ? color("muted") : color("beam");
+      g.beginPath(); g.moveTo(X(x), Y(y));
+      if (cone > 0) { g.arc(X(x), Y(y), r, -way - cone / 2, -way + cone / 2); g.closePath(); g.fill(); }
+      else { g.lineTo(X(x) + r * Math.cos(way), Y(y) - r * Math.sin(way)); g.stroke(); }
+    });
+    g.globalAlpha = 1;
+  };
+  const drawLine = (points, style, thick) => {
+    g.strokeStyle = style; g.lineWidth = thick; g.lineJoin = g.lineCap = "round";
+    g.beginPath();
+    points.forEach(([x, y], i) => (i ? g.lineTo(X(x), Y(y)) : g.moveTo(X(x), Y(y))));
+    g.stroke();
+  };
+  const drawBody = (hull, name, pose, tint) => {
+    if (hull.length) {
+      outline(hull.map((p) => placed(pose, p)));
+      g.fillStyle = color("paper"); g.globalAlpha = 0.85; g.fill(); g.globalAlpha = 1;
+      g.strokeStyle = tint; g.lineWidth = 2; g.stroke();
+    }
+    const nose = hull.length ? Math.max(...hull.map((p) => p[0])) : 0.2;
+    outline([[nose * 0.85, 0], [nose * 0.35, nose * 0.3], [nose * 0.35, -nose * 0.3]].map((p) => placed(pose, p)));
+    g.fillStyle = tint; g.fill();
+    g.fillStyle = color("ink"); g.font = "600 13px " + getComputedStyle(document.body).fontFamily;
+    g.fillText(name, X(pose.x) + 0.24 * scale + 4, Y(pose.y) - 0.16 * scale - 2);
+  };
+  return { g, X, Y, fit, drawWorld, drawBeams, drawLine, drawBody };
+};

@@ -1,0 +1,163 @@
+"""Driving: the minds of a scenario on robots that are real, or stand in for one; nothing is simulated.
+
+The same missions, rules, blocks and rates as in simulation. What differs is each robot's table of drivers, whose
+classes (`driver = "file.py:Class"`) speak with the robot.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from ..agent import Agent, RuleWatch, ThreadedRunner
+from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec, is_reference
+from ..clock import Clock, WallClock
+from ..device import Actuator, Sensor, Watchdog
+from ..errors import Fault, InputError, blame
+from ..event import CommandExpired, EventSink, Fanout, NullSink
+from .minds import build_minds
+from .sink_thread import SinkThread
+
+T = TypeVar("T")
+
+
+class Host:
+    """What a robot's drivers have in common: the clock, and whatever they share, such as one connection.
+
+    Args:
+        clock: Time; readings are stamped by it.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self._shared: dict[object, Any] = {}
+
+    def share(self, key: object, make: Callable[[], T]) -> T:
+        """What the first driver that asked for this key has made; `close` is called at the end where it has one."""
+        if key not in self._shared:
+            self._shared[key] = make()
+        shared: T = self._shared[key]
+        return shared
+
+    def close(self) -> None:
+        """Close all that is shared."""
+        for shared in self._shared.values():
+            if hasattr(shared, "close"):
+                shared.close()
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What came of one agent.
+
+    Attributes:
+        status: Its mission's: `SUCCESS`, `FAILURE`, or `RUNNING` where time was up or somebody interrupted.
+        reason: Why the mission, or a block, failed; empty while nothing did.
+    """
+
+    status: str
+    reason: str
+
+
+def drive(
+    scenario: ScenarioSpec | str,
+    catalog: Catalog | None = None,
+    *,
+    duration: float | None = None,
+    sinks: Sequence[EventSink] = (),
+    watch_rules: bool = False,
+) -> dict[str, Driven]:
+    """Let the minds of a scenario drive their robots, threaded, on wall time; movers and the world are not played.
+
+    It ends when every mission has ended or failed, when time is up, or on Ctrl-C; the wheels stand then.
+
+    Args:
+        scenario: A scenario, or its name or file. Every driver of its agents' robots must be a class of their own.
+        catalog: Where content is found; the project around the current folder by default.
+        duration: The longest it may take [s]; the scenario's own by default.
+        sinks: Where events go.
+        watch_rules: Whether rule files that change meanwhile are read anew.
+
+    Returns:
+        What came of each agent, by its name.
+
+    Raises:
+        InputError: Something in the content is wrong.
+        DeviceError: A driver cannot reach its device.
+    """
+    catalog = catalog or Catalog.here()
+    spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
+    clock, limit = WallClock(running=False), spec.duration if duration is None else duration
+    target: EventSink = Fanout(*sinks) if sinks else NullSink()
+    with ExitStack() as stack:
+        sink = stack.enter_context(SinkThread(target))
+        robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
+        sensors: dict[str, dict[str, Sensor]] = {}
+        actuators: dict[str, dict[str, Watchdog]] = {}
+        for name, robot in robots.items():
+            host = Host(clock)
+            stack.callback(host.close)
+            sensors[name] = {s.name: _made(catalog, robot, s, host) for s in robot.sensors}
+            actuators[name] = {a.name: _guarded(catalog, robot, a, host, name, sink) for a in robot.actuators}
+        rates = {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()}
+        minds = build_minds(
+            spec, catalog, robots, sensors, actuators, rates, clock=clock, sink=sink, timer=time.perf_counter
+        )
+        for mind in minds:
+            stack.callback(mind.close)
+        if watch_rules:
+            stack.enter_context(RuleWatch([(m.name, file) for m in minds for file in m.rule_files], clock, sink))
+        watchdogs = [watchdog for each in actuators.values() for watchdog in each.values()]
+        _play(minds, watchdogs, clock, limit, spec.rate.control_rate.period)
+    return {mind.name: Driven(mind.status, mind.reason) for mind in minds}
+
+
+def _play(minds: Sequence[Agent], watchdogs: Sequence[Watchdog], clock: WallClock, limit: float, period: float) -> None:
+    never, count = threading.Event(), 0
+    clock.start()
+    with ExitStack() as stack:
+        for mind in minds:
+            stack.enter_context(ThreadedRunner(mind, clock))
+        try:
+            while clock.wait_until(count * period, never) and clock.now() < limit:
+                for watchdog in watchdogs:
+                    watchdog.check()
+                if all(mind.status != "RUNNING" or mind.failure is not None for mind in minds):
+                    break
+                count = max(count + 1, int(clock.now() / period) + 1)
+        except KeyboardInterrupt:  # a person's way to end it: what is above stops the wheels on the way out
+            pass
+
+
+def _guarded(
+    catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host, agent: str, sink: EventSink
+) -> Watchdog:
+    def expired(t: float) -> None:
+        sink.emit(CommandExpired(t=t, agent=agent, actuator=spec.name))
+
+    device: Actuator = _made(catalog, robot, spec, host)
+    return Watchdog(device, host.clock, spec.max_command_age, expired)
+
+
+def _made(catalog: Catalog, robot: RobotSpec, spec: SensorSpec | ActuatorSpec, host: Host) -> Any:
+    """A device, made by the class that its driver names, with (name, parameters, host)."""
+    with blame(robot.file, spec.line):
+        if not is_reference(spec.driver):
+            raise InputError(
+                Fault(
+                    f"the driver '{spec.driver}' of '{spec.name}' is one of a simulation.",
+                    hint="To drive a real robot write 'file.py:Class', a Sensor or Actuator of your own.",
+                )
+            )
+        file, _, cls = spec.driver.partition(":")
+        wanted: type = Sensor if isinstance(spec, SensorSpec) else Actuator
+        made: Any = catalog.load_class(robot.beside(file), cls)
+        if not issubclass(made, wanted):
+            kind = wanted.__name__
+            raise InputError(f"'{spec.driver}' of '{spec.name}' is no {kind}: extend rocs_bt.{kind}.")
+        parameters: Mapping[str, Any] = spec.parameters
+        return made(spec.name, parameters, host)

@@ -1,0 +1,185 @@
+"""EXP1 to EXP3 over many seeds: the numbers and the runs behind the paper's figures (paper, 6.3 to 6.5)."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import RocsError
+from ..record import Recording
+from ..record.paper import Experiment, write_paper
+from .campaign import Job, Summary, play, play_all
+from .statistics import Estimate, mean, share
+
+EXPERIMENTS = ("exp1", "exp2", "exp3")
+NUMBERS = "figures.json"
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What many runs of one experiment came to for one agent.
+
+    Attributes:
+        success: The share of runs in which it succeeded.
+        collided: The share of runs in which it collided with anything.
+        struck: The share of runs in which something ran into it while it stood.
+        reactive: The mean share of its driven time in which reflexes had the wheels.
+        switches: The mean number of switches between the routes, a minute [1/min].
+        distance_error: The mean error of the distance to the robot that it follows [m]; None where it follows none.
+    """
+
+    success: Estimate
+    collided: Estimate
+    struck: Estimate
+    reactive: Estimate
+    switches: Estimate
+    distance_error: Estimate | None
+
+
+def make_paper(
+    out: Path, *, seeds: int = 50, processes: int = 2, progress: Callable[[float], None] = lambda done: None
+) -> list[Path]:
+    """Run the experiments and write the paper's figures, the page and the numbers.
+
+    Below `out`: `paper.html`, `figure-*.svg|pdf|png`, `figures.json`, and `runs/<experiment>-<seed>/summary.json` of
+    every run; the runs that are drawn have their recording there too.
+
+    Args:
+        out: The folder; made if it does not exist.
+        seeds: How many runs of each experiment, seeds 1, 2, ...
+        processes: How many at once.
+        progress: Told how many of the 3 x `seeds` runs are done.
+
+    Returns:
+        The page, then the figures.
+
+    Raises:
+        RocsError: A run failed, or does not repeat.
+    """
+    jobs = [Job(name, seed, out / "runs" / f"{name}-{seed}") for name in EXPERIMENTS for seed in range(1, seeds + 1)]
+    summaries = play_all(jobs, processes=processes, progress=progress)
+    experiments, told = [], {}
+    for name in EXPERIMENTS:
+        runs = [s for s in summaries if s["scenario"] == name]
+        numbers = {agent: numbers_of(runs, agent) for agent in runs[0]["agents"]}
+        told[name] = {agent: _plain(asdict(found)) for agent, found in numbers.items()}
+        run, among = typical(runs)
+        experiments.append(
+            Experiment(
+                scenario=name,
+                recording=_drawn(run, out),
+                chosen=_chosen(run, among),
+                captions={agent: captions(found) for agent, found in numbers.items()},
+            )
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    (out / NUMBERS).write_text(
+        json.dumps({"seeds": seeds, "experiments": told}, indent=2, allow_nan=False) + "\n", encoding="utf-8"
+    )
+    command = f"rocs-bt figures paper --seeds {seeds}"
+    return write_paper(experiments, out, seeds=seeds, command=command)
+
+
+def numbers_of(runs: Sequence[Summary], agent: str) -> Numbers:
+    """What some runs of one experiment came to for one of its agents."""
+    mine = [run["agents"][agent] for run in runs]
+    errors = [m["following"]["distance_error"] for m in mine if m["following"] is not None]
+    errors = [error for error in errors if error is not None]
+    return Numbers(
+        success=share(sum(m["outcome"] == "success" for m in mine), len(mine)),
+        collided=share(sum(m["collisions"] > 0 for m in mine), len(mine)),
+        struck=share(sum(m["struck"] > 0 for m in mine), len(mine)),
+        reactive=mean([_reactive(m) for m in mine]),
+        switches=mean([60.0 * m["route_switches"] / run["sim_time"] for m, run in zip(mine, runs, strict=True)]),
+        distance_error=mean(errors) if errors else None,
+    )
+
+
+def typical(runs: Sequence[Summary]) -> tuple[Summary, str]:
+    """The run to draw: that with the median number of switches, of the first of these sets that is not empty.
+
+    The runs in which all agents succeed and both routes act in each; those in which they act in one; all runs. Of two
+    runs with the same number it is the lower seed.
+
+    Returns:
+        The run, and in words of which runs it is the median.
+    """
+    good = [run for run in runs if all(agent["outcome"] == "success" for agent in run["agents"].values())]
+    sets = (
+        ([r for r in good if all(map(_switched, r["agents"].values()))], "that succeed and in which both routes act"),
+        ([r for r in good if any(map(_switched, r["agents"].values()))], "that succeed and in which a reflex acts"),
+        (runs, "there are"),
+    )
+    among, words = next((found, words) for found, words in sets if found)
+    ordered = sorted(among, key=lambda run: (_switches(run), run["seed"]))
+    return ordered[(len(ordered) - 1) // 2], f"of the runs {words} ({len(among)})"
+
+
+def captions(found: Numbers) -> list[tuple[str, str]]:
+    """A caption's rows: labels and texts."""
+    error = found.distance_error
+    return [
+        ("success", _percent(found.success)),
+        ("collided", _percent(found.collided)),
+        ("struck while it stood", _percent(found.struck)),
+        ("reactive time", _percent(found.reactive, counted=False)),
+        ("switches a minute", f"{found.switches.value:.2f} ({_ends(found.switches, '{:.2f}')})"),
+        ("follow-distance error", "follows nobody" if error is None else _metres(error)),
+    ]
+
+
+def _drawn(summary: Summary, out: Path) -> Recording:
+    """Play a run once more, recorded; it must be the same run."""
+    folder = out / "runs" / f"{summary['scenario']}-{summary['seed']}"
+    again = play(Job(summary["scenario"], summary["seed"], folder, record=True))
+    if again["trajectory_hash"] != summary["trajectory_hash"]:
+        raise RocsError(f"{summary['scenario']} with seed {summary['seed']} does not repeat: its trajectory differs.")
+    return Recording.open(folder)
+
+
+def _chosen(run: Summary, among: str) -> str:
+    told = []
+    for name, agent in run["agents"].items():
+        when = "" if agent["time_to_goal"] is None else f" after {agent['time_to_goal']:.1f} s"
+        switches = agent["route_switches"]
+        told.append(f"{name}: {agent['outcome']}{when}, {switches} switch{'' if switches == 1 else 'es'} of route")
+    return f"Seed {run['seed']}: {among} it has the median number of switches. {'; '.join(told)}."
+
+
+def _reactive(agent: Summary) -> float:
+    driven: float = agent["time_reactive"] + agent["time_deliberative"]
+    return agent["time_reactive"] / driven if driven > 0.0 else 0.0
+
+
+def _switched(agent: Summary) -> bool:
+    return bool(agent["route_switches"])
+
+
+def _switches(run: Summary) -> int:
+    return sum(agent["route_switches"] for agent in run["agents"].values())
+
+
+def _plain(told: dict[str, Any]) -> dict[str, Any]:
+    """Values that are told as JSON, which knows no NaN: an interval's end that nobody knows is null."""
+    return {
+        key: _plain(value) if isinstance(value, dict) else None if value != value else value
+        for key, value in told.items()
+    }
+
+
+def _percent(found: Estimate, *, counted: bool = True) -> str:
+    count = f"{round(found.value * found.of)} of {found.of}, " if counted else ""
+    low, high = (f"{100.0 * end:.1f}" for end in (found.low, found.high))
+    return f"{count}{100.0 * found.value:.1f}\u00a0% ({low} to {high}\u00a0%)"
+
+
+def _metres(found: Estimate) -> str:
+    return f"{found.value:.3f}\u00a0m ({_ends(found, '{:.3f}')}\u00a0m)"
+
+
+def _ends(found: Estimate, form: str) -> str:
+    return " to ".join("–" if math.isnan(end) else form.format(end) for end in (found.low, found.high))

@@ -1,0 +1,242 @@
+"""Requirements over a run: checked from the event stream alone, so that a recording gives the same as the live run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..catalog import ScenarioSpec
+from ..errors import Fault, InputError
+from ..event import AgentStopped, Event, EventSink, NullSink, RequirementViolated
+from ..expression import Environment, Requirement, compile_node, parse_requirement
+from ..record import AgentInfo, Recording, RequirementInfo, Sample, Snapshots, environment_of
+
+_SLACK = 1e-9  # [s]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What became of a requirement.
+
+    Attributes:
+        name: The requirement's name.
+        require: Its text.
+        verdict: `satisfied`, `violated`, or `unknown` where it was never seen violated and could not always be told.
+        margin: The least margin (robustness), negative where it is violated; None where none is known.
+        unit: The margin's unit; empty where units mix, and each comparison is measured by its signals' span.
+        worst: When the margin was least [s].
+        violated: When it was first violated [s]; None where it never was.
+        samples: At how many moments it was asked.
+        unknown: At how many of these it had no value, since something that it needs was invalid.
+    """
+
+    name: str
+    require: str
+    verdict: str
+    margin: float | None
+    unit: str
+    worst: float | None
+    violated: float | None
+    samples: int
+    unknown: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """As summary.json has it: a margin without bound is None."""
+        plain = dict(vars(self))
+        plain["margin"] = self.margin if self.margin is not None and math.isfinite(self.margin) else None
+        return plain
+
+
+class _Check:
+    """One requirement of one agent, sample by sample."""
+
+    def __init__(self, info: RequirementInfo, requirement: Requirement) -> None:
+        self.info = info
+        self.violated: float | None = None
+        self.margin = math.nan
+        self._worst: float | None = None
+        self._requirement = requirement
+        self._expression = compile_node(requirement.node, margins=True)
+        self._samples = self._unknown = 0
+        self._start: float | None = None
+        self._last: tuple[float, float | bool | None] = (0.0, None)
+
+    def look(self, sample: Sample) -> bool:
+        """Take a sample; True where it is the first that shows that the requirement does not hold."""
+        if self._start is None:
+            self._start = sample.t
+        value, about = self._expression(sample.x, sample.t), sample.t - self._requirement.delay
+        if about < self._start - _SLACK:
+            return False
+        self._last = about, value
+        if not self._requirement.always:
+            self.margin, self._worst = self._expression.margin, about
+            self._samples, self._unknown = 1, int(value is None)
+            return False
+        self._samples += 1
+        self._unknown += value is None
+        margin = self._expression.margin
+        if not math.isnan(margin) and not margin >= self.margin:
+            self.margin, self._worst = margin, about
+        if value is None or value or self.violated is not None:
+            return False
+        self.violated = about
+        return True
+
+    def end(self) -> bool:
+        """There are no more samples; True where only that shows that the requirement does not hold."""
+        about, value = self._last
+        if self._requirement.always or value is not False:
+            return False
+        self.violated = about
+        return True
+
+    def finding(self) -> Finding:
+        known = self._samples > 0 and not self._unknown
+        verdict = "violated" if self.violated is not None else "satisfied" if known else "unknown"
+        margin = None if math.isnan(self.margin) else self.margin
+        return Finding(
+            name=self.info.name,
+            require=self.info.text,
+            verdict=verdict,
+            margin=margin,
+            unit=_unit(self._requirement),
+            worst=None if margin is None else self._worst,
+            violated=self.violated,
+            samples=self._samples,
+            unknown=self._unknown,
+        )
+
+
+class RequirementWatch:
+    """An event sink that checks requirements.
+
+    Args:
+        requirements: What must hold.
+        agents: Whom they are about, with their signals.
+        sink: Where RequirementViolated events go; it must not lead back here.
+
+    Raises:
+        InputError: A requirement does not fit its agent.
+    """
+
+    def __init__(
+        self, requirements: Iterable[RequirementInfo], agents: Iterable[AgentInfo], sink: EventSink | None = None
+    ) -> None:
+        self._sink = sink or NullSink()
+        self._agents: dict[str, tuple[Snapshots, list[_Check]]] = {}
+        wanted = list(requirements)
+        for agent in agents:
+            own = [r for r in wanted if r.agent == agent.name]
+            if own:
+                environment = environment_of(agent, truth=True)
+                checks = [_Check(r, parse_requirement(r.text, environment)) for r in own]
+                self._agents[agent.name] = Snapshots(agent), checks
+
+    def emit(self, event: Event) -> None:
+        """Take one event."""
+        if (found := self._agents.get(event.agent)) is None:
+            return
+        snapshots, checks = found
+        if (sample := snapshots.take(event)) is not None:
+            self._look(event.t, checks, sample)
+        if isinstance(event, AgentStopped):
+            self._end(event.t, checks)
+
+    def close(self) -> None:
+        """No more events come: those of a run that was cut off, and all others, are at their end."""
+        for snapshots, checks in self._agents.values():
+            if (sample := snapshots.end()) is not None:
+                self._look(sample.t, checks, sample)
+                self._end(sample.t, checks)
+
+    def of(self, agent: str) -> list[Finding]:
+        """What became of an agent's requirements, in their order."""
+        return [check.finding() for check in self._agents[agent][1]] if agent in self._agents else []
+
+    def _look(self, t: float, checks: Sequence[_Check], sample: Sample) -> None:
+        for check in checks:
+            if check.look(sample):
+                self._tell(t, check, sample)
+
+    def _end(self, t: float, checks: Sequence[_Check]) -> None:
+        for check in checks:
+            if check.end():
+                self._tell(t, check, None)
+
+    def _tell(self, t: float, check: _Check, sample: Sample | None) -> None:
+        margin = check.margin if math.isfinite(check.margin) else None
+        about = check.violated if check.violated is not None else t
+        self._sink.emit(
+            RequirementViolated(t=t, agent=check.info.agent, requirement=check.info.name, about=about, margin=margin)
+        )
+
+
+def requirements_of(scenario: ScenarioSpec) -> tuple[RequirementInfo, ...]:
+    """A scenario's requirements, one for each agent that one is about."""
+    return tuple(
+        RequirementInfo(name=r.name, agent=agent, text=r.require, doc=r.doc)
+        for r in scenario.requirements
+        for agent in r.agents
+    )
+
+
+def check_recorded(
+    recording: Recording, requirements: Sequence[RequirementInfo] | None = None
+) -> Mapping[str, list[Finding]]:
+    """What becomes of requirements on a recording, by agent.
+
+    Args:
+        recording: The run.
+        requirements: What must hold; what the scenario asked for when it was recorded by default.
+
+    Raises:
+        InputError: A requirement does not fit its agent.
+        RecordingError: The recording cannot be read, or says nothing of an agent's signals.
+    """
+    header = recording.header
+    watch = RequirementWatch(header.requirements if requirements is None else requirements, header.agents)
+    for event in recording.events():
+        watch.emit(event)
+    watch.close()
+    return {agent.name: watch.of(agent.name) for agent in header.agents}
+
+
+def requirement_faults(scenario: ScenarioSpec, agent: str, environment: Environment) -> list[Fault]:
+    """What is wrong with a scenario's requirements of one agent.
+
+    Args:
+        scenario: The scenario.
+        agent: The agent's name.
+        environment: Its signals, and the truth.
+    """
+    faults: list[Fault] = []
+    for spec in scenario.requirements:
+        if agent not in spec.agents:
+            continue
+        try:
+            parse_requirement(spec.require, environment)
+        except InputError as error:
+            line, column = spec.place
+            start = _column(scenario.file, line, column, spec.require)
+            for fault in error.faults:
+                at = start + max(fault.column, 1) - 1 if start else column
+                faults.append(Fault(fault.message, scenario.file, line, at, fault.hint))
+    return faults
+
+
+def _column(file: Path, line: int, column: int, text: str) -> int:
+    """Where the text of a requirement begins in its line; 0 where it does not stand there as it is."""
+    lines = file.read_text(encoding="utf-8").splitlines()
+    if not 0 < line <= len(lines):
+        return 0
+    found = [at for quote in "\"'" if (at := lines[line - 1].find(f"{quote}{text}{quote}", column - 1)) >= 0]
+    return min(found) + 2 if found else 0
+
+
+def _unit(requirement: Requirement) -> str:
+    units = {str(n.args[0].kind.dimension) for n in requirement.node.walk() if n.op == "compare"}
+    return units.pop() if len(units) == 1 else ""

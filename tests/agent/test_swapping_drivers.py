@@ -1,0 +1,168 @@
+"""Swapping the simulation for something else: the drivers differ, and nothing else does (paper, 5.3)."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import pytest
+
+from rocs_bt.agent import Agent
+from rocs_bt.catalog import Catalog
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.event import ActuatorCommanded, Event, ListSink, NullSink, SensorRead
+from rocs_bt.plan import TreePlan
+from rocs_bt.simulation import run, set_stage
+from rocs_bt.simulation.minds import build_minds
+from rocs_bt.testing.mock_agent import MockStage, mock_stage
+
+CATALOG = Catalog()
+RUNS = {"exp1": 6.0, "exp2_localised": 5.0, "exp3": 4.0}
+DRIVER = """
+from rocs_bt import Actuator, Sensor
+
+
+class Told(Sensor):
+    def read(self):
+        raise NotImplementedError
+
+
+class Wheels(Actuator):
+    def command(self, values):
+        raise NotImplementedError
+
+    def neutral(self):
+        pass
+"""
+
+
+def mocked(scenario: str, catalog: Catalog = CATALOG, sink: Any = None) -> tuple[list[Agent], dict[str, MockStage]]:
+    """The scenario's minds on mock drivers."""
+    spec = catalog.load_scenario(scenario)
+    clock = SimulatedClock(spec.rate.physics)
+    robots = {a.name: catalog.load_robot(a.robot) for a in spec.agents}
+    stages = {name: mock_stage(robot, clock) for name, robot in robots.items()}
+    minds = build_minds(
+        spec,
+        catalog,
+        robots,
+        {name: stage.sensors for name, stage in stages.items()},
+        {name: stage.actuators for name, stage in stages.items()},
+        {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()},
+        clock=clock,
+        sink=sink or NullSink(),
+    )
+    return minds, stages
+
+
+def on_mujoco(scenario: str) -> list[Agent]:
+    spec = CATALOG.load_scenario(scenario)
+    stage = set_stage(spec, CATALOG, 1, NullSink())
+    return build_minds(
+        spec, CATALOG, stage.robots, stage.sensors, stage.actuators, stage.sensor_rates, clock=stage.clock,
+        sink=NullSink(),
+    )  # fmt: skip
+
+
+def graph(agent: Agent) -> dict[str, dict[str, Any]]:
+    """Every node with its attributes, but for live views of signals."""
+    known = agent.knowledge.graph
+    nodes = {name: dict(known.attributes(name)) for name in known.nodes()}
+    return {name: {k: v for k, v in attributes.items() if k != "values"} for name, attributes in nodes.items()}
+
+
+def blocks(agent: Agent) -> dict[str, Any]:
+    """What the mind is made of."""
+    assert isinstance(agent.plan, TreePlan)
+    return {
+        "monitors": [(m.name, type(m), [w.sensor.name for w in m.watched], m.rate) for m in agent.monitors],
+        "analyzes": [(a.name, type(a), tuple(a.from_knowledge)) for a in agent.analyzes],
+        "mission": agent.plan.outline,
+        "rules": [[rule.name for rule in model.rules.rules] for model in agent.knowledge.reactive_models],
+        "signals": [agent.knowledge.signals.spec(name) for name in agent.knowledge.signals.names],
+        "rates": agent.rates,
+        "drive": [agent.knowledge.robot.drive.name, agent.knowledge.robot.drive.wheels, agent.knowledge.robot.limits],
+    }
+
+
+@pytest.mark.parametrize("scenario", RUNS)
+def test_a_mind_on_mock_drivers_is_the_mind_on_mujocos(scenario: str) -> None:
+    real, (mock, _) = on_mujoco(scenario), mocked(scenario)
+    for one, other in zip(real, mock, strict=True):
+        assert graph(one) == graph(other)
+        assert blocks(one) == blocks(other)
+        devices = [*one.sensors.values(), *(w.actuator for w in one.actuators.values())]
+        others = [*other.sensors.values(), *(w.actuator for w in other.actuators.values())]
+        assert [d.name for d in devices] == [d.name for d in others]
+        assert {type(d).__module__.split(".")[2] for d in devices} == {"mujoco"}
+        assert {type(d).__module__.split(".")[2] for d in others} == {"mock"}
+
+
+def test_a_robot_with_drivers_of_its_own_differs_by_its_driver_table_alone(tmp_path: Any) -> None:
+    shipped = CATALOG.load_robot("pioneer_p3dx")
+    tables = [f'[[sensor]]\nname = "{s.name}"\ndriver = "own.py:Told"\n' for s in shipped.sensors]
+    tables.append('[[actuator]]\nname = "wheels"\ndriver = "own.py:Wheels"\n')
+    folder = tmp_path / "robots" / "real_p3dx"
+    folder.mkdir(parents=True)
+    (folder / "own.py").write_text(DRIVER)
+    (folder / "robot.toml").write_text('format = "robot/1"\nbase = "pioneer_p3dx"\n' + "".join(tables))
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "scenarios" / "real.toml").write_text(
+        'format = "scenario/1"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "real_p3dx"\n'
+    )
+    catalog = Catalog(tmp_path)
+    spec, own = catalog.load_scenario("real"), catalog.load_robot("real_p3dx")
+    devices = {s.name: catalog.load_class(folder / "own.py", "Told")(s.name) for s in own.sensors}
+    stage = mock_stage(shipped, SimulatedClock(spec.rate.physics))
+    (mind,) = build_minds(
+        spec, catalog, {"R2": own}, {"R2": devices}, {"R2": stage.actuators},
+        {"R2": {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in own.sensors}},
+        clock=stage.clock, sink=NullSink(),
+    )  # fmt: skip
+    (simulated,) = on_mujoco("exp1")
+    assert blocks(mind) == blocks(simulated)
+    differs = {
+        (node, key, value)
+        for node, attributes in graph(mind).items()
+        for key, value in attributes.items()
+        if graph(simulated)[node][key] != value
+    }
+    drivers = {(s.name, "driver", "own.py:Told") for s in shipped.sensors} | {("wheels", "driver", "own.py:Wheels")}
+    assert differs == drivers | {("R2", "model", "real_p3dx")}
+
+
+@cache
+def recorded(scenario: str) -> list[Event]:
+    sink = ListSink()
+    run(scenario, CATALOG, seed=1, duration=RUNS[scenario], sinks=[sink])
+    return sink.events
+
+
+@pytest.mark.parametrize("scenario", RUNS)
+def test_fed_the_same_readings_it_gives_the_same_commands_byte_for_byte(scenario: str) -> None:
+    sink = ListSink()
+    minds, stages = mocked(scenario, sink=sink)
+    readings: dict[float, dict[tuple[str, str], list[float]]] = {}
+    for event in recorded(scenario):
+        if isinstance(event, SensorRead):
+            readings.setdefault(event.t, {})[event.agent, event.sensor] = event.values
+    every = CATALOG.load_scenario(scenario).rate.control_rate.every
+    clock: Any = next(iter(stages.values())).clock
+    for count in range(len(readings)):
+        for (agent, sensor), values in readings[clock.now()].items():
+            device: Any = stages[agent].sensors[sensor]
+            device.values = values
+        for mind in minds:
+            mind.step(count)
+        clock.advance(every)
+
+    def commands(events: list[Event]) -> list[tuple[float, str, str, bytes]]:
+        last = max(readings) + 1e-9
+        found = [e for e in events if isinstance(e, ActuatorCommanded) and e.t <= last]
+        return [(e.t, e.agent, e.actuator, e.data) for e in found]
+
+    wanted, found = commands(recorded(scenario)), commands(sink.events)
+    assert len(wanted) > 20 * RUNS[scenario] * 0.5
+    assert len({data for *_, data in wanted}) > 20, "the commands say something"
+    assert found == wanted[: len(found)]
+    assert len(wanted) - len(found) <= len(minds), "at the end the run lets the wheels stand"

@@ -1,0 +1,41 @@
+"""`rocs-bt diff`: for people, for pages and for scripts."""
+
+from __future__ import annotations
+
+import json
+
+
+def test_for_people_it_is_a_table_of_content_robots_code_and_files(rocs_bt, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "160")
+    told = rocs_bt("diff", "exp1", "exp2")
+    assert (told.code, told.err) == (0, "")
+    rows = [" ".join(line.split()) for line in told.out.splitlines()]
+    assert "Content of exp1 and exp2" in rows
+    assert "mission go_to – –" in rows
+    assert "robot pioneer_p3dx – summit_xl" in rows
+    assert "R2 of exp1, R3 of exp2" in rows
+    assert "mission go_to go_to same" in rows
+    assert "robot pioneer_p3dx summit_xl differs" in rows
+    assert any(row.startswith("robot summit_xl ") and len(row.split()[-1]) == 12 for row in rows)
+
+
+def test_as_json_it_has_everything(rocs_bt):
+    found = json.loads(rocs_bt("diff", "exp2", "exp3", "--json").out)
+    assert set(found) == {"first", "second", "content", "code", "robots", "pieces"}
+    content = {row["kind"]: row for row in found["content"]}
+    assert content["mission"]["first"] == ["go_to"]
+    assert "follow_robot" in content["mission"]["second"]
+    assert all(len(piece["content_hash"]) == 64 for piece in found["pieces"]["first"])
+
+
+def test_as_markdown_rows_are_as_wide_as_their_heads(rocs_bt):
+    told = rocs_bt("diff", "exp1", "exp3", "--markdown").out
+    for block in told.split("\n\n"):
+        rows = [line for line in block.splitlines() if line.startswith("|")]
+        assert len({line.count("|") for line in rows}) <= 1
+
+
+def test_what_does_not_exist_is_told(rocs_bt):
+    told = rocs_bt("diff", "exp1", "exp9")
+    assert told.code == 2
+    assert "no scenario is named 'exp9'" in told.err

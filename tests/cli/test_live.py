@@ -1,0 +1,46 @@
+"""`run --live`: the page is told, shown while the run goes on and after it, and goes with Ctrl-C."""
+
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+
+import pytest
+
+
+def test_the_page_stays_after_the_end_until_somebody_interrupts(tmp_path):
+    command = [sys.executable, "-m", "rocs_bt.cli", "run", "exp1", "--live", "--for", "0.3", "--no-report"]
+    with subprocess.Popen(
+        [*command, "--out", tmp_path / "run"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            url = re.fullmatch(r"Live: (http://127\.0\.0\.1:\d+/\S+/)\n", process.stderr.readline())[1]
+            assert process.stderr.readline() == "The live page stays until Ctrl-C.\n"
+            outcome, trail = None, []
+            with urllib.request.urlopen(url + "events", timeout=10) as stream:
+                while outcome is None:  # who comes at once may hear of the end a moment later
+                    told = json.loads(stream.readline().removeprefix(b"data: ") if stream.readline() else b"")
+                    stream.readline()
+                    outcome = told.get("agents", {}).get("R2", {}).get("outcome")
+                    trail += told.get("bodies", {}).get("R2", {}).get("trail", [])
+            assert outcome[0] == "timeout"
+            assert trail
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    assert (process.returncode, err) == (1, "")
+    assert "R2 timeout" in out
+    with pytest.raises(OSError, match="refused"):
+        urllib.request.urlopen(url, timeout=5)
+
+
+def test_a_port_that_is_taken_is_told_before_the_run(rocs_bt, tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        told = rocs_bt("run", "exp1", "--live", "--port", taken.getsockname()[1], "--out", tmp_path / "run")
+    assert told.code == 2
+    assert re.search(r"port \d+ cannot be had: .*--port", told.err)
+    assert not (tmp_path / "run").exists()

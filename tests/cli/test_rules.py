@@ -1,0 +1,284 @@
+"""`rocs-bt rules`, `requirements` and `show` of rule files; rule files that change while a run goes on."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.cli.main import call
+from rocs_bt.event import ListSink, RuleChanged, RulesReplaced
+from rocs_bt.record import Recording
+from rocs_bt.record.figures.rules import spans
+from rocs_bt.simulation import run
+from rocs_bt.simulation.rule_replay import replay_rules, rules_for, see
+
+RULES = "rules/keep_clear.toml"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("runs")
+    for seed in (3, 4):
+        run("exp1", Catalog(), seed=seed, out=folder / f"exp1-{seed}", duration=10.0, report=False)
+    return [folder / "exp1-3", folder / "exp1-4"]
+
+
+class TestTests:
+    def test_all_shipped_rule_files_carry_tests_that_pass(self, rocs_bt):
+        told = rocs_bt("rules", "test")
+        assert (told.code, told.err) == (0, "")
+        assert re.fullmatch(r"\d+ tests: (\d+) passed, 0 failed\.\n", told.out)
+
+    def test_one_that_fails_says_where_and_what_was_seen(self, project, rocs_bt):
+        file = project / RULES
+        file.write_text(file.read_text().replace('turn = "60 deg" }', 'turn = "30 deg" }'))
+        told = rocs_bt("rules", "test")
+        assert told.code == 1
+        assert told.out == "1 test: 0 passed, 1 failed.\n"
+        assert re.search(r"rules/keep_clear.toml:\d+:\d+: failed: keep_clear/TurnAway, 'turns to the side", told.err)
+        assert "on rover: at t = 0 s turn is 1.047" in told.err
+
+    def test_a_file_without_tests_and_one_that_is_wrong(self, project, rocs_bt):
+        file = project / RULES
+        text = file.read_text()
+        file.write_text(text[: text.index("# Run by")])
+        told = rocs_bt("rules", "test", RULES)
+        assert (told.code, told.out) == (0, "0 tests: 0 passed, 0 failed.\n")
+        assert "has no test. Add one as [[rule.NAME.test]]." in told.err
+        file.write_text(text.replace("0.39 m", "0.39 s"))
+        told = rocs_bt("rules", "test", "keep_clear")
+        assert told.code == 2
+        assert "keep_clear.toml:26" in told.err
+        assert "'front' must be in m" in told.err
+
+    def test_for_a_robot_of_ones_choice(self, rocs_bt):
+        told = rocs_bt("rules", "test", "braitenberg", "--robot", "summit_xl")
+        assert told.code == 2
+        assert "left_gap has 3 values" in told.err
+
+    def test_pytest_runs_them_too(self, project):
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "rules"]
+        assert "1 passed" in subprocess.run(command, cwd=project, capture_output=True, text=True).stdout
+        file = project / RULES
+        file.write_text(file.read_text().replace('turn = "60 deg" }', 'turn = "30 deg" }'))
+        done = subprocess.run(command, cwd=project, capture_output=True, text=True)
+        assert done.returncode == 1
+        assert "keep_clear.toml:28:1: at t = 0 s turn is" in done.stdout
+
+
+class TestReplay:
+    def test_the_same_rules_fire_when_they_did(self, runs):
+        recording = Recording.open(runs[0])
+        (info,) = recording.header.agents
+        catalog = Catalog()
+        found = replay_rules(
+            rules_for(catalog.find("rules", "avoid_collision").path, info, catalog), see(recording, info)
+        )
+        events = [e for e in recording.events() if isinstance(e, RuleChanged)]
+        latched = [(e.rule, e.t) for e in events if e.phase == "latched"]
+        released = [(e.rule, e.t) for e in events if e.phase == "released"]
+        assert len(latched) == 3
+        assert [(f.rule, f.begin) for f in found.firings] == latched
+        assert [(f.rule, f.end) for f in found.firings][: len(released)] == released
+        readings = [e.reading for e in events if e.phase == "latched"]
+        assert [f.reading for f in found.firings] == readings
+
+    def test_as_a_table_and_a_picture(self, runs, rocs_bt, tmp_path):
+        told = rocs_bt("rules", "replay", "avoid_collision", runs[0], "--out", tmp_path)
+        assert told.code == 0, told.err
+        assert "avoid_collision on exp1-3, R2: 200 samples, none interpolated" in told.out
+        assert len(re.findall(r"avoid_collision/AvoidCollision  min\(front\) = 0\.\d+ m", told.out)) == 3
+        assert "avoid_collision/AvoidCollision: 3 times, 3 in the run itself" in told.out
+        svg = (tmp_path / "avoid_collision-R2.svg").read_text()
+        ids = {e.get("id", "") for e in ElementTree.fromstring(svg).iter()}
+        assert {"wins-0", "latched-2", "rules-0-latched"} <= ids
+        assert "until min(clear" in svg
+        assert (tmp_path / "avoid_collision-R2.png").read_bytes().startswith(b"\x89PNG")
+
+    def test_other_rules_than_the_runs_and_a_rule_by_name(self, runs, rocs_bt, tmp_path):
+        told = rocs_bt("rules", "replay", "avoid_collision", runs[0], "--rule", "Blind", "--out", tmp_path)
+        assert told.code == 0
+        assert "goal_distance" in (tmp_path / "avoid_collision-R2.svg").read_text()
+        told = rocs_bt("rules", "replay", "braitenberg", runs[0], "--out", tmp_path)
+        assert "braitenberg/Braitenberg: " in told.out
+        assert "in the run itself" not in told.out
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (["--agent", "R9"], "no agent is named 'R9'. The run has: R2."),
+            (["--rule", "Flich"], "no rule is named 'Flich'. Did you mean 'Flinch'?"),
+        ],
+    )
+    def test_mistakes(self, runs, rocs_bt, arguments, message):
+        told = rocs_bt("rules", "replay", "avoid_collision", runs[0], *arguments)
+        assert (told.code, message in told.err) == (2, True)
+
+    def test_spans_are_from_the_first_sample_to_the_first_after(self):
+        import numpy as np
+
+        t = np.array([0.0, 0.1, 0.2, 0.3])
+        assert spans(t, np.array([True, True, False, True])) == [(0.0, 0.2), (0.3, 0.3)]
+
+
+class TestTune:
+    ARGUMENTS = ("--rule", "AvoidCollision", "--threshold", "near")
+
+    def test_firings_by_threshold(self, runs, rocs_bt, tmp_path):
+        told = rocs_bt("rules", "tune", "avoid_collision", *runs, *self.ARGUMENTS, "--steps", 4, "--out", tmp_path)
+        assert told.code == 0, told.err
+        rows = [line.split() for line in told.out.splitlines() if re.match(r"\s+0\.\d", line)]
+        assert [row[0] for row in rows] == ["0.2", "0.4", "0.6", "0.8"]
+        assert rows[1][-2:] == ["<-", "now"]
+        counts = [[int(cell) for cell in row[1:4]] for row in rows]
+        assert all(a + b == both for a, b, both in counts)
+        in_the_runs = [
+            sum(isinstance(e, RuleChanged) and e.phase == "latched" for e in Recording.open(r).events()) for r in runs
+        ]
+        assert counts[1][:2] == in_the_runs
+        assert counts[0][2] < counts[1][2] < counts[3][2]
+        svg = (tmp_path / "avoid_collision-AvoidCollision-near.svg").read_text()
+        assert {"tune-now", "tune-0", "tune-1", "tune-all"} <= {e.get("id") for e in ElementTree.fromstring(svg).iter()}
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (["--rule", "AvoidCollision", "--threshold", "nea"], "no threshold is named 'nea'. Did you mean 'near'?"),
+            (["--rule", "Avoid", "--threshold", "near"], "no rule is named 'Avoid'"),
+            ([*ARGUMENTS, "--from", "1 s"], "--from must be in m, found '1 s'"),
+            ([*ARGUMENTS, "--from", "1 m", "--to", "1 m"], "--from must be less than --to"),
+        ],
+    )
+    def test_mistakes(self, runs, rocs_bt, arguments, message):
+        told = rocs_bt("rules", "tune", "avoid_collision", runs[0], *arguments)
+        assert told.code == 2
+        assert message in told.err
+
+
+class TestRequirements:
+    def test_others_than_the_scenarios_on_a_recording(self, runs, rocs_bt):
+        told = rocs_bt("requirements", runs[0])
+        assert told.code == 2
+        assert "the run's scenario has no requirement" in told.err
+        told = rocs_bt("requirements", runs[0], "--require", "always speed < 2 m/s")
+        assert (told.code, told.out.startswith("R2 satisfied: always speed < 2 m/s; least margin ")) == (0, True)
+        told = rocs_bt("requirements", runs[0], "--require", "always speed < 0.1 m/s", "--agent", "R2", "--json")
+        assert told.code == 1
+        assert '"verdict": "violated"' in told.out
+        assert rocs_bt("requirements", runs[0], "--require", "always sped < 1 m/s").code == 2
+
+    def test_a_scenarios_are_told_by_run_and_shown_in_the_report(self, project, rocs_bt):
+        file = project / "scenarios" / "first.toml"
+        file.write_text(
+            file.read_text() + '\n[[requirement]]\nname = "hardly moves"\nrequire = "always speed < 0.1 m/s"\n'
+        )
+        assert rocs_bt("check", file).code == 0
+        told = rocs_bt("run", "first", "--for", "3", "--out", "out")
+        assert re.search(r"  R1 violated: hardly moves \(always speed < 0.1 m/s\), first at \d.\d+ s; least", told.out)
+        page = (project / "out" / "report.html").read_text()
+        assert "Requirements of R1" in page
+        assert 'class="status violated"' in page
+        ids = re.findall(r'id="((?:arena|coordinates)-[^"]*-worst-0)"', page)
+        assert sorted(ids) == ["arena-0-R1-worst-0", "coordinates-x-R1-worst-0", "coordinates-y-R1-worst-0"]
+        file.write_text(file.read_text().replace("speed < 0.1 m/s", "sped < 0.1 m/s"))
+        told = rocs_bt("check", file)
+        assert told.code == 2
+        assert "no signal or alias is named 'sped'. Did you mean 'speed'?" in told.err
+
+
+class TestShow:
+    def test_the_rules_and_the_python_that_they_become(self, rocs_bt):
+        told = rocs_bt("show", "avoid_collision").out
+        assert told.index("Blind: ") < told.index("Flinch: ") < told.index("AvoidCollision: ")
+        assert "near = 0.4" in told
+        source = rocs_bt("show", "avoid_collision", "--compiled").out
+        compile(source, "rules", "exec")
+        assert "def step(x, t, cells):" in source
+
+    def test_neither_a_mission_nor_rules(self, rocs_bt):
+        assert "no mission is named 'nosuch'" in rocs_bt("show", "nosuch").err
+        assert "no rules is named 'nosuch'" in rocs_bt("show", "nosuch", "--compiled").err
+
+
+class TestWatching:
+    """A run of the project in lockstep, whose rule file somebody edits meanwhile."""
+
+    @pytest.fixture
+    def played(self, project):
+        file, catalog = project / RULES, Catalog(project)
+        before = file.read_text()
+
+        def play(edits, **options):
+            sink = ListSink()
+
+            def progress(t):
+                for at in list(edits):
+                    if t >= at - 1e-9:
+                        file.write_text(edits.pop(at))
+
+            result = run("first", catalog, out=project / "out", duration=2.0, report=False, sinks=[sink],
+                         progress=progress, **options)  # fmt: skip
+            return result, [e for e in sink.events if isinstance(e, RulesReplaced)], before
+
+        return play, before
+
+    def test_a_broken_file_leaves_the_old_rules_in_force_and_says_so(self, played):
+        play, before = played
+        broken = before.replace("0.40 m", "0.40 s")
+        result, told, _ = play({0.5: broken, 1.0: before}, watch_rules=True)
+        assert [(round(e.t, 2), e.accepted, e.rules, e.agent) for e in told] == [
+            (0.55, False, "keep_clear", "R1"),
+            (1.05, True, "keep_clear", "R1"),
+        ]
+        assert "the old rules stay in force: " in told[0].detail
+        assert re.search(r"keep_clear.toml:5:\d+: .*'<' needs one unit|needs one unit", told[0].detail)
+        recorded = [e for e in Recording.open(result.recording).events() if isinstance(e, RulesReplaced)]
+        assert recorded == told
+
+    def test_new_rules_are_in_force_at_once(self, played, rocs_bt, project):
+        play, before = played
+        far = before.replace("min(front) < min(0.40 m, max(goal_distance - 0.07 m, 0.05 m))", "goal_distance > 0.2 m")
+        far = far[: far.index("# Run by")].replace("min(front) > 0.50 m", "goal_distance < 0.1 m")
+        result, told, _ = play({1.0: far}, watch_rules=True)
+        assert [e.accepted for e in told] == [True]
+        fired = [
+            e.t for e in Recording.open(result.recording).events() if isinstance(e, RuleChanged) and e.phase == "fired"
+        ]
+        assert fired
+        assert fired[0] == pytest.approx(told[0].t)
+        answer = rocs_bt("replay", project / "out")
+        assert answer.code == 2
+        assert "the rules 'keep_clear' were replaced at" in answer.err
+
+    def test_nobody_looks_unless_asked_to(self, played):
+        play, before = played
+        same, told, _ = play({})
+        other, more, _ = play({0.5: before.replace("0.40 m", "0.40 s")})
+        assert told == more == []
+        assert same.summary["trajectory_hash"] == other.summary["trajectory_hash"]
+
+    def test_looking_changes_nothing_where_nothing_changes(self, played):
+        play, _ = played
+        assert play({})[0].summary["trajectory_hash"] == play({}, watch_rules=True)[0].summary["trajectory_hash"]
+
+    def test_in_threads_it_is_said_on_the_terminal(self, project, rocs_bt, capsys):
+        import threading
+
+        file = project / RULES
+        before = file.read_text()
+        timer = threading.Timer(1.5, file.write_text, [before.replace("0.40 m", "0.40 s")])
+        timer.start()
+        told = rocs_bt("run", "first", "--mode", "threaded", "--for", "3", "--no-report", "--watch-rules")
+        timer.join()
+        assert re.search(r"\d\.\d\d s, R1: keep_clear: the old rules stay in force", told.err)
+
+
+def test_help_tells_of_all_three():
+    for command in ("test", "replay", "tune"):
+        assert call(["rules", command, "--help"]) == 0

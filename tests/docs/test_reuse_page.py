@@ -1,0 +1,22 @@
+"""docs/reuse.md: its tables are what the command gives now."""
+
+import re
+
+from . import reuse
+
+TEXT = reuse.PAGE.read_text("utf-8")
+
+
+def test_every_table_is_as_the_command_gives_it():
+    assert reuse.written(TEXT) == TEXT, "write them anew: python tests/docs/reuse.py"
+
+
+def test_all_three_questions_are_answered_and_no_table_is_written_by_hand():
+    assert re.findall(r"^## (Q\d)", TEXT, re.MULTILINE) == ["Q1", "Q2", "Q3"]
+    assert re.findall(r"<!-- rocs-bt diff (\w+) (\w+) --markdown -->", TEXT) == [
+        ("exp1", "exp2"),
+        ("exp2", "exp3"),
+        ("exp1", "exp3"),
+    ]
+    outside = re.sub(r"<!-- rocs-bt .*?<!-- end -->", "", TEXT, flags=re.DOTALL)
+    assert "|---" not in outside

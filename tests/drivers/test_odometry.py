@@ -1,0 +1,95 @@
+"""Odometers and gyros: whole counts, means, and the same in MuJoCo and in the mock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.drive import make_drive
+from rocs_bt.drivers import WheelTravelParameters
+from rocs_bt.drivers.mock import MockRobot, MockWorld
+from rocs_bt.drivers.mock import make_actuator as make_mock_actuator
+from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
+from rocs_bt.errors import InputError
+from rocs_bt.geometry import Pose2
+
+MOTORS = {"motors": ["left_motor", "right_motor"], "wheel_radius": 0.0975}
+ODOMETER = {**MOTORS, "counts": 1000}
+COUNT = math.tau * 0.0975 / 1000
+DRIVE = make_drive("differential", track=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+
+
+def test_travel_is_in_whole_counts_and_grows_without_end() -> None:
+    given = WheelTravelParameters(motors=("a", "b"), wheel_radius=0.1, signs=(1, -1), counts=8)
+    eighth = math.tau / 8.0
+    assert given.travel([0.99 * eighth, -0.01 * eighth]) == pytest.approx([0.0, 0.1 * eighth])
+    assert given.travel([100.5 * eighth, 0.5 * eighth]) == pytest.approx([10.0 * eighth, 0.0])
+
+
+@pytest.mark.parametrize("wrong", [{"counts": 0}, {"counts": 1.5}, {}])
+def test_counts_must_make_sense(wrong: dict[str, float]) -> None:
+    world = MockWorld(SimulatedClock(0.05))
+    robot = MockRobot(world, DRIVE, Pose2(0.0, 0.0))
+    with pytest.raises(InputError, match="counts"):
+        make_mock_sensor(robot, "odometer", "wheel_travel", {**MOTORS, **wrong})
+
+
+def test_mujoco_and_the_mock_roll_and_turn_alike(make_world: Callable[..., MujocoWorld]) -> None:
+    world = make_world()
+    clock = SimulatedClock(0.05)
+    flat = MockWorld(clock)
+    mock = MockRobot(flat, DRIVE, Pose2(0.0, 0.0))
+    world.place("R2", Pose2(0.0, 0.0))
+    real = [make_sensor(world, "R2", *what) for what in (("o", "wheel_travel", ODOMETER), ("g", "gyro", {}))]
+    fake = [make_mock_sensor(mock, *what) for what in (("o", "wheel_travel", ODOMETER), ("g", "gyro", {}))]
+    wheels = make_actuator(world, "R2", "wheels", "velocity", MOTORS)
+    mock_wheels = make_mock_actuator(mock, "wheels", "velocity", MOTORS)
+    turned = {id(real[1]): 0.0, id(fake[1]): 0.0}
+    start = real[0].read().values
+    for _ in range(60):
+        wheels.command([0.2, 0.3])
+        mock_wheels.command([0.2, 0.3])
+        world.advance(10)
+        flat.advance(0.05)
+        clock.advance()
+        for gyro in (real[1], fake[1]):
+            turned[id(gyro)] += 0.05 * gyro.read().values[0]
+    rolled = np.subtract(real[0].read().values, start)
+    assert rolled == pytest.approx(fake[0].read().values, abs=0.02)
+    assert np.array(fake[0].read().values) / COUNT == pytest.approx(np.round(np.array(fake[0].read().values) / COUNT))
+    # The mean rates add up to the turn, whatever the robot shook between; the first has nothing before it.
+    assert turned[id(real[1])] == pytest.approx(world.pose("R2").yaw - 0.0, abs=0.03)
+    assert turned[id(fake[1])] == pytest.approx(mock.pose.yaw, abs=0.03)
+
+
+def test_a_wheel_that_slips_has_rolled_all_the_same(make_world: Callable[..., MujocoWorld]) -> None:
+    world = make_world('<geom name="wall" type="box" size="0.05 2 0.3" pos="0.3 0 0.3"/>')
+    world.place("R2", Pose2(0.0, 0.0))
+    odometer = make_sensor(world, "R2", "o", "wheel_travel", ODOMETER)
+    wheels = make_actuator(world, "R2", "wheels", "velocity", MOTORS)
+    for _ in range(100):
+        wheels.command([0.5, 0.5])
+        world.advance(10)
+    assert min(odometer.read().values) > 1.0
+    assert world.pose("R2").x < 0.2
+
+
+def test_a_gyro_has_one_bias_for_life_and_noise_of_its_own(make_world: Callable[..., MujocoWorld]) -> None:
+    world, biases, spreads = make_world(), [], []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        gyro = make_sensor(world, "R2", "g", "gyro", {"bias": 0.1}, noise=0.02, rng=rng)
+        said = []
+        for _ in range(30):
+            said.append(gyro.read().values[0])
+            assert gyro.read().values[0] == said[-1]
+            world.advance(1)
+        biases.append(np.mean(said))
+        spreads.append(np.std(said))
+    assert np.std(biases) == pytest.approx(0.1, rel=0.3)
+    assert np.mean(spreads) == pytest.approx(0.02, rel=0.15)

@@ -1,0 +1,97 @@
+"""Requirements against their meaning, taken word by word over the whole trace."""
+
+import math
+import random
+
+import pytest
+
+from rocs_bt.errors import InputError
+from rocs_bt.expression import Environment, Trace, compile_node, evaluate, parse, parse_requirement
+from rocs_bt.signal import Signal
+
+ENVIRONMENT = Environment.packed([Signal("a"), Signal("b"), Signal("g", 3)])
+
+
+def verdicts(text, rows):
+    """What a monitor says after each row, by the generated code; that it is what the interpreter says; and margins."""
+    requirement, trace = parse_requirement(text, ENVIRONMENT), Trace()
+    live, found = compile_node(requirement.node, margins=True), []
+    for t, *x in rows:
+        trace.append(x, t)
+        value, margin = live(x, t), trace.margin(requirement.node)
+        assert value == trace.value(requirement.node)
+        assert live.margin == margin or (margin is None and math.isnan(live.margin))
+        assert margin is None or value is None or margin == 0 or value is (margin > 0)
+        found.append(value)
+    return requirement, found
+
+
+def expected(rows, i, window):
+    """Of `a > 0 implies within WINDOW b > 0`, about the time of row i, by hand: signals stand until the next row."""
+    t = rows[i][0]
+    if not rows[i][1] > 0:
+        return True
+    ends = [row[0] for row in rows[1:]] + [math.inf]
+    later = [j for j in range(i, len(rows)) if rows[j][0] <= t + window + 1e-9 and ends[j] > t]
+    return any(rows[j][2] > 0 for j in later)
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_a_response_is_told_after_its_window_as_it_was(seed):
+    draw, window = random.Random(seed), 0.2
+    rows = [
+        (0.05 * k, draw.choice([-1.0, -1.0, 2.0]), draw.choice([-1.0, -2.0, -3.0, 1.0]), 0, 0, 0) for k in range(40)
+    ]
+    requirement, found = verdicts("always (a > 0 implies within 0.2 s b > 0)", rows)
+    assert (requirement.always, requirement.delay) == (True, window)
+    # A row that stands until exactly when the window begins is not in it.
+    assert found[:4].count(False) == 0
+    assert found[4:] == [expected(rows, i, window) for i in range(36)]
+
+
+def test_precedence_and_nesting():
+    for left, right in [
+        ("a > 0 and b > 0 implies a > 1 or b > 1", "not (a > 0 and b > 0) or (a > 1 or b > 1)"),
+        ("a > 0 implies b > 0 implies a > 1", "not (a > 0) or (not (b > 0) or a > 1)"),
+        ("a > 0 or b > 0 implies not a > 1", "not (a > 0 or b > 0) or not a > 1"),
+        ("1 if (a > 0 implies b > 0) else 2", "1 if not (a > 0) or b > 0 else 2"),
+    ]:
+        first, second = parse(left, ENVIRONMENT), parse(right, ENVIRONMENT)
+        assert all(
+            evaluate(first, [a, b, 0, 0, 0]) == evaluate(second, [a, b, 0, 0, 0])
+            for a in (-1, 0.5, 2) for b in (-1, 0.5, 2)
+        ), left  # fmt: skip
+
+
+def test_delays_add_up():
+    text = "always (a > 0 implies within 0.2 s (b > 0 and within 1 s a < 0))"
+    assert parse_requirement(text, ENVIRONMENT).delay == pytest.approx(1.2)
+    environment = ENVIRONMENT.with_alias("patience", parse("2 * 0.15 s", ENVIRONMENT))
+    assert parse_requirement("within patience b > 0", environment).delay == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "message"),
+    [
+        ("within 0.2 s b", 1, "'within' needs true or false, but b is in 1"),
+        ("within 0.2 m b > 0", 1, "a window is a fixed time, such as 0.5 s, but 0.2 m is in m"),
+        ("within 2 h b > 0", 1, "a window is 0.001 s to 3600 s"),
+        ("within patience b > 0", 1, "no threshold is named 'patience'"),
+        ("a > 0 implies b", 1, "'implies' needs true or false, but b is in 1"),
+        ("a + b", 0, "a requirement is true or false, but a + b is in 1"),
+        ("any(g > 0 if within 1 s a > 0 else g < 0)", 5, "cannot stand beside 'within'"),
+    ],
+)
+def test_mistakes(text, column, message):
+    with pytest.raises(InputError) as caught:
+        parse_requirement(text, ENVIRONMENT)
+    assert message in str(caught.value)
+    assert caught.value.faults[0].column == column
+
+
+@pytest.mark.parametrize(
+    ("text", "message"), [("within 1 s a > 0", "only requirements may"), ("always a > 0", "always")]
+)
+def test_a_guard_looks_at_the_past_alone(text, message):
+    with pytest.raises(InputError, match=message):
+        parse(text, ENVIRONMENT)

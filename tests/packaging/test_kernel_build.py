@@ -1,0 +1,73 @@
+"""The rules' kernel is built where there is a C compiler, and left out in silence where there is none."""
+
+import importlib.util
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.reactive.kernel_backend import kernel_missing
+
+ROOT = Path(__file__).resolve().parents[2]
+BINARY = "rocs_bt/reactive/_kernel.abi3.so"
+
+pytest.importorskip("build", reason="building needs the test extra")
+pytest.importorskip("hatchling", reason="building needs the test extra")
+
+
+@pytest.fixture(scope="module")
+def hook():
+    spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def wheel(folder, monkeypatch, compiler):
+    monkeypatch.setenv("CC", str(compiler))
+    command = [sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", folder, ROOT]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (made,) = folder.glob("*.whl")
+    return made.name, zipfile.ZipFile(made).namelist()
+
+
+def test_where_it_compiles_it_was_built_and_serves(hook, tmp_path):
+    if reason := hook.compile_kernel(ROOT / hook.SOURCE, tmp_path / "kernel.so"):
+        pytest.skip(f"it cannot be compiled here: {reason}")
+    assert kernel_missing() == ""
+
+
+def test_only_the_module_is_seen_from_outside(hook, tmp_path):
+    """Names such as `step` would be taken for those of other libraries."""
+    if reason := hook.compile_kernel(ROOT / hook.SOURCE, tmp_path / "kernel.so"):
+        pytest.skip(f"it cannot be compiled here: {reason}")
+    try:
+        done = subprocess.run(["nm", "-D", "--defined-only", tmp_path / "kernel.so"], capture_output=True, text=True)
+    except OSError:
+        pytest.skip("there is no nm")
+    names = {line.split()[-1].lstrip("_") for line in done.stdout.splitlines()}
+    assert {name for name in names if name not in ("init", "fini", "bss_start", "edata", "end")} == {"PyInit__kernel"}
+
+
+def test_a_wheel_with_it_is_of_this_platform(hook, tmp_path, monkeypatch):
+    if reason := hook.compile_kernel(ROOT / hook.SOURCE, tmp_path / "kernel.so"):
+        pytest.skip(f"it cannot be compiled here: {reason}")
+    (folder := tmp_path / "wheel").mkdir()
+    name, files = wheel(folder, monkeypatch, " ".join(hook._compiler()))
+    assert "-cp311-abi3-" in name
+    assert "-any.whl" not in name
+    assert BINARY in files
+
+
+def test_a_compiler_that_fails_leaves_it_out(tmp_path, monkeypatch):
+    name, files = wheel(tmp_path, monkeypatch, "false")
+    assert name.endswith("-py3-none-any.whl")
+    assert BINARY not in files
+
+
+def test_no_compiler_leaves_it_out(hook, tmp_path, monkeypatch):
+    monkeypatch.setenv("CC", str(tmp_path / "no-such-compiler"))
+    assert "compiler" in hook.compile_kernel(ROOT / hook.SOURCE, tmp_path / "kernel.so")

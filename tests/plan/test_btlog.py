@@ -1,0 +1,239 @@
+"""`.btlog`: what Groot2 replays, read back by a reader written anew, and held against BehaviorTree.CPP's own."""
+
+import struct
+import time
+from pathlib import Path
+from xml.etree import ElementTree
+
+import py_trees
+import pytest
+from py_trees.common import Status
+
+from rocs_bt.errors import InputError, RecordingError
+from rocs_bt.plan.nodes import BUILTIN, Input, Leaf
+from rocs_bt.plan.watch import BtLog
+from rocs_bt.plan.xml import load_tree
+
+STATUSES = {"R": Status.RUNNING, "S": Status.SUCCESS, "F": Status.FAILURE}
+NAMES = ["IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"]
+XML = """
+<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <Sequence name="top">
+      <Scripted name="first" does="{plan}" _skipIf="x == 4"/>
+      <SubTree ID="Sub" name="s" k="{x}" _onSuccess="done := 1"/>
+      <Fallback>
+        <Inverter><Scripted name="second" does="RRS"/></Inverter>
+        <Scripted name="third" does="FRS"/>
+      </Fallback>
+      <SubTree ID="Sub" name="again" k="{x}"/>
+    </Sequence>
+  </BehaviorTree>
+  <BehaviorTree ID="Sub"><ForceSuccess><Scripted name="inner" does="RF"/></ForceSuccess></BehaviorTree>
+</root>
+"""
+
+
+class Scripted(Leaf):
+    """Comes to R, S or F, tick by tick."""
+
+    does = Input(str, default="S")
+    count = 0
+
+    def update(self):
+        self.count += 1
+        return STATUSES[self.does[(self.count - 1) % len(self.does)]]
+
+
+def read(path: Path):
+    """A log: its document, its first time, and its changes as (µs, uid, status)."""
+    data = path.read_bytes()
+    assert data[:19] == b"BTCPP4-FileLogger2\x01"
+    (size,) = struct.unpack("<i", data[19:23])
+    document = ElementTree.fromstring(data[23 : 23 + size].decode())
+    (first,) = struct.unpack("<q", data[23 + size : 31 + size])
+    rest = data[31 + size :]
+    assert len(rest) % 9 == 0
+    records = [rest[i : i + 9] for i in range(0, len(rest), 9)]
+    return document, first, [(int.from_bytes(r[:6], "little"), int.from_bytes(r[6:8], "little"), r[8]) for r in records]
+
+
+@pytest.fixture
+def logged(mind, tmp_path):
+    """Run a mission with a log beside it."""
+
+    def run(root, ticks=8):
+        plan = mind.start(root)
+        log = BtLog(tmp_path / "R1.btlog", plan)
+        for _ in range(ticks):
+            plan.run(mind.rig.clock.now())
+            mind.rig.run()
+        log.close()
+        return read(tmp_path / "R1.btlog")
+
+    return run
+
+
+def tree(mind):
+    mind.mission.board["x"] = 4
+    mind.mission.board["plan"] = "RS"
+    return load_tree(XML, {**BUILTIN, "Scripted": Scripted})
+
+
+def test_the_document_numbers_every_node_and_tells_each_use_of_a_subtree(logged, mind):
+    document, first, _ = logged(tree(mind), 1)
+    assert (document.tag, document.get("BTCPP_format"), first) == ("root", "4", 0)
+    trees = document.findall("BehaviorTree")
+    assert [(t.get("ID"), t.get("_fullpath")) for t in trees] == [("test", ""), ("Sub", "s"), ("Sub", "again")]
+    uids = [int(node.get("_uid")) for t in trees for node in t.iter() if node.get("_uid")]
+    assert sorted(uids) == list(range(1, len(mind.plan.tree.nodes) + 1))
+    for t in trees:
+        for node in t.iter():
+            if node.get("_uid") and node.tag != "SubTree":
+                assert mind.plan.tree.nodes[int(node.get("_uid")) - 1].name == node.get("name")
+    known = {m.get("ID") for m in document.find("TreeNodesModel")}
+    assert {node.tag for t in trees for node in t.iter()} - {"BehaviorTree", "SubTree"} <= known
+    assert [p.get("name") for p in document.find("TreeNodesModel/Action[@ID='Scripted']")] == ["does"]
+
+
+def test_the_changes_are_those_of_the_tree_in_the_runs_own_time(logged, mind):
+    _, _, changes = logged(tree(mind))
+    assert [t for t, _, _ in changes] == sorted(t for t, _, _ in changes)
+    assert {t % 50_000 for t, _, _ in changes} == {0}
+    names = {uid: node.name for uid, node in enumerate(mind.plan.tree.nodes, 1)}
+    assert [NAMES[s] for _, uid, s in changes if names[uid] == "second"] == ["RUNNING", "SUCCESS"]
+    assert "first" not in {names[uid] for _, uid, _ in changes}  # it was skipped, which is to be idle
+    said = {}
+    for _, uid, status in changes:
+        assert said.get(uid, 0) != status
+        said[uid] = status
+
+
+def test_the_same_run_gives_the_same_bytes(mind, tmp_path):
+    for name in ("a", "b"):
+        plan = mind.start(
+            load_tree(XML.replace("{plan}", "RS").replace("x == 4", "false"), {**BUILTIN, "Scripted": Scripted})
+        )
+        log = BtLog(tmp_path / f"{name}.btlog", plan)
+        plan.run(0.0)
+        log.close()
+    assert (tmp_path / "a.btlog").read_bytes() == (tmp_path / "b.btlog").read_bytes()
+
+
+def test_py_trees_own_nodes_are_told_too(logged):
+    stock = py_trees.composites.Selector(
+        "either", memory=True, children=[py_trees.behaviours.Failure("no"), Scripted("ours")]
+    )
+    document, _, changes = logged(py_trees.decorators.Inverter("not", stock), 1)
+    assert [(node.tag, node.get("name"), node.get("_uid")) for node in document.find("BehaviorTree").iter()][1:] == [
+        ("Inverter", "not", "1"), ("Fallback", "either", "2"), ("AlwaysFailure", "no", "3"), ("Scripted", "ours", "4"),
+    ]  # fmt: skip
+    assert {uid: status for _, uid, status in changes} == {1: 3, 2: 2, 3: 3, 4: 2}
+
+
+def test_a_swap_begins_another_file(mind, tmp_path):
+    plan = mind.start(BUILTIN["Sequence"]("top", [Scripted("a", does="S"), Scripted("b", does="R")]))
+    log = BtLog(tmp_path / "R1.btlog", plan)
+    plan.run(0.0)
+    plan.swap("b", BUILTIN["Sequence"]("group", [Scripted("c", does="R")]))
+    plan.run(0.1)
+    log.close()
+    _, _, first = read(tmp_path / "R1.btlog")
+    document, _, second = read(tmp_path / "R1-2.btlog")
+    assert [(uid, s) for _, uid, s in first] == [(2, 2), (3, 1), (1, 1), (3, 0)]
+    assert [node.get("name") for node in document.find("BehaviorTree").iter()][1:] == ["top", "a", "group", "c"]
+    assert [(uid, s) for _, uid, s in second] == [(1, 1), (3, 1), (4, 1)]
+
+
+def test_more_nodes_than_the_format_can_number_are_refused(mind, tmp_path, monkeypatch):
+    monkeypatch.setattr("rocs_bt.plan.watch.btlog.MOST", 2)
+    plan = mind.start(BUILTIN["Sequence"]("top", [Scripted("a"), Scripted("b")]))
+    with pytest.raises(InputError, match=r"has 3 nodes, and a \.btlog can number 2.*live page"):
+        BtLog(tmp_path / "R1.btlog", plan)
+
+
+def test_a_place_that_cannot_be_written_is_told(mind, tmp_path):
+    plan = mind.start(Scripted("a"))
+    with pytest.raises(RecordingError, match="cannot be written"):
+        BtLog(tmp_path / "nowhere" / "R1.btlog", plan)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk here is always full")
+def test_a_full_disk_stops_no_robot(mind, tmp_path):
+    plan = mind.start(Scripted("a", does="RRR"))
+    log = BtLog(tmp_path / "R1.btlog", plan)
+    log._file.close()
+    log._file = Path("/dev/full").open("wb")  # noqa: SIM115 - the log closes it
+    plan.run(0.0)
+    assert plan.status == "RUNNING"
+    with pytest.raises(RecordingError, match=r"/dev/full.*cannot be written: No space"):
+        log.close()
+
+
+def theirs(bt, path: Path):
+    """The same document run by BehaviorTree.CPP, with its own logger."""
+    factory = bt.BehaviorTreeFactory()
+    for tag, script in LEAVES.items():
+        names = iter([{"R": "RUNNING", "S": "SUCCESS", "F": "FAILURE"}[c] for c in script * 20])
+        tick = lambda *_, names=names: bt.NodeStatus.__members__[next(names)]  # noqa: E731
+        factory.register_simple_stateful_action(tag, tick, tick, lambda *_: None)
+    factory.register_behavior_tree_from_text(WITH_LEAVES)
+    board = bt.Blackboard.create()
+    board.set_int("x", 4)
+    tree = factory.create_tree("test", board)
+    logger = bt.FileLogger(tree, str(path))
+    while tree.tick_exactly_once() == bt.NodeStatus.RUNNING:
+        pass
+    time.sleep(0.2)  # its writer is a thread that drops what it has not come to at the end
+    logger.flush()
+    del logger, tree
+    return read(path)
+
+
+LEAVES = {"First": "S", "Second": "RRS", "Third": "FRS", "Inner": "RF"}
+WITH_LEAVES = """
+<root BTCPP_format="4" main_tree_to_execute="test">
+  <BehaviorTree ID="test">
+    <Sequence name="top">
+      <First name="first" _skipIf="x == 4"/>
+      <SubTree ID="Sub" name="s" k="{x}"/>
+      <Fallback>
+        <Inverter><Second name="second"/></Inverter>
+        <RetryUntilSuccessful num_attempts="3"><Third name="third"/></RetryUntilSuccessful>
+      </Fallback>
+      <SubTree ID="Sub" name="again" k="{x}" _onSuccess="x := 5"/>
+    </Sequence>
+  </BehaviorTree>
+  <BehaviorTree ID="Sub"><ForceSuccess><Inner name="inner"/></ForceSuccess></BehaviorTree>
+</root>
+"""
+
+
+def ends(changes) -> dict[int, list[int]]:
+    """What each node came to, one after the other: theirs begins and ends each node within a tick, ours does not."""
+    found: dict[int, list[int]] = {}
+    for _, uid, status in changes:
+        if status in (2, 3):
+            found.setdefault(uid, []).append(status)
+    return found
+
+
+def test_a_log_is_built_as_one_of_the_cpp_engine(logged, mind, tmp_path):
+    bt = pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+    made = {tag: type(tag, (Scripted,), {"does": script}) for tag, script in LEAVES.items()}
+    mind.mission.board["x"] = 4
+    ours, _, changes = logged(load_tree(WITH_LEAVES, {**BUILTIN, **made}), 9)
+    assert mind.plan.status == "SUCCESS"
+    document, first, expected = theirs(bt, tmp_path / "theirs.btlog")
+    assert first > 0
+
+    def told(document):
+        return [[(node.tag, node.attrib) for node in t.iter()] for t in document.findall("BehaviorTree")]
+
+    assert told(ours) == told(document)
+    assert ends(changes) == ends(expected)
+    assert {s for _, _, s in changes} == {s for _, _, s in expected} == {0, 1, 2, 3}
+    ports = {m.get("ID"): {(p.tag, p.get("name")) for p in m} for m in ours.find("TreeNodesModel")}
+    for model in document.find("TreeNodesModel"):
+        if model.get("ID") in ("Sequence", "Inverter", "RetryUntilSuccessful", "Parallel", "Switch2", "SetBlackboard"):
+            assert ports[model.get("ID")] == {(p.tag, p.get("name")) for p in model}

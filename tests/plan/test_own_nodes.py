@@ -1,0 +1,364 @@
+"""The nodes of planners/nodes: each of them, on a robot without physics, from Python and from XML."""
+
+import pytest
+
+from rocs_bt.actions import ACTIONS
+from rocs_bt.catalog import Catalog
+from rocs_bt.errors import InputError
+from rocs_bt.event import Said
+from rocs_bt.expression import Environment, compile_expression
+from rocs_bt.geometry import Pose2
+from rocs_bt.plan import TreePlan, check_mission
+from rocs_bt.plan.nodes import FAILURE, RUNNING, SUCCESS, Tree
+from rocs_bt.plan.xml import load_tree, mission_nodes
+
+CATALOG = Catalog()
+NODES = mission_nodes(ACTIONS, CATALOG.load_nodes())
+
+
+@pytest.fixture
+def grow(mind):
+    """A tree from one line of XML, in a mission with the shipped content."""
+    mind.mission.content = CATALOG
+
+    def grow(line):
+        root = load_tree(f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>', NODES)
+        return Tree(root, board=mind.mission.board, clock=mind.rig.clock, mission=mind.mission)
+
+    return grow
+
+
+def begin(mind):
+    mind.mission.begin(mind.rig.clock.now(), {})
+
+
+class TestWhen:
+    @pytest.mark.parametrize(("front", "outcome"), [(0.4, SUCCESS), (0.6, FAILURE), (float("nan"), FAILURE)])
+    def test_it_asks_the_signals_of_this_tick(self, mind, grow, front, outcome):
+        tree = grow('<When expression="min(front) < 0.5 m"/>')
+        mind.rig.knowledge.signals.write("front", [front], 0.0)
+        begin(mind)
+        assert tree.tick() is outcome
+
+    def test_it_tells_what_it_reads_where_it_does_not_hold(self, mind, grow):
+        tree = grow('<When expression="front > 0.5 m"/>')
+        mind.rig.knowledge.signals.write("front", [0.25], 0.0)
+        begin(mind)
+        tree.tick()
+        assert tree.root.feedback_message == "'front > 0.5 m' does not hold: front = 0.25 m"
+
+    def test_the_expression_may_come_from_the_board_and_change(self, mind, grow):
+        tree = grow('<When expression="{ask}"/>')
+        mind.rig.knowledge.signals.write("front", [0.25], 0.0)
+        for text, outcome in (("front > 0.5 m", FAILURE), ("front < 0.5 m", SUCCESS)):
+            tree.board["ask"] = text
+            begin(mind)
+            assert tree.tick() is outcome
+
+    def test_a_run_does_not_begin_with_a_wrong_one_and_all_are_told_with_their_place(self, mind, grow):
+        with pytest.raises(InputError) as caught:
+            TreePlan(grow('<Sequence><When expression="frnt > 1 m"/><When expression="front"/></Sequence>').root,
+                     mind.mission)  # fmt: skip
+        first, second = caught.value.faults
+        assert "Did you mean 'front'" in first.hint
+        assert "not true or false" in second.message
+        assert (first.line, second.line) == (1, 1)
+        assert first.column < second.column
+
+    def test_a_check_tells_it_too(self, mind):
+        def build(mission):
+            mission.content = CATALOG
+            return mission.node("When", expression="frnt > 1 m")
+
+        rig, environment = mind.rig, Environment.of(mind.rig.knowledge.signals)
+        (fault,) = check_mission(
+            build,
+            actions=rig.actions,
+            knowledge=rig.knowledge,
+            clock=rig.clock,
+            compile_guard=lambda text: compile_expression(text, environment),
+        )
+        assert "'frnt'" in fault.message
+        assert not fault.warning
+
+
+class TestKnown:
+    @pytest.mark.parametrize(
+        ("line", "outcome", "why"),
+        [
+            ('<Known node="dock"/>', SUCCESS, ""),
+            ('<Known node="dock" attribute="pose"/>', SUCCESS, ""),
+            ('<Known node="dok"/>', FAILURE, "nothing named 'dok' is known"),
+            ('<Known node="crate" attribute="pose"/>', FAILURE, "the pose of 'crate' is not known"),
+            ('<Known node="dock" attribute="mass"/>', FAILURE, "the mass of 'dock' is not known"),
+            ('<Known node="dock" max_age="1 s"/>', FAILURE, "'dock' is 2.0 s old"),
+            ('<Known node="dock" max_age="3 s"/>', SUCCESS, ""),
+        ],
+    )
+    def test_what_is_known(self, mind, grow, line, outcome, why):
+        mind.rig.knowledge.world.place("dock", Pose2(1.0, 0.0), kind="goal")
+        mind.rig.knowledge.graph.add("crate", "object")
+        mind.rig.clock.advance(40)
+        tree = grow(line)
+        assert tree.tick() is outcome
+        assert tree.root.feedback_message == why
+
+    def test_an_attribute_that_no_kind_has_is_wrong_from_the_start(self, grow):
+        tree = grow('<Known node="dock" attribute="posse"/>')
+        ((attribute, fault),) = tree.root.doubts()
+        assert attribute == "attribute"
+        assert "Did you mean 'pose'" in fault.hint
+
+
+class TestWaitForChange:
+    def test_it_runs_until_something_fits_and_tells_what(self, mind, grow):
+        world = mind.rig.knowledge.world
+        world.place("a", Pose2(0.0, 0.0), kind="goal")
+        tree = grow('<WaitForChange kind="goal" attribute="pose" subject="{moved}"/>')
+        assert tree.tick() is RUNNING
+        world.place("p", Pose2(0.0, 0.0))
+        mind.rig.knowledge.graph.set("a", tolerance=0.3)
+        assert tree.tick() is RUNNING
+        world.place("a", Pose2(1.0, 0.0), kind="goal")
+        assert tree.tick() is SUCCESS
+        assert tree.board["moved"] == "a"
+        assert tree.root.feedback_message == "attribute: a pose"
+
+    def test_what_changed_before_does_not_count_and_nothing_is_heard_after(self, mind, grow):
+        knowledge = mind.rig.knowledge
+        tree = grow('<WaitForChange relation="pursues"/>')
+        knowledge.world.place("a", Pose2(0.0, 0.0), kind="goal")
+        knowledge.world.pursue("a")
+        assert tree.tick() is RUNNING
+        knowledge.world.pursue(None)
+        assert tree.tick() is SUCCESS
+        knowledge.world.pursue("a")
+        assert tree.tick() is RUNNING
+
+    def test_what_was_left_over_in_one_run_is_forgotten_in_the_next(self, mind, grow):
+        world = mind.rig.knowledge.world
+        tree = grow('<WaitForChange kind="goal"/>')
+        tree.tick()
+        world.place("a", Pose2(0.0, 0.0), kind="goal")
+        world.place("b", Pose2(0.0, 0.0), kind="goal")
+        assert tree.tick() is SUCCESS
+        assert tree.tick() is RUNNING
+
+    def test_a_halt_ends_the_subscription(self, mind, grow):
+        graph = mind.rig.knowledge.graph
+        tree = grow('<WaitForChange node="a"/>')
+        tree.tick()
+        before = len(graph._subscribers.all)
+        tree.halt()
+        assert len(graph._subscribers.all) == before - 1
+
+    def test_a_kind_or_relation_that_there_is_none_of_is_wrong_from_the_start(self, grow):
+        tree = grow('<WaitForChange kind="gaol" relation="pursue"/>')
+        assert [attribute for attribute, _ in tree.root.doubts()] == ["kind", "relation"]
+
+
+class TestPlaceGoal:
+    @pytest.mark.parametrize(
+        ("line", "pose"),
+        [
+            ('<PlaceGoal goal="g" x="3 m" y="-1 m"/>', (3.0, -1.0, 0.0)),
+            ('<PlaceGoal goal="g" at="shelf"/>', (1.0, 2.0, 1.5707963)),
+            ('<PlaceGoal goal="g" at="shelf" x="1 m" y="50 cm" yaw="90 deg"/>', (0.5, 3.0, 3.1415926)),
+            ('<PlaceGoal goal="g" at="R1"/>', (0.0, 0.0, 0.0)),
+        ],
+    )
+    def test_a_goal_stands_where_it_says(self, mind, grow, line, pose):
+        world = mind.rig.knowledge.world
+        world.place("shelf", Pose2(1.0, 2.0, 1.5707963))
+        assert grow(line).tick() is SUCCESS
+        assert world.pose_of("g") == pytest.approx(pose, abs=1e-6)
+        assert world.goals() == ["g"]
+
+    def test_it_moves_one_that_is_there(self, mind, grow):
+        world = mind.rig.knowledge.world
+        world.place("g", Pose2(9.0, 9.0), kind="goal")
+        assert grow('<PlaceGoal goal="g" x="1 m" tolerance="20 cm"/>').tick() is SUCCESS
+        assert world.pose_of("g") == Pose2(1.0, 0.0, 0.0)
+        assert mind.rig.knowledge.graph.get("g", "tolerance") == pytest.approx(0.2)
+
+    @pytest.mark.parametrize(
+        ("line", "why"),
+        [
+            ('<PlaceGoal goal="g" at="nowhere"/>', "NO_GOAL: nobody knows where 'nowhere' is"),
+            ('<PlaceGoal goal="shelf"/>', "CANNOT: cannot place 'shelf' as goal"),
+        ],
+    )
+    def test_what_cannot_be_fails_with_its_reason(self, mind, grow, line, why):
+        mind.rig.knowledge.world.place("shelf", Pose2(1.0, 2.0))
+        tree = grow(line)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message.startswith(why)
+
+
+class TestSelectStrategy:
+    def test_by_name_and_then_along_the_fallbacks(self, mind, grow):
+        strategies = mind.rig.knowledge.strategy
+        strategies.add("wait")
+        strategies.add("around", falls_back_to="wait")
+        tree = grow('<SelectStrategy strategy="around" selected="{way}"/>')
+        assert tree.tick() is SUCCESS
+        assert (strategies.used(), tree.board["way"]) == ("around", "around")
+        tree = grow('<SelectStrategy selected="{way}"/>')
+        assert tree.tick() is SUCCESS
+        assert (strategies.used(), tree.board["way"]) == ("wait", "wait")
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "CANNOT: 'wait' falls back to nothing"
+
+    @pytest.mark.parametrize(
+        ("line", "why"),
+        [
+            ("<SelectStrategy/>", "CANNOT: no strategy is in force"),
+            ('<SelectStrategy strategy="wiat"/>', "CANNOT: no strategy is named 'wiat'. Did you mean 'wait'"),
+        ],
+    )
+    def test_what_cannot_be_fails_with_its_reason(self, mind, grow, line, why):
+        mind.rig.knowledge.strategy.add("wait")
+        tree = grow(line)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message.startswith(why)
+
+
+class TestSay:
+    def test_speaking_and_logging_are_events(self, mind, grow):
+        tree = grow('<Sequence><Speak text="hello"/><Log text="tries left:" value="{n}"/><Log value="{n}"/></Sequence>')
+        tree.board["n"] = 3
+        assert tree.tick() is SUCCESS
+        assert [(e.text, e.aloud) for e in mind.rig.of(Said)] == [
+            ("hello", True), ("tries left: 3", False), ("3", False),
+        ]  # fmt: skip
+
+
+class TestComputeRoute:
+    LINE = '<ComputeRoute goal="g" planner="visibility" path="{way}" length="{far}"/>'
+
+    def test_the_way_is_driven_by_follow_path(self, mind, grow):
+        world = mind.rig.knowledge.world
+        world.place("g", Pose2(4.0, 0.0), kind="goal")
+        world.place("crate", Pose2(2.0, 0.0), kind="object", radius=0.5)
+        plan = mind.start(grow(f'<Sequence>{self.LINE}<FollowPath points="{{way}}"/></Sequence>').root)
+        mind.until_done()
+        assert plan.status == "SUCCESS", plan.reason
+        assert mind.rig.pose.distance(Pose2(4.0, 0.0)) < 0.06
+        assert min(p.distance(Pose2(2.0, 0.0)) for p in mind.rig.path) > 0.5
+        assert 4.0 < mind.mission.board["far"] < 4.6
+
+    @pytest.mark.parametrize(
+        ("goal", "why"), [("nowhere", "NO_GOAL: nobody knows where 'nowhere' is"), ("c", "BLOCKED: the goal is too")]
+    )
+    def test_no_way_has_a_reason(self, mind, grow, goal, why):
+        mind.rig.knowledge.world.place("c", Pose2(2.0, 0.0), kind="object", radius=0.5)
+        tree = grow(f'<ComputeRoute goal="{goal}" planner="visibility"/>')
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message.startswith(why)
+
+    def test_a_lost_pose_is_told(self, mind, grow):
+        mind.rig.knowledge.world.place("g", Pose2(4.0, 0.0), kind="goal")
+        tree = grow(self.LINE)
+        mind.rig.lost = True
+        mind.rig.clock.advance(10)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message.startswith("LOST_POSE")
+
+    def test_a_planner_that_there_is_none_of_is_wrong_from_the_start(self, grow):
+        ((attribute, fault),) = grow('<ComputeRoute goal="g" planner="visible"/>').root.doubts()
+        assert attribute == "planner"
+        assert "Did you mean 'visibility'" in fault.hint
+
+
+class TestMissionNode:
+    def test_any_node_that_a_file_may_name(self, mind):
+        mission = mind.mission
+        mission.content = CATALOG
+        root = mission.node(
+            "Sequence",
+            mission.node("PlaceGoal", goal="g", x="1 m"),
+            mission.node("Inverter", mission.node("Known", node="h")),
+            mission.node("GoTo", name="drive", goal="g", cruise="0.4 m/s"),
+            name="whole",
+        )
+        assert [n.name for n in root.iterate()] == ["PlaceGoal", "Known", "Inverter", "drive", "whole"]
+        plan = mind.start(root)
+        mind.until_done()
+        assert plan.status == "SUCCESS"
+        assert mind.rig.pose.distance(Pose2(1.0, 0.0)) <= 0.055
+
+    def test_a_port_whose_name_is_a_word_of_python_gets_an_underscore(self, mind):
+        root = mind.mission.node("Precondition", mind.mission.node("AlwaysSuccess"), if_="1 > 2", else_="SKIPPED")
+        assert root.given == {"if": "1 > 2", "else": "SKIPPED"}
+
+    @pytest.mark.parametrize(
+        ("make", "message"),
+        [
+            (lambda m: m.node("Wen", expression="true"), "Did you mean 'When'"),
+            (lambda m: m.node("Inverter"), "needs 1 children, found 0"),
+            (lambda m: m.node("Known"), "Known needs 'node'"),
+            (lambda m: m.node("Known", node="a", nod="b"), "Did you mean 'node'"),
+            (lambda m: m.node("GoTo", goal="g", cruise="2 m"), "cruise of GoTo must be in m/s"),
+        ],
+    )
+    def test_what_is_wrong_is_told_when_it_is_made(self, mind, make, message):
+        mind.mission.content = CATALOG
+        with pytest.raises(InputError, match=message.replace("(", r"\(")):
+            make(mind.mission)
+
+    def test_without_a_catalog_there_are_no_nodes_of_a_project(self, mind):
+        with pytest.raises(InputError, match="no node is named 'Known'"):
+            mind.mission.node("Known", node="a")
+        with pytest.raises(InputError, match="has no catalog"):
+            mind.mission.content.load_route("visibility")
+
+
+class TestProject:
+    def write(self, folder, name, text):
+        file = folder / "planners" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, "utf-8")
+
+    NODE = (
+        '"""One of mine."""\nfrom rocs_bt.plan.nodes import SUCCESS, Instant\n'
+        'class Mine(Instant):\n    """Mine."""\n    def update(self):\n        return SUCCESS\n'
+    )
+
+    def test_a_file_with_a_class_is_all_it_takes(self, mind, tmp_path):
+        self.write(tmp_path, "nodes/mine.py", self.NODE)
+        mind.mission.content = Catalog(tmp_path)
+        assert Tree(mind.mission.node("Mine")).tick() is SUCCESS
+
+    def test_two_of_one_name_clash(self, mind, tmp_path):
+        self.write(tmp_path, "nodes/mine.py", self.NODE)
+        self.write(tmp_path, "nodes/other.py", self.NODE)
+        mind.mission.content = Catalog(tmp_path)
+        with pytest.raises(InputError, match="two nodes are named 'Mine'"):
+            mind.mission.node("Mine")
+
+    def test_no_code_refuses_it(self, mind, tmp_path):
+        self.write(tmp_path, "nodes/mine.py", self.NODE)
+        mind.mission.content = Catalog(tmp_path, code=False)
+        with pytest.raises(InputError, match="--no-code"):
+            mind.mission.node("Mine")
+
+    def test_a_loaded_mission_finds_what_its_catalog_has(self, mind, tmp_path):
+        self.write(tmp_path, "nodes/mine.py", self.NODE)
+        self.write(
+            tmp_path, "missions/m.py", '"""Mine, and theirs."""\ndef build(mission):\n    return mission.node("Mine")\n'
+        )
+        catalog = Catalog(tmp_path)
+        assert catalog.load_mission("m")(mind.mission).tag == "Mine"
+        assert [e.name for e in catalog.python_of(catalog.find("mission", "m"))] == ["mine"]
+
+    def test_a_route_of_a_project(self, mind, tmp_path):
+        route = '"""A way."""\nfrom rocs_bt.plan import RoutePlanner\n{}'
+        method = "    def route(self, start, goal, clearance):\n        return [start[:2], goal[:2]]\n"
+        one = "class {}(RoutePlanner):\n" + method
+        self.write(tmp_path, "routes/straight.py", route.format(one.format("Straight")))
+        self.write(tmp_path, "routes/both.py", route.format(one.format("A") + one.format("B")))
+        catalog = Catalog(tmp_path)
+        planner = catalog.load_route("straight")(mind.rig.knowledge)
+        assert planner.route(Pose2(0, 0), Pose2(1, 1), 0.1) == [(0, 0), (1, 1)]
+        with pytest.raises(InputError, match="has 2 route planners, not one"):
+            catalog.load_route("both")

@@ -1,0 +1,220 @@
+"""Missions in XML: parameters, the robot's actions, mixing with Python, and what the command line does with them."""
+
+import py_trees
+import pytest
+
+from rocs_bt.catalog import Catalog, content_hash
+from rocs_bt.check import check_content
+from rocs_bt.cli.main import call
+from rocs_bt.errors import InputError
+from rocs_bt.plan import mission_arguments, mission_parameters
+from rocs_bt.plan.xml import xml_mission
+from rocs_bt.simulation import run
+from rocs_bt.units import SPEED, PositiveMetresPerSecond
+
+
+def text(body, model="", *trees):
+    trees = "".join(trees)
+    return f"""<!-- A mission. -->
+<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main">{body}</BehaviorTree>{trees}
+<TreeNodesModel><SubTree ID="Main">{model}</SubTree></TreeNodesModel></root>"""
+
+
+PORTS = """<input_port name="goal"/><input_port name="cruise" type="m/s" default="30 cm/s"/>
+<input_port name="far" type="double" default="2 m"/><input_port name="rounds" type="int" default="3"/>
+<input_port name="loud" type="bool" default="false"/>"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(name, content):
+        file = tmp_path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(content)
+        return file
+
+    return write
+
+
+class TestParameters:
+    def test_they_are_the_input_ports_of_the_main_tree(self, write):
+        found = mission_parameters(xml_mission(write("a.xml", text("<AlwaysSuccess/>", PORTS))))
+        assert {n: (p.type, p.required, p.default) for n, p in found.items()} == {
+            "goal": (str, True, None),
+            "cruise": (float, False, 0.3),
+            "far": (float, False, 2.0),
+            "rounds": (int, False, 3),
+            "loud": (bool, False, False),
+        }
+        assert found["cruise"].dimension == SPEED
+
+    def test_a_scenarios_values_are_checked_and_become_keys(self, write, mind):
+        build = xml_mission(write("a.xml", text('<GoTo goal="{goal}" cruise="{cruise}"/>', PORTS)))
+        with pytest.raises(InputError, match="the mission needs goal"):
+            mission_arguments(build, {"cruise": "1 m/s"})
+        with pytest.raises(InputError, match="cruise must be in m/s"):
+            mission_arguments(build, {"goal": "dock", "cruise": "1 m"})
+        mind.start(build(mind.mission, **mission_arguments(build, {"goal": "dock", "cruise": "0.5 m/s"})))
+        mind.run()
+        (ticket,) = [mind.plan.root.ticket]
+        assert (ticket.action.goal, ticket.action.cruise) == ("dock", 0.5)
+
+    def test_a_default_that_is_none_is_refused_at_its_place(self, write):
+        with pytest.raises(InputError, match=r"a\.xml:3:\d+: .*not a whole number"):
+            xml_mission(write("a.xml", text("<AlwaysSuccess/>", '<input_port name="n" type="int" default="x"/>')))
+
+
+class TestMixing:
+    def test_a_python_mission_holds_a_tree_in_xml(self, write, mind):
+        file = write("a.xml", text('<Sequence><Script code="said := word"/><AlwaysSuccess/></Sequence>'))
+        mind.start(mind.mission.tree(file, word="hello", said="{heard}"))
+        mind.run()
+        assert mind.plan.status == "SUCCESS"
+        assert mind.plan.tree.board["heard"] == "hello"
+
+    def test_a_tree_in_xml_holds_a_python_mission_by_its_name(self, write, mind):
+        body = '<Sequence><SubTree ID="errand" goal="dock" cruise="0.2 m/s" rounds="2"/></Sequence>'
+        build = xml_mission(write("a.xml", text(body)), missions={"errand": errand}.get)
+        root = build(mind.mission)
+        leaves = [n for n in root.iterate() if not n.children]
+        assert [leaf.name for leaf in leaves] == ["GoTo dock"] * 2
+        assert leaves[0].make().cruise == 0.2
+
+    @pytest.mark.parametrize(
+        ("attributes", "message"),
+        [
+            ('goal="{key}"', "the parameter 'goal' of a Python mission cannot be a key"),
+            ('goal="dock" cruise="2 m"', "cruise must be in m/s"),
+            ("", "the mission needs goal"),
+        ],
+    )
+    def test_its_parameters_are_checked_at_their_place(self, write, mind, attributes, message):
+        build = xml_mission(
+            write("a.xml", text(f'<SubTree ID="errand" {attributes}/>')), missions={"errand": errand}.get
+        )
+        with pytest.raises(InputError, match=rf"a\.xml:2:\d+: .*{message}"):
+            build(mind.mission)
+
+
+def errand(mission, *, goal: str, cruise: PositiveMetresPerSecond = 0.5, rounds: int = 1):
+    """Drives somewhere, several times."""
+    legs = [mission.act("GoTo", goal=goal, cruise=cruise) for _ in range(rounds)]
+    return py_trees.composites.Sequence("errand", memory=True, children=legs)
+
+
+NODE = '''"""A node of one's own."""
+from rocs_bt.plan.nodes import Input, Instant, SUCCESS
+
+class Greet(Instant):
+    """Greets."""
+    whom = Input(str)
+    def update(self):
+        return SUCCESS
+'''
+
+
+class TestProject:
+    @pytest.fixture
+    def project(self, write, tmp_path):
+        write("planners/nodes/greet.py", NODE)
+        write("planners/missions/meet.xml", text('<Sequence><Greet whom="R1"/><SubTree ID="corners"/></Sequence>'))
+        return Catalog(tmp_path)
+
+    def test_nodes_are_found_by_their_class_and_missions_by_their_name(self, project):
+        entry = project.find("mission", "meet")
+        assert [e.name for e in project.python_of(entry)] == ["greet", "corners"]
+        assert not check_content([entry.path]).faults
+
+    def test_no_python_runs_where_it_may_not(self, project, tmp_path):
+        catalog = Catalog(tmp_path, code=False)
+        with pytest.raises(InputError, match=r"greet\.py: this Python content may not run"):
+            catalog.load_mission("meet")
+        assert not check_content([catalog.find("mission", "meet").path], code=False).faults
+
+    def test_a_file_whose_nodes_nobody_names_is_not_run(self, project, write):
+        write("planners/nodes/broken.py", NODE.replace("Greet", "Other") + "\nraise RuntimeError\n")
+        assert not check_content([project.find("mission", "meet").path]).wrong
+
+    def test_what_is_included_counts_for_the_hash(self, project, write, tmp_path):
+        write("planners/missions/parts/a.xml", "<root BTCPP_format='4'/>")
+        file = write("planners/missions/b.xml", "<root BTCPP_format='4'><include path='parts/a.xml'/></root>")
+        before = content_hash([Catalog(tmp_path).find("mission", "b")])
+        write("planners/missions/parts/a.xml", "<root BTCPP_format='4' />")
+        assert content_hash([Catalog(tmp_path).find("mission", "b")]) != before
+        assert file.is_file()
+
+    def test_the_check_of_a_project_tells_faults_of_xml_missions(self, project, write, tmp_path):
+        file = write(
+            "planners/missions/wrong.xml",
+            text('<Sequence><Greet whom="{x}"/><GoTo goal="a" cruise="9 m/s"/><Nope/></Sequence>'),
+        )
+        told = [str(f) for f in check_content([file]).faults]
+        assert len(told) == 3
+        assert "no node is named 'Nope'" in told[0]
+        assert "the key 'x' is read" in told[1]
+        assert "cruise is 9 m/s, and this robot does" in told[2]
+
+    def test_a_scenario_runs_the_shipped_one(self):
+        result = run("rounds", Catalog(), seed=1)
+        assert result.summary["agents"]["R2"]["outcome"] == "success"
+        assert result.summary["agents"]["R2"]["actions"]["GoTo"]["SUCCEEDED"] == 4
+
+
+FOREIGN = """<root BTCPP_format="4" main_tree_to_execute="A">
+<include ros_pkg="nav" path="x.xml"/>
+<BehaviorTree ID="A"><RecoveryNode number_of_retries="6"><PipelineSequence><RateController hz="1.0">
+<ComputePathToPose goal="{goal}" path="{path}"/></RateController><FollowPathNav path="{path}" _skipIf="((" />
+<SubTree ID="Elsewhere" x="{y}"/><SubTree ID="A"/><Inverter/></PipelineSequence><Spin spin_dist="1.57" is_recovery=""/>
+</RecoveryNode></BehaviorTree></root>"""
+
+
+class TestShow:
+    @pytest.mark.parametrize("form", ["text", "svg", "html", "xml"])
+    @pytest.mark.parametrize("mission", ["rounds", "corners"])
+    def test_a_mission_is_drawn_in_each_form(self, capsys, mission, form):
+        assert call(["show", mission, "--format", form]) == 0
+        told = capsys.readouterr().out
+        assert "GoTo" in told
+        assert "corner_1" in told
+
+    def test_ports_tell_where_their_keys_come_from(self, capsys):
+        call(["show", "rounds"])
+        told = capsys.readouterr().out
+        assert "goal = {place}   ('first' of rounds, given: corner_1)" in told
+        assert "cruise = 0.4 m/s" in told
+
+    def test_a_public_mission_is_looked_at_with_stand_ins(self, write, capsys):
+        file = write("nav.xml", FOREIGN)
+        assert call(["show", str(file)]) == 2
+        capsys.readouterr()
+        for form in ("text", "svg", "html", "xml"):
+            assert call(["show", str(file), "--stub-unknown", "--format", form]) == 0
+            assert "ComputePathToPose" in capsys.readouterr().out
+        call(["show", str(file), "--stub-unknown"])
+        told = capsys.readouterr().out
+        assert "ComputePathToPose  (stand-in)" in told
+        assert "RecoveryNode\n" in told
+
+    def test_pictures_are_well_formed_and_whole(self, tmp_path):
+        import xml.etree.ElementTree as Et
+
+        assert call(["show", "rounds", "--format", "svg", "--out", str(tmp_path / "a.svg")]) == 0
+        root = Et.parse(tmp_path / "a.svg").getroot()
+        cards = [g for g in root.iter() if g.tag.endswith("}g")]
+        links = [g for g in root.iter() if g.get("class") == "link"]
+        assert (len(cards), len(links)) == (12, 11)
+
+    def test_what_show_writes_as_xml_is_the_same_mission(self, tmp_path, capsys):
+        assert call(["show", "rounds", "--format", "xml", "--out", str(tmp_path / "rounds.xml")]) == 0
+        capsys.readouterr()
+        shown = []
+        for name in ("rounds", str(tmp_path / "rounds.xml")):
+            assert call(["show", name]) == 0
+            shown.append(capsys.readouterr().out)
+        assert shown[0] == shown[1]
+
+    def test_the_palette_has_actions_and_nodes(self, capsys, tmp_path):
+        assert call(["palette", "--out", str(tmp_path / "nodes.xml")]) == 0
+        written = (tmp_path / "nodes.xml").read_text()
+        assert '<Action ID="GoTo">' in written
+        assert '<Condition ID="When">' in written

@@ -1,0 +1,631 @@
+"""The static checks: for each a file that has the fault, told at its place, and one that has not."""
+
+import re
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import pytest
+
+from rocs_bt.action import AtomicAction, Progress
+from rocs_bt.actions import ACTIONS as SHIPPED_ACTIONS
+from rocs_bt.agent.build import thresholds
+from rocs_bt.catalog import Catalog
+from rocs_bt.check.paper import paper_agent
+from rocs_bt.errors import Fault, InputError
+from rocs_bt.expression import Environment, Trace, parse
+from rocs_bt.reactive import check_rules, load_rules
+from rocs_bt.reactive.analysis import analyse_fit, analyse_rules, examine_fit, examine_rules
+from rocs_bt.reactive.analysis.interval import range_of
+from rocs_bt.reactive.analysis.prover import Prover
+from rocs_bt.reactive.analysis.translate import conjunction, negation
+from rocs_bt.signal import Signal
+from rocs_bt.units import LENGTH, SPEED, TURN_RATE, MetresPerSecond, PositiveSeconds, Radians
+
+INF = float("inf")
+ENVIRONMENT = Environment.packed(
+    [
+        Signal("front", 4, (LENGTH,), bounds=(0.0, INF), max_age=0.15),
+        Signal("rear", 2, (LENGTH,), bounds=(0.0, INF), max_age=0.15),
+        Signal("goal_distance", 1, (LENGTH,), bounds=(0.0, INF), max_age=0.15),
+        Signal("speed", 1, (SPEED,), bounds=(-1.0, 1.5), max_age=0.15),
+        Signal("turn_rate", 1, (TURN_RATE,), bounds=(-2.0, 2.0), max_age=0.01),
+        Signal("tags", 1, bounds=(0.0, 8.0), max_age=0.15),
+    ]
+)
+
+
+@dataclass(kw_only=True, eq=False)
+class Turn(AtomicAction):
+    """Turns."""
+
+    angle: Radians = 1.0
+    rate: Annotated[float, TURN_RATE] = 1.0
+    patience: PositiveSeconds = 1.0
+    speeds: Annotated[list[float], SPEED] = (0.0, 0.0)
+
+    def act(self, body):
+        return Progress.SUCCEEDED
+
+
+@dataclass(kw_only=True, eq=False)
+class Go(AtomicAction):
+    """Goes."""
+
+    speed: MetresPerSecond = 0.5
+
+    def act(self, body):
+        return Progress.SUCCEEDED
+
+
+ACTIONS = {"Turn": Turn, "Go": Go}
+
+
+def file_of(*rules, head=""):
+    """A rule file: each rule is its lines, the action's as `action: ...`; the name stands in the first line."""
+    text = f'format = "reflex/1"\n{head}'
+    for name, *lines in rules:
+        own = [line for line in lines if not line.startswith("action: ")]
+        does = [line.removeprefix("action: ") for line in lines if line.startswith("action: ")]
+        if not any(line.startswith("priority") for line in own):
+            own.append("priority = 5")
+        if not any(line.startswith("name") for line in does):
+            does.insert(0, 'name = "Turn"')
+        text += "\n".join([f"[rule.{name}]", *own, f"[rule.{name}.action]", *does, ""])
+    return text
+
+
+def faults_of(tmp_path, text, period=None, modes=None):
+    file = tmp_path / "rules.toml"
+    file.write_text(text, encoding="utf-8")
+    if period is not None:
+        return examine_fit(file, ENVIRONMENT, ACTIONS, None, period, modes)
+    return examine_rules(file, ENVIRONMENT, ACTIONS)
+
+
+def at(fault):
+    return f"{fault.line}:{fault.column}"
+
+
+A = "A"
+NEAR, FAR = 'when = "min(front) < 0.4 m"', 'until = "min(front) > 0.5 m"'
+
+# What it is about; the file with the fault; where; what the message says; the file without.
+CASES = [
+    (
+        "unknown signal",
+        file_of((A, 'when = "min(frnt) < 0.4 m"')),
+        "3:13",
+        r"no signal or alias is named 'frnt'.*Did you mean 'front'",
+        file_of((A, NEAR)),
+    ),
+    (
+        "unknown action",
+        file_of((A, NEAR, 'action: name = "Trun"')),
+        "6:1",
+        r"no action is named 'Trun'.*Did you mean 'Turn'",
+        file_of((A, NEAR, 'action: name = "Turn"')),
+    ),
+    (
+        "unknown parameter",
+        file_of((A, NEAR, 'action: angel = "1 rad"')),
+        "7:1",
+        r"no parameter of Turn is named 'angel'.*Did you mean 'angle'",
+        file_of((A, NEAR, 'action: angle = "1 rad"')),
+    ),
+    (
+        "type",
+        file_of((A, 'when = "min(front)"')),
+        "3:9",
+        r"'when' must be true or false, but min\(front\) is in m",
+        file_of((A, NEAR)),
+    ),
+    (
+        "unit mismatch",
+        file_of((A, 'when = "speed > 0 m/s and min(front) < 0.4 m/s"')),
+        "3:27",
+        r"min\(front\) is in m and 0.4 m/s is in m/s",
+        file_of((A, 'when = "speed > 0 m/s and min(front) < 0.4 m"')),
+    ),
+    (
+        "never",
+        file_of((A, 'when = "speed > 2 m/s"')),
+        "3:9",
+        r"guard of A never holds, where speed is between -1 m/s and 1.5 m/s; with speed = \S+ m/s, for ex",
+        file_of((A, 'when = "speed > 1.4 m/s"')),
+    ),
+    (
+        "never, of several signals",
+        file_of((A, 'when = "max(front) < min(front)"')),
+        "3:9",
+        r"guard of A never holds",
+        file_of((A, 'when = "max(front) < 2 * min(rear)"')),
+    ),
+    (
+        "never, for what is invalid",
+        file_of((A, 'when = "min(front) < 0 m"', 'on_invalid = "clear"')),
+        "3:9",
+        r"guard of A never holds",
+        file_of((A, 'when = "min(front) < 0 m"', 'on_invalid = "trip"')),
+    ),
+    (
+        "always",
+        file_of((A, 'when = "speed < 2 m/s or min(front) < 0.4 m"')),
+        "3:9",
+        r"guard of A holds whatever is sensed",
+        file_of((A, 'when = "speed < 1 m/s or min(front) < 0.4 m"')),
+    ),
+    (
+        "threshold beyond the bounds",
+        file_of((A, 'when = "min(front) < 0.4 m and speed < 1.6 m/s"')),
+        "3:32",
+        r"in the when of A 'speed < 1.6 m/s' holds always, where speed is between -1 m/s and 1.5 m/s",
+        file_of((A, 'when = "min(front) < 0.4 m and speed < 1.4 m/s"')),
+    ),
+    (
+        "threshold beyond the bounds, in an alias",
+        file_of((A, 'when = "min(front) < 0.4 m and fast"'), head='[alias]\nfast = "tags > 9 or speed > 1 m/s"\n'),
+        "5:32",
+        r"in the when of A 'tags > 9' never holds",
+        file_of((A, 'when = "min(front) < 0.4 m and fast"'), head='[alias]\nfast = "tags > 7 or speed > 1 m/s"\n'),
+    ),
+    (
+        "hysteresis upside down",
+        file_of((A, NEAR, 'until = "min(front) > 0.3 m"')),
+        "4:10",
+        r"when and until of A hold at once.*with front\[0\] = 0.3\d* m, each other front = \d",
+        file_of((A, NEAR, FAR)),
+    ),
+    (
+        "hysteresis upside down, of two signals",
+        file_of(
+            (
+                A,
+                'when = "min(front) < min(0.4 m, goal_distance)"',
+                'until = "min(front) > min(0.5 m, goal_distance - 0.1 m)"',
+            )
+        ),
+        "4:10",
+        r"when and until of A hold at once",
+        file_of(
+            (
+                A,
+                'when = "min(front) < min(0.4 m, goal_distance)"',
+                'until = "min(front) > min(0.5 m, goal_distance + 0.1 m)"',
+            )
+        ),
+    ),
+    (
+        "never released",
+        file_of((A, NEAR, 'until = "speed > 1.5 m/s"')),
+        "4:10",
+        r"until of A never holds",
+        file_of((A, NEAR, 'until = "speed > 1 m/s and min(front) > 0.5 m"')),
+    ),
+    (
+        "shadowed",
+        file_of((A, 'when = "min(front) < 0.3 m and speed > 0 m/s"', "priority = 4"), ("B", NEAR, "priority = 9")),
+        "3:9",
+        r"A never acts: .* so is B, .*priority of 9 .*with front\[0\] = 0.1 m, each other front = 1 m, speed = 1",
+        file_of((A, 'when = "min(front) < 0.3 m and speed > 0 m/s"', "priority = 9"), ("B", NEAR, "priority = 4")),
+    ),
+    (
+        "shadowed by what fires at once",
+        file_of((A, 'when = "min(front) < 0.3 m"', "priority = 4"), ("B", NEAR, "priority = 9")),
+        "3:9",
+        "A never acts",
+        file_of((A, 'when = "min(front) < 0.3 m"', "priority = 4"), ("B", NEAR, "priority = 9", 'for = "1 s"')),
+    ),
+    (
+        "shadowed in all of its modes",
+        file_of(
+            (A, NEAR, "priority = 4", 'modes = ["dock"]'), ("B", NEAR, "priority = 9", 'modes = ["dock", "drive"]')
+        ),
+        "3:9",
+        "A never acts",
+        file_of((A, NEAR, "priority = 4"), ("B", NEAR, "priority = 9", 'modes = ["dock", "drive"]')),
+    ),
+    (
+        "shadowed until the end",
+        file_of((A, NEAR, FAR, "priority = 4"), ("B", NEAR, 'until = "min(front) > 0.6 m"', "priority = 9")),
+        "3:9",
+        "A never acts",
+        file_of((A, NEAR, FAR, "priority = 4"), ("B", NEAR, 'until = "min(front) > 0.45 m"', "priority = 9")),
+    ),
+    (
+        "tied",
+        file_of((A, NEAR), ("B", 'when = "speed > 1 m/s"', 'action: name = "Go"')),
+        "9:1",
+        r"A and B have the same priority 5 .* with front\[0\] = 0.2 m, each other front = 1 m, speed = 1.2 ",
+        file_of((A, NEAR), ("B", 'when = "speed > 1 m/s"', 'action: name = "Go"', "priority = 6")),
+    ),
+    (
+        "no NaN policy",
+        file_of((A, NEAR, 'tags = ["safety"]')),
+        "2:1",
+        r"A is tagged safety.*has no 'on_invalid'",
+        file_of((A, NEAR, 'tags = ["safety"]', 'on_invalid = "trip"')),
+    ),
+    (
+        "hold without an end",
+        file_of((A, NEAR, 'on_invalid = "hold"')),
+        "4:1",
+        r"no 'max_hold'",
+        file_of((A, NEAR, 'on_invalid = "hold"', 'max_hold = "1 s"')),
+    ),
+    (
+        "cooldown shorter than for",
+        file_of((A, NEAR, 'for = "0.5 s"', 'cooldown = "0.2 s"')),
+        "5:1",
+        r"cooldown of A, 0.2 s, has no effect.*cannot fire before 0.5 s",
+        file_of((A, NEAR, 'for = "0.5 s"', 'cooldown = "0.7 s"')),
+    ),
+    (
+        "chatter",
+        file_of((A, NEAR, 'trigger = "level"')),
+        "3:9",
+        r"A goes on and off.*front\[0\] = 0.39\d+ m, each other front = 1 m it is on, with front\[0\] = 0.4\d* m off",
+        file_of((A, NEAR, FAR, 'trigger = "level"')),
+    ),
+    (
+        "parameter out of bounds",
+        file_of((A, NEAR, 'action: patience = "(speed + 0.5 m/s) * 1 s2/m"')),
+        "7:13",
+        r"patience of Turn must be positive and finite, but in A it can be otherwise.*speed = -0.8 m/s",
+        file_of((A, NEAR, 'action: patience = "max(speed + 0.5 m/s, 0.1 m/s) * 1 s2/m"')),
+    ),
+    (
+        "parameter out of bounds while latched",
+        file_of(
+            (
+                A,
+                'when = "speed > 0 m/s"',
+                'until = "speed < -0.1 m/s"',
+                'action: patience = "(speed + 0.05 m/s) * 1 s2/m"',
+            )
+        ),
+        "8:13",
+        r"patience of Turn must be positive",
+        file_of(
+            (
+                A,
+                'when = "speed > 0 m/s"',
+                'until = "speed < -0.1 m/s"',
+                'action: patience = "(speed + 0.2 m/s) * 1 s2/m"',
+            )
+        ),
+    ),
+    (
+        "infinite parameter",
+        file_of((A, 'when = "min(rear) < 1 m"', 'action: speeds = ["front[0] / 1 s", "0 m/s"]')),
+        "7:1",
+        r"speeds of Turn must be finite, but .*: 'front\[0\] / 1 s' is so with front\[0\] = inf m",
+        file_of((A, 'when = "min(rear) < 1 m"', 'action: speeds = ["min(front[0], 1 m) / 1 s", "0 m/s"]')),
+    ),
+    (
+        "unused alias",
+        file_of((A, NEAR), head='[alias]\nnear = "min(front)"\n'),
+        "3:1",
+        r"nothing in this file uses the alias 'near'",
+        file_of((A, 'when = "near < 0.4 m"'), head='[alias]\nnear = "min(front)"\n'),
+    ),
+    (
+        "unused threshold",
+        file_of((A, NEAR), head='[threshold]\nnear = "0.4 m"\n'),
+        "3:1",
+        r"nothing in this file uses the threshold 'near'",
+        file_of((A, 'when = "min(front) < near"'), head='[threshold]\nnear = "0.4 m"\n'),
+    ),
+    (
+        "name that is taken",
+        file_of((A, NEAR), head='[alias]\nspeed = "min(front)"\n'),
+        "3:1",
+        r"'speed' cannot be an alias",
+        file_of((A, 'when = "near < 1 m"'), head='[alias]\nnear = "min(front)"\n'),
+    ),
+]
+
+FIT_CASES = [
+    (
+        "max_age below the period",
+        file_of((A, 'when = "min(front) < 0.4 m and turn_rate > 1 rad/s"')),
+        "3:32",
+        r"A reads turn_rate, whose max_age of 0.01 s is less than the control period of 0.05 s",
+        file_of((A, NEAR)),
+    ),
+    (
+        "window below the period",
+        file_of((A, 'when = "speed > 1 m/s and held(min(front) < 0.4 m, 0.02 s)"')),
+        "3:27",
+        r"the window of 'held\(min\(front\) < 0.4 m, 0.02 s\)' is 0.02 s, shorter than the control period of 0.05 s",
+        file_of((A, 'when = "held(min(front) < 0.4 m, 0.2 s)"')),
+    ),
+    (
+        "dead mode",
+        file_of((A, NEAR, 'modes = ["dokc"]')),
+        "4:1",
+        r"A lives in the mode 'dokc', which the mission never sets, so it never acts",
+        file_of((A, NEAR, 'modes = ["dock"]')),
+    ),
+]
+
+
+@pytest.mark.parametrize(("wrong", "place", "words", "right"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
+def test_each_fault_is_told_at_its_place(tmp_path, wrong, place, words, right):
+    faults = faults_of(tmp_path, wrong)
+    assert [at(fault) for fault in faults] == [place], faults
+    assert re.search(words, str(faults[0]))
+    assert faults[0].hint or faults[0].file
+    assert faults_of(tmp_path, right) == []
+
+
+@pytest.mark.parametrize(
+    ("wrong", "place", "words", "right"), [c[1:] for c in FIT_CASES], ids=[c[0] for c in FIT_CASES]
+)
+def test_each_misfit_is_told_at_its_place(tmp_path, wrong, place, words, right):
+    (fault,) = faults_of(tmp_path, wrong, 0.05, {"dock", "drive"})
+    assert at(fault) == place
+    assert re.search(words, str(fault))
+    assert fault.warning
+    assert fault.hint
+    assert faults_of(tmp_path, right, 0.05, {"dock", "drive"}) == []
+
+
+def test_all_faults_of_a_file_are_told_at_once(tmp_path):
+    text = file_of(
+        (A, 'when = "min(frnt) < 0.4 m"'),
+        ("B", 'when = "speed > 2 m/s"', "priority = 6", 'for = "1 s"', 'cooldown = "0.5 s"'),
+        ("C", NEAR, 'until = "min(front) > 0.3 m"', "priority = 7", 'action: name = "Trun"'),
+        head='[alias]\nnear = "min(front)"\n',
+    )
+    found = [(at(fault), fault.warning) for fault in faults_of(tmp_path, text)]
+    assert sorted(found) == [
+        ("10:9", True), ("13:1", True), ("18:10", True), ("21:1", False), ("3:1", True), ("5:13", False)
+    ]  # fmt: skip
+
+
+def test_rules_that_are_wrong_themselves_are_not_examined(tmp_path):
+    (fault,) = faults_of(tmp_path, file_of((A, NEAR, 'until = "min(frnt) > 0.3 m"', 'trigger = "level"')))
+    assert not fault.warning
+
+
+def test_included_rules_are_told_in_their_own_file(tmp_path):
+    (tmp_path / "common.toml").write_text(file_of(("B", 'when = "speed > 2 m/s"')), encoding="utf-8")
+    (fault,) = faults_of(tmp_path, file_of((A, NEAR, "priority = 6"), head='include = ["common.toml"]\n'))
+    assert (fault.file.name, at(fault)) == ("common.toml", "3:9")
+
+
+def test_a_file_that_cannot_be_read_is_told():
+    (fault,) = examine_rules(Catalog().shipped / "none.toml", ENVIRONMENT, ACTIONS)
+    assert not fault.warning
+
+
+# Nobody can tell by cases and sums: the product of two signals, what was before, an angle.
+UNDECIDABLE = [
+    ('when = "speed * turn_rate > 2.9 m*rad/s2 and speed < 1 m/s and min(front) < 0.4 m"', "speed * turn_rate"),
+    ('when = "once(speed > 1 m/s, 2 s) and speed < 0.5 m/s"', "once(speed > 1 m/s, 2 s)"),
+    ('when = "sqrt(hypot(speed, speed) * 1 m/s) > 1.19 m/s and speed < 0.99 m/s"', "sqrt"),
+]
+
+
+@pytest.mark.parametrize(("guard", "named"), UNDECIDABLE)
+def test_what_cannot_be_decided_is_said_as_a_note(tmp_path, guard, named):
+    (fault,) = faults_of(tmp_path, file_of((A, guard)))
+    assert fault.note
+    assert fault.warning
+    assert at(fault) == "3:9"
+    assert str(fault).partition("3:9: ")[2].startswith("note: cannot decide whether the guard of A ever holds: ")
+    assert named in fault.message
+
+
+def test_too_many_cases_are_said_with_their_number(tmp_path):
+    parts = " + ".join(
+        f"max(front[{i % 4}] * 1.{i}, rear[{i % 2}] * 2.{i}, min(goal_distance * 1.{i}, 3.{i} m))" for i in range(9)
+    )
+    both = f'when = "{parts} < 1 m and goal_distance > 0.7 m"', f'until = "{parts} > 1.5 m and front[0] > 0.8 m"'
+    notes = [fault for fault in faults_of(tmp_path, file_of((A, *both))) if fault.note]
+    assert notes
+    assert all(re.search(r"more than \d+ cases|only the range is known", note.message) for note in notes)
+
+
+FOREVER = [
+    "held(min(front) < 0.4 m, 0.5 s) and min(front) > 0.5 m",
+    "not once(speed > 1 m/s, 0.5 s) and speed > 1.2 m/s",
+    "since(speed > 1 m/s, min(front) < 0.4 m, 2 s) and speed < 0.5 m/s and min(front) > 0.6 m",
+    "held(speed > 1 m/s, 1 s) and not held(speed > 1 m/s, 1 s)",
+    "time_since(speed > 1 m/s) < 0 s",
+]
+
+
+@pytest.mark.parametrize("text", FOREVER)
+def test_what_the_past_rules_out_is_proved(text):
+    node = parse(text, ENVIRONMENT)
+    assert Prover(ENVIRONMENT, [node]).ask(node).never
+
+
+def test_an_example_of_the_past_stands_for_a_while():
+    node = parse("held(min(front) < 0.4 m, 0.5 s) and time_since(speed > 1 m/s) < 1 s", ENVIRONMENT)
+    x = Prover(ENVIRONMENT, [node]).ask(node).example
+    trace = Trace()
+    for k in range(20):
+        trace.append(x.tolist(), 0.1 * k)
+    assert trace.value(node) is True
+
+
+# Infinite ranges: each guard against all snapshots of a grid, by the interpreter.
+INFINITE = [
+    "front[0] < inf m",
+    "not (front[0] < inf m)",
+    "front[0] >= inf m",
+    "front[0] + 1 m < 2 * front[0]",
+    "front[0] + 1 m >= 2 * front[0] and front[0] > 1 m",
+    "front[0] - 1 m < front[0]",
+    "not (front[0] - 1 m < front[0])",
+    "front[0] <= front[1] - 1 m and front[1] <= front[0] - 1 m",
+    "max(front) < min(front)",
+    "not (max(front) >= min(front))",
+    "front[0] > goal_distance + 1 m and goal_distance > front[0]",
+    "min(front) > inf m",
+    "max(front[0] + 1 m, 3 m) >= front[0] * 2",
+    "not (max(front[0] + 1 m, 3 m) >= front[0] * 2 or front[0] > 0.9 m)",
+    "mean(front) > 3 m and front[1] < 0.1 m",
+    "front[0] == front[1] and front[1] == front[2] + 1 m",
+    "abs(front[0] - 3 m) < 1 m and front[0] > 5 m",
+    "min(front) < min(0.4 m, goal_distance) and not (min(front) < goal_distance)",
+    "goal_distance * -1 > -inf m",
+]
+
+
+@pytest.mark.parametrize("text", INFINITE)
+def test_infinite_values_are_values_too(text):
+    node = parse(text, ENVIRONMENT)
+    answer = Prover(ENVIRONMENT, [node])._proved(node)
+    grid = [0.0, 0.3, 1.0, 2.0, 3.5, INF]
+    for a in grid:
+        for b in grid:
+            for c in grid:
+                x = [a, b, c, a, 1.0, 1.0, b, 0.5, 0.0, 2.0]
+                trace = Trace()
+                trace.append(x, 0.0)
+                assert not (trace.value(node) and answer.never), (a, b, c)
+    if answer.example is not None:
+        trace = Trace()
+        trace.append(answer.example.tolist(), 0.0)
+        assert trace.value(node) is True
+
+
+# Whether each can be true at all, decided without drawing any examples; speed is between -1 and 1.5 m/s.
+DECIDED = [
+    ("abs(speed) > 1.4 m/s", True),
+    ("abs(speed) > 1.6 m/s", False),
+    ("abs(speed) < 0 m/s", False),
+    ("-abs(speed) < -1.2 m/s", True),
+    ("clip(speed, 0 m/s, 1 m/s) > 1 m/s", False),
+    ("clip(speed, 0 m/s, 1 m/s) < 0.5 m/s", True),
+    ("side(speed) > 0.5 and speed < 0 m/s", False),
+    ("side(speed) < 0 and speed < 0 m/s", True),
+    ("sign(speed) == 0", True),
+    ("sign(speed) < 0 and speed >= 0 m/s", False),
+    ("count(front < 1 m) >= 5", False),
+    ("count(front < 1 m) >= 4", True),
+    ("count(front < 1 m) == 2 and max(front) < 1 m", False),
+    ("sum(front) < 1 m and max(front) > 1 m", False),
+    ("dot(rear, [1, -1]) > 0 m and rear[0] < rear[1]", False),
+    ("dot(rear, [1, -1]) > 0 m and rear[0] < 1 m", True),
+    ("(1 m if speed > 0 m/s else 2 m) > min(rear) and min(rear) > 1.5 m and speed > 0.1 m/s", False),
+    ("(1 m if speed > 0 m/s else 2 m) > min(rear) and min(rear) > 1.5 m", True),
+    ("argmin(front) > 3", False),
+    ("hypot(speed, speed) > 3.1 m/s", False),
+    ("wrap_angle(turn_rate * 1 s) > 4 rad", False),
+    ("mean(clip(front, 0 m, 1 m)) > 0.9 m and min(front) < 0.5 m", False),
+    ("min_valid(front, 2) < 0.4 m and min(front) > 0.4 m", False),
+    ("any(front < rear[0]) and all(front > rear[0])", False),
+    ("0 m < min(front) < 1 m and min(front) == 1 m", False),
+    ("speed / 2 > 0.7 m/s and speed != 1.5 m/s", True),
+    ("speed / 2 > 0.7 m/s and speed <= 1.4 m/s", False),
+    ("side(speed) * turn_rate > 1 rad/s and speed < 0 m/s and turn_rate > -1 rad/s", False),
+]
+
+
+@pytest.mark.parametrize(("text", "possible"), DECIDED)
+def test_cases_and_sums_are_decided(text, possible):
+    node = parse(text, ENVIRONMENT)
+    prover = Prover(ENVIRONMENT, [node])
+    answer = prover._proved(node)
+    assert not answer.unknown
+    assert answer.never is not possible
+    assert possible is (answer.example is not None and prover.confirmed(node, answer.example))
+
+
+RANGED = [
+    "speed",
+    "-speed",
+    "speed + rear[0] / 1 s",
+    "speed - 2 * turn_rate * 1 m/rad",
+    "speed * turn_rate",
+    "speed / 2",
+    "min(rear)",
+    "max(front[0], rear)",
+    "sum(rear)",
+    "mean(rear)",
+    "abs(speed)",
+    "abs(turn_rate - 3 rad/s)",
+    "clip(speed, 0 m/s, 1 m/s)",
+    "clip(rear[0], goal_distance, 2 m)",
+    "hypot(rear[0] + 1 m, goal_distance + 1 m - 0 m)",
+    "atan2(speed, turn_rate * 1 m/rad)",
+    "sign(speed)",
+    "side(speed)",
+    "sqrt(goal_distance * 1 m)",
+    "wrap_angle(turn_rate * 3 s)",
+    "argmin(front)",
+    "count(front < 1 m)",
+    "dot(rear, [1, -2])",
+    "min_valid(front, 3)",
+    "1 m if speed > 0 m/s else rear[0]",
+    "1 m / (goal_distance + 1 m)",
+    "1 m / (speed * 1 s)",
+]
+
+
+@pytest.mark.parametrize("text", RANGED)
+def test_no_value_lies_outside_of_the_range(text):
+    node = parse(text, ENVIRONMENT)
+    prover = Prover(ENVIRONMENT, [node])
+    low, high = range_of(node, lambda index: prover.bounds[index])
+    values = prover.samples.value(node)
+    values = values[~np.isnan(values)]
+    assert len(values) > 100
+    assert low - 1e-9 <= values.min()
+    assert values.max() <= high + 1e-9
+
+
+def test_drawn_and_proved_answers_agree():
+    texts = [*INFINITE, *FOREVER, "min(front) < 0.4 m", "speed * speed > 1 m2/s2", "count(front < 1 m) >= 3"]
+    nodes = [parse(text, ENVIRONMENT) for text in texts]
+    prover = Prover(ENVIRONMENT, nodes)
+    for node in [*nodes, *map(negation, nodes), conjunction([nodes[0], nodes[-1]])]:
+        drawn, proved = prover._drawn(node), prover._proved(node)
+        assert not (drawn and proved.never), node.text
+
+
+def robots_and_rules():
+    catalog = Catalog()
+    return [(robot.name, rules.name) for robot in catalog.list("robot") for rules in catalog.list("rules")]
+
+
+@pytest.mark.parametrize(("robot", "rules"), robots_and_rules())
+def test_shipped_rules_are_clean_for_every_shipped_robot(robot, rules):
+    catalog = Catalog()
+    spec = catalog.load_robot(robot)
+    environment = Environment.of(paper_agent(spec, catalog.load_class).knowledge.signals)
+    file = catalog.find("rules", rules).path
+    own = thresholds(spec, file)
+    if any(not fault.warning for fault in check_rules(file, environment, SHIPPED_ACTIONS, own)):
+        pytest.skip(f"{rules} is not for {robot}")
+    assert examine_rules(file, environment, SHIPPED_ACTIONS, own) == []
+    loaded = load_rules(file, environment, SHIPPED_ACTIONS, overrides=own).rules
+    assert analyse_fit(loaded, environment, 0.05) == []
+
+
+def test_no_rules_are_no_fault():
+    assert analyse_rules([], ENVIRONMENT, ACTIONS) == []
+
+
+def test_a_note_shows_its_weight():
+    assert str(Fault("x.", warning=True, note=True)) == "note: x."
+    assert isinstance(InputError(Fault("x.")).faults[0], Fault)
+
+
+def test_values_are_shown_with_their_units():
+    from rocs_bt.reactive.analysis.case import Case
+
+    case = Case([], ENVIRONMENT)
+    x = np.array([0.3, 1.0, 1.0, 1.0, 2.0, 2.0, INF, 0.25, 0.0, 3.0])
+    nodes = [
+        parse(text, ENVIRONMENT)
+        for text in ("min(front) < 1 m", "min(rear) < goal_distance", "speed > 0 m/s and tags > 1")
+    ]
+    assert case.shown(x, nodes) == (
+        "front[0] = 0.3 m, each other front = 1 m, each rear = 2 m, goal_distance = inf m, speed = 0.25 m/s, tags = 3"
+    )

@@ -1,0 +1,410 @@
+"""The live page: one more sink, whose process shows a run in browsers and serves nobody else."""
+
+import http.client
+import json
+import math
+import re
+import time
+from urllib.parse import urlsplit
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rocs_bt.errors import InputError
+from rocs_bt.event import (
+    BlockFailed,
+    Event,
+    Judged,
+    KnowledgeChanged,
+    NodeTicked,
+    RuleChanged,
+    SignalsWritten,
+    SubtreeSwapped,
+    TicketChanged,
+    pack,
+)
+from rocs_bt.record.header import AgentInfo, RunHeader, TreeNode
+from rocs_bt.record.live import LivePage, frames
+from rocs_bt.record.live.picture import Picture
+from rocs_bt.record.live.server import Feed, Server
+
+from . import chromium, synthetic
+
+EVENTS = synthetic.events(4.0)
+
+
+def fold(known: dict, news: dict) -> dict:
+    """What a page makes of news: the page's own rules, written anew."""
+    known["t"] = news.get("t", 0.0)
+    for name, told in news.get("bodies", {}).items():
+        body = known.setdefault("bodies", {}).setdefault(name, {})
+        body["pose"] = told["pose"]
+        body.setdefault("trail", []).extend(told.get("trail", []))
+    for name, told in news.get("agents", {}).items():
+        agent = known.setdefault("agents", {}).setdefault(name, {})
+        if gone := told.pop("swapped", None):
+            kept = agent.get("nodes", {})
+            agent["nodes"] = {p: s for p, s in kept.items() if p != gone and not p.startswith(gone + "/")}
+        for key, value in told.items():
+            if isinstance(value, dict):
+                agent.setdefault(key, {}).update(value)
+            elif key in ("knowledge", "faults"):
+                agent.setdefault(key, []).extend(value)
+            else:
+                agent[key] = value
+        done = {n for n, k in agent.get("tickets", {}).items() if k[1] not in ("QUEUED", "RUNNING")}
+        agent["tickets"] = {n: k for n, k in agent.get("tickets", {}).items() if n not in done}
+    return known
+
+
+def without_empty(agents: dict) -> dict:
+    return {name: {k: v for k, v in agent.items() if v} for name, agent in agents.items()}
+
+
+def shown(events: list[Event]) -> dict:
+    picture = Picture()
+    picture.begin(synthetic.header())
+    picture.take(events)
+    return json.loads(picture.whole())
+
+
+@given(st.lists(st.integers(0, len(EVENTS)), max_size=8).map(sorted))
+def test_whoever_comes_first_and_whoever_comes_last_see_the_same(cuts):
+    swap = SubtreeSwapped(t=2.0, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=(("go to", "Sequence", ""),))
+    events = [*EVENTS[:900], swap, *EVENTS[900:]]
+    picture = Picture()
+    picture.begin(synthetic.header())
+    known = json.loads(picture.whole())
+    for begin, end in zip([0, *cuts], [*cuts, len(events)], strict=True):
+        picture.take(events[begin:end])
+        known = fold(known, json.loads(picture.news()))
+    whole = json.loads(picture.whole())
+    assert without_empty(known["agents"]) == without_empty(whole["agents"])
+    assert (known["bodies"], known["t"]) == (whole["bodies"], whole["t"])
+
+
+def test_it_shows_what_a_run_has_to_tell():
+    agent = shown(EVENTS)["agents"]["R2"]
+    assert agent["nodes"]["go to"][0] == "RUNNING"
+    assert len(agent["signals"]["pose"]) == 3
+    assert "∞" in agent["signals"]["front"]
+    assert agent["rules"]["avoid_collision/AvoidCollision"]["fired"] >= 1
+    assert agent["knowledge"][0][2] == "origin"
+    assert len(agent["ranges"]["sonar"]) == len(synthetic.ANGLES)
+    assert agent["route"] in ("deliberative", "reactive")
+    bodies = shown(EVENTS)["bodies"]
+    assert {route for *_, route in bodies["R2"]["trail"]} == {"deliberative", "reactive"}
+    assert {route for *_, route in bodies["R1"]["trail"]} == {""}
+
+
+@pytest.mark.parametrize(
+    ("phases", "latched", "active", "fired"),
+    [
+        (["latched"], True, False, 0),
+        (["latched", "waits"], True, False, 0),
+        (["latched", "fired"], True, True, 1),
+        (["latched", "fired", "released"], False, True, 1),
+        (["latched", "fired", "released", "ended"], False, False, 1),
+        (["latched", "fired", "fired again"], True, True, 2),
+        (["latched", "fired", "released", "latched"], True, True, 1),
+    ],
+)
+def test_a_rules_latch_and_its_action_are_two_things(phases, latched, active, fired):
+    events = [RuleChanged(t=1.0, agent="R2", rule="a/B", phase=p, priority=1, reading=f"r {p}") for p in phases]
+    rule = shown(events)["agents"]["R2"]["rules"]["a/B"]
+    assert (rule["latched"], rule["active"], rule["fired"]) == (latched, active, fired)
+
+
+def test_numbers_that_json_lacks_are_shown_as_text():
+    values = pack([math.inf, -math.inf, math.nan, 1 / 3])
+    event = SignalsWritten(t=0.0, agent="R2", monitor="m", signals=("s",), sizes=(4,), data=values)
+    known = KnowledgeChanged(t=0.0, agent="R2", what="attribute", subject="n", name="a", value=[math.nan, 1.0])
+    agent = shown([event, known])["agents"]["R2"]
+    assert agent["signals"]["s"] == ["∞", "−∞", "–", 0.33333]
+    assert agent["knowledge"][0][4] == ["–", 1.0]
+
+
+def test_a_trail_that_grows_for_hours_stays_small():
+    moves = [msgspec.structs.replace(EVENTS[-1], t=float(i), x=0.02 * i) for i in range(20_000)]
+    trail = shown(moves)["bodies"]["R1"]["trail"]
+    assert 1000 < len(trail) <= 4001
+    assert trail[-1][0] == pytest.approx(0.02 * 19_999)
+
+
+def test_an_event_that_is_no_data_is_left_out():
+    wrong = KnowledgeChanged(t=0.0, agent="R2", what="attribute", subject="n", name="a", value=object())
+    data = frames.encode_events([EVENTS[0], wrong, EVENTS[1]])[4:]
+    assert frames.decode_events(data) == EVENTS[:2]
+
+
+def get(url: str, *, method: str = "GET", path: str | None = None, host: str | None = None):
+    """One request: its status and text, and its headers."""
+    parts = urlsplit(url)
+    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=10)
+    connection.putrequest(method, parts.path if path is None else path, skip_host=True)
+    connection.putheader("Host", parts.netloc if host is None else host)
+    connection.endheaders()
+    answer = connection.getresponse()
+    return answer.status, answer.read().decode() if answer.length != 0 else "", dict(answer.headers)
+
+
+@pytest.fixture(scope="module")
+def live():
+    with LivePage() as page:
+        page.begin(synthetic.header())
+        yield page
+
+
+def test_the_page_is_one_file_that_refers_to_nothing_outside(live):
+    status, page, headers = get(live.url)
+    assert status == 200
+    assert "http:" not in page
+    assert "https:" not in page
+    assert "src=" not in page
+    policy = headers["Content-Security-Policy"]
+    assert "default-src 'none'" in policy
+    assert "frame-ancestors 'none'" in policy
+    nonce = re.search(r'<script nonce="([^"]+)"', page)[1]
+    assert f"'nonce-{nonce}'" in policy
+    assert headers["Referrer-Policy"] == "no-referrer"
+    assert headers["Cache-Control"] == "no-store"
+
+
+def test_only_who_has_the_token_gets_anything(live):
+    token = urlsplit(live.url).path.strip("/")
+    assert len(token) >= 20
+    for path in ("/", "", "/events", f"/{token[:-1]}/", f"/{token}x/", f"/{token[:-1]}/events", "/%C3%A9/"):
+        assert get(live.url, path=path)[0] == 403, path
+    assert get(live.url, path=f"/{token}/other")[0] == 404
+    assert get(live.url, path=f"/{token}/../events")[0] == 404
+    assert get(live.url, method="POST")[0] == 501
+
+
+def test_a_foreign_host_is_refused(live):
+    port = urlsplit(live.url).port
+    for host in ("evil.example", f"evil.example:{port}", "127.0.0.1", f"0.0.0.0:{port}", ""):
+        assert get(live.url, host=host)[0] == 421, host
+    assert get(live.url, host=f"localhost:{port}")[0] == 200
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.7", "::"])
+def test_it_is_served_on_loopback_only(host):
+    with pytest.raises(InputError, match=rf"served on {host}, where others"):
+        Server(host, 0, "token", Feed())
+    with pytest.raises(InputError, match="others than this machine"), LivePage(host=host):
+        pass
+
+
+def test_a_port_that_is_taken_is_told(live):
+    port = urlsplit(live.url).port
+    with pytest.raises(InputError, match=rf"port {port} cannot be had.*--port"), LivePage(port):
+        pass
+
+
+def test_a_live_page_shows_one_run(live):
+    with pytest.raises(InputError, match="shows one run"):
+        live.begin(synthetic.header())
+    with pytest.raises(InputError, match="shows one run"):
+        LivePage().begin(synthetic.header())
+
+
+def messages(url: str):
+    """A stream's messages: kind and data."""
+    parts = urlsplit(url)
+    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=10)
+    connection.request("GET", parts.path + "events")
+    lines = connection.getresponse()
+    while True:
+        kind, data = lines.readline().decode(), lines.readline().decode()
+        lines.readline()
+        yield kind.removeprefix("event: ").strip(), json.loads(data.removeprefix("data: "))
+
+
+def test_a_browser_hears_everything_at_first_and_then_what_is_new():
+    with LivePage() as page:
+        page.begin(synthetic.header())
+        page.emit(NodeTicked(t=0.5, agent="R2", node="go to", status="RUNNING"))
+        stream = messages(page.url)
+        kind, whole = next(stream)
+        assert kind == "whole"
+        assert whole["run"]["scenario"] == "exp1"
+        page.emit(NodeTicked(t=0.7, agent="R2", node="go to", status="SUCCESS"))
+        while True:
+            kind, news = next(stream)
+            assert kind == "message"
+            if news["agents"]["R2"]["nodes"]["go to"][0] == "SUCCESS":
+                break
+        assert news["t"] == 0.7
+
+
+def test_what_was_emitted_last_is_sent_before_the_page_ends():
+    with LivePage() as page:
+        page.begin(synthetic.header())
+        stream = messages(page.url)
+        next(stream)
+        page.emit(Judged(t=3.0, agent="R2", outcome="success"))
+    assert next(stream)[1]["agents"]["R2"]["outcome"] == ["success", "", None]
+
+
+def test_a_page_that_dies_holds_nobody_up():
+    with LivePage() as page:
+        page.begin(synthetic.header())
+        page._process.kill()
+        page._process.wait()
+        for event in EVENTS:
+            page.emit(event)
+        end = time.monotonic() + 10.0
+        while page._waiting and time.monotonic() < end:
+            time.sleep(0.05)
+        assert not page._waiting
+
+
+def test_a_browser_that_is_far_behind_is_let_go_and_gets_everything_when_it_comes_back():
+    feed = Feed()
+    feed.update(lambda picture: picture.begin(synthetic.header()), anew=True)
+    slow, quick = feed.join(), feed.join()
+    for event in EVENTS[:150]:
+        feed.update(lambda picture, event=event: picture.take([event]))
+        while not quick.empty():
+            assert quick.get() is not None
+    heard = [slow.get() for _ in range(slow.qsize())]
+    assert heard[-1] is None
+    assert json.loads(feed.join().get().split(b"data: ")[1]) == shown(EVENTS[:150])
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    path = chromium.find()
+    if path is None:
+        pytest.skip("no Chromium is installed")
+    browser = chromium.Browser(path, tmp_path_factory.mktemp("chromium"))
+    yield browser
+    browser.close()
+
+
+def until(browser, script: str):
+    """Wait until an expression in the page is true."""
+    found = browser.evaluate(
+        f"new Promise((yes) => {{ const end = Date.now() + 20000; const look = () => ({script}) ? yes(true) : "
+        "Date.now() > end ? yes(false) : setTimeout(look, 30); look(); })"
+    )
+    assert found, script
+
+
+def faults(browser) -> list[str]:
+    """What the page complained of; that a wrong token was refused is no fault."""
+    return [error for error in browser.errors if "403 (Forbidden)" not in error]
+
+
+def row(path: str) -> str:
+    return f"document.querySelector('[data-node=\"{path}\"]')"
+
+
+def cell(signal: str) -> str:
+    return f"document.querySelector('[data-signal={signal}] .v').textContent"
+
+
+@pytest.mark.browser
+def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
+    with LivePage() as page:
+        browser.open(page.url)
+        assert browser.evaluate("link.textContent") == "waiting"
+        page.begin(synthetic.header())
+        for event in EVENTS:
+            page.emit(event)
+        until(browser, "link.textContent === 'live' && Number(time.textContent) >= 3.95")
+        assert browser.evaluate("title.textContent") == "R2 is under way"
+        assert browser.evaluate(f"{row('go to/GoTo')}.innerText").startswith("RUNNING")
+        assert browser.evaluate(f"{row('go to/goal known')}.innerText").startswith("SUCCESS")
+        assert browser.evaluate("document.querySelector('.mind [data-is=node]').textContent") == "GoTo"
+        assert browser.evaluate("document.querySelector('[data-rule] .reading').textContent").startswith("min(front)")
+        assert browser.evaluate(cell("wheel_speeds")).count(",") == 1
+        assert "origin" in browser.evaluate("document.querySelector('.log').textContent")
+        before = browser.evaluate("picture.toDataURL()"), browser.evaluate(cell("pose"))
+        for event in synthetic.events(6.0)[len(EVENTS) :]:
+            page.emit(event)
+        page.emit(NodeTicked(t=6.0, agent="R2", node="go to/GoTo", status="FAILURE", feedback="the way is shut"))
+        page.emit(BlockFailed(t=6.0, agent="R2", block="plan", kind="raised", detail="<b>no</b>"))
+        until(browser, f"{row('go to/GoTo')}.innerText.startsWith('FAILURE')")
+        assert "the way is shut" in browser.evaluate(f"{row('go to/GoTo')}.textContent")
+        assert "<b>no</b>" in browser.evaluate("document.querySelector('.agent .faults').textContent")
+        assert (browser.evaluate("picture.toDataURL()"), browser.evaluate(cell("pose"))) != before
+        nodes = (("go to", "Sequence", ""), ("go to/goal known", "Known", "go to"), ("go to/Stop", "Act", "go to"))
+        page.emit(SubtreeSwapped(t=6.1, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes))
+        until(browser, f"{row('go to/GoTo')} === null && {row('go to/Stop')}.innerText.startsWith('idle')")
+        page.emit(TicketChanged(t=6.2, agent="R2", ticket=9, action="Stop", priority="NORMAL", state="RUNNING", by="x"))
+        until(browser, "document.querySelector('.mind [data-is=action]').textContent.includes('Stop')")
+        page.emit(Judged(t=6.3, agent="R2", outcome="success", time_to_goal=6.3))
+        until(browser, "link.textContent === 'over' && title.textContent === 'R2: success'")
+        browser.open(page.url)  # who comes after the end sees it all
+        until(browser, "link.textContent === 'over' && Number(time.textContent) === 6.3")
+        assert browser.evaluate(f"{row('go to/goal known')}.innerText").startswith("SUCCESS")
+        assert faults(browser) == []
+        assert [u for u in browser.requests if not u.startswith((page.url, "file:", "data:", "about:"))] == []
+
+
+@pytest.mark.browser
+def test_in_a_browser_a_wrong_token_shows_nothing(browser, live):
+    browser.open(live.url[:-2] + "/")
+    assert "403" in browser.evaluate("document.body.textContent")
+    assert browser.evaluate("document.getElementById('picture')") is None
+
+
+@pytest.mark.browser
+def test_in_a_browser_it_fits_a_telephone_and_the_dark(browser):
+    browser.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
+    browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+    with LivePage() as page:
+        page.begin(synthetic.header())
+        for event in EVENTS:
+            page.emit(event)
+        browser.open(page.url)
+        until(browser, "Number(time.textContent) >= 3.95")
+        assert browser.evaluate("document.documentElement.scrollWidth") <= 390
+        paper = browser.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert sum(map(int, paper.removeprefix("rgb(").removesuffix(")").split(","))) < 100
+    browser.call("Emulation.setEmulatedMedia", features=[])
+    browser.call("Emulation.clearDeviceMetricsOverride")
+    assert faults(browser) == []
+
+
+def large(count: int) -> RunHeader:
+    """A mission of `count` groups of nine leaves each."""
+    groups = [f"top/group {i}" for i in range(count)]
+    nodes = [TreeNode(path="top", type="Sequence", children=tuple(groups))]
+    for group in groups:
+        leaves = tuple(f"{group}/leaf {k}" for k in range(9))
+        nodes += [
+            TreeNode(path=group, type="Fallback", children=leaves),
+            *(TreeNode(path=p, type="Act") for p in leaves),
+        ]
+    info = AgentInfo(name="R2", robot="pioneer_p3dx", mission="large", nodes=tuple(nodes))
+    return msgspec.structs.replace(synthetic.header(), agents=(info,))
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("count", [100, 1000])
+def test_in_a_browser_a_tree_of_any_size_is_drawn_and_walked_with_the_keyboard(browser, count):
+    with LivePage() as page:
+        page.begin(large(count))
+        browser.open(page.url)
+        for i in range(count):
+            page.emit(NodeTicked(t=0.1, agent="R2", node=f"top/group {i}/leaf 0", status="SUCCESS"))
+        page.emit(NodeTicked(t=0.2, agent="R2", node=f"top/group {count - 2}/leaf 5", status="RUNNING"))
+        until(browser, "Number(time.textContent) === 0.2")
+        assert browser.evaluate("document.querySelector('[data-is=count]').textContent") == f"{10 * count + 1} nodes"
+        # What runs has been scrolled into sight, and only what is in sight is in the page.
+        assert browser.evaluate(f"{row(f'top/group {count - 2}/leaf 5')}.innerText").startswith("RUNNING")
+        assert browser.evaluate("document.querySelectorAll('.row').length") < 60
+        assert browser.evaluate("document.querySelector('.map').hidden") is False
+        browser.evaluate("document.querySelector('.rows').focus()")
+        for key in ("Home", "ArrowDown", "ArrowLeft", "ArrowDown"):
+            for kind in ("keyDown", "keyUp"):
+                browser.call("Input.dispatchKeyEvent", type=kind, key=key)
+        active = "document.querySelector('.rows').getAttribute('aria-activedescendant')"
+        at = f"document.getElementById({active}).dataset.node"
+        assert browser.evaluate(at) == "top/group 1"  # group 0 is folded
+        assert browser.evaluate(f"{row('top/group 0/leaf 0')}") is None
+    assert faults(browser) == []

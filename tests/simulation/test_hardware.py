@@ -1,0 +1,206 @@
+"""Driving robots that are not simulated: a user's own drivers, wall time, and what breaks on the way."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.check import check_content
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.errors import InputError
+from rocs_bt.event import CommandExpired, ListSink, RuleChanged, RulesReplaced, SensorFailed
+from rocs_bt.simulation import Host, drive, run
+
+# A robot that lives in this process and in one object: it drives as it is told, exactly.
+DRIVERS = """
+import math
+import threading
+from rocs_bt import Actuator, Reading, Sensor
+from rocs_bt.errors import DeviceError
+
+PLAN = {plan!r}
+SEEN = []
+
+
+class Body:
+    def __init__(self, clock):
+        self.clock, self.x, self.speed, self.at, self.closed = clock, -0.6, 0.0, clock.now(), False
+        self.frozen = None
+        SEEN.append(self)
+
+    def now(self):
+        t = self.clock.now()
+        self.x, self.at = self.x + self.speed * (t - self.at), t
+        return t
+
+    def close(self):
+        self.closed = True
+
+
+class Part(Sensor):
+    def __init__(self, name, parameters, host):
+        super().__init__(name)
+        self.body, self.wobble = host.share("body", lambda: Body(host.clock)), 0
+
+    def read(self):
+        t = self.body.now()
+        self.wobble += 1
+        if PLAN == "silent" and t > 0.5:
+            t = 0.5
+        said = {{
+            "sonar": [math.inf] * 15 + [0.9 + 1e-6 * self.wobble],
+            "position": [self.body.x, 1e-9 * self.wobble, 0.0],
+            "orientation": [0.0],
+            "encoders": [self.body.speed] * 2,
+        }}
+        return Reading(t, said[self.name])
+
+
+class Wheels(Actuator):
+    def __init__(self, name, parameters, host):
+        super().__init__(name, 2)
+        self.body, self.count = host.share("body", lambda: Body(host.clock)), 0
+
+    def command(self, values):
+        self.body.now()
+        self.count += 1
+        if PLAN == "refuses" and self.count > 5:
+            raise DeviceError("the fuse blew")
+        self.body.speed = 0.5 * (values[0] + values[1])
+
+    def neutral(self):
+        self.body.now()
+        self.body.speed = 0.0
+"""
+
+
+@pytest.fixture
+def real(tmp_path: Path) -> Callable[[str], Catalog]:
+    """A project with a scenario `real`, whose robot behaves as a plan says."""
+
+    def make(plan: str = "fine") -> Catalog:
+        folder = tmp_path / "robots" / "own"
+        folder.mkdir(parents=True)
+        (folder / "own.py").write_text(DRIVERS.format(plan=plan))
+        names = ("sonar", "position", "orientation", "encoders")
+        tables = [f'[[sensor]]\nname = "{name}"\ndriver = "own.py:Part"\n' for name in names]
+        tables.append('[[actuator]]\nname = "wheels"\ndriver = "own.py:Wheels"\n')
+        head = 'format = "robot/1"\nbase = "pioneer_p3dx"\n'
+        (folder / "robot.toml").write_text(head + "".join(tables))
+        (tmp_path / "scenarios").mkdir()
+        (tmp_path / "scenarios" / "real.toml").write_text(
+            'format = "scenario/1"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "own"\n'
+        )
+        return Catalog(tmp_path)
+
+    return make
+
+
+def body(catalog: Catalog) -> object:
+    robot = catalog.load_robot("own")
+    return catalog.load_class(robot.beside("own.py"), "Part").read.__globals__["SEEN"][-1]
+
+
+def test_the_mission_drives_it_to_the_goal_and_everything_is_closed(real: Callable[[str], Catalog]) -> None:
+    catalog = real("fine")
+    found = drive("real", catalog, duration=10.0)
+    assert (found["R2"].status, found["R2"].reason) == ("SUCCESS", "")
+    robot = body(catalog)
+    assert abs(robot.x) < 0.1
+    assert robot.speed == 0.0
+    assert robot.closed
+
+
+def test_when_time_is_up_the_wheels_stand(real: Callable[[str], Catalog]) -> None:
+    catalog = real("fine")
+    begun = time.monotonic()
+    assert drive("real", catalog, duration=0.7)["R2"].status == "RUNNING"
+    assert time.monotonic() - begun < 5.0
+    assert body(catalog).speed == 0.0
+
+
+def test_a_robot_that_falls_silent_is_stopped_by_a_reflex(real: Callable[[str], Catalog]) -> None:
+    catalog, sink = real("silent"), ListSink()
+    assert drive("real", catalog, duration=1.5, sinks=[sink])["R2"].status == "RUNNING"
+    assert {e.sensor for e in sink.events if isinstance(e, SensorFailed)} >= {"sonar", "position"}
+    assert [e.rule for e in sink.events if isinstance(e, RuleChanged) and e.phase == "fired"]
+    assert body(catalog).speed == 0.0
+    assert body(catalog).x < -0.2
+
+
+def test_a_device_that_refuses_stops_the_robot_and_is_told(real: Callable[[str], Catalog]) -> None:
+    catalog = real("refuses")
+    found = drive("real", catalog, duration=5.0)["R2"]
+    assert "the fuse blew" in found.reason
+    assert body(catalog).speed == 0.0
+
+
+def test_a_mind_that_is_late_loses_the_wheels(real: Callable[[str], Catalog], monkeypatch: pytest.MonkeyPatch) -> None:
+    from rocs_bt.execute import Execute
+
+    catalog, sink, before = real("fine"), ListSink(), Execute.run
+
+    def hang(self: Execute, t: float) -> None:
+        if t > 0.6:
+            time.sleep(0.8)
+        before(self, t)
+
+    monkeypatch.setattr(Execute, "run", hang)
+    found = drive("real", catalog, duration=3.0, sinks=[sink])["R2"]
+    assert "execute" in found.reason or [e for e in sink.events if isinstance(e, CommandExpired)]
+    assert body(catalog).speed == 0.0
+
+
+def test_a_simulations_driver_and_a_class_of_another_kind_are_refused(real: Callable[[str], Catalog]) -> None:
+    with pytest.raises(InputError, match="the driver 'range_cone' of 'sonar' is one of a simulation"):
+        drive("exp1", Catalog(), duration=1.0)
+    catalog = real("fine")
+    file = catalog.load_robot("own").file
+    file.write_text(file.read_text().replace("own.py:Wheels", "own.py:Part"))
+    with pytest.raises(InputError, match=r"'own.py:Part' of 'wheels' is no Actuator") as caught:
+        drive("real", catalog, duration=1.0)
+    assert caught.value.faults[0].file == file
+
+
+def test_a_real_robot_passes_the_check_and_cannot_be_simulated(real: Callable[[str], Catalog]) -> None:
+    catalog = real("fine")
+    assert catalog.project is not None
+    found = check_content([catalog.project])
+    assert not found.faults
+    with pytest.raises(InputError, match="the driver 'Part' of 'sonar' is none for MuJoCo"):
+        run("real", catalog, duration=1.0)
+
+
+def test_what_drivers_share_is_made_once_and_closed_once() -> None:
+    host, made = Host(SimulatedClock(0.1)), []
+
+    class Link:
+        def __init__(self) -> None:
+            self.closed = 0
+            made.append(self)
+
+        def close(self) -> None:
+            self.closed += 1
+
+    assert host.share("a", Link) is host.share("a", Link) is not host.share("b", Link)
+    host.close()
+    assert [link.closed for link in made] == [1, 1]
+
+
+def test_rules_that_are_broken_meanwhile_are_told(real: Callable[[str], Catalog], tmp_path: Path) -> None:
+    catalog, sink = real("fine"), ListSink()
+    rules = tmp_path / "rules" / "avoid_collision.toml"
+    rules.parent.mkdir()
+    rules.write_text(Catalog().find("rules", "avoid_collision").path.read_text("utf-8"), "utf-8")
+    timer = threading.Timer(0.4, rules.write_text, ["no rules at all"])
+    timer.start()
+    drive("real", catalog, duration=1.2, sinks=[sink], watch_rules=True)
+    timer.join()
+    (told,) = [e for e in sink.events if isinstance(e, RulesReplaced)]
+    assert (told.agent, told.rules, told.accepted) == ("R2", "avoid_collision", False)
+    assert "the old rules stay in force: " in told.detail

@@ -1,0 +1,140 @@
+"""Requirements: the live run and its recording give the same; verdicts, margins and worst moments are right."""
+
+import json
+import math
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.errors import InputError
+from rocs_bt.event import AgentStopped, BodyMoved, ListSink, RequirementViolated, SignalsWritten, pack
+from rocs_bt.record import AgentInfo, Recording, RequirementInfo, SignalInfo
+from rocs_bt.signal import Signal
+from rocs_bt.simulation import RequirementWatch, check_recorded, run
+from rocs_bt.units import LENGTH, SPEED
+
+SIGNALS = tuple(SignalInfo.of(Signal(n, 1, (d,), max_age=0.15)) for n, d in (("front", LENGTH), ("speed", SPEED)))
+R1 = AgentInfo(name="R1", robot="rover", mission="m", signals=SIGNALS)
+SCENARIO = """
+format = "scenario/1"
+base = "exp1"
+doc = "EXP1 with requirements."
+[[requirement]]
+name = "keeps clear"
+require = "always min_clearance > 0.18 m"
+[[requirement]]
+name = "stops in time"
+agent = "R2"
+require = "always (min(front) < 0.3 m implies within 0.2 s speed < 0.05 m/s)"
+[[requirement]]
+name = "arrives"
+require = "hypot(true_pose[0], true_pose[1]) < 0.12 m"
+"""
+
+
+def judge(text, rows, stopped=True):
+    """The finding on rows of (t, front, speed), and the events that it told."""
+    sink = ListSink()
+    watch = RequirementWatch([RequirementInfo(name="it", agent="R1", text=text)], [R1], sink)
+    for t, *values in rows:
+        given = {n: v for n, v in zip(("front", "speed"), values, strict=True) if v is not None}
+        watch.emit(BodyMoved(t=t, agent="R1", body="R1", x=0.0, y=0.0, yaw=0.0))
+        data = pack(given.values())
+        watch.emit(SignalsWritten(t=t, agent="R1", monitor="m", signals=(*given,), sizes=(1,) * len(given), data=data))
+    if stopped:
+        watch.emit(AgentStopped(t=rows[-1][0] + 0.05, agent="R1", by="test"))
+    watch.close()
+    (finding,) = watch.of("R1")
+    return finding, sink.events
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "threaded"])
+def test_a_recording_gives_what_the_run_gave(mode, tmp_path):
+    file = tmp_path / "scenarios" / "req.toml"
+    file.parent.mkdir()
+    file.write_text(SCENARIO, "utf-8")
+    result = run(str(file), Catalog(tmp_path), seed=3, mode=mode, out=tmp_path / "run", duration=2.5, report=False)
+    recording = Recording.open(result.recording)
+    live = json.loads((tmp_path / "run" / "summary.json").read_text())["agents"]["R2"]["requirements"]
+    assert [finding.as_dict() for finding in check_recorded(recording)["R2"]] == live
+    assert [f["name"] for f in live] == ["keeps clear", "stops in time", "arrives"]
+    assert live[2]["verdict"] == "violated"
+    told = {e.requirement: e.about for e in recording.events() if isinstance(e, RequirementViolated)}
+    assert told == {f["name"]: f["violated"] for f in live if f["violated"] is not None}
+
+
+def test_satisfied_with_its_least_margin_and_when():
+    finding, told = judge("always front > 0.3 m", [(0.0, 1.0, 0), (0.05, 0.4, 0), (0.1, 0.6, 0)])
+    assert (finding.verdict, finding.unit, finding.worst, finding.violated) == ("satisfied", "m", 0.05, None)
+    assert finding.margin == pytest.approx(0.1)
+    assert (finding.samples, finding.unknown, told) == (3, 0, [])
+
+
+def test_violated_is_told_once_when_it_is_known():
+    finding, told = judge("always front > 0.3 m", [(0.0, 1.0, 0), (0.05, 0.2, 0), (0.1, 0.1, 0), (0.15, 1.0, 0)])
+    assert (finding.verdict, finding.worst, finding.violated) == ("violated", 0.1, 0.05)
+    assert finding.margin == pytest.approx(-0.2)
+    assert [(e.t, e.about, round(e.margin, 9)) for e in told] == [(0.1, 0.05, -0.1)]
+
+
+def test_unknown_is_neither():
+    finding, _ = judge("always front > 0.3 m", [(0.0, 1.0, 0), (0.05, math.nan, 0), (0.1, 1.0, 0)])
+    assert (finding.verdict, finding.unknown, finding.margin) == ("unknown", 1, pytest.approx(0.7))
+    finding, _ = judge("always front > 0.3 m", [(0.0, math.nan, 0), (0.05, 0.1, 0)])
+    assert finding.verdict == "violated"
+    finding, _ = judge("always front > 0.3 m", [(0.0, None, 0.0)])
+    assert (finding.verdict, finding.margin, finding.worst) == ("unknown", None, None)
+
+
+def test_what_comes_later_is_waited_for_and_what_the_run_is_too_short_for_is_not_asked():
+    text = "always (front < 0.3 m implies within 0.1 s speed < 0.05 m/s)"
+    slow = [(0.05 * k, 0.2 if k == 2 else 1.0, 0.0 if k == 4 else 0.5) for k in range(8)]
+    finding, _ = judge(text, slow)
+    assert finding.verdict == "satisfied"
+    finding, told = judge(text, [(t, front, 0.5) for t, front, _ in slow])
+    assert (finding.verdict, finding.violated) == ("violated", pytest.approx(0.1))
+    assert told[0].t == pytest.approx(0.25)
+    finding, _ = judge(text, [(0.0, 1.0, 0.5), (0.05, 1.0, 0.5), (0.1, 1.0, 0.5), (0.15, 0.2, 0.5), (0.2, 0.2, 0.5)])
+    assert (finding.verdict, finding.samples) == ("satisfied", 3)
+    finding, _ = judge(text, [(0.0, 1.0, 0.5), (0.05, 0.2, 0.5)])
+    assert (finding.verdict, finding.samples) == ("unknown", 0)
+
+
+def test_without_always_the_end_counts():
+    rows = [(0.0, 1.0, 0), (0.05, 0.1, 0), (0.1, 1.0, 0)]
+    assert judge("front > 0.3 m", rows)[0].verdict == "satisfied"
+    finding, told = judge("front > 0.3 m", rows[:2])
+    assert (finding.verdict, finding.violated, finding.samples) == ("violated", 0.05, 1)
+    assert [e.requirement for e in told] == ["it"]
+
+
+def test_a_run_that_was_cut_off_is_judged_as_far_as_it_goes():
+    finding, _ = judge("always front > 0.3 m", [(0.0, 1.0, 0), (0.05, 0.1, 0)], stopped=False)
+    assert (finding.verdict, finding.samples) == ("violated", 2)
+
+
+def test_a_margin_without_bound_is_none_in_the_summary():
+    finding, _ = judge("always front > 0.3 m", [(0.0, math.inf, 0)])
+    assert (finding.margin, finding.as_dict()["margin"]) == (math.inf, None)
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (("min_clearance", "min_clearence"), "req.toml:7:19: no signal or alias is named 'min_clearence'"),
+        (("0.05 m/s", "0.05 m"), "req.toml:11:60: 'speed < 0.05 m': '<' needs one unit"),
+        (('agent = "R2"', 'agent = "R9"'), "req.toml:10:1: no agent is named 'R9'"),
+        (('name = "arrives"', 'name = "keeps clear"'), "the name 'keeps clear' is taken"),
+        (('require = "always min_clearance > 0.18 m"', ""), "require"),
+        (("always min_clearance > 0.18 m", "speed"), "a requirement is true or false, but speed is in m/s"),
+    ],
+)
+def test_mistakes_are_told_at_their_place_before_anything_is_written(edit, message, tmp_path):
+    file = tmp_path / "scenarios" / "req.toml"
+    file.parent.mkdir()
+    assert edit[0] in SCENARIO
+    file.write_text(SCENARIO.replace(*edit, 1) if "name" not in edit[0] else SCENARIO.replace(*edit), "utf-8")
+    with pytest.raises(InputError) as caught:
+        run(str(file), Catalog(tmp_path), out=tmp_path / "run")
+    assert message in str(caught.value)
+    assert not (tmp_path / "run").exists()
