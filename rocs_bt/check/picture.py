@@ -68,7 +68,8 @@ def _read(document: Document, catalog: Catalog, main: str, lenient: bool) -> tup
     faults = [*document.faults, *verify(document, nodes, main=main)]
     if not lenient and (wrong := [fault for fault in faults if not fault.warning]):
         raise InputError(*wrong)
-    return Tree(make_nodes(document, nodes, main=main, lenient=lenient)), faults
+    root = make_nodes(document, nodes, main=main, lenient=lenient)
+    return Tree(root, faults=faults if lenient else None), faults
 
 
 def _drawn(picture: Picture, tree: Tree, form: str, document: Document | None) -> str:

@@ -56,6 +56,16 @@ class Node:
         return set().union(*(arg.reads() for arg in self.args))
 
     @cached_property
+    def depth(self) -> int:
+        """How many operations stand inside each other."""
+        return 1 + max((arg.depth for arg in self.args), default=0)
+
+    @cached_property
+    def operations(self) -> int:
+        """How many operations it has, those of aliases counted at every use."""
+        return 1 + sum(arg.operations for arg in self.args)
+
+    @cached_property
     def temporal(self) -> bool:
         """Whether its value depends on earlier snapshots, too."""
         return self.op in TEMPORAL_OPS or any(arg.temporal for arg in self.args)

@@ -65,14 +65,12 @@ def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
 
 def _bounded(node: Node) -> None:
     """Aliases can make a short text large; this refuses it before anything walks through all of it."""
-
-    def depth(node: Node) -> int:
-        return 1 + max(map(depth, node.args), default=0)
-
-    if (deep := depth(node)) > MAX_DEPTH:
-        raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep, found {deep} with its aliases."))
-    if (size := sum(1 for _ in node.walk())) > MAX_SIZE:
-        raise InputError(Fault(f"an expression has at most {MAX_SIZE} operations, found {size} with its aliases."))
+    if node.depth > MAX_DEPTH:
+        message = f"an expression is at most {MAX_DEPTH} deep, found {node.depth} with its aliases."
+        raise InputError(Fault(message))
+    if node.operations > MAX_SIZE:
+        message = f"an expression has at most {MAX_SIZE} operations, found {node.operations} with its aliases."
+        raise InputError(Fault(message))
 
 
 def _syntax(folded: str, indent: int) -> ast.expr:

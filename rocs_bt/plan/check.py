@@ -71,11 +71,12 @@ def check_mission(
         return mission.faults
     if faults := shape_faults(root):
         return [*mission.faults, *faults]
+    misfits: list[Fault] = []
     try:
-        tree = Tree(root, board=mission.board, clock=clock, mission=mission)
+        tree = Tree(root, board=mission.board, clock=clock, mission=mission, faults=misfits)
     except InputError as error:
         return [*mission.faults, *error.faults]
-    return [*mission.faults, *_tree_doubts(root, mission), *examine(tree, knowledge)]
+    return [*mission.faults, *misfits, *_tree_doubts(root, mission), *examine(tree, knowledge)]
 
 
 def _tree_doubts(root: Behaviour, mission: Mission) -> list[Fault]:

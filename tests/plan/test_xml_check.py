@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.errors import Fault, InputError
 from rocs_bt.plan.examine import blocking_faults, examine
 from rocs_bt.plan.nodes import BUILTIN, Input, Leaf, Output, Tree
 from rocs_bt.plan.status import SUCCESS
@@ -57,6 +57,8 @@ SUB = '\n<BehaviorTree ID="S"><Drive goal="{goal}"/></BehaviorTree>'
         ('<Drive goal="a" pose="b"/>', 17, "wrong", r"output port 'pose' needs a key.*Write pose=\"\{b\}\""),
         ('<Drive goal="{@a@b}"/>', 8, "wrong", "one '@'"),
         ("<Inverter/>", 1, "wrong", "needs 1 children, found 0"),
+        ('<Parallel success_count="2"><AlwaysSuccess/></Parallel>', 11, "wrong", "waits for 2 .* and has 1"),
+        ('<ParallelAll max_failures="3"><AlwaysSuccess/></ParallelAll>', 14, "wrong", "waits for 3 .* and has 1"),
         ("<Sequence></Sequence>", 1, "wrong", "needs at least 1 children"),
         ('<Drive goal="a"><AlwaysSuccess/></Drive>', 1, "wrong", "needs no children, found 1"),
         # subtrees
@@ -140,6 +142,43 @@ def test_a_palette_that_has_drifted_from_the_classes_is_told():
     (told,) = found('<Drive goal="a"/>', tail=model)
     assert told[2] == "warning"
     assert "no port 'gaol' any more" in told[3]
+
+
+def test_keys_with_two_types_and_names_that_are_no_numbers_are_told_each_at_its_place():
+    """Only a bound tree knows them: one that is looked at takes them down and goes on, and any other is refused."""
+    loop = "<LoopDouble queue='1' value='{x}'><AlwaysSuccess/></LoopDouble>"
+    lines = ["<Sequence>", "<Drive goal='a' rounds='{x}'/>", loop, "<Drive goal='a' rounds='many'/>", loop]
+    text = "\n".join(['<root BTCPP_format="4"><BehaviorTree ID="M">', *lines, "</Sequence></BehaviorTree></root>"])
+    faults = []
+    Tree(load_tree(text, NODES), faults=faults)
+    assert [(f.line, f.column) for f in faults] == [(4, 23), (5, 17), (6, 23)]
+    assert "'Drive': 'many' is not a whole number" in faults[1].message
+    with pytest.raises(InputError) as caught:
+        Tree(load_tree(text, NODES))
+    assert list(caught.value.faults) == faults
+    Tree(load_tree(text.replace(loop, ""), NODES), enums={"many": 3})
+
+
+def test_a_stand_in_that_bears_a_built_in_name_is_not_taken_for_it():
+    """A wrong node has a stand-in while the rest is examined, and may have no children."""
+    text = "<Sequence><Repeat/><Inverter/><Fallback><AlwaysSuccess/><AlwaysFailure/></Fallback></Sequence>"
+    document = read_document(f'<root BTCPP_format="4"><BehaviorTree ID="M">{text}</BehaviorTree></root>')
+    (told,) = examine(Tree(make_nodes(document, NODES, lenient=True)))
+    assert "'AlwaysFailure': is never ticked" in told.message
+
+
+def test_what_keeps_a_node_from_telling_its_doubts_is_told():
+    class Shy(Leaf):
+        rounds = Input(int, 1)
+
+        def doubts(self):
+            yield "rounds", Fault(f"{self.rounds} are too many.")
+
+    def told(rounds):
+        return [f.message for f in examine(Tree(Shy("shy", rounds=rounds), faults=[]))]
+
+    assert told("2") == ["'shy': 2 are too many."]
+    assert told("many") == ["'shy': 'many' is not a whole number."]
 
 
 def test_a_key_with_two_types_is_refused():

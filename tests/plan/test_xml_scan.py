@@ -275,7 +275,7 @@ def test_whatever_a_document_holds_it_is_read_or_refused(seed):
 def test_mutated_documents_and_scripts(record_property):
     import time
 
-    end, count, loaded = time.monotonic() + 900, 0, 0
+    end, count, loaded = time.monotonic() + 1800, 0, 0
     while time.monotonic() < end:
         loaded += survive(count)
         count += 1

@@ -9,7 +9,7 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 
 from ...errors import Fault
-from ..nodes import Node, SubTree, Tree
+from ..nodes import BUILTIN, Node, SubTree, Tree
 from .constant import constant
 from .flow import scripts_of
 from .place import fault_at
@@ -41,6 +41,8 @@ def unreachable(tree: Tree) -> Iterator[Fault]:
 
 def _own(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]) -> Outcomes:
     tag = node.tag if isinstance(node, Node) else ""
+    if isinstance(node, Node) and BUILTIN.get(tag) is not type(node):
+        return ALL  # one's own, or a stand-in that only bears the name, and may have fewer children
     below = [known[child.id] for child in node.children]
     if tag in _SEQUENCES or (not tag and isinstance(node, composites.Sequence)):
         return _in_order(node, below, "S", found)

@@ -157,20 +157,28 @@ class Node(Behaviour):
         Yields:
             Its children, and the board each of them lives on.
 
-        Raises:
-            InputError: A key has another type already.
+        A key that has another type already, and a name that is no enum's, go to `runtime.faults`: the tree tells all.
         """
         self._board, self.runtime = board, runtime
         self._readers.clear()
         for port in self.ports.values():
-            key = pointed(self.given.get(port.name, port.default), port.name)
-            if key is not None and port.name in self.given:
-                board.declare(key, None if port.dimension is None and port.kind is str else _lock(port))
+            try:
+                self._bind_port(port, board)
+            except InputError as error:
+                runtime.faults += ((self, port.name, fault) for fault in error.faults)
         if self._guard is not None:
             self._guard.bind(board)
         self.rewire()
         for child in self.children:
             yield child, board
+
+    def _bind_port(self, port: Port[Any], board: Board) -> None:
+        given = self.given.get(port.name)
+        key = pointed(given, port.name)
+        if key is not None:
+            board.declare(key, None if port.dimension is None and port.kind is str else _lock(port))
+        elif isinstance(given, str) and _maybe_enum(port, given):
+            port.value(given, board.enums)
 
     def doubts(self) -> Iterable[tuple[str, Fault]]:
         """What is wrong with it for its mission, by attribute, once it is bound; for derived classes.
@@ -277,6 +285,11 @@ def _lock(port: Port[Any]) -> Any:
     return None if port.kind is Any else port.kind
 
 
+def _maybe_enum(port: Port[Any], text: str) -> bool:
+    """Whether a text may name a number; quantities and what a port parses itself have no names."""
+    return port.kind in (int, float) and port.dimension is None and text.isidentifier()
+
+
 def _check_value(port: Port[Any], value: Any) -> None:
     key = pointed(value, port.name)
     if key is not None:
@@ -292,8 +305,8 @@ def _check_value(port: Port[Any], value: Any) -> None:
         except ScriptError:
             raise
         except InputError as error:
-            if port.kind in (int, float) and value.isidentifier():
-                return  # an enum, perhaps: those are known when the node is bound
+            if _maybe_enum(port, value):
+                return  # those are known when the node is bound
             raise TreeError(*(Fault(f"port '{port.name}': {f.message}", hint=f.hint) for f in error.faults)) from error
 
 

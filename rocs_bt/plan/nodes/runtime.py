@@ -28,6 +28,7 @@ class Runtime:
 
     Attributes:
         watch: Who hears of each tick; None for nobody. Nodes take it over when they are bound.
+        faults: What nodes found wrong as they were bound: the node, its attribute, the fault.
         woken: Set by a node that stopped half way only to let others have their turn: tick again, do not wait.
     """
 
@@ -35,6 +36,7 @@ class Runtime:
         self._clock = clock
         self._mission = mission
         self.watch: Watch | None = None
+        self.faults: list[tuple[Behaviour, str, Fault]] = []
         self.woken = False
 
     def now(self) -> float:

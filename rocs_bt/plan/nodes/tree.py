@@ -40,9 +40,10 @@ class Tree:
         clock: Time, for nodes that wait.
         mission: Whose tree it is, for nodes that submit actions.
         enums: Names of numbers for scripts and ports.
+        faults: Takes what is wrong, for a tree that is only looked at; it is raised by default.
 
     Raises:
-        InputError: A key is used with two types; all such faults.
+        TreeError: A key is used with two types, or a number's name is unknown; all such faults.
 
     Attributes:
         root: Its root.
@@ -59,6 +60,7 @@ class Tree:
         clock: Clock | None = None,
         mission: Mission | None = None,
         enums: Enums | None = None,
+        faults: list[Fault] | None = None,
     ) -> None:
         self.root = root
         self.board = board or Board()
@@ -66,6 +68,7 @@ class Tree:
             self.board.enums = enums
         self.runtime = Runtime(clock, mission)
         self._watchers: list[Watch] = []
+        self._faults = faults
         self.bind()
 
     def bind(self) -> None:
@@ -124,7 +127,15 @@ class Tree:
             below = node.bind(own, self.runtime) if isinstance(node, Node) else ((c, own) for c in node.children)
             todo += reversed([(child, inner, level + 1) for child, inner in below])
         _make_room(depth)
+        self._tell([_told(*wrong) for wrong in self.runtime.faults])
         return found
+
+    def _tell(self, faults: list[Fault]) -> None:
+        self.runtime.faults.clear()
+        if self._faults is not None:
+            self._faults += faults
+        elif faults:
+            raise TreeError(*faults)
 
     def tick(self) -> Outcome:
         """Tick exactly once: one traversal, however much is left to do.
@@ -255,3 +266,12 @@ def descendants(root: Behaviour) -> Iterator[Behaviour]:
         node = todo.pop()
         yield node
         todo += reversed(node.children)
+
+
+def _told(node: Behaviour, attribute: str, fault: Fault) -> Fault:
+    """A fault of a node's attribute with the node's name, at its place in a document where it has one."""
+    message, origin = f"'{node.name}': {fault.message}", getattr(node, "origin", None)
+    if origin is None:
+        return replace(fault, message=message)
+    placed: Fault = origin.fault(message, fault.hint, attribute=attribute)
+    return placed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from collections.abc import Sequence as Many
 from typing import Any
 
@@ -29,6 +30,11 @@ class _Together(Control, StockParallel):
         super().halted()
         self._completed.clear()
         self._failures = 0
+
+    def doubts(self) -> Iterator[tuple[str, Fault]]:
+        for port in self.ports:
+            if self.key(port) is None and (wanted := self.read(port)) > len(self.children):
+                yield port, Fault(f"'{self.name}' waits for {wanted} of its children, and has {len(self.children)}.")
 
     def setup(self, **kwargs: Any) -> None:
         """Nothing: the thresholds are read in each tick."""
