@@ -298,3 +298,9 @@ def test_nothing_of_a_rule_file_is_run(tmp_path, attack):
     with pytest.raises(InputError):
         load_rules(file, ENVIRONMENT, ACTIONS)
     assert not CALLED
+
+
+def test_the_greatest_numbers_are_numbers(tmp_path):
+    file = tmp_path / "great.toml"
+    file.write_text(rule("speed < 1e307 m/s"), encoding="utf-8")
+    assert not any(fault.message.startswith("cannot") for fault in examine_rules(file, ENVIRONMENT, ACTIONS))

@@ -152,7 +152,8 @@ def draw_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
     # A group's minimum is high only where all of its values are.
     level = np.where(random.random((count, 1)) < 0.5, random.choice(near, (count, 1)) if near.size else 0.0, np.inf)
     rows = np.where((random.random((count, 1)) < 0.4) & np.isfinite(level), np.maximum(rows, level), rows)
-    rows = np.clip(np.round(rows, 2), soft_low, soft_high)
+    with np.errstate(over="ignore"):  # the greatest numbers round to inf, which is clipped like any other
+        rows = np.clip(np.round(rows, 2), soft_low, soft_high)
     # Infinite values come last, so that finite ones are shown where they will do.
     far = random.random((count // 20, len(bounds))) < random.choice([0.3, 1.0], (count // 20, 1))
     rows[-(count // 20) :] = np.where(far & ~np.isfinite(high), high, rows[-(count // 20) :])
