@@ -51,7 +51,7 @@ class Sampled(Reference):
         self.inner = anchored()
         self.preview: Preview | None = None
 
-    def sample(self, pose, twist, times, lead):  # type: ignore[no-untyped-def]
+    def sample(self, pose, twist, times, lead):
         if self.preview is None:
             self.preview = self.inner.sample(pose, twist, times, lead)
         return self.preview

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def kernel_missing() -> str:
     """Why the compiled kernel cannot be used here; empty where it can."""
     try:
-        from . import _kernel  # noqa: F401
+        from . import _kernel  # noqa: F401 - only whether it can be loaded is asked
     except ImportError as error:
         if any(Path(__file__).parent.glob("_kernel*.so")):
             return f"the compiled kernel cannot be loaded ({error}); install rocs_bt again"

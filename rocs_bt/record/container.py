@@ -193,4 +193,4 @@ class Container:
 def _bytes(record: McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
-    return bytes(builder.end())  # type: ignore[no-untyped-call]
+    return bytes(builder.end())  # type: ignore[no-untyped-call]  # mcap has no types

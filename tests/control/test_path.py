@@ -127,7 +127,7 @@ def test_repeated_points_change_nothing() -> None:
 )
 def test_points_that_are_none_are_refused(wrong: object, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        Path(wrong)  # type: ignore[arg-type]
+        Path(wrong)
 
 
 def test_numbers_out_of_range_are_refused() -> None:

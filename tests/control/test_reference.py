@@ -102,7 +102,7 @@ def test_a_timetable_turns_the_short_way_round_and_near_the_robot() -> None:
 )
 def test_timetables_that_are_none_are_refused(times: list[float], poses: object) -> None:
     with pytest.raises(InputError, match="timed reference"):
-        TimedReference(times, poses, now=lambda: 0.0)  # type: ignore[arg-type]
+        TimedReference(times, poses, now=lambda: 0.0)
 
 
 @given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.floats(-2.0, 2.0))

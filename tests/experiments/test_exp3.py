@@ -102,7 +102,7 @@ def test_a_follower_that_cannot_see_its_leader_any_more_gives_up_with_the_reason
 
 def test_a_leader_that_never_moves_is_driven_up_to() -> None:
     def parked(mission: object) -> object:
-        return mission.wait("60 s")  # type: ignore[attr-defined]
+        return mission.wait("60 s")
 
     sink = ListSink()
     summary = run("exp3", Catalog(), seed=1, sinks=[sink], missions={"R2": parked}, duration=25.0).summary

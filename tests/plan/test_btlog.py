@@ -175,7 +175,10 @@ def theirs(bt, path: Path):
     factory = bt.BehaviorTreeFactory()
     for tag, script in LEAVES.items():
         names = iter([{"R": "RUNNING", "S": "SUCCESS", "F": "FAILURE"}[c] for c in script * 20])
-        tick = lambda *_, names=names: bt.NodeStatus.__members__[next(names)]  # noqa: E731
+
+        def tick(*_, names=names):
+            return bt.NodeStatus.__members__[next(names)]
+
         factory.register_simple_stateful_action(tag, tick, tick, lambda *_: None)
     factory.register_behavior_tree_from_text(WITH_LEAVES)
     board = bt.Blackboard.create()

@@ -12,18 +12,12 @@ import pytest
 from py_trees.behaviours import Failure, Periodic, Running, StatusQueue, Success
 from py_trees.common import Status
 
-from rocs_bt.errors import InputError
-from rocs_bt.event import NodeTicked, TicketChanged
-from rocs_bt.geometry import Pose2
-from rocs_bt.plan import action_nodes
-from rocs_bt.plan.nodes import BUILTIN, Changes, Control, Instant, Leaf, Registry, Tree
+from rocs_bt.plan.nodes import Changes, Control, Instant, Leaf, Tree
 from rocs_bt.plan.status import FAILURE, RUNNING, SUCCESS, outcome_name
 
+from .with_py_trees import Letters, node
+
 S, F, R = Status.SUCCESS, Status.FAILURE, Status.RUNNING
-
-
-def node(tag, *children, name="", **attributes):
-    return BUILTIN.make(tag, name or tag, list(children), attributes)
 
 
 def queue(*statuses, name="q"):
@@ -156,16 +150,6 @@ class TestIdioms:
         for _ in range(3):
             root.tick_once()
         assert (root.status, ours.status, log) == (S, Status.INVALID, [Status.INVALID])
-
-
-class Letters(Leaf):
-    def __init__(self, name, letters):
-        super().__init__(name)
-        self.letters, self.calls = letters, 0
-
-    def update(self):
-        self.calls += 1
-        return {"S": SUCCESS, "F": FAILURE, "R": RUNNING}[self.letters[(self.calls - 1) % len(self.letters)]]
 
 
 @pytest.mark.parametrize("seed", range(150))
@@ -301,97 +285,6 @@ class TestHook:
         tree.tick()
         changes.flush()
         assert sorted(told) == [(1, "RUNNING"), (2, "SUCCESS"), (3, "RUNNING")]
-
-
-class TestMissions:
-    def test_a_mission_may_be_of_our_nodes_and_py_trees_mixed(self, mind):
-        root = node(
-            "ReactiveSequence",
-            mind.mission.when("front > 0.5 m"),
-            py_trees.composites.Sequence("stock", memory=True, children=[mind.mission.wait(0.1), Running("on")]),
-        )
-        plan = mind.start(root)
-        mind.rig.knowledge.signals.write("front", [0.9], mind.rig.clock.now())
-        mind.run(4)
-        assert plan.status == "RUNNING"
-        mind.rig.knowledge.signals.write("front", [0.2], mind.rig.clock.now())
-        mind.run(2)
-        assert plan.status == "FAILURE"
-        assert plan.reason == "ReactiveSequence/front > 0.5 m: 'front > 0.5 m' does not hold: front = 0.2 m"
-        last = {e.node: e.status for e in mind.rig.of(NodeTicked)}
-        assert last["ReactiveSequence/stock/on"] == "INVALID"
-
-    def test_a_mission_that_its_conditions_skip_has_failed(self, mind):
-        plan = mind.start(node("AlwaysSuccess", _skipIf="true"))
-        mind.run(1)
-        assert (plan.status, plan.reason) == ("FAILURE", "AlwaysSuccess: its conditions skip the whole mission")
-
-    def test_a_leaf_without_an_outcome_is_named(self, mind):
-        plan = mind.start(node("Sequence", Success("fine"), type("Bad", (Instant,), {"update": lambda self: 7})("bad")))
-        with pytest.raises(InputError, match="bad"):
-            plan.run(0.0)
-
-    def test_an_action_of_the_table_is_a_node_with_ports_in_units(self, mind):
-        mind.rig.knowledge.world.place("dock", Pose2(0.4, 0.0), kind="goal")
-        nodes = BUILTIN.with_(action_nodes(mind.rig.actions))
-        leaf = nodes.make("GoTo", "there", [], {"goal": "{where}", "cruise": "30 cm/s"})
-        begin = node("Script", code="where := 'dock'")
-        plan = mind.start(node("Sequence", begin, leaf, name="go"))
-        mind.until_done()
-        assert plan.status == "SUCCESS"
-        assert (leaf.ticket.action.goal, leaf.ticket.action.cruise) == ("dock", pytest.approx(0.3))
-        assert {e.by for e in mind.rig.of(TicketChanged)} >= {"go/there"}
-
-    @pytest.mark.parametrize(
-        ("attributes", "message"),
-        [
-            ({}, "GoTo needs 'goal'"),
-            ({"goal": "a", "cruise": "3 s"}, "cruise"),
-            ({"goal": "a", "cruise": "-1 m/s"}, "cruise of GoTo must be"),
-            ({"goal": "a", "speed": "1 m/s"}, "no port is named 'speed'"),
-        ],
-    )
-    def test_what_is_wrong_with_it_is_told_before_it_runs(self, mind, attributes, message):
-        (goes,) = (n for n in action_nodes(mind.rig.actions) if n.tag == "GoTo")
-        with pytest.raises(InputError) as caught:
-            goes("there", **attributes)
-        assert message in str(caught.value)
-
-    def test_a_halted_action_node_cancels_its_ticket(self, mind):
-        mind.rig.knowledge.world.place("dock", Pose2(3.0, 0.0), kind="goal")
-        leaf = Registry(action_nodes(mind.rig.actions)).make("GoTo", "there", [], {"goal": "dock"})
-        plan = mind.start(node("Timeout", leaf, msec="500"))
-        mind.until_done()
-        assert plan.status == "FAILURE"
-        assert leaf.ticket.cancelled_by == "Timeout/there"
-
-
-class TestErrors:
-    def test_the_node_that_cannot_go_on_is_told_by_its_path(self):
-        inner = node("Sequence", node("AlwaysSuccess"), node("Script", code="x = 1", name="write"))
-        tree = Tree(node("Fallback", node("SubTree", inner, name="sub", ID="T")))
-        with pytest.raises(InputError, match=r"^sub/write: the script 'x = 1' cannot go on: there is no 'x' yet"):
-            tree.tick()
-
-    def test_so_is_one_whose_condition_cannot_be_asked(self):
-        tree = Tree(node("Sequence", node("AlwaysSuccess", name="a", _skipIf="x > 1")))
-        with pytest.raises(InputError, match=r"^a: the script 'x > 1' cannot go on"):
-            tree.tick()
-
-    def test_any_other_error_gets_the_path_as_a_note(self):
-        rotten = type("Rotten", (Instant,), {"update": lambda self: 1 / 0})("bad")
-        with pytest.raises(ZeroDivisionError) as caught:
-            Tree(node("Sequence", rotten)).tick()
-        assert caught.value.__notes__ == ["in the node 'bad'"]
-
-    def test_after_an_error_everything_that_runs_can_still_be_halted(self):
-        work = Letters("work", "R")
-        rotten = type("Rotten", (Instant,), {"update": lambda self: 1 / 0})("bad")
-        tree = Tree(node("Parallel", work, rotten))
-        with pytest.raises(ZeroDivisionError):
-            tree.tick()
-        tree.halt()
-        assert work.status is Status.INVALID
 
 
 def test_ticks_are_written_down_only_while_a_generator_is_at_work():

@@ -137,7 +137,10 @@ class Writer:
 
 def _rule(draw, i):
     write, policy = Writer(draw), draw.choice(["trip", "hold", "clear"])
-    time = lambda: draw.choice(["0 s", "0.05 s", "0.1 s", "0.3 s"])  # noqa: E731
+
+    def time():
+        return draw.choice(["0 s", "0.05 s", "0.1 s", "0.3 s"])
+
     guard = write.truth(draw.choice([0, 1, 2, 2, 3]))
     until = draw.choice(["", "", f"not ({guard})", write.truth(draw.choice([1, 2])), "min(front) > 0.7 m"])
     lines = [f"[rule.R{i}]", f"when = '{guard}'", f"priority = {draw.choice([i, i, 100 + i])}"]
@@ -150,7 +153,10 @@ def _rule(draw, i):
 def _row(draw, before):
     """A snapshot: often much like the one before, often hovering about thresholds, at times broken."""
     kind = draw.random()
-    value = lambda: draw.choice([0.0, 0.1, 0.3, 0.5, 0.7, 1.0, 2.0, -0.5, draw.uniform(-2, 3)])  # noqa: E731
+
+    def value():
+        return draw.choice([0.0, 0.1, 0.3, 0.5, 0.7, 1.0, 2.0, -0.5, draw.uniform(-2, 3)])
+
     if before is not None and kind < 0.4:
         row = before.copy()
         row[draw.randrange(SIZE)] = value()

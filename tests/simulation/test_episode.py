@@ -228,7 +228,7 @@ def test_a_physics_thread_that_fails_is_told() -> None:
         def advance(self, steps: int) -> None:
             raise ArithmeticError("the world fell apart")
 
-    with PhysicsThread(Broken(), clock, stop) as physics:  # type: ignore[arg-type]
+    with PhysicsThread(Broken(), clock, stop) as physics:
         assert stop.wait(5.0)
     with pytest.raises(BlockError, match="'physics' raised: the world fell apart"):
         physics.raise_failure()

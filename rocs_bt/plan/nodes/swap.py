@@ -67,7 +67,7 @@ def unchanged(board: Board) -> Iterator[None]:
     before = [{key for key, _ in one.entries()} for one in chain]
     try:
         yield
-    except BaseException:
+    except BaseException:  # also an interrupt must leave the boards as they were; it goes on
         for one, known in zip(chain, before, strict=True):
             for key in {key for key, _ in one.entries()} - known:
                 one.unset(key)

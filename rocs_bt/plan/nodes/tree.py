@@ -153,7 +153,7 @@ class Tree:
         except TreeError as error:
             path = self._raised_in(error)
             raise TreeError(*(replace(f, message=f"{path}: {f.message}") for f in error.faults)) from error
-        except Exception as error:
+        except Exception as error:  # whatever a leaf raised goes on, with its place in the tree
             error.add_note(f"in the node '{self._raised_in(error)}'")
             raise
 

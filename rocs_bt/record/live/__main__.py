@@ -5,10 +5,12 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+from functools import partial
 
 from ...errors import InputError
 from ..header import RunHeader
 from . import frames
+from .picture import Picture
 from .server import Feed, Server
 
 
@@ -29,7 +31,7 @@ def main() -> None:
         feed.update(lambda picture: picture.begin(run), anew=True)
     while (data := frames.read(stream)) is not None:
         events = frames.decode_events(data)
-        feed.update(lambda picture, events=events: picture.take(events))  # type: ignore[misc]
+        feed.update(partial(Picture.take, events=events))
     server.end()
 
 

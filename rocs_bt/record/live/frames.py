@@ -9,46 +9,10 @@ from typing import IO, Any, TypeVar
 
 import msgspec
 
-from ...event import (
-    ActuatorCommanded,
-    AgentStopped,
-    BlockFailed,
-    BodyMoved,
-    CommandExpired,
-    Event,
-    Judged,
-    KnowledgeChanged,
-    NodeTicked,
-    RequirementViolated,
-    RuleChanged,
-    SensorFailed,
-    SensorRead,
-    SignalsWritten,
-    SubtreeSwapped,
-    TicketChanged,
-    Touched,
-)
+from ...event import Event
 from .. import codec
+from .picture import SHOWN
 
-#: The kinds of events that the page shows; the others stay in the run.
-SHOWN: tuple[type[Event], ...] = (
-    ActuatorCommanded,
-    AgentStopped,
-    BlockFailed,
-    BodyMoved,
-    CommandExpired,
-    Judged,
-    KnowledgeChanged,
-    NodeTicked,
-    RequirementViolated,
-    RuleChanged,
-    SensorFailed,
-    SensorRead,
-    SignalsWritten,
-    SubtreeSwapped,
-    TicketChanged,
-    Touched,
-)
 _KINDS = frozenset(SHOWN)
 _ANY: Any = reduce(or_, SHOWN)
 _ENCODE = msgspec.msgpack.Encoder(enc_hook=codec.plain).encode

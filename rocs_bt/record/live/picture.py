@@ -115,6 +115,11 @@ class Picture:
             RequirementViolated: lambda e: self._fault(e, f"{e.requirement} did not hold at {e.about:.2f} s"),
         }
 
+    @property
+    def kinds(self) -> tuple[type[Event], ...]:
+        """The kinds of events that it takes something from."""
+        return tuple(self._takes)
+
     def begin(self, run: RunHeader) -> None:
         """A run begins; what was of another one is forgotten."""
         self._whole, self._new = State(run=run, t=run.start), State()
@@ -223,6 +228,10 @@ class Picture:
     def _judged(self, event: Judged) -> None:
         for agent in self._both(event.agent):
             agent.outcome = event.outcome, event.reason, event.time_to_goal
+
+
+SHOWN: tuple[type[Event], ...] = Picture().kinds
+"""The kinds of events that the page shows; the others stay in the run."""
 
 
 def _rounded(value: float, digits: int) -> float:

@@ -70,6 +70,7 @@ class _Loop(Decorator):
         if source is None:
             return []
         if isinstance(source, str):
+            # The items' type is known at run time only.
             found: list[Any] = from_string(source, list[self.item], self.board.enums)  # type: ignore[name-defined]
             return found
         if isinstance(source, Many):
