@@ -14,6 +14,7 @@ import statistics
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from py_trees.behaviour import Behaviour
@@ -26,6 +27,8 @@ from rocs_bt.catalog import Catalog, PlaceSpec
 from rocs_bt.clock import WallClock
 from rocs_bt.device import Actuator, Reading, Sensor
 from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import Knowledge
+from rocs_bt.knowledge.share import Sharing
 from rocs_bt.plan import Mission
 from rocs_bt.record import Recorder, RunHeader
 from rocs_bt.simulation import SinkThread
@@ -85,8 +88,10 @@ class Burn(Behaviour):
         return Status.RUNNING
 
 
-def measure(burn: float, plan: float, crossings: int = CROSSINGS) -> list[float]:
-    """Latencies [ms], with a leaf that burns for `burn` [s] each tick and a plan of `plan` [Hz]."""
+def measure(
+    burn: float, plan: float, crossings: int = CROSSINGS, share: Callable[[Knowledge], Sharing] | None = None
+) -> list[float]:
+    """Latencies [ms], with a leaf that burns for `burn` [s] each tick and a plan of `plan` [Hz]; shared or not."""
     clock, catalog = WallClock(running=False), Catalog()
     sonar, wheels = Sonar(clock), Wheels(clock)
 
@@ -103,10 +108,12 @@ def measure(burn: float, plan: float, crossings: int = CROSSINGS) -> list[float]
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(Path(folder) / "run.mcap", RunHeader(scenario="reflex", seed=1, mode="threaded"))
         with SinkThread(recorder) as sink:
-            agent, _ = mock_agent(catalog.load_robot("pioneer_p3dx"), mind, clock, sink, plan=plan, prepare=prepare)
+            robot = catalog.load_robot("pioneer_p3dx")
+            agent, _ = mock_agent(robot, mind, clock, sink, plan=plan, prepare=prepare, share=share)
             clock.start()
             with ThreadedRunner(agent, clock):
                 found = cross(sonar, wheels, crossings)
+            agent.close()
             if agent.failure is not None:
                 raise agent.failure
         recorder.close()

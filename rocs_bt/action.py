@@ -22,7 +22,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from .clock import Clock
 from .device import Actuator
@@ -34,6 +34,7 @@ if TYPE_CHECKING:  # for the types of Body alone; at run time every arrow points
     from .control.drive import Drive
     from .control.follower import Follower
     from .knowledge import Knowledge
+    from .knowledge.share import Messenger
 
 
 class Progress(Enum):
@@ -54,6 +55,7 @@ class Reason(Enum):
     STUCK = "no progress"
     TIMEOUT = "it took too long"
     REFUSED = "a device refused"
+    UNHEARD = "nobody acknowledged it"
     RUNAWAY = "it never came to a command"
     CANNOT = "the robot cannot do it"
     OTHER = "for a reason of its own"
@@ -121,6 +123,11 @@ class Body(Protocol):
         """The actuator that takes the drive's wheel rim speeds [m/s]."""
         ...
 
+    @property
+    def messenger(self) -> Messenger | None:
+        """Sends messages to other robots; None where the robot shares nothing."""
+        ...
+
     def note(self, event: type[Event], **values: Any) -> None:
         """Tell the record something, as in `body.note(Followed, cross_track=0.01, ...)`; time and agent are added."""
         ...
@@ -128,7 +135,13 @@ class Body(Protocol):
 
 @dataclass(kw_only=True, eq=False)
 class Action(ABC):
-    """The common part of atomic actions and macro-actions; the dataclass fields of a subclass are its parameters."""
+    """The common part of atomic actions and macro-actions; the dataclass fields of a subclass are its parameters.
+
+    Attributes:
+        live: The parameters that Plan keeps up to date while the action runs, from the keys that its node reads.
+    """
+
+    live: ClassVar[tuple[str, ...]] = ()
 
     @property
     def name(self) -> str:
@@ -250,14 +263,14 @@ class Parameter:
             value: A number, a list of numbers, or anything else, about which nothing is said.
             what: The parameter, for the message, such as `cruise of GoTo`.
         """
-        if self.dimension is None:
+        if self.dimension is None and self.type is not int:
             return []
         if self.type is float and not isinstance(value, numbers.Real):
             return [Fault(f"{what} must be a number, found {value!r}.")]
         wrong = next((v for v in _numbers(value) if not self.bounds.admit(v)), None)
         if wrong is None:
             return []
-        unit = "" if self.dimension == NONE else f" {self.dimension}"
+        unit = "" if self.dimension in (None, NONE) else f" {self.dimension}"
         return [Fault(f"{what} must be {self.bounds}, found {wrong:g}{unit}.")]
 
 

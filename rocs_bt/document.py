@@ -68,6 +68,10 @@ class Table:
     def place(self, key: str | None = None) -> tuple[int, int]:
         """Line and column of a key of this table, or of the table itself; 0 where unknown."""
         path = self.key if key is None else (*self.key, key)
+        if path and path not in self.places:
+            # A table may only be implied, as `a` is by the header [a.b].
+            inner = next((k for k in self.places if k[: len(path)] == path), None)
+            path = path if inner is None else inner
         while path and path not in self.places:
             path = path[:-1]
         return self.places.get(path, (0, 0))

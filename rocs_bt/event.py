@@ -261,6 +261,20 @@ class AgentStopped(Event, frozen=True, kw_only=True):
     by: str
 
 
+class PeerCame(Event, frozen=True, kw_only=True):
+    """An agent that shares its knowledge came, or came back; `start` tells its starts apart."""
+
+    peer: str
+    start: str
+
+
+class PeerVanished(Event, frozen=True, kw_only=True):
+    """An agent that shares its knowledge has left, or is no longer heard of; `start` tells its starts apart."""
+
+    peer: str
+    start: str
+
+
 class BodyMoved(Event, frozen=True, kw_only=True):
     """Where a body truly is, told by the simulation. Pose in the world frame, wheel rim speeds packed."""
 

@@ -3,18 +3,26 @@
 Two priorities. NORMAL is first in, first out. A HIGH submission cancels every NORMAL ticket, queued or running, and is
 next. While `hold` is on (a reflex is active) NORMAL tickets wait, undecomposed. Nothing is ever dropped silently:
 each ticket ends in exactly one of SUCCEEDED, FAILED, CANCELLED, and each change is an event.
+
+A planner's latency is charged here: what it decides takes effect that much later, a NORMAL submission and the
+cancellation of one alike, so that a robot goes on with what it does while its planner thinks. HIGH knows no latency.
 """
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
+from collections.abc import Mapping
 from enum import Enum
+from typing import Any
 
 from .action import Action, Failure
 from .clock import Clock
-from .errors import PipelineError
+from .errors import InputError, PipelineError
 from .event import EventSink, TicketChanged
+
+_SLACK = 1e-9  # [s] by which sums of periods may miss a time
 
 
 class Priority(Enum):
@@ -50,6 +58,7 @@ class Ticket:
         priority: How.
         by: By whom.
         submitted: When [s].
+        due: From when on Execute may serve it [s]: later than submitted by the planner's latency.
         state: Where it is now.
         failure: Why it failed; None unless FAILED.
         cancelled_by: Who cancelled it; empty unless CANCELLED.
@@ -57,7 +66,7 @@ class Ticket:
     """
 
     __slots__ = (
-        "action", "by", "cancelled_by", "failure", "number", "preempted", "priority", "state", "submitted",
+        "action", "by", "cancelled_by", "due", "failure", "number", "preempted", "priority", "state", "submitted",
     )  # fmt: skip
 
     def __init__(self, number: int, action: Action, priority: Priority, by: str, submitted: float) -> None:
@@ -65,7 +74,7 @@ class Ticket:
         self.action = action
         self.priority = priority
         self.by = by
-        self.submitted = submitted
+        self.submitted = self.due = submitted
         self.state = TicketState.QUEUED
         self.failure: Failure | None = None
         self.cancelled_by = ""
@@ -82,9 +91,10 @@ class Pipeline:
         clock: Where time is read.
         sink: Where ticket events go.
         agent: The agent's name, for the events.
+        latency: How long the planner thinks [s]; None where that is measured, and told to `charge` after each turn.
     """
 
-    def __init__(self, clock: Clock, sink: EventSink, agent: str = "") -> None:
+    def __init__(self, clock: Clock, sink: EventSink, agent: str = "", *, latency: float | None = 0.0) -> None:
         self._clock = clock
         self._sink = sink
         self._agent = agent
@@ -96,6 +106,10 @@ class Pipeline:
         self._count = 0
         self._held = False
         self._woken = False
+        self._latency = latency
+        self._uncharged: list[Ticket] = []
+        self._leaving: list[tuple[Ticket, str, float | None]] = []  # NORMAL, by whom, and when [s]
+        self._updating: list[tuple[Ticket, Mapping[str, Any], float | None]] = []  # with which values, and when [s]
 
     def submit(self, action: Action, priority: Priority, by: str) -> Ticket:
         """Queue an action.
@@ -119,6 +133,11 @@ class Pipeline:
                 for waiting in list(self._normal):
                     waiting.preempted = True
                     self._end(waiting, TicketState.CANCELLED, by)
+            elif self._latency is None:
+                ticket.due = math.inf
+                self._uncharged.append(ticket)
+            else:
+                ticket.due += self._latency
             self._queues[priority].append(ticket)
             self._emit(ticket, by)
             if priority is Priority.HIGH:
@@ -126,20 +145,67 @@ class Pipeline:
             return ticket
 
     def cancel(self, ticket: Ticket, by: str) -> bool:
-        """Take a ticket back; False if it had ended already. A running action is stopped by Execute, at once."""
+        """Take a ticket back; False if it had ended already. A running action is stopped by Execute, at once.
+
+        Where the planner has a latency its NORMAL tickets are taken back that much later, by `settle`.
+        """
         with self._lock:
             if ticket.state.done:
                 return False
+            if ticket.priority is Priority.NORMAL and self._latency != 0.0:
+                due = None if self._latency is None else self._clock.now() + self._latency
+                self._leaving.append((ticket, by, due))
+                return True
             self._end(ticket, TicketState.CANCELLED, by)
             self._wake()
             return True
 
+    def update(self, ticket: Ticket, parameters: Mapping[str, Any]) -> None:
+        """Give a NORMAL ticket's action new values of its parameters; later by the planner's latency, by `settle`.
+
+        Where one is impossible the ticket fails (CANNOT).
+        """
+        with self._lock:
+            due = None if self._latency is None else self._clock.now() + self._latency
+            self._updating.append((ticket, parameters, due))
+            if self._latency == 0.0:
+                self.settle()
+
+    def charge(self, latency: float) -> None:
+        """Tell how long the planner's last turn took [s], where that is measured; what it decided is due after it."""
+        with self._lock:
+            due = self._clock.now() + latency
+            for ticket in self._uncharged:
+                ticket.due = due
+            self._uncharged.clear()
+            self._leaving = [(ticket, by, due if at is None else at) for ticket, by, at in self._leaving]
+            self._updating = [(ticket, given, due if at is None else at) for ticket, given, at in self._updating]
+
+    def settle(self) -> None:
+        """Do what the planner decided a latency ago, about tickets that there are; Execute calls it each period."""
+        if not self._leaving and not self._updating:
+            return
+        with self._lock:
+            now = self._clock.now() + _SLACK
+            for ticket, given, at in self._updating:
+                if at is not None and at <= now and not ticket.state.done:
+                    try:
+                        ticket.action.update(**given)
+                    except InputError as error:
+                        self.fail(ticket, Failure.cannot(error))
+            self._updating = [each for each in self._updating if each[2] is None or each[2] > now]
+            due = [(ticket, by) for ticket, by, at in self._leaving if at is not None and at <= now]
+            self._leaving = [each for each in self._leaving if each[2] is None or each[2] > now]
+            for ticket, by in due:
+                if not ticket.state.done:
+                    self._end(ticket, TicketState.CANCELLED, by)
+
     def top(self) -> Ticket | None:
-        """The ticket that Execute must serve now: the first HIGH one, else (unless held) the first NORMAL one."""
+        """The ticket that Execute must serve now: the first HIGH one, else the first NORMAL one if due and not held."""
         with self._lock:
             if self._high:
                 return self._high[0]
-            if self._normal and not self._held:
+            if self._normal and not self._held and self._normal[0].due <= self._clock.now() + _SLACK:
                 return self._normal[0]
             return None
 

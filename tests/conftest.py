@@ -59,6 +59,8 @@ class Rig:
             ("speed", 1, (SPEED,)),
             ("turn_rate", 1, (TURN_RATE,)),
             ("front", 1, (LENGTH,)),
+            ("room_ahead", 5, (LENGTH,) * 5),
+            ("room_behind", 5, (LENGTH,) * 5),
         ):
             self.knowledge.signals.declare(Signal(name, size, dimensions, max_age=0.15))
         self.knowledge.signals.freeze()

@@ -16,6 +16,8 @@ class ComputeRoute(Instant):
 
     <ComputeRoute goal="dock" planner="visibility" path="{way}"/>
     <FollowPath points="{way}"/>
+
+    The planner is kept, and may remember its last way. While it gives the same one back, `path` is the same list.
     """
 
     goal = Input(str, doc="a node of the world model that has a pose")
@@ -23,6 +25,10 @@ class ComputeRoute(Instant):
     clearance = Input(float, 0.1, "what to keep at least between the hull and what is known [m]", dimension=LENGTH)
     path = Output(list, "its corners, (x, y) in the world frame [m], the first where the robot is")
     length = Output(float, "how long it is [m]")
+
+    def __init__(self, name="", /, **attributes):
+        super().__init__(name, **attributes)
+        self._named = self._router = self._found = None
 
     def doubts(self) -> Iterator[tuple[str, Fault]]:
         if self.key("planner") is None:
@@ -39,13 +45,17 @@ class ComputeRoute(Instant):
             return self._fail(Reason.NO_GOAL, f"nobody knows where '{name}' is")
         if isnan(start.x):
             return self._fail(Reason.LOST_POSE)
-        planner = mission.content.load_route(self.planner)(knowledge)
+        if self._named != (named := self.planner):
+            self._named, self._router = named, mission.content.load_route(named)(knowledge)
         try:
-            path = [(x, y) for x, y in planner.route(start, goal, self.clearance)]
+            found = self._router.route(start, goal, self.clearance)
         except NoRoute as error:
+            self._found = None
             return self._fail(Reason.BLOCKED, str(error))
-        self.path, self.length = path, sum(dist(a, b) for a, b in pairwise(path))
-        self.feedback_message = f"{len(path) - 1} legs to '{name}'"
+        if found is not self._found:
+            self._found, path = found, [(x, y) for x, y in found]
+            self.path, self.length = path, sum(dist(a, b) for a, b in pairwise(path))
+            self.feedback_message = f"{len(path) - 1} legs to '{name}'"
         return SUCCESS
 
     def _fail(self, reason: Reason, evidence: str = "") -> Outcome:

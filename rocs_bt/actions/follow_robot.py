@@ -10,9 +10,11 @@ from typing import Annotated
 import numpy as np
 
 from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..control.drive import Array
 from ..control.reference import Reference, TimedReference, TurnReference
-from ..errors import did_you_mean
-from ..geometry import Pose2, Twist2, arc, wrap_angle
+from ..control.ways import BENDS, along
+from ..errors import Fault, InputError, did_you_mean
+from ..geometry import Pose2, Twist2, wrap_angle
 from ..units import (
     Bounds,
     PositiveMetres,
@@ -22,13 +24,11 @@ from ..units import (
     Seconds,
 )
 from .following import TURN_FIRST, PathDrive
+from .give_way import GiveWay, pulled
 from .set_wheel_speed import SetWheelSpeed
-from .tether import Tether
 
 STEP = 0.1  # [s] between the places of the way to follow
 AHEAD = 2.5  # [s] that the way covers: the follower's horizon and the wheels' lag
-BESIDE = 0.8  # of the safety distance: so near a peer may touch any part of a robot that turns ...
-BEHIND = math.radians(120.0)  # ... unless it is behind, where driving on leads away from it
 MOVED = 0.2  # [m] A leader that went so far does not stand.
 STILL = 0.02  # [m] A way that leads no farther is none: the wheels would be asked to creep.
 START = 0.08  # [m] The same for a robot that stands: what it knows of its leader is not as sure as that.
@@ -38,21 +38,25 @@ START = 0.08  # [m] The same for a robot that stands: what it knows of its leade
 class FollowRobot(MacroAction):
     """Follow a peer as if a string tied the robot to it, with the follower, on the peer's predicted way.
 
-    A leader that goes away pulls; one that comes near, as when it turns round, pushes the robot back on its own trail,
-    and in between it stands. So it cuts corners no more than a trailer does, and never drives at its leader. It does
-    not drive at any other peer either, but waits. Nearer than `safety` it stands still altogether, and what happens is
-    the reflexes' matter. A leader that is out of view is where Knowledge predicts it; once nobody knows where it is
-    the robot looks round once, and then fails with LOST_LEADER.
+    A leader that goes away pulls, and otherwise the robot stands: so it cuts corners no more than a trailer does. Where
+    the leader comes nearer than `room`, as when it turns round, or another peer comes near, it gives way: over ground
+    that is known to be free, which the signals `room_ahead` and `room_behind` tell; a robot without them waits. Nearer
+    than `safety` it stands still altogether, and what happens is the reflexes' matter. A leader that is out of view is
+    where Knowledge predicts it; once nobody knows where it is the robot looks round once, and then fails with
+    LOST_LEADER.
 
     Attributes:
         leader: A peer of the world model.
         distance: At which to follow, between the centres of the bases [m].
-        room: What to leave to a leader that comes near, as far as there is a way back [m].
-        safety: Distance from any peer within which the robot does not drive at it, and from its leader not at all [m].
+        room: What to leave to a leader that comes near, as far as there is a way off [m].
+        safety: Distance from its leader within which it does not drive [m].
         cruise: Fastest speed [m/s]; only a leader that is slower can be kept up with.
         search_rate: How fast to look round [rad/s].
         patience: How long to wait for a leader, after having looked round, before giving up [s].
         rest: Done when the leader has stood for so long [s]; never by default.
+
+    Raises:
+        InputError: safety, room and distance do not ascend.
     """
 
     leader: str
@@ -64,14 +68,16 @@ class FollowRobot(MacroAction):
     patience: PositiveSeconds = 2.0
     rest: Annotated[Seconds, Bounds(0.0, above=True, infinite=True)] = math.inf
 
+    def __post_init__(self) -> None:
+        if not self.safety < self.room < self.distance:
+            found = f"{self.safety:g}, {self.room:g} and {self.distance:g} m"
+            raise InputError(Fault(f"safety, room and distance of FollowRobot must ascend, found {found}."))
+
     def decompose(self, body: Body) -> Iterator[Action]:
         world, graph = body.knowledge.world, body.knowledge.graph
         if self.leader not in world.peers():
             hint = did_you_mean(self.leader, world.peers(), "The world")
             raise ActionFailed(Reason.NO_GOAL, f"no other robot is named '{self.leader}'. {hint}")
-        if not self.safety < self.room < self.distance:
-            found = f"{self.safety:g}, {self.room:g} and {self.distance:g} m"
-            raise ActionFailed(Reason.CANNOT, f"safety, room and distance must ascend, found {found}")
         graph.relate(body.knowledge.agent, "follows", self.leader, distance=self.distance, safety=self.safety)
         try:
             yield from self._follow(body)
@@ -80,7 +86,7 @@ class FollowRobot(MacroAction):
 
     def _follow(self, body: Body) -> Iterator[Action]:
         drive, world, search = PathDrive(body, self.cruise), body.knowledge.world, _Search(self, body)
-        tether = Tether(self.distance, self.room, self.safety, self.cruise)
+        give_way = self._give_way(body)
         anchor, since = None, body.clock.now()  # where the leader stands, and from when on
         while True:
             now = body.clock.now()
@@ -92,7 +98,6 @@ class FollowRobot(MacroAction):
             if pose is None:
                 yield drive.brake()
                 continue
-            tether.moved(pose)
             if leader is None:
                 drive.brake()  # whoever follows next must ask how fast the wheels turn
                 yield search.step()
@@ -100,35 +105,53 @@ class FollowRobot(MacroAction):
             search.found(pose, leader)
             reference = None
             if pose.distance(leader) >= self.safety:
-                reference = self._reference(body, pose, tether, START if drive.standing() else STILL)
+                reference = self._reference(body, pose, give_way, START if drive.standing() else STILL)
             yield drive.brake() if reference is None else drive.follow(pose, reference)
 
-    def _reference(self, body: Body, pose: Pose2, tether: Tether, least: float) -> Reference | None:
-        """Where the string takes the robot; None where that is not even `least` away [m], or it must not turn there."""
-        world, now = body.knowledge.world, body.clock.now()
-        times = now + STEP * np.arange(round(AHEAD / STEP) + 1)
+    def _give_way(self, body: Body) -> GiveWay:
+        """What it does for this robot; one that does not know its hull is a point."""
+        hull = body.knowledge.graph.attributes(body.knowledge.agent)
+        return GiveWay(
+            length=self.distance,
+            room=self.room,
+            half=(0.5 * (hull.get("length") or 0.0), 0.5 * (hull.get("width") or 0.0)),
+            speed=self.cruise,
+            times=np.linspace(0.0, AHEAD, round(AHEAD / STEP) + 1),
+        )
 
-        def predicted(name: str) -> list[Pose2]:
+    def _reference(self, body: Body, pose: Pose2, give_way: GiveWay, least: float) -> Reference | None:
+        """Where the robot goes next; None where that is not even `least` away [m]."""
+        world, now = body.knowledge.world, body.clock.now()
+        times = now + give_way.times
+
+        def predicted(name: str) -> Array | None:
             motion = world.motion_of(name)
-            return [] if motion is None else arc(*motion[1:], (t - motion[0] for t in times.tolist()))
+            return None if motion is None else along(*motion[1:], times - motion[0])
 
         leader = predicted(self.leader)
-        others = [found for name in world.peers() if name != self.leader and (found := predicted(name))]
-        if not leader:  # given up just now, by another thread
+        others = [found for name in world.peers() if name != self.leader and (found := predicted(name)) is not None]
+        if leader is None:  # given up just now, by another thread
             return None
-        beside = (o[0] for o in others if pose.distance(o[0]) < BESIDE * self.safety)
-        if any(abs(pose.bearing(other)) < BEHIND for other in beside):
-            return None
-        signals = body.knowledge.signals
-        ahead = float(np.min(signals.read("front", now))) if "front" in signals else math.inf
-        way = tether.way(pose, leader, others, STEP, ahead)
+        way = pulled(pose, leader, self.distance, self.cruise * STEP, others, give_way.keep_off)
+        if give_way.needed(way, leader, others):
+            way = give_way.best(pose, leader, others, *(_room(body, name) for name in ("room_ahead", "room_behind")))
+            far = float(np.hypot(way[:, 0] - pose.x, way[:, 1] - pose.y).max())
+            return TimedReference(times, way, body.clock.now) if far > least else None
         first = next((row for row in way.tolist() if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)
         # A slack string does not turn the robot, unless its leader has gone out of sight of what looks ahead.
-        error = pose.bearing(leader[0]) if first is None else wrap_angle(first[2] - pose.yaw)
+        here = Pose2(*leader[0].tolist())
+        error = pose.bearing(here) if first is None else wrap_angle(first[2] - pose.yaw)
         if abs(error) > TURN_FIRST:
-            near = any(pose.distance(other[0]) < self.safety for other in others)  # whom its tail would hit
-            return None if near else TurnReference(wrap_angle(pose.yaw + error), pose.x, pose.y)
+            return TurnReference(wrap_angle(pose.yaw + error), pose.x, pose.y)
         return None if first is None else TimedReference(times, way, body.clock.now)
+
+
+def _room(body: Body, name: str) -> Array:
+    """(n,) How far the robot may drive on each bend [m]; nowhere where nobody knows."""
+    signals = body.knowledge.signals
+    if name not in signals:
+        return np.zeros(len(BENDS))
+    return np.nan_to_num(signals.read(name, body.clock.now()))
 
 
 class _Search:

@@ -12,7 +12,7 @@ from ..control.path import Path
 from ..control.profile import speed_profile
 from ..control.reference import PathReference, Reference
 from ..event import Followed
-from ..geometry import Pose2
+from ..geometry import Pose2, Twist2, wrap_angle
 from .pose import PoseWatch
 from .set_wheel_speed import SetWheelSpeed
 
@@ -34,16 +34,44 @@ class PathDrive:
     Args:
         body: The robot.
         cruise: The speed wanted on a straight [m/s].
+        lateral_acceleration: Side force a unit of mass in curves [m/s2].
+        turn_first: Heading error beyond which the robot turns on the spot [rad].
     """
 
-    def __init__(self, body: Body, cruise: float) -> None:
+    def __init__(
+        self,
+        body: Body,
+        cruise: float,
+        lateral_acceleration: float = 1.0,
+        turn_first: float = TURN_FIRST,
+    ) -> None:
         self._body = body
         self._cruise = cruise
+        self._lateral_acceleration = lateral_acceleration
+        self._turn_first = turn_first
         self._watch = PoseWatch()
         self._reference: PathReference | None = None
         self._cross_track = 0.0
         self._owns_wheels = False
+        self._backward = False
         body.follower.reset()
+
+    @property
+    def backward(self) -> bool:
+        """Whether the robot drives backward along its path; to be changed where it stands, or nearly."""
+        return self._backward
+
+    @backward.setter
+    def backward(self, backward: bool) -> None:
+        if backward is not self._backward:
+            self._backward, self._owns_wheels = backward, False
+            self._body.follower.reset()
+
+    @property
+    def heading_error(self) -> float:
+        """How far the path's beginning, or where the robot is on it, turns from the robot's heading [rad]."""
+        reference, pose = self._reference, self._body.knowledge.robot.pose()
+        return 0.0 if reference is None else wrap_angle(float(reference.path.heading(reference.s or 0.0)) - pose.yaw)
 
     @property
     def remaining(self) -> float:
@@ -55,12 +83,35 @@ class PathDrive:
         """Whether there is no path, or the robot is too far off it."""
         return self._reference is None or abs(self._cross_track) > OFF
 
-    def begin(self, path: Path) -> None:
-        """Follow this path, which begins where the robot is, from now on."""
-        profile = speed_profile(path, self._body.drive, cruise=self._cruise)
-        self._reference = PathReference(path, profile, turn_first=TURN_FIRST)
+    def begin(self, path: Path, limit: Array | None = None, end_speed: float = 0.0) -> None:
+        """Follow this path, which begins where the robot is, from now on.
+
+        Args:
+            path: Where.
+            limit: (n,) What limits the speed at each of its samples, besides cruise and curves [m/s].
+            end_speed: At its end [m/s].
+        """
+        self._reference = self._along(path, limit, end_speed)
         self._reference.s = 0.0  # or a round trip would be over before it began
         self._cross_track = 0.0
+
+    def limit(self, limit: Array, end_speed: float = 0.0) -> None:
+        """Other limits for what is left of the path; nothing without one."""
+        if self._reference is not None:
+            s = self._reference.s
+            self._reference = self._along(self._reference.path, limit, end_speed)
+            self._reference.s = s
+
+    def _along(self, path: Path, limit: Array | None, end_speed: float) -> PathReference:
+        profile = speed_profile(
+            path,
+            self._body.drive,
+            cruise=self._cruise,
+            lateral_acceleration=self._lateral_acceleration,
+            end_speed=end_speed,
+            limit=limit,
+        )
+        return PathReference(path, profile, turn_first=self._turn_first)
 
     def pose(self) -> Pose2 | None:
         """Where the robot is, in the world frame; None while nobody knows, when it must `brake`.
@@ -83,7 +134,10 @@ class PathDrive:
     def follow(self, pose: Pose2, reference: Reference) -> Action:
         """This period's command for any reference, as the action that gives it."""
         body = self._body
-        command = body.follower.step(pose, self._wheels(), reference, body.period)
+        if self._backward:  # a robot that drives backward is one that looks behind
+            pose = Pose2(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
+        measured = self._wheels()
+        command = body.follower.step(pose, None if measured is None else self._turned(measured), reference, body.period)
         if math.isfinite(command.cross_track):
             self._cross_track = command.cross_track
             body.note(
@@ -93,12 +147,20 @@ class PathDrive:
                 rung=command.rung,
                 solve_time=command.solve_time if math.isfinite(command.solve_time) else 0.0,
             )
-        return SetWheelSpeed(speeds=command.wheel_speeds.tolist(), duration=body.period)
+        wheels = self._turned(command.wheel_speeds)
+        return SetWheelSpeed(speeds=wheels.tolist(), duration=body.period)
 
     def brake(self) -> Action:
         """Standstill for this period."""
         self._owns_wheels = False
         return SetWheelSpeed(speeds=[0.0] * len(self._body.drive.wheels), duration=self._body.period)
+
+    def _turned(self, wheels: Array) -> Array:
+        """Wheel speeds of the robot, where it drives backward as one that looks behind, and the other way round."""
+        if not self._backward:
+            return wheels
+        twist = self._body.drive.twist(wheels)
+        return self._body.drive.wheel_speeds(Twist2(-twist.forward, twist.turn, -twist.left))
 
     def _wheels(self) -> Array | None:
         """(w,) Measured rim speeds [m/s] when somebody else drove before; None while the follower knows them."""

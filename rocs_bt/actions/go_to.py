@@ -41,7 +41,7 @@ class GoTo(MacroAction):
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world = body.knowledge.world
-        self._goal_pose(body)
+        goal_pose(body, self.goal)
         if self.goal in world.goals():
             world.pursue(self.goal)
         try:
@@ -58,7 +58,7 @@ class GoTo(MacroAction):
     def _drive(self, body: Body) -> Iterator[Action]:
         drive, planned, misses = PathDrive(body, self.cruise), None, 0
         while True:
-            goal, pose = self._goal_pose(body), drive.pose()
+            goal, pose = goal_pose(body, self.goal), drive.pose()
             if pose is None:
                 yield drive.brake()
                 continue
@@ -73,15 +73,20 @@ class GoTo(MacroAction):
                 planned = goal
             yield drive.step(pose)
 
-    def _goal_pose(self, body: Body) -> Pose2:
-        world = body.knowledge.world
-        pose = world.pose_of(self.goal)
-        if pose is None:
-            known = [*world.goals(), *world.places()]
-            hint = did_you_mean(self.goal, known, "The world")
-            raise ActionFailed(Reason.NO_GOAL, f"nothing named '{self.goal}' has a known place. {hint}")
-        return pose
-
     def _give_up(self, body: Body) -> None:
         if body.knowledge.world.pursued() == self.goal:
             body.knowledge.world.pursue(None)
+
+
+def goal_pose(body: Body, goal: str) -> Pose2:
+    """Where a goal is, in the world frame.
+
+    Raises:
+        ActionFailed: NO_GOAL, where nobody knows.
+    """
+    world = body.knowledge.world
+    pose = world.pose_of(goal)
+    if pose is None:
+        hint = did_you_mean(goal, [*world.goals(), *world.places()], "The world")
+        raise ActionFailed(Reason.NO_GOAL, f"nothing named '{goal}' has a known place. {hint}")
+    return pose

@@ -12,8 +12,10 @@ from .dock import Dock
 from .flinch import Flinch
 from .follow_path import FollowPath
 from .follow_robot import FollowRobot
+from .follow_route import FollowRoute
 from .go_to import GoTo
 from .go_to_origin import GoToOrigin
+from .send_message import SendMessage
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
 from .turn_angle import TurnAngle
@@ -27,8 +29,10 @@ _SHIPPED: tuple[type[Action], ...] = (
     Flinch,
     FollowPath,
     FollowRobot,
+    FollowRoute,
     GoTo,
     GoToOrigin,
+    SendMessage,
     SetWheelSpeed,
     Stop,
     TurnAngle,

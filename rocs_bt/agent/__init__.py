@@ -3,7 +3,18 @@
 from ..catalog import robot_drive
 from .agent import Agent, Rates
 from .build import Mind, build_agent
+from .facts import tell_facts
 from .rule_files import RuleFile, RuleWatch
 from .threaded import ThreadedRunner
 
-__all__ = ["Agent", "Mind", "Rates", "RuleFile", "RuleWatch", "ThreadedRunner", "build_agent", "robot_drive"]
+__all__ = [
+    "Agent",
+    "Mind",
+    "Rates",
+    "RuleFile",
+    "RuleWatch",
+    "ThreadedRunner",
+    "build_agent",
+    "robot_drive",
+    "tell_facts",
+]

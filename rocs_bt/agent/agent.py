@@ -7,19 +7,23 @@ process. It holds the blocks and knows the order of effects; `lockstep` and `thr
 from __future__ import annotations
 
 import math
+import sys
 import threading
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from ..analyze import Analyze
 from ..clock import Clock, Rate
 from ..device import Sensor, Watchdog
-from ..errors import BlockError
+from ..errors import BlockError, RocsError
 from ..event import AgentStopped, BlockFailed, EventSink
 from ..execute import Execute
 from ..knowledge import Knowledge
+from ..knowledge.share import Sharing
 from ..monitor import Monitor
 from ..pipeline import Pipeline
 from ..plan import Plan
@@ -56,6 +60,7 @@ class Agent:
         arc: The reflex arc over all ReactiveModels.
         pipeline: The queue between them.
         rule_files: The rule files in force, which can be read anew.
+        sharing: Keeps Knowledge the same as that of other agents; None where it is its own.
         failure: The block that failed, and why; None while all is well.
         stopped: Whether it was stopped; nothing comes after that.
         reacted: When the reflexes were last evaluated [s].
@@ -78,6 +83,8 @@ class Agent:
         sink: EventSink,
         rates: Rates,
         rule_files: Sequence[RuleFile] = (),
+        sharing: Sharing | None = None,
+        timer: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self.name = name
         self.knowledge = knowledge
@@ -94,10 +101,12 @@ class Agent:
         self.clock = clock
         self.rates = rates
         self.rule_files = tuple(rule_files)
+        self.sharing = sharing
         self.failure: BlockError | None = None
         self.stopped = False
         self.reacted = -math.inf
         self._sink = sink
+        self._timer = timer
         self._failing = threading.Lock()
         self._planning = threading.Lock()
         self._plan_closed = False
@@ -129,11 +138,14 @@ class Agent:
             return
         t, block = self.clock.now(), ""
         try:
+            if self.sharing is not None and self.sharing.due(t):
+                block = "sharing"
+                self.sharing.run(t)
             for block, monitor in self._monitors:  # noqa: B007 - told where it breaks
                 monitor.run(t, count)
             block = "reflexes"
             self.react(t)
-            for block, analyze in self._analyzes:  # noqa: B007
+            for block, analyze in self._analyzes:  # noqa: B007 - told where it breaks
                 if analyze.inbox.pending:
                     analyze.run(t)
             block = "plan"
@@ -153,7 +165,9 @@ class Agent:
         """One turn of Plan; none once it is closed. Safe while another thread stops the agent."""
         with self._planning:
             if not self._plan_closed:
+                begun = self._timer()
                 self.plan.run(t)
+                self.pipeline.charge(self._timer() - begun)
 
     def guarded(self, block: str, turn: Callable[..., None], *args: object) -> None:
         """Run one turn of a block; if it raises or ends, stop the wheels first and keep the reason."""
@@ -170,7 +184,7 @@ class Agent:
         if isinstance(error, SystemExit):
             self.fail(block, "ended", f"it called for an exit ({error.code})", error)
         else:
-            self.fail(block, "raised", f"{type(error).__name__}: {error}", error)
+            self.fail(block, "raised", f"{type(error).__name__}: {error}{_where(error)}", error)
 
     def fail(self, block: str, kind: str, detail: str, cause: BaseException | None = None) -> None:
         """Stop the wheels for good, then say which block failed and why. Any thread may; the first failure counts."""
@@ -196,9 +210,13 @@ class Agent:
         with self._failing:
             self.stopped = True
         self._shut()
+        if self.sharing is not None:
+            self._attempt("sharing", self.sharing.halt, self.clock.now())
 
     def close(self) -> None:
-        """Let go of all devices."""
+        """Let go of all devices, and of those with whom it shares."""
+        if self.sharing is not None:
+            self.sharing.close()
         for sensor in self.sensors.values():
             sensor.close()
         for actuator in self.actuators.values():
@@ -223,3 +241,13 @@ class Agent:
             except Exception as error:  # noqa: BLE001 - one that breaks its contract must not keep the next from stopping
                 problems += f"; and actuator '{actuator.name}' did not stop: {type(error).__name__}: {error}"
         return problems
+
+
+def _where(error: BaseException) -> str:
+    """The line of content at which it was raised, such as ` (mine.py:12)`; empty for an error that says it itself."""
+    if isinstance(error, RocsError):
+        return ""
+    ours = (str(Path(__file__).resolve().parents[1]), sys.prefix, sys.base_prefix)
+    places = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)]
+    theirs = [f" ({Path(file).name}:{line})" for file, line in places if not file.startswith((*ours, "<"))]
+    return theirs[-1] if theirs else ""

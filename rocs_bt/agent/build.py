@@ -4,35 +4,41 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 from ..action import Action
 from ..actions import action_table
 from ..analyze import ANALYZERS, Analyze
-from ..catalog import DriveSpec, PlaceSpec, RobotSpec, is_reference, robot_drive
+from ..catalog import DriveSpec, FactSpec, PlaceSpec, RobotSpec, is_reference, robot_drive
 from ..catalog import load_class as load_class_from_file
-from ..clock import Clock, Rate
+from ..clock import Clock, Rate, SimulatedClock
 from ..control.drive import Drive
 from ..control.follower import Follower, FollowerSettings
 from ..device import Sensor, Watchdog
 from ..errors import Fault, InputError, blame, unknown
-from ..event import EventSink
+from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
-from ..knowledge import Knowledge, RobotModel, StrategyModel, WorldModel
+from ..knowledge import SCHEMA, Knowledge, RobotModel, Schema, StrategyModel, WorldModel
+from ..knowledge.share import Mailbox, Sharing
 from ..monitor import MONITORS, Monitor, Watched
 from ..pipeline import Pipeline
 from ..plan import Mission, Plan, TreePlan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from .agent import Agent, Rates
 from .block import make_block
+from .facts import examine_queries, tell_facts
 from .rule_files import RuleFile
 
 T = TypeVar("T")
 LoadClass = Callable[[Path, str], type]
+Keep = Callable[[Hashable, Callable[[], Any]], Any]
 
 
 @dataclass(frozen=True)
@@ -46,11 +52,15 @@ class Mind:
         rules: The rule files.
         reflexes: Makes reactive models in Python, besides the rule files, from the agent's Knowledge.
         places: What it is told of the world at the start.
+        facts: What else it knows at the start, and what it will be told.
         peers: Which other robots there are, and by which tag a robot sensor knows each.
         actions: Actions besides the shipped ones.
+        latency: How long its planner thinks [s]: what it decides takes effect that much later; None where that is
+            measured as it runs, which does not repeat.
         world_model: The class of `knowledge.world`, for a user's own (paper, 5.3: optional extension points).
         robot_model: The class of `knowledge.robot`.
         strategy_model: The class of `knowledge.strategy`.
+        schema: What may stand in its Knowledge.
     """
 
     build: Callable[..., Any]
@@ -59,11 +69,14 @@ class Mind:
     rules: Sequence[Path] = ()
     reflexes: Callable[[Knowledge], Sequence[ReactiveModel]] = lambda knowledge: ()
     places: Sequence[PlaceSpec] = ()
+    facts: Sequence[FactSpec] = ()
     peers: Mapping[str, int] = field(default_factory=dict)
     actions: Sequence[type[Action]] = ()
+    latency: float | None = 0.0
     world_model: type[WorldModel] = WorldModel
     robot_model: type[RobotModel] = RobotModel
     strategy_model: type[StrategyModel] = StrategyModel
+    schema: Schema = SCHEMA
 
 
 def build_agent(
@@ -78,7 +91,10 @@ def build_agent(
     clock: Clock,
     sink: EventSink,
     timer: Callable[[], float] | None = None,
+    rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
     load_class: LoadClass = load_class_from_file,
+    keep: Keep = lambda key, make: make(),
+    share: Callable[[Knowledge], Sharing] | None = None,
 ) -> Agent:
     """Build, wire and check all blocks of one agent; nothing runs yet.
 
@@ -92,28 +108,30 @@ def build_agent(
         rates: How often the blocks run.
         clock: Time.
         sink: Where events go.
-        timer: Measures solve times of the follower [s]; None measures nothing.
+        timer: Measures solve times of the follower, and how long a planner thinks whose latency is measured [s]; None
+            measures nothing. On wall time a planner's thinking takes its time anyway.
+        rng: The mission's streams of random numbers, by what they are for.
         load_class: Loads a class that robot.toml names as `file.py:Class`.
+        keep: Shares what minds of the same content have in common (`Catalog.keep`).
+        share: Makes it share its knowledge; None for one that shares nothing.
 
     Raises:
         InputError: A class, signal, action or parameter that is named does not exist, with every fault.
     """
     drive = robot_drive(robot.drive)
-    knowledge = Knowledge(
-        name, clock, sink, world=mind.world_model, robot=mind.robot_model, strategy=mind.strategy_model
-    )
-    describe(knowledge, robot, drive, mind.places, mind.peers)
+    knowledge = _knowledge(name, robot, drive, mind, clock, sink)
     _check_wheels(robot, drive, actuators)
     monitors = _monitors(robot, knowledge, sensors, sensor_rates, sink, load_class)
     analyzers = _analyzers(robot, knowledge, monitors, sink, load_class)
     declare_signals(knowledge, [*monitors, *analyzers], robot)
+    examine_queries(knowledge, mind.facts)
     actions = action_table(*mind.actions)
-    pipeline = Pipeline(clock, sink, name)
+    pipeline = Pipeline(clock, sink, name, latency=mind.latency)
     environment = Environment.of(knowledge.signals)
-    rule_files = [RuleFile(file, environment, actions, thresholds(robot, file)) for file in mind.rules]
-    models = [file.model for file in rule_files]
-    knowledge.reactive_models.extend([*models, *mind.reflexes(knowledge)])
-    _follow_mode(knowledge, models)
+    rule_files = _rule_files(mind, robot, environment, actions, keep)
+    knowledge.reactive_models.extend([*(file.model for file in rule_files), *mind.reflexes(knowledge)])
+    _follow_mode(knowledge, [file.model for file in rule_files])
+    sharing = None if share is None else _with_mailbox(share(knowledge), sensors)
     body = RobotBody(
         agent=name,
         knowledge=knowledge,
@@ -124,6 +142,7 @@ def build_agent(
         actuators=actuators,
         wheels=robot.drive.actuator,
         sink=sink,
+        messenger=None if sharing is None else sharing.messenger,
     )
     arc = ReflexArc(knowledge.reactive_models, pipeline, actions, sink, name, clock)
     mission = Mission(
@@ -135,10 +154,9 @@ def build_agent(
         sink=sink,
         compile_guard=lambda text: compile_expression(text, environment),
         rule_reading=arc.reading,
+        rng=rng,
     )
-    with blame(*_source(mind.build)):
-        planned = mind.build(mission, **mind.parameters)
-        plan = planned if isinstance(planned, Plan) else TreePlan(planned, mission)
+    plan = _plan(mind, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")
     for analyze in analyzers:
         analyze.attach(plan)
@@ -157,7 +175,44 @@ def build_agent(
         clock=clock,
         sink=sink,
         rates=rates,
+        sharing=sharing,
+        timer=timer if timer is not None and isinstance(clock, SimulatedClock) else lambda: 0.0,
     )
+
+
+def _knowledge(name: str, robot: RobotSpec, drive: Drive, mind: Mind, clock: Clock, sink: EventSink) -> Knowledge:
+    """What the agent knows at the start."""
+    knowledge = Knowledge(name, clock, sink, mind.schema, mind.world_model, mind.robot_model, mind.strategy_model)
+    describe(knowledge, robot, drive, mind.places, mind.peers)
+    tell_facts(knowledge, [fact for fact in mind.facts if not fact.at])
+    if any(fact.at for fact in mind.facts):  # what will be told must fit too, and that is known now
+        rehearsal = Knowledge(name, clock, NullSink(), mind.schema)
+        describe(rehearsal, robot, drive, mind.places, mind.peers)
+        tell_facts(rehearsal, sorted(mind.facts, key=lambda fact: fact.at))
+    return knowledge
+
+
+def _rule_files(
+    mind: Mind, robot: RobotSpec, environment: Environment, actions: Mapping[str, type[Action]], keep: Keep
+) -> list[RuleFile]:
+    """The rule files in force; agents of the same robot and mission share what was read."""
+    return [
+        RuleFile(
+            file,
+            environment,
+            actions,
+            thresholds(robot, file),
+            partial(keep, ("rules", file, robot.file, mind.mission)),
+        )
+        for file in mind.rules
+    ]
+
+
+def _plan(mind: Mind, mission: Mission) -> Plan:
+    """The planner that a mission's `build` makes."""
+    with blame(*_source(mind.build)):
+        planned = mind.build(mission, **mind.parameters)
+        return planned if isinstance(planned, Plan) else TreePlan(planned, mission)
 
 
 def describe(
@@ -293,6 +348,12 @@ def _analyzers(
         for monitor in spec.monitors:
             by_name[monitor].attach(analyze)
     return sorted(analyzers, key=lambda analyze: not analyze.signals())
+
+
+def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
+    """Have what others say put where the robot's mailbox reads it."""
+    sharing.messenger.letterbox = next((s.letterbox for s in sensors.values() if isinstance(s, Mailbox)), None)
+    return sharing
 
 
 def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, Watchdog]) -> None:

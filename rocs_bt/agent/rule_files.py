@@ -25,6 +25,7 @@ class RuleFile:
         environment: The agent's signals.
         actions: The agent's actions by name.
         overrides: The robot's own values of thresholds, by name.
+        keep: Gives what was read before by another agent of the same content, or else reads it.
 
     Attributes:
         model: Its rules, live.
@@ -39,13 +40,14 @@ class RuleFile:
         environment: Environment,
         actions: Mapping[str, type[Action]],
         overrides: Mapping[str, Override],
+        keep: Callable[[Callable[[], RuleSet]], RuleSet] = lambda read: read(),
     ) -> None:
         self.file = file
         self._environment = environment
         self._actions = actions
         self._overrides = overrides
         self._stamps: dict[Path, tuple[int, int] | None] = {}
-        self.model = RuleModel(self._load())
+        self.model = RuleModel(self._stamped(keep(self._load)))
 
     def changed(self) -> bool:
         """Whether the file, or one that it includes, is another than when it was read last."""
@@ -70,7 +72,7 @@ class RuleFile:
             # A file that it includes from now on may be the one to mend.
             self._stamps = {path: _stamp(path) for path in included_files(self.file)} | before
             raise InputError(*wrong)
-        rules = self._load()
+        rules = self._stamped(self._load())
         self._stamps |= {path: stamp for path, stamp in before.items() if path in self._stamps}
         self.model.replace(rules)
         return rules
@@ -90,7 +92,9 @@ class RuleFile:
         sink.emit(RulesReplaced(t=clock.now(), agent=agent, rules=self.file.stem, accepted=accepted, detail=detail))
 
     def _load(self) -> RuleSet:
-        rules = load_rules(self.file, self._environment, self._actions, overrides=self._overrides)
+        return load_rules(self.file, self._environment, self._actions, overrides=self._overrides)
+
+    def _stamped(self, rules: RuleSet) -> RuleSet:
         self._stamps = {path: _stamp(path) for path in rules.files}
         return rules
 

@@ -13,11 +13,14 @@ from functools import partial
 
 from ..analyze import Analyze
 from ..clock import WallClock
+from ..knowledge.share import Sharing
 from ..monitor import Monitor
 from .agent import Agent
 from .worker import PACE, Step, Ticker, Worker
 
 _UNWATCHED = 1.5  # control periods without a sample, after which the reflexes are evaluated without one
+_SHARED = 0.2  # [s] that a turn of sharing may normally take
+_REST = 4.0  # times as long as its last turn took sharing rests: whoever floods it gets a fifth of a processor
 
 
 class ThreadedRunner:
@@ -39,7 +42,7 @@ class ThreadedRunner:
         # Spread over the period, so that blocks do not wait for each other's turn at the interpreter.
         self._spread = self._period / (len(agent.monitors) + 2)
         self._act_at = self._period - self._spread
-        self._plan_at = self._plan_called_at = 0.0
+        self._plan_at = self._plan_called_at = self._rested_at = 0.0
         self.workers = self._build()
         self._heart = threading.Thread(target=self._beat, name=f"{agent.name}/heartbeat", daemon=True)
 
@@ -54,6 +57,8 @@ class ThreadedRunner:
         self._stop.set()
         self.agent.pipeline.wake()
         self.agent.plan.inbox.wake()
+        if self.agent.sharing is not None:
+            self.agent.sharing.awake.set()
         for analyze in self.agent.analyzes:
             analyze.inbox.wake()
         for worker in self.workers:  # one that hangs is left behind: it is a daemon, and ends when its turn does
@@ -70,6 +75,9 @@ class ThreadedRunner:
         plan, execute = Step("plan", self._at(agent.decide)), Step("execute", self._at(agent.execute.run))
         workers.append(self._worker("plan", agent.rates.plan.every * period, self._wait_plan, plan))
         workers.append(self._worker("execute", period, self._wait_execute, execute))
+        if agent.sharing is not None:
+            share = Step("sharing", partial(self._share, agent.sharing))
+            workers.append(self._worker("sharing", _SHARED, partial(self._wait_share, agent.sharing), share))
         return workers
 
     def _sensing(self, monitor: Monitor, phase: float) -> Worker:
@@ -130,6 +138,17 @@ class ThreadedRunner:
         late = now() > self._act_at + self._period
         self._act_at = (now() if late else self._act_at) + self._period
         return not self._stop.is_set()
+
+    def _wait_share(self, sharing: Sharing) -> bool:
+        """Wait until there is something to share, or the period is over; not more often than is allowed."""
+        sharing.awake.wait(self._period)
+        return self._clock.wait_until(max(sharing.due_at, self._rested_at), self._stop)
+
+    def _share(self, sharing: Sharing) -> None:
+        begun = self._clock.now()
+        sharing.run(begun)
+        ended = self._clock.now()
+        self._rested_at = ended + min(_REST * (ended - begun), _SHARED)
 
     def _beat(self) -> None:
         """Look at every thread, once a control period."""

@@ -2,10 +2,20 @@
 
 from .analyze import Analyze
 from .localise import Localise
+from .pass_messages import PassMessages
 from .pass_orientation import PassOrientation
 from .pass_position import PassPosition
 from .pass_range import PassRange
 from .peer_analyze import PeerAnalyze
 from .table import ANALYZERS
 
-__all__ = ["ANALYZERS", "Analyze", "Localise", "PassOrientation", "PassPosition", "PassRange", "PeerAnalyze"]
+__all__ = [
+    "ANALYZERS",
+    "Analyze",
+    "Localise",
+    "PassMessages",
+    "PassOrientation",
+    "PassPosition",
+    "PassRange",
+    "PeerAnalyze",
+]

@@ -27,6 +27,7 @@ class _Track:
     seen_at: float  # [s]
     yaw: float  # [rad]
     lost: bool = False
+    revision: int = 0  # of the pose that was written last
 
 
 class PeerAnalyze(Analyze):
@@ -35,6 +36,7 @@ class PeerAnalyze(Analyze):
     The paper's P3dxPositionAnalyze (6.5), for every robot that its sensor knows. Needs the signals of a PeerMonitor
     and of a PoseMonitor. A peer that is out of view goes on as it was last seen to move; it is `lost` after a while,
     which changes nothing but that `sees` does not hold, and given up after a longer one: then its pose is not known.
+    While it is out of view the word of somebody who tells where it is, as by shared knowledge, stands.
 
     Args:
         range_noise: Standard deviation of a range [m].
@@ -102,13 +104,17 @@ class PeerAnalyze(Analyze):
     def _follow(self, name: str, t: float) -> Iterable[Change]:
         track, graph = self._tracks[name], self.knowledge.graph
         unseen = t - track.seen_at
+        told = unseen > 0.0 and graph.stamp(name, "pose").revision > track.revision
         if unseen > self._give_up_after:
             del self._tracks[name]
-            graph.set(name, pose=None, speed=None, turn_rate=None, spread=None)
+            if not told:
+                graph.set(name, pose=None, speed=None, turn_rate=None, spread=None)
             yield self.change(t, "given up", name, unseen=unseen)
             return
         track.filter.predict(t)
-        self._write(name, track)
+        if not told:
+            self._write(name, track)
+            track.revision = graph.stamp(name, "pose").revision
         if unseen > self._lost_after and not track.lost:
             track.lost = True
             graph.unrelate(self.knowledge.agent, "sees", name)

@@ -2,7 +2,11 @@
 
 from .catalog import Catalog, find_project, is_path, shipped_root
 from .entry import KINDS, Entry, content_hash, kind_of, make_entry
+from .facts import FactSpec
+from .keeping import KeepingCatalog
+from .planner_file import PlannerSpec, at_parameters, read_planner
 from .python_content import classes_in, functions_in, is_reference, load_class
+from .rates import RateSpec
 from .robot_file import (
     ActuatorSpec,
     AnalyzeSpec,
@@ -13,7 +17,8 @@ from .robot_file import (
     load_robot,
     robot_drive,
 )
-from .scenario_file import AgentSpec, MoverSpec, PlaceSpec, RateSpec, RequirementSpec, ScenarioSpec, read_scenario
+from .scenario_file import AgentSpec, MoverSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
+from .share_table import ShareSpec
 
 __all__ = [
     "KINDS",
@@ -23,14 +28,19 @@ __all__ = [
     "Catalog",
     "DriveSpec",
     "Entry",
+    "FactSpec",
+    "KeepingCatalog",
     "MonitorSpec",
     "MoverSpec",
     "PlaceSpec",
+    "PlannerSpec",
     "RateSpec",
     "RequirementSpec",
     "RobotSpec",
     "ScenarioSpec",
     "SensorSpec",
+    "ShareSpec",
+    "at_parameters",
     "classes_in",
     "content_hash",
     "find_project",
@@ -41,6 +51,7 @@ __all__ = [
     "load_class",
     "load_robot",
     "make_entry",
+    "read_planner",
     "read_scenario",
     "robot_drive",
     "shipped_root",

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import tomllib
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Hashable, Iterable
 from pathlib import Path
 from types import ModuleType
-from typing import Any, cast
+from typing import Any, Self, TypeVar, cast
 
 from ..errors import Fault, InputError, RocsError, UnknownName, unknown
+from ..knowledge import SCHEMA, Schema, load_schema
 from ..reactive import included_files
-from .entry import KINDS, Entry, make_entry, scan
+from .entry import KINDS, Entry, content_hash, make_entry, scan
 from .fit import misfits
 from .inherit import read_inheriting
-from .python_content import classes_in, fault_of, load_class, load_module, texts_in
+from .planner_file import PlannerSpec, read_planner
+from .python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from .robot_file import RobotSpec, load_robot
-from .scenario_file import ScenarioSpec, read_scenario
+from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
+
+T = TypeVar("T")
 
 
 def shipped_root() -> Path:
@@ -66,12 +71,20 @@ class Catalog:
             raise InputError(Fault(f"there is no project folder '{project}'.", hint="Name one that exists."))
         self.project = None if project is None or project.resolve() == self.shipped else project.resolve()
         self.code = code
+        self.scenes: Path | None = None  # a folder of scenes that a program made, which are found first
         self._found: dict[str, dict[str, Entry]] = {}
 
     @staticmethod
     def here(start: Path | None = None, *, code: bool = True) -> Catalog:
         """The catalog of the project around a folder, the current one if none is given."""
         return Catalog(find_project(start or Path.cwd()), code=code)
+
+    def with_scenes(self, folder: Path) -> Self:
+        """The same catalog, what it keeps included, that finds the scenes in a folder first."""
+        other = copy.copy(self)
+        other.scenes = folder
+        other._found = {kind: found for kind, found in self._found.items() if kind not in ("scenario", "world")}
+        return other
 
     def list(self, kind: str | None = None) -> list[Entry]:
         """All entries of a kind, or of all kinds, sorted by kind and name; a project's hides a shipped one's name.
@@ -88,6 +101,8 @@ class Catalog:
         Raises:
             UnknownName: There is none; lists those that exist.
         """
+        if kind == "mission" and is_reference(name):
+            return self._python_planner(name.partition(":")[0])
         if is_path(name):
             return self._by_path(kind, Path(name))
         entries = self._entries(kind)
@@ -139,26 +154,65 @@ class Catalog:
             entries += [self.find("robot", name)]
             entries += [self.find("robot", path.parent.name) for path in self.load_robot(name).bases]
         for agent in scenario.agents:
-            rules = [self.find("rules", name) for name in agent.rules]
-            mission = self.find("mission", agent.mission)
-            entries += [mission, *self.python_of(mission, agent.parameters.values()), *rules]
-            entries += [make_entry(file, "rules", r.origin) for r in rules for file in included_files(r.path)]
+            entries += self.content_of_mind(agent)
+        entries += self.list("schema")
         return tuple(dict.fromkeys(entries))
+
+    def content_of_mind(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
+        """What an agent's mind, or a planner, is made of: mission, rules, and what these name.
+
+        Raises:
+            InputError: Something that it names does not exist.
+        """
+        rules = [self.find("rules", name) for name in mind.rules]
+        included = [make_entry(file, "rules", r.origin) for r in rules for file in included_files(r.path)]
+        mission = self.find("mission", mind.mission)
+        return mission, *self.python_of(mission, mind.parameters.values()), *rules, *included
+
+    def digest(self, scenario: ScenarioSpec) -> str:
+        """The `content_hash` of everything that a scenario uses."""
+        return content_hash(self.content_of(scenario))
+
+    def keep(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What episodes of the same content share, such as a compiled world: here made anew for each."""
+        return make()
+
+    def load_schema(self) -> Schema:
+        """What may stand in Knowledge: what we ship, and what the project's schema files add.
+
+        Raises:
+            InputError: With every fault of these files, each at its line.
+        """
+        files = [entry.path for entry in self.list("schema")]
+        return load_schema(files, SCHEMA) if files else SCHEMA
+
+    def load_planner(self, name: str) -> PlannerSpec:
+        """A planner by its name or path, whose mission and rules exist.
+
+        Raises:
+            InputError: With every fault, each at its line.
+        """
+        file = self.find("planner", name).path
+        return read_planner(file, self._missing)
 
     def load_mission(self, name: str) -> Callable[..., Any]:
         """The function `build` of a mission, by the mission's name or path; that of an XML file makes its tree.
+
+        `file.py:Class` is a PythonPlanner, of a file in `planners` or of one that is named by its path.
 
         Raises:
             InputError: There is no such mission, it does not load, has no `build`, or `--no-code` forbids it.
         """
         entry = self.find("mission", name)
+        if is_reference(name):
+            return self._with_content(self._python_mission(entry.path, name.rpartition(":")[2]))
         if entry.path.suffix != ".py":
             return self._with_content(self._xml_mission(entry.path))
         build = getattr(self.load_python(entry), "build", None)
         if not callable(build):
             hint = "Write: def build(mission: Mission): ..."
             raise InputError(Fault("the mission has no function 'build'.", entry.path, hint=hint))
-        return self._with_content(_guarded(cast("Callable[..., Any]", build), entry.path))
+        return self._with_content(guarded(cast("Callable[..., Any]", build), entry.path))
 
     def _with_content(self, build: Callable[..., Any]) -> Callable[..., Any]:
         """The same function, whose mission finds by name what this catalog has."""
@@ -169,6 +223,18 @@ class Catalog:
             return build(mission, *args, **kwargs)
 
         return at_home
+
+    def _python_planner(self, file: str) -> Entry:
+        """The file of a PythonPlanner."""
+        for root in filter(None, (self.project, self.shipped)):
+            if not Path(file).is_absolute() and (place := root / "planners" / file).is_file():
+                return make_entry(place, "planner", "file")
+        return self._by_path("planner", Path(file))
+
+    def _python_mission(self, file: Path, name: str) -> Callable[..., Any]:
+        from ..plan import python_mission
+
+        return guarded(python_mission(self.load_class(file, name)), file)
 
     def _xml_mission(self, file: Path) -> Callable[..., Any]:
         from ..plan.xml import xml_mission  # py_trees is loaded where a tree is made
@@ -305,7 +371,8 @@ class Catalog:
         if kind not in self._found:
             shipped = _by_name(scan(self.shipped, kind, "shipped"))
             own = {} if self.project is None else _by_name(scan(self.project, kind, "project"))
-            self._found[kind] = {**shipped, **own}
+            made = {} if self.scenes is None else _by_name(scan(self.scenes, kind, "project"))
+            self._found[kind] = {**shipped, **own, **made}
         return self._found[kind]
 
     def _by_path(self, kind: str, path: Path) -> Entry:
@@ -314,21 +381,6 @@ class Catalog:
         if not path.is_file():
             raise UnknownName(unknown(f"{kind} file", str(path), self._entries(kind)))
         return make_entry(path.resolve(), kind, "file")
-
-
-def _guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
-    """A person's function, with the same signature, whose exceptions are faults of its file."""
-
-    @functools.wraps(build)
-    def guarded(*args: Any, **kwargs: Any) -> Any:
-        try:
-            return build(*args, **kwargs)
-        except InputError as error:  # told by what the mission used; the mission is where it was asked for
-            raise error.at(path, fault_of(path, error).line) from error
-        except Exception as error:  # a person's own code may raise anything, and that is an input that is wrong
-            raise InputError(fault_of(path, error)) from error
-
-    return guarded
 
 
 def _by_name(entries: Iterable[Entry]) -> dict[str, Entry]:

@@ -17,6 +17,8 @@ KINDS: dict[str, tuple[str, ...]] = {
     "rules": ("rules/*.toml",),
     "robot": ("robots/*/robot.toml",),
     "world": ("scenarios/worlds/*.xml",),
+    "schema": ("scenarios/schema/*.toml",),
+    "family": ("scenarios/families/*.py",),
     "route": ("planners/routes/*.py",),
     "node": ("planners/nodes/*.py",),
     "planner": ("planners/*.toml",),

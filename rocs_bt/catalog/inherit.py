@@ -1,7 +1,8 @@
 """A file that is based on another: what it says stands before what the other says.
 
 Tables are laid over each other key by key, arrays of tables by their `name`; a name that the other does not have is
-added at the end. Anything else that the file says stands instead of what the other says.
+added at the end. Anything else that the file says stands instead of what the other says. Who is given another mission
+is not given the parameters of the mission that it had: they are that one's.
 """
 
 from __future__ import annotations
@@ -14,6 +15,9 @@ from ..document import Key, Table, read_toml
 from ..errors import InputError
 
 Places = dict[Key, tuple[int, int]]
+BELONGS = {"parameters": "mission"}
+"""What is inherited only along with what it belongs to."""
+
 FindBase = Callable[[str], Path]
 """The file that a `base` means; raises InputError where there is none."""
 
@@ -65,9 +69,10 @@ def _laid_over(
     own: dict[str, Any], base: dict[str, Any], key: Key, there: Key, places: Places, found: Places
 ) -> dict[str, Any]:
     """`own` over `base`; moves the places of what stands at `key` in the file to `there` in what comes of it."""
-    laid = dict(base)
+    other = {name for name, owner in BELONGS.items() if owner in own and own[owner] != base.get(owner)}
+    laid = {name: value for name, value in base.items() if name not in other}
     for name, value in own.items():
-        under = base.get(name)
+        under = laid.get(name)
         here, to = (*key, name), (*there, name)
         if isinstance(value, dict) and isinstance(under, dict):
             _move(places, found, here, to, deep=False)

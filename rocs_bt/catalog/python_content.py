@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import ast
+import functools
 import hashlib
 import importlib.util
 import re
 import sys
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from ..errors import Fault, InputError, unknown
 
@@ -91,6 +94,21 @@ def load_class(path: Path, name: str) -> type:
     if not isinstance(found, type):
         raise InputError(unknown("class", name, classes_in(path), f"'{path.name}'").at(path))
     return found
+
+
+def guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
+    """A person's function, with the same signature, whose exceptions are faults of its file."""
+
+    @functools.wraps(build)
+    def safe(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return build(*args, **kwargs)
+        except InputError as error:  # told by what the mission used; the mission is where it was asked for
+            raise error.at(path, fault_of(path, error).line) from error
+        except Exception as error:  # a person's own code may raise anything, and that is an input that is wrong
+            raise InputError(fault_of(path, error)) from error
+
+    return safe
 
 
 def _parse(path: Path) -> ast.Module:

@@ -4,72 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..clock import Rate
 from ..document import Table
-from ..errors import Fault, InputError, RateError, did_you_mean
+from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
-from ..units import ANGLE, FREQUENCY, LENGTH, TIME
-from .values import free_parameters, given_name
+from ..units import ANGLE, LENGTH, TIME
+from .facts import FactSpec, read_facts
+from .rates import RateSpec, read_rate
+from .share_table import ShareSpec, read_share
+from .values import free_parameters, given_name, latency_of
 
 FORMAT = "scenario/1"
-
-
-@dataclass(frozen=True)
-class RateSpec:
-    """The `[rate]` table: how often things happen (docs/architecture.md).
-
-    Attributes:
-        physics: Length of a physics step [s].
-        control: Control periods per second [1/s].
-        plan: Ticks of the tree per second [1/s].
-        sensors: Readings per second of every sensor [1/s]; None for what each robot.toml says.
-        line: Where the table stands in the file.
-    """
-
-    physics: float = 0.005
-    control: float = 20.0
-    plan: float = 10.0
-    sensors: float | None = None
-    line: int = 0
-
-    @property
-    def control_rate(self) -> Rate:
-        """The control rate, over physics steps.
-
-        Raises:
-            RateError: It does not divide.
-        """
-        return Rate.dividing(self.control, self.physics, "the control rate")
-
-    @property
-    def plan_rate(self) -> Rate:
-        """The plan rate, over control periods.
-
-        Raises:
-            RateError: It does not divide.
-        """
-        return Rate.dividing(self.plan, 1.0 / self.control, "the plan rate")
-
-    def sensor_rate(self, hz: float | None, name: str = "") -> Rate:
-        """A sensor's rate, over control periods.
-
-        Args:
-            hz: What robot.toml says [1/s]; None for one reading in each control period.
-            name: The sensor, for the message.
-
-        Raises:
-            RateError: It does not divide.
-        """
-        wanted = self.sensors or hz or self.control
-        try:
-            return Rate.dividing(wanted, 1.0 / self.control, f"the rate of sensor '{name}'")
-        except RateError as error:
-            all_alike = f'Or have all sensors keep step: sensors = "{self.control:g} Hz" under [rate].'
-            raise RateError(*(replace(f, hint=f"{f.hint} {all_alike}".strip()) for f in error.faults)) from error
 
 
 @dataclass(frozen=True)
@@ -108,6 +56,8 @@ class AgentSpec:
         jitter: Half-widths of the uniform draw that the seed adds to the pose.
         success: The goal at which it must truly be for `success`; None where the mission's word is enough.
         at_end: Whether it must be there when the run ends, whatever its mission says, as for one that never ends.
+        after: The goals at which it must truly have been before, each by its time [s].
+        latency: How long its planner thinks [s]; None where that is measured, which does not repeat.
         parameters: The mission's parameters as the file has them; the mission's annotations type them.
         line: Where its table stands in the file.
         parameters_line: Where its parameters stand in the file.
@@ -121,6 +71,8 @@ class AgentSpec:
     jitter: Pose2
     success: str | None = None
     at_end: bool = False
+    after: Mapping[str, float] = field(default_factory=dict)
+    latency: float | None = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
     parameters_line: int = 0
@@ -128,11 +80,11 @@ class AgentSpec:
 
 @dataclass(frozen=True)
 class MoverSpec:
-    """One `[[mover]]`: a robot that follows a script and has no mind.
+    """One `[[mover]]`: a robot, or a thing of the world, that follows a script and has no mind.
 
     Attributes:
-        name: Its name, and the prefix of its body in the world.
-        robot: The robot's name.
+        name: Its name, and the prefix of its body in the world; a thing's is its body's.
+        robot: The robot's name; empty for a thing.
         script: The script that moves it.
         pose: Where it starts, world frame.
         jitter: Half-widths of the uniform draw that the seed adds to the pose.
@@ -183,10 +135,12 @@ class ScenarioSpec:
         end_on_collision: Whether a collision ends the episode.
         rate: How often things happen.
         places: What the agents are told of the world.
+        facts: What else they know at the start.
         agents: Who thinks.
         movers: Who else moves.
         requirements: What must hold over the run.
         bases: The scenario files that its own is based on, the nearest first.
+        share: What the agents share of their knowledge; None for nothing.
     """
 
     name: str
@@ -200,18 +154,24 @@ class ScenarioSpec:
     agents: tuple[AgentSpec, ...]
     movers: tuple[MoverSpec, ...]
     requirements: tuple[RequirementSpec, ...] = ()
+    facts: tuple[FactSpec, ...] = ()
     bases: tuple[Path, ...] = ()
+    share: ShareSpec | None = None
 
     @property
     def tags(self) -> dict[str, int]:
         """The tags that robots wear, for robot sensors, by the names of the agents and movers: 1, 2, ..."""
-        names = [*(agent.name for agent in self.agents), *(mover.name for mover in self.movers)]
+        names = [*(agent.name for agent in self.agents), *(mover.name for mover in self.movers if mover.robot)]
         return {name: tag for tag, name in enumerate(names, 1)}
+
+    def facts_of(self, agent: str) -> tuple[FactSpec, ...]:
+        """What an agent knows at the start, beside its places."""
+        return tuple(fact for fact in self.facts if agent in fact.agents)
 
     @property
     def robots(self) -> tuple[str, ...]:
         """The names of all robots that take part, each once."""
-        return tuple(dict.fromkeys([*(a.robot for a in self.agents), *(m.robot for m in self.movers)]))
+        return tuple(dict.fromkeys([*(a.robot for a in self.agents), *(m.robot for m in self.movers if m.robot)]))
 
 
 # Tells why the content of a kind and a name cannot be used; None when it can.
@@ -238,10 +198,9 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
     places = tuple(_place(t, names) for t in place_tables)
     goals = [p.name for p in places if p.kind == "goal"]
     for table, agent in zip(agent_tables, agents, strict=True):
-        if agent.success is not None and agent.success not in goals:
-            table.fault(
-                "success", f"no goal is named '{agent.success}'.", did_you_mean(agent.success, goals, "The scenario")
-            )
+        for name in (agent.success, *agent.after):
+            if name is not None and name not in goals:
+                table.fault("success", f"no goal is named '{name}'.", did_you_mean(name, goals, "The scenario"))
     scenario = ScenarioSpec(
         name=root.file.stem,
         file=root.file,
@@ -249,34 +208,17 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
         world=_content(root, "world", missing),
         duration=root.quantity("duration", TIME, 60.0, low=0.0, high=86400.0),
         end_on_collision=root.flag("end_on_collision", False),
-        rate=_rate(root.table("rate")),
+        rate=read_rate(root.table("rate")),
         places=places,
         agents=agents,
         movers=tuple(_mover(t, missing) for t in mover_tables),
         requirements=_requirements(root, names),
+        facts=read_facts(root, names),
         bases=root.bases,
+        share=read_share(root, names),
     )
     root.done()
     return scenario
-
-
-def _rate(table: Table) -> RateSpec:
-    default, before = RateSpec(), len(table.faults)
-    rate = RateSpec(
-        physics=table.quantity("physics", TIME, default.physics, low=1e-5, high=0.1),
-        control=table.quantity("control", FREQUENCY, default.control, low=0.1, high=1e4),
-        plan=table.quantity("plan", FREQUENCY, default.plan, low=0.01, high=1e4),
-        sensors=table.quantity("sensors", FREQUENCY, low=0.01, high=1e4) if "sensors" in table else None,
-        line=table.place()[0],
-    )
-    if len(table.faults) > before:
-        return default  # numbers that are out of bounds divide nothing
-    for key in ("control", "plan"):
-        try:
-            getattr(rate, f"{key}_rate")
-        except InputError as error:
-            table.adopt(key, error)
-    return rate
 
 
 def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
@@ -310,17 +252,24 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
         jitter=_jitter(table),
         success=success.text("goal") if "success" in table else None,
         at_end=success.choice("at", ("once", "end"), "once") == "end",
+        after=_after(success.table("after")),
+        latency=latency_of(table),
         parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
         line=table.place()[0],
         parameters_line=parameters.place()[0],
     )
 
 
+def _after(table: Table) -> dict[str, float]:
+    """The goals to be visited before, each by when [s]."""
+    return {name: table.quantity(name, TIME, low=0.0, high=math.inf) for name in table.keys()}  # noqa: SIM118
+
+
 def _mover(table: Table, missing: Missing) -> MoverSpec:
     known = ("name", "robot", "script", "x", "y", "yaw", "jitter")
     return MoverSpec(
         name=_name(table),
-        robot=_content(table, "robot", missing),
+        robot=_content(table, "robot", missing) if "robot" in table else "",
         script=table.text("script"),
         pose=_pose(table),
         jitter=_jitter(table),

@@ -35,6 +35,17 @@ def given_name(table: Table) -> str:
     return name
 
 
+MEASURED = "measured"
+"""The latency of a planner that is charged what it truly takes."""
+
+
+def latency_of(table: Table) -> float | None:
+    """A planner's `latency` [s], nothing by default; None for `"measured"`."""
+    if table.raw("latency", None) == MEASURED:
+        return None
+    return table.quantity("latency", TIME, 0.0, low=0.0, high=60.0)
+
+
 def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
     """The keys of a table that are not among the known ones, with their values in SI units.
 

@@ -11,10 +11,12 @@ from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
 from .mission import check_mission_file
 from .model import check_world
+from .planner import check_planner_file
 from .python_file import check_python
 from .robot import check_robot
 from .rules import check_rule_file
 from .scenario import check_scenario_file
+from .schema import check_schema_file
 
 Checker = Callable[[Entry, Catalog], Iterable[Fault]]
 
@@ -117,18 +119,15 @@ def _layout() -> str:
     return f"Content stands in: {places}."
 
 
-def _check_toml(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    read_toml(entry.path)
-    return ()
-
-
 _CHECKERS: Mapping[str, Checker] = {
     "robot": check_robot,
     "rules": check_rule_file,
     "mission": check_mission_file,
     "scenario": check_scenario_file,
     "world": check_world,
+    "schema": check_schema_file,
     "route": check_python,
     "node": check_python,
-    "planner": _check_toml,
+    "family": check_python,
+    "planner": check_planner_file,
 }

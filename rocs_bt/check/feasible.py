@@ -73,6 +73,8 @@ def _doubt(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, goal: Pla
             build=idle,
             rules=[catalog.find("rules", name).path for name in agent.rules],
             places=[p for p in scenario.places if agent.name in p.agents],
+            facts=scenario.facts_of(agent.name),
+            schema=catalog.load_schema(),
         ),
         sensors=stage.sensors[agent.name],
         actuators=stage.actuators[agent.name],

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from ..actions import action_table
-from ..agent import Agent
+from ..agent import Agent, Mind
 from ..catalog import Catalog, Entry, functions_in
 from ..errors import Fault
 from ..expression import Environment, compile_expression
 from ..plan import check_mission, mission_actions, mission_parameters
 from ..plan.examine import blocking_faults
-from .paper import paper_agent
+from .paper import idle, paper_agent
 
 
 def check_mission_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
@@ -32,7 +32,8 @@ def check_mission_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             return
         robot = next(iter(catalog.list("robot")), None)
         if robot is not None:
-            agent = paper_agent(catalog.load_robot(str(robot.path)), catalog.load_class)
+            mind = Mind(build=idle, schema=catalog.load_schema())
+            agent = paper_agent(catalog.load_robot(str(robot.path)), catalog.load_class, mind)
             yield from built_faults(build, agent, {})
 
 

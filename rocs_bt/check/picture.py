@@ -50,7 +50,9 @@ def draw_mission(
     build = catalog.load_mission(str(entry.path))
     declared = mission_parameters(build)
     given = {name: _any_value(p) for name, p in declared.items() if p.required}
-    mind = Mind(build=build, mission=entry.name, parameters=given, actions=mission_actions(build))
+    mind = Mind(
+        build=build, mission=entry.name, parameters=given, actions=mission_actions(build), schema=catalog.load_schema()
+    )
     plan = paper_agent(catalog.load_robot(robot), catalog.load_class, mind).plan
     shown = {name: _shown(p) for name, p in declared.items()}
     if not isinstance(plan, TreePlan):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ..agent import Mind
 from ..catalog import Catalog, Entry
 from ..errors import Fault, InputError, unknown
 from .model import check_model
-from .paper import paper_agent
+from .paper import idle, paper_agent
 
 
 def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
@@ -21,6 +22,6 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             yield unknown("rule file", name, known).at(robot.file, line)
     if catalog.code or not robot.code:
         try:
-            paper_agent(robot, catalog.load_class)
+            paper_agent(robot, catalog.load_class, Mind(build=idle, schema=catalog.load_schema()))
         except InputError as error:
             yield from error.at(robot.file).faults

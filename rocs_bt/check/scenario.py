@@ -15,6 +15,7 @@ from ..plan import mission_actions, mission_arguments
 from ..reactive.analysis import examine_fit
 from ..record import TRUTH
 from ..simulation import requirement_faults
+from ..simulation.share import share_faults
 from .feasible import check_feasible
 from .mission import built_faults, named_in
 from .paper import idle, paper_agent
@@ -29,6 +30,7 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             yield from _mind_faults(scenario, agent, catalog)
         except InputError as error:
             yield from error.at(scenario.file, agent.line).faults
+    yield from share_faults(scenario, catalog.load_schema())
     robots = [catalog.load_robot(name) for name in scenario.robots]
     # Code that may not run cannot be simulated, and a real robot is not.
     if all(_simulated(robot, catalog) if catalog.code else not robot.code for robot in robots):
@@ -58,7 +60,10 @@ def _mind_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> 
         return
     places = [p for p in scenario.places if agent.name in p.agents]
     peers = {name: tag for name, tag in scenario.tags.items() if name != agent.name}
-    built = paper_agent(robot, catalog.load_class, Mind(build=idle, places=places, peers=peers), agent.name)
+    mind = Mind(
+        build=idle, places=places, facts=scenario.facts_of(agent.name), peers=peers, schema=catalog.load_schema()
+    )
+    built = paper_agent(robot, catalog.load_class, mind, agent.name)
     environment = Environment.of(built.knowledge.signals)
     build = catalog.load_mission(agent.mission) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))

@@ -19,10 +19,10 @@ def command(which: str, seeds: int, out: Path | None, processes: int) -> None:
 
     Writes each as SVG, PDF and PNG, and a page that sets them beside what the paper reports.
     """
-    from ..simulation.paper import EXPERIMENTS, make_paper
+    from ..compare.paper import EXPERIMENTS, make_paper
 
     folder = out or Path("runs") / which
-    with Progress("EXP1 to EXP3", float(len(EXPERIMENTS) * seeds)) as progress:
+    with Progress("EXP1 to EXP3", len(EXPERIMENTS) * seeds, "runs") as progress:
         page, *figures = make_paper(folder, seeds=seeds, processes=processes, progress=progress)
     click.echo(f"{len(figures)} files of {len(EXPERIMENTS) * seeds} runs in {folder}")
     click.echo(f"Page: {page}")

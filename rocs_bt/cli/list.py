@@ -15,7 +15,7 @@ from ..catalog import KINDS, Catalog, Entry
 def command(kind: str | None, as_json: bool) -> None:
     """List the content there is: yours first, then what rocs_bt ships.
 
-    KIND is one of scenario, mission, rules, robot, world, route, node, planner; a plural is fine too.
+    KIND is one of scenario, mission, rules, robot, world, family, route, node, planner; a plural is fine too.
     """
     entries = Catalog.here().list(_singular(kind))
     if as_json:
@@ -36,6 +36,8 @@ def command(kind: str | None, as_json: bool) -> None:
 def _singular(kind: str | None) -> str | None:
     if kind is None or kind in KINDS:
         return kind
+    if kind == "families":
+        return "family"
     return kind[:-1] if kind.endswith("s") and kind[:-1] in KINDS else kind
 
 

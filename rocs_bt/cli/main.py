@@ -9,6 +9,7 @@ import importlib
 import sys
 import traceback
 from collections.abc import Sequence
+from keyword import iskeyword
 from typing import NoReturn
 
 import click
@@ -22,11 +23,18 @@ COMMANDS = {
     "replay": "Feed a recorded run to the same mind; or tell why something happened.",
     "plot": "Draw the figures of a run, or of two runs over each other.",
     "figures": "Re-run the paper's experiments over many seeds, and draw its figures.",
+    "episode": "Play one episode of a comparison again, with its recording and report.",
+    "compare": "Compare planners over many scenes and seeds, and say which is better, and how sure that is.",
+    "search": "Search for a scene in which a planner fails, and make it as small as can be.",
+    "scene": "Make scenes of a family: ordinary scenarios, and how hard they are.",
+    "import": "Make scenarios of your own copy of a benchmark: BARN, MRPB, MovingAI.",
     "list": "List robots, missions, rules, scenarios: all content there is.",
     "show": "Draw a mission as text, SVG, HTML or XML; list a rule file, or show what it compiles to.",
     "palette": "Write the nodes that missions may name, for an editor such as Groot2.",
     "check": "Check content files: all faults at once.",
     "rules": "Test, replay and tune rule files: what they do, and would have done.",
+    "knowledge": "Ask and draw what agents knew in a run; export, import.",
+    "share": "Make keys for robots that share what they know over a network.",
     "requirements": "Check what must hold over a run on its recording.",
     "diff": "Tell what two scenarios share, and what differs: content and code.",
     "identify": "Measure a robot's drive: track, lag, speed, braking.",
@@ -44,7 +52,8 @@ class _LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = importlib.import_module(f"{__package__}.{cmd_name}").command
+        module = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
+        command: click.Command = importlib.import_module(f"{__package__}.{module}").command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -76,7 +85,8 @@ def call(arguments: Sequence[str]) -> int:
         The exit code.
     """
     try:
-        code = group.main(list(arguments), prog_name="rocs-bt", standalone_mode=False)
+        # What was typed is the commands' object, so that a report can tell how it was made.
+        code = group.main(list(arguments), prog_name="rocs-bt", standalone_mode=False, obj=tuple(arguments))
         return code if isinstance(code, int) else 0
     except click.exceptions.Exit as stop:
         return int(stop.exit_code)

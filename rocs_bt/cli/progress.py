@@ -20,11 +20,13 @@ class Progress:
     Args:
         what: What is being done.
         total: How far it goes, in the unit of the calls.
+        unit: What they count.
     """
 
-    def __init__(self, what: str, total: float) -> None:
+    def __init__(self, what: str, total: float, unit: str = "s simulated") -> None:
         self._what = what
         self._total = total
+        self._unit = unit
         self._clock = WallClock()
         self._shown = sys.stderr.isatty()
         self._bar: Any = None
@@ -51,12 +53,14 @@ class Progress:
 
     def _start(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+        from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
         from rich.progress import Progress as Bar
 
-        count = TextColumn("{task.completed:.1f} of at most {task.total:.0f} s simulated")
+        digits = 1 if self._unit == "s simulated" else 0
+        count = TextColumn(f"{{task.completed:.{digits}f}} of at most {{task.total:.0f}} {self._unit}")
+        left = TimeRemainingColumn()
         self._bar = Bar(
-            TextColumn("{task.description}"), BarColumn(), count, TimeElapsedColumn(),
+            TextColumn("{task.description}"), BarColumn(), count, TimeElapsedColumn(), TextColumn("left"), left,
             console=Console(stderr=True), transient=True,
         )  # fmt: skip
         self._bar.start()

@@ -40,6 +40,12 @@ _FAULTS = 3  # that are told on the screen
 @click.option("--btlog", is_flag=True, help="Write AGENT.btlog too, which Groot2 replays.")
 @click.option("--no-report", is_flag=True, help="Write no report.html.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@click.option(
+    "--knowledge",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Remember what is in this file, and go on in it.",
+)
 @click.option("--watch-rules", is_flag=True, help="Read rule files anew that change meanwhile.")
 @click.pass_context
 def command(
@@ -57,6 +63,7 @@ def command(
     btlog: bool,
     no_report: bool,
     no_code: bool,
+    knowledge: Path | None,
     watch_rules: bool,
 ) -> int:
     """Run SCENARIO, a name or a file, and tell how each agent did.
@@ -90,6 +97,7 @@ def command(
                 progress=progress,
                 sinks=[_Replacements()] if watch_rules else (),
                 watch_rules=watch_rules,
+                knowledge=knowledge,
             )
         click.echo(json.dumps(result.summary, indent=2) if as_json else _told(result, folder))
         if live is not None:
@@ -134,11 +142,28 @@ def _told(result: RunResult, folder: Path) -> str:
         lines += _outcome(name, agent, result.summary)
         lines += [f"  {line}" for line in told({name: agent["requirements"]})]
     where = shlex.quote(str(folder))
+    if (kept := result.summary.get("knowledge")) is not None:
+        lines += _remembered(kept)
     if result.report is not None:
         lines.append(f"Report: {result.report}")
     why = min(result.summary["sim_time"] / 2, 5.0)
     lines.append(f"Try next: rocs-bt replay {where} --why {why:.1f}   or   rocs-bt plot {where}")
     return "\n".join(lines)
+
+
+def _remembered(kept: Mapping[str, Any]) -> list[str]:
+    """What was remembered at the start, what was not, and where this run's knowledge is."""
+    lines = []
+    for name, found in kept["remembered"].items():
+        lines.append(
+            f"{name} remembered {_count(found['nodes'], 'thing')} and {_count(found['edges'], 'relation')}"
+            f" of earlier runs{', but not all' if found['refused'] else ''}."
+        )
+        lines += [f"  not remembered: {reason}" for reason in found["refused"][:_FAULTS]]
+    if kept["lost"]:
+        lines.append(f"{_count(kept['lost'], 'change')} of knowledge came faster than the disk took them.")
+    file = shlex.quote(kept["file"])
+    return [*lines, f"Knowledge: {file}   (rocs-bt knowledge show {file})"]
 
 
 def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:

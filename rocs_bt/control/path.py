@@ -103,7 +103,7 @@ class Path:
         """() or (k,) Curvatures at arc lengths s [m], left positive [1/m]."""
         return self.at(s)[..., 3]
 
-    def project(self, x: float, y: float, hint: float | None = None, window: float = 0.5) -> float:
+    def project(self, x: float, y: float, hint: float | None = None, window: float = 0.5, least: float = 0.0) -> float:
         """The arc length of the nearest place on the path [m].
 
         With a hint the search begins close to it, so that a path which crosses itself is followed in order. The
@@ -115,23 +115,25 @@ class Path:
             y: World frame [m].
             hint: An arc length near which to look first; None looks everywhere [m].
             window: How far from the hint to look first, each way [m].
+            least: Places before this arc length do not count [m].
         """
         if self.length == 0.0:
             return 0.0
         last = self._cells
-        low, high, middle = 0, last, 0
+        first = min(max(math.ceil(least * self._per_metre), 0), last)
+        low, high, middle = first, last, first
         if hint is not None:
-            middle = min(max(round(hint * self._per_metre), 0), last)
+            middle = min(max(round(hint * self._per_metre), first), last)
         half = last if hint is None else max(2, math.ceil(window * self._per_metre))
         while True:
-            low, high = max(0, middle - half), min(last, middle + half)
+            low, high = max(first, middle - half), min(last, middle + half)
             dx, dy = self._xs[low : high + 1] - x, self._ys[low : high + 1] - y
             squared = dx * dx + dy * dy
             best = low + int(squared.argmin())
-            inside = (low < best or low == 0) and (best < high or high == last)
-            whole = low == 0 and high == last
+            inside = (low < best or low == first) and (best < high or high == last)
+            whole = low == first and high == last
             if whole or (inside and squared[best - low] <= (half * self.spacing) ** 2):
-                return self._refine(x, y, best)
+                return max(min(least, self.length), self._refine(x, y, best))
             half *= 2
 
     def _refine(self, x: float, y: float, best: int) -> float:

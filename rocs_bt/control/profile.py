@@ -60,6 +60,7 @@ def speed_profile(
     acceleration: float | None = None,
     start_speed: float | None = None,
     end_speed: float = 0.0,
+    limit: Array | None = None,
 ) -> SpeedProfile:
     """The fastest speeds that keep the wheels, the side force and the cruise speed within their limits.
 
@@ -74,6 +75,7 @@ def speed_profile(
         acceleration: Along the path [m/s2]; None takes the wheels' own.
         start_speed: At the beginning [m/s]; None sets no limit, which suits a robot that may enter anywhere.
         end_speed: At the end [m/s].
+        limit: (n,) What else limits the speed at each sample, such as how near things are [m/s].
 
     Raises:
         InputError: A speed or an acceleration is out of range.
@@ -90,6 +92,8 @@ def speed_profile(
     wheels = 1.0 + bend * drive.arm
     squared = np.minimum(min(cruise, drive.speed_limit), drive.speed_limit / wheels) ** 2
     squared = np.minimum(squared, lateral_acceleration / np.maximum(bend, 1e-9))
+    if limit is not None:
+        squared = np.minimum(squared, limit**2)
     if start_speed is not None:
         squared[0] = min(squared[0], start_speed**2)
     squared[-1] = min(squared[-1], end_speed**2)

@@ -14,11 +14,12 @@ from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
 from .drive import Array
 from .grid import Grid
-from .path import Path
+from .path import REACH, Path
 from .profile import SpeedProfile
 
 TURN_RATE = 1.5  # [rad/s] Gentle enough for sonars to keep up with.
 TURN_ACCELERATION = 4.0  # [rad/s2]
+SHARP = math.radians(100.0)  # A corner by more leads back: it is taken on the spot, for there is no driving round it.
 
 
 class Preview(NamedTuple):
@@ -55,7 +56,8 @@ class PathReference(Reference):
     """A path at the speeds of a profile, begun anew at each look from where the robot is.
 
     So a robot that was held up drives on from there instead of chasing a phantom. The stations are s0 + the integral
-    of min(profile(s), v + a t). A robot whose heading is far off the path's turns on the spot first.
+    of min(profile(s), v + a t). A robot whose heading is far off the path's turns on the spot first; so does one at a
+    sharp corner, whose place is where the next leg begins.
 
     Args:
         path: Where.
@@ -86,6 +88,7 @@ class PathReference(Reference):
         if len(profile.speeds) != len(path.samples):
             raise InputError("a path reference needs the speed profile of its own path, found that of another.")
         self._grid = Grid(np.column_stack([path.samples, profile.speeds**2]), path.spacing)
+        self._corners = [corner + REACH for corner in _sharp_corners(path)]  # where the next leg begins
         self._turn_first = turn_first
         self._turn_rate = turn_rate
         self._turn_acceleration = turn_acceleration
@@ -96,7 +99,7 @@ class PathReference(Reference):
         return self.path.length - (self.s or 0.0)
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
-        s = self.s = self.path.project(pose.x, pose.y, self.s)
+        s = self.s = self._place(pose)
         x, y, tangent, _, squared = self._grid.look(s)
         yaw = tangent if self.path.length > 0.0 else pose.yaw  # a single place asks for no heading
         error = wrap_angle(pose.yaw - yaw)
@@ -114,6 +117,12 @@ class PathReference(Reference):
         stages[:, 3] = speeds
         stages[:, 5] = speeds * there[:, 3]
         return Preview(stages, cross, error)
+
+    def _place(self, pose: Pose2) -> float:
+        """The arc length of the robot's place on the path [m]; never again before a sharp corner that it was at."""
+        passed = max((leg for leg in self._corners if leg <= (self.s or 0.0)), default=0.0)
+        s = self.path.project(pose.x, pose.y, self.s, least=passed)
+        return next((leg for leg in self._corners if leg - 2.0 * REACH <= s < leg), s)
 
 
 class TimedReference(Reference):
@@ -190,6 +199,16 @@ class TurnReference(Reference):
         cross = math.cos(self.yaw) * (pose.y - self.y) - math.sin(self.yaw) * (pose.x - self.x)
         turning = _turn(pose.yaw, -error, twist.turn, self._rate, self._acceleration, times)
         return Preview(_standing(self.x, self.y, *turning), cross, error)
+
+
+def _sharp_corners(path: Path) -> list[float]:
+    """Arc lengths at which a path bends by more than SHARP within REACH each way [m]."""
+    if path.length <= 2.0 * REACH:
+        return []
+    cells, heading = round(REACH / path.spacing), path.samples[:, 2]
+    sharp = np.flatnonzero(np.abs(heading[2 * cells :] - heading[: -2 * cells]) > SHARP) + cells
+    runs = np.split(sharp, np.flatnonzero(np.diff(sharp) > 1) + 1)
+    return [path.spacing * float(run.mean()) for run in runs if len(run)]
 
 
 def _advance(profile: SpeedProfile, s: float, speed: float, limit: float, times: Array) -> Array:

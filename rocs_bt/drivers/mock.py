@@ -21,9 +21,11 @@ from ..control.drive import Drive
 from ..device import Actuator, Reading, Sensor, Watchdog
 from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
+from ..knowledge.share import Letterbox, packed
 from .parameters import (
     DRIVER_PARAMETERS,
     GyroParameters,
+    LidarParameters,
     RangeConeParameters,
     RobotSensorParameters,
     VelocityParameters,
@@ -194,6 +196,21 @@ class MockRangeCone(MockSensor):
         return found
 
 
+class MockLidar(MockSensor):
+    """Ranges [m] along rays from the place at which the scanner is mounted."""
+
+    def __init__(self, name: str, robot: MockRobot, parameters: LidarParameters) -> None:
+        super().__init__(name, robot, parameters)
+        if parameters.site not in robot.mounts:
+            raise InputError(unknown(f"mount for sensor '{name}'", parameters.site, robot.mounts, "The robot"))
+
+    def sample(self) -> list[float]:
+        low, high = self.parameters.range
+        x, y, yaw = self.robot.pose.compose(self.robot.mounts[self.parameters.site])
+        found = [self.robot.world.ray(x, y, yaw + bearing) for bearing in self.parameters.bearings]
+        return [math.inf if distance > high else max(distance, low) for distance in found]
+
+
 class MockRobotSensor(MockSensor):
     """Tags, ranges [m] and bearings [rad] of the other robots that no segment and no circle hides."""
 
@@ -215,7 +232,7 @@ class MockRobotSensor(MockSensor):
 
 
 class MockWheels(Actuator):
-    """Wheels that turn as they are commanded, at once."""
+    """Wheels that turn as they are commanded, at once: a mock's electronics have no delay."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: VelocityParameters) -> None:
         super().__init__(name, len(robot.drive.wheels))
@@ -234,6 +251,17 @@ class MockWheels(Actuator):
         self._robot.wheel_speeds = [0.0] * self.size
 
 
+class MockMailbox(MockSensor):
+    """What other robots said, as it came since the last reading."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.letterbox = Letterbox()
+
+    def sample(self) -> list[float]:
+        return packed(self.letterbox.take())
+
+
 SENSORS: Mapping[str, type[MockSensor]] = {
     "position": MockPosition,
     "orientation": MockOrientation,
@@ -241,7 +269,9 @@ SENSORS: Mapping[str, type[MockSensor]] = {
     "wheel_travel": MockWheelTravel,
     "gyro": MockGyro,
     "range_cone": MockRangeCone,
+    "lidar": MockLidar,
     "robot_sensor": MockRobotSensor,
+    "mailbox": MockMailbox,
 }
 ACTUATORS: Mapping[str, type[MockWheels]] = {"velocity": MockWheels}
 

@@ -10,12 +10,15 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
 from ..errors import Fault, InputError, unknown
-from ..units import NONE, Dimension, Metres, MetresPerSecondSquared, Radians, RadiansPerSecond
+from ..units import NONE, Dimension, Metres, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
 
 T = TypeVar("T")
 
 MOST = 1000
 """Rays for a beam, or slots, that a sensor may have: more would stall the machine before anybody learns why."""
+
+MOST_RAYS = 4000
+"""Rays in a lidar's scan, likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +75,41 @@ class RangeConeParameters:
         if self.rays == 1:
             return [0.0]
         return [self.half_angle * (2.0 * i / (self.rays - 1) - 1.0) for i in range(self.rays)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LidarParameters:
+    """A laser scanner: ranges [m] along rays from one point, from the right to the left, +inf without an echo.
+
+    Attributes:
+        site: The model's site where the rays begin; its +x looks ahead and its +y to the left.
+        rays: In one scan.
+        span: From the first ray to the last [rad]; centred ahead.
+        range: Least and greatest distance seen [m]; nearer things are told as the least.
+    """
+
+    site: str
+    rays: int
+    span: Radians
+    range: tuple[Metres, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1] < math.inf:
+            raise InputError(Fault(f"range must be two distances, the lesser first, found {list(self.range)} m."))
+        if not 2 <= self.rays <= MOST_RAYS:
+            raise InputError(Fault(f"rays must be 2 to {MOST_RAYS}, found {self.rays}."))
+        if not 0.0 < self.span <= math.tau:
+            raise InputError(Fault(f"span must be up to 360 deg, found {math.degrees(self.span):.4g} deg."))
+
+    @property
+    def size(self) -> int:
+        """How many values a reading has."""
+        return self.rays
+
+    @property
+    def bearings(self) -> list[float]:
+        """The rays' directions in the sensor's frame, left positive [rad]."""
+        return [self.span * (i / (self.rays - 1) - 0.5) for i in range(self.rays)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,24 +231,37 @@ class VelocityParameters(WheelSpeedParameters):
 
     Attributes:
         max_acceleration: How fast the motors' own electronics let a rim speed change [m/s2].
+        delay: How much later than it is given a command begins to act [s]; a whole number of physics steps.
     """
 
     max_acceleration: MetresPerSecondSquared = math.inf
+    delay: Seconds = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if not 0.0 <= self.delay <= 10.0:
+            raise InputError(Fault(f"delay must be 0 to 10 s, found {self.delay} s."))
         if not self.max_acceleration > 0.0:
             raise InputError(Fault(f"max_acceleration must be positive, found {self.max_acceleration} m/s2."))
+
+
+@dataclass(frozen=True, kw_only=True)
+class MailboxParameters:
+    """What other robots said: of each message the bytes of its sender and its text; no values while there is none."""
+
+    size: ClassVar[int | None] = None
 
 
 DRIVER_PARAMETERS: Mapping[str, type] = {
     "position": PositionParameters,
     "orientation": OrientationParameters,
     "range_cone": RangeConeParameters,
+    "lidar": LidarParameters,
     "robot_sensor": RobotSensorParameters,
     "wheel_speed": WheelSpeedParameters,
     "wheel_travel": WheelTravelParameters,
     "gyro": GyroParameters,
+    "mailbox": MailboxParameters,
     "velocity": VelocityParameters,
 }
 

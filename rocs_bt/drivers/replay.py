@@ -9,6 +9,7 @@ from ..clock import Clock
 from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError
 from ..event import Event, SensorFailed, SensorRead
+from ..knowledge.share import Letterbox, packed
 
 _SAME = 5e-7  # [s] within which two times are one
 
@@ -39,6 +40,18 @@ class ReplaySensor(Sensor):
         if found is None:
             raise DeviceError(self._detail)
         return Reading(found.stamp, found.values)
+
+
+class ReplayMailbox(Sensor):
+    """A mailbox, into which what was said comes again as the replayed minds say it to each other."""
+
+    def __init__(self, name: str, clock: Clock) -> None:
+        super().__init__(name)
+        self.letterbox = Letterbox()
+        self._clock = clock
+
+    def read(self) -> Reading:
+        return Reading(self._clock.now(), packed(self.letterbox.take()))
 
 
 class ReplayActuator(Actuator):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ..control.drive import Drive
     from ..control.follower import Follower
     from ..knowledge import Knowledge
+    from ..knowledge.share import Messenger
 
 
 @dataclass
@@ -95,6 +96,7 @@ class RobotBody:
         actuators: All devices, by name.
         wheels: The name of the one that takes wheel rim speeds.
         sink: Where events go.
+        messenger: Sends messages to other robots; None where the robot shares nothing.
 
     Raises:
         WiringError: No actuator has the name that `wheels` gives.
@@ -112,6 +114,7 @@ class RobotBody:
         actuators: Mapping[str, Actuator],
         wheels: str,
         sink: EventSink,
+        messenger: Messenger | None = None,
     ) -> None:
         if wheels not in actuators:
             raise WiringError(unknown("actuator", wheels, actuators, "The robot"))
@@ -121,6 +124,7 @@ class RobotBody:
         self.follower = follower
         self.clock = clock
         self.period = period
+        self.messenger = messenger
         self.turn = Turn()
         self._sink = sink
         self.actuators: Mapping[str, CommandedActuator] = {n: CommandedActuator(a, self) for n, a in actuators.items()}

@@ -61,10 +61,11 @@ class Execute:
         """
         with self._lock:
             turn = self._body.turn
+            self.pipeline.settle()
             turn.route, turn.open, self._steps = "idle", True, 0
             try:
                 self._serve()
-            except BaseException as error:
+            except BaseException as error:  # the wheels stop first, whatever it is, and it goes on to the agent
                 self._body.neutral()
                 self._end(Failure(Reason.OTHER, f"it raised {type(error).__name__}: {error}"))
                 raise

@@ -1,14 +1,15 @@
 """The one expression language of rule guards, tree conditions and run-time monitors."""
 
-from .compiler import Expression, compile_expression, compile_node
-from .environment import Environment
-from .functions import FUNCTIONS
+from .compiler import Expression, compile_expression, compile_node, compile_plain
+from .environment import Environment, Forms
+from .functions import FUNCTIONS, Misuse
 from .interpreter import Trace, evaluate
 from .kind import PLAIN, TRUTH, Kind
 from .lower import lower
 from .node import Node
 from .parser import MAX_DEPTH, MAX_LENGTH, MAX_SIZE, parse
 from .program import Op, Program
+from .quantities import blank_texts
 from .reading import reading
 from .requirement import Requirement, parse_requirement
 
@@ -21,14 +22,18 @@ __all__ = [
     "TRUTH",
     "Environment",
     "Expression",
+    "Forms",
     "Kind",
+    "Misuse",
     "Node",
     "Op",
     "Program",
     "Requirement",
     "Trace",
+    "blank_texts",
     "compile_expression",
     "compile_node",
+    "compile_plain",
     "evaluate",
     "lower",
     "parse",

@@ -101,6 +101,32 @@ def _body(program: Program, fast: bool) -> list[str]:
     return [*lines, f"    v = {code.value(root)}", f"    return (None if v != v else v), {margin_code}"]
 
 
+def compile_plain(node: Node) -> Callable[[Sequence[float]], float | bool | None]:
+    """The bare function of an expression of a single value without temporal operations: snapshot -> value.
+
+    Args:
+        node: Its typed tree.
+
+    Returns:
+        A function of a plain sequence of floats; None where the value is invalid.
+    """
+    program = lower([node])
+    lines = [f"def plain(x):  # {' '.join(node.text.split())}"]
+    if program.reads:
+        lines += [f"    s = {sum_code(program)}", "    if s != s:", "        return careful(x)"]
+    lines += _plain_body(program, fast=True)
+    return define("\n".join([*lines, "def careful(x):", *_plain_body(program, fast=False)]), "plain")
+
+
+def _plain_body(program: Program, fast: bool) -> list[str]:
+    root = int(program.roots[0])
+    code = PythonCode(program, [root], fast)
+    lines = [f"    {line}" for line in code.lines]
+    if program.truth[root] or code.sure(root):
+        return [*lines, f"    return {code.value(root)}"]
+    return [*lines, f"    v = {code.value(root)}", "    return None if v != v else v"]
+
+
 def compile_expression(text: str, environment: Environment) -> Expression:
     """Parse and compile an expression of a single value.
 

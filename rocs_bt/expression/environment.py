@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+import ast
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -27,6 +28,22 @@ class SignalLayout(Protocol):
         ...
 
 
+class Forms(Protocol):
+    """What an environment understands beside names of numbers: dotted names, texts in quotes, functions of things."""
+
+    def read(self, tree: ast.expr, at: Callable[[ast.expr], int]) -> Node | None:
+        """What a part of an expression means; None where it is for the language itself to say.
+
+        Args:
+            tree: The part. A text in quotes is blanked out in it.
+            at: Where any part begins in the text that was written, 0-based.
+
+        Raises:
+            Misuse: It means nothing here.
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class Environment:
     """The names that expressions may use.
@@ -35,11 +52,13 @@ class Environment:
         signals: Each signal's declaration.
         offsets: Where each signal begins in the snapshot.
         aliases: Names for expressions.
+        forms: What else it understands, such as the things of a query; None for nothing.
     """
 
     signals: Mapping[str, Signal]
     offsets: Mapping[str, int]
     aliases: Mapping[str, Node] = field(default_factory=dict)
+    forms: Forms | None = None
 
     @staticmethod
     def of(table: SignalLayout) -> Environment:

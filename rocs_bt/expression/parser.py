@@ -54,7 +54,7 @@ def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
         raise InputError(Fault(f"an expression has at most {MAX_LENGTH} characters, found {len(text)}."))
     if not text.strip():
         raise InputError(Fault("the expression is empty.", hint=_HELP))
-    folded = fold_quantities(text)
+    folded = fold_quantities(text, texts=environment.forms is not None)
     if folded.always and not ahead:
         raise InputError(Fault("'always' stands in requirements only.", column=1 + text.index("always")))
     indent = len(text) - len(folded.text.lstrip())
@@ -117,7 +117,7 @@ class _Reader:
         """The typed tree; all unknown names are told at once."""
         # The words of a text without a mistake are known: then there is no need to walk through it.
         words = {*_WORD.findall(self._folded.text)}
-        if all(self._known(word) or word in _KEYWORDS for word in words):
+        if self._names.forms is not None or all(self._known(word) or word in _KEYWORDS for word in words):
             return self._node(tree)
         faults = [
             self._fault(node, unknown("signal or alias", node.id, self._names.names))
@@ -143,6 +143,8 @@ class _Reader:
             self._depth -= 1
 
     def _whitelist(self, tree: ast.expr) -> Node:
+        if self._names.forms is not None and (found := self._names.forms.read(tree, self._at)) is not None:
+            return replace(found, text=self._source(tree), column=self._at(tree) + 1)
         match tree:
             case ast.Constant():
                 return self._constant(tree)
@@ -166,8 +168,12 @@ class _Reader:
                 return self._vector(tree)
         raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
 
+    def _at(self, tree: ast.expr) -> int:
+        """Where a part begins in the text, 0-based."""
+        return tree.col_offset + self._indent
+
     def _made(self, tree: ast.expr, op: str, kind: Kind, args: tuple[Node, ...] = (), **more: Any) -> Node:
-        return Node(op, kind, args, **more, text=self._source(tree), column=tree.col_offset + self._indent + 1)
+        return Node(op, kind, args, **more, text=self._source(tree), column=self._at(tree) + 1)
 
     def _constant(self, tree: ast.Constant) -> Node:
         if isinstance(tree.value, bool):
@@ -188,7 +194,7 @@ class _Reader:
         return value
 
     def _number(self, tree: ast.expr, value: float) -> Node:
-        unit = self._folded.units.get(tree.col_offset + self._indent, Quantity(1.0, NONE))
+        unit = self._folded.units.get(self._at(tree), Quantity(1.0, NONE))
         return self._made(tree, "number", Kind(unit.dimension), value=value * unit.value)
 
     def _name(self, tree: ast.Name) -> Node:
@@ -197,7 +203,7 @@ class _Reader:
             return self._number(tree, math.inf)
         if name in self._names.aliases:
             meant = self._names.aliases[name]
-            return replace(meant, text=name, column=tree.col_offset + self._indent + 1)
+            return replace(meant, text=name, column=self._at(tree) + 1)
         if name not in self._names.signals:
             raise self._refusal(tree, f"'{name}' is a function: write {FUNCTIONS[name].usage}.")
         signal, start = self._names.signals[name], self._names.offsets[name]
@@ -246,7 +252,7 @@ class _Reader:
     def _unary(self, tree: ast.UnaryOp) -> Node:
         arg = self._node(tree.operand)
         if isinstance(tree.op, ast.Not):
-            if (window := self._folded.within.get(tree.col_offset + self._indent)) is not None:
+            if (window := self._folded.within.get(self._at(tree))) is not None:
                 return self._within(tree, arg, window)
             self._truth(arg, "not")
             return self._made(tree, "not", TRUTH, (arg,))
@@ -370,11 +376,11 @@ class _Reader:
 
     def _source(self, tree: ast.expr) -> str:
         end = (tree.end_col_offset or tree.col_offset) + self._indent
-        written = self._text[tree.col_offset + self._indent : self._folded.ends.get(end, end)]
+        written = self._text[self._at(tree) : self._folded.ends.get(end, end)]
         return " ".join(written.split())
 
     def _fault(self, tree: ast.expr, fault: Fault) -> Fault:
-        return Fault(fault.message, column=tree.col_offset + self._indent + 1, hint=fault.hint)
+        return Fault(fault.message, column=self._at(tree) + 1, hint=fault.hint)
 
     def _refusal(self, tree: ast.expr, message: str, hint: str = "") -> InputError:
         return InputError(self._fault(tree, Fault(message, hint=hint)))
@@ -385,6 +391,7 @@ class _Reader:
         if isinstance(tree, ast.BinOp):
             parts = [tree.left, tree.right]
         for part in parts:
-            if isinstance(part, ast.Constant) and part.col_offset + self._indent not in self._folded.units:
+            plain = isinstance(part, ast.Constant) and not isinstance(part.value, str)
+            if plain and self._at(part) not in self._folded.units:
                 return "Write the number with its unit, such as '0.5 m' or '60 deg'."
         return ""

@@ -26,6 +26,7 @@ _ALWAYS = re.compile(r"\s*always\b")
 _IMPLIES = re.compile(r"\bimplies\b")
 _WITHIN = re.compile(r"\bwithin\s+((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[A-Za-z_]\w*)(?=\s)")
 _ALLOWED = re.compile(r"[^A-Za-z0-9_ .,+\-*/<>=!()\[\]:^]")
+_QUOTED = re.compile(r"""(["'])(.*?)\1""", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -49,14 +50,25 @@ class Folded:
     always: bool = False
 
 
-def fold_quantities(text: str) -> Folded:
+def blank_texts(text: str) -> str:
+    """A text with what stands in quotes in it blanked out by `_`, so that nobody reads it as anything else."""
+    return _QUOTED.sub(lambda found: found[1] + "_" * len(found[2]) + found[1], text)
+
+
+def fold_quantities(text: str, texts: bool = False) -> Folded:
     """Blank the units out.
+
+    Args:
+        text: What was written.
+        texts: Whether it may have texts in quotes; they are blanked out, too.
 
     Raises:
         InputError: A character that no expression has, or a word behind a number that is no unit.
     """
+    if texts:
+        text = blank_texts(text)
     text = text.replace("\n", " ").replace("\t", " ")
-    if strange := _ALLOWED.search(text):
+    if strange := _ALLOWED.search(_QUOTED.sub(lambda found: " " * len(found[0]), text) if texts else text):
         message = f"an expression has no use for {strange[0]!r}."
         raise InputError(Fault(message, column=strange.start() + 1))
     units: dict[int, Quantity] = {}

@@ -1,27 +1,46 @@
 """K: the shared graph of world, robot and strategies, and the signal table (paper, 4.2 and 5.1)."""
 
 from .attribute import Attribute, Live
-from .declaration import Kind, Relation, Schema
-from .graph import KnowledgeGraph, Stamp
+from .choice import Candidate, Choice
+from .declaration import Kind, Relation
+from .graph import KnowledgeGraph
 from .knowledge import Knowledge
 from .model import Model
+from .occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, Window
+from .query import Answers, Asker, Find, Query, compile_query, find
+from .readable import NoPast, Past, Readable, Stamp
+from .roadmap import Roadmap, Way, beside, draw_roads
 from .robot import RobotModel
-from .schema import POSE, SCHEMA
+from .schema import POSE, SCHEMA, Schema, load_schema, schema_text
 from .signals import SignalTable, SignalWriter
 from .strategy import StrategyModel
 from .subscription import SubscriberFailure, Subscription
 from .world import WorldModel
 
 __all__ = [
+    "FREE",
+    "OCCUPIED",
     "POSE",
     "SCHEMA",
+    "UNKNOWN",
+    "Answers",
+    "Asker",
     "Attribute",
+    "Candidate",
+    "Choice",
+    "Find",
     "Kind",
     "Knowledge",
     "KnowledgeGraph",
     "Live",
     "Model",
+    "NoPast",
+    "OccupancyGrid",
+    "Past",
+    "Query",
+    "Readable",
     "Relation",
+    "Roadmap",
     "RobotModel",
     "Schema",
     "SignalTable",
@@ -30,5 +49,13 @@ __all__ = [
     "StrategyModel",
     "SubscriberFailure",
     "Subscription",
+    "Way",
+    "Window",
     "WorldModel",
+    "beside",
+    "compile_query",
+    "draw_roads",
+    "find",
+    "load_schema",
+    "schema_text",
 ]

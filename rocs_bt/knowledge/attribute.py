@@ -29,6 +29,8 @@ class Attribute:
         default: What it is until it is written; None for nothing.
         low: Lowest allowed number, in SI units.
         high: Highest allowed number, in SI units.
+        size: How many numbers a tuple has; 0 for any.
+        choices: The texts that are allowed; any where there are none.
         doc: One sentence for people.
     """
 
@@ -38,6 +40,8 @@ class Attribute:
     low: float = -math.inf
     high: float = math.inf
     default: Any = None
+    size: int = 0
+    choices: tuple[str, ...] = ()
     doc: str = ""
 
     def __post_init__(self) -> None:
@@ -73,7 +77,23 @@ class Attribute:
             return int(value)
         if type(value) is not self.type:
             raise KnowledgeError(f"must be {self}, found {value!r}.")
+        if self.choices and value not in self.choices:
+            raise KnowledgeError(f"must be one of {', '.join(self.choices)}, found {value!r}.")
         return value
+
+    def narrows(self, wider: Attribute) -> bool:
+        """Whether every value of this one is one of the other's: the same type and unit, no wider bounds."""
+        if (self.type, self.dimensions) != (wider.type, wider.dimensions) or wider.required > self.required:
+            return False
+        fewer = not wider.choices or (self.choices and {*self.choices} <= {*wider.choices})
+        return bool(fewer) and wider.size in (0, self.size) and wider.low <= self.low and self.high <= wider.high
+
+    @property
+    def words(self) -> str:
+        """All that it demands, for messages."""
+        span = "" if math.isinf(self.low) and math.isinf(self.high) else f" in [{self.low:g}, {self.high:g}]"
+        few = f" of {', '.join(self.choices)}" if self.choices else ""
+        return f"{self}{span}{few}{', required' if self.required else ''}"
 
     def _number(self, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, (float, int, np.floating, np.integer)):
@@ -88,7 +108,10 @@ class Attribute:
     def _numbers(self, value: Any) -> tuple[float, ...]:
         if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
             raise KnowledgeError(f"must be {self}, found {value!r}.")
-        return tuple(self._number(v) for v in value)
+        numbers = tuple(self._number(v) for v in value)
+        if self.size and len(numbers) != self.size:
+            raise KnowledgeError(f"must be {self}, found {len(numbers)}.")
+        return numbers
 
     def _pose(self, value: Any) -> Pose2:
         if not isinstance(value, Pose2):
@@ -109,7 +132,7 @@ class Attribute:
 
     def __str__(self) -> str:
         units = ", ".join(dict.fromkeys(str(d) for d in self.dimensions))
-        return _WORDS[self.type].format(units=units)
+        return _WORDS[self.type].format(units=units, count=f"{self.size} " if self.size else "")
 
 
 _WORDS: dict[type, str] = {
@@ -117,7 +140,7 @@ _WORDS: dict[type, str] = {
     int: "a whole number",
     bool: "True or False",
     str: "a text",
-    tuple: "a list of numbers [{units}]",
+    tuple: "a list of {count}numbers [{units}]",
     Pose2: "a Pose2 [{units}]",
     Live: "a live view",
 }

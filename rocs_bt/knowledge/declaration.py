@@ -1,8 +1,8 @@
-"""Kinds of nodes, relations between them, and the schema that joins them."""
+"""Kinds of nodes and relations between them, as they are declared."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -58,11 +58,13 @@ class Kind:
         name: What the graph calls it, such as `robot`.
         attributes: What a node of this kind may hold.
         doc: One sentence for people.
+        extends: The kind that it is a kind of: it has all its attributes, and stands wherever that one may.
     """
 
     name: str
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     doc: str = ""
+    extends: str | None = None
 
     def __post_init__(self) -> None:
         _no_reserved(f"kind '{self.name}'", self.attributes)
@@ -77,11 +79,13 @@ class Relation:
 
     Attributes:
         name: What the graph calls it, such as `has_sensor`.
-        sources: Kinds that it may start from.
-        targets: Kinds that it may end at.
+        sources: Kinds that it may start from, and all that extend them.
+        targets: Kinds that it may end at, and all that extend them.
         attributes: What an edge of it may hold.
         single: Whether a source has at most one; a new edge then takes the old one's place.
         doc: One sentence for people.
+        max_targets: How many a source may have at most; one more is refused. None for any number.
+        max_sources: How many a target may have at most; one more is refused. None for any number.
     """
 
     name: str
@@ -90,23 +94,17 @@ class Relation:
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     single: bool = False
     doc: str = ""
+    max_targets: int | None = None
+    max_sources: int | None = None
 
     def __post_init__(self) -> None:
         _no_reserved(f"relation '{self.name}'", self.attributes)
+        if self.single and self.max_targets is not None:
+            raise KnowledgeError(f"relation '{self.name}' is single, so that max_targets says nothing; drop one.")
+        if any(most is not None and most < 1 for most in (self.max_targets, self.max_sources)):
+            raise KnowledgeError(f"relation '{self.name}' must allow at least one source and target.")
         if any(a.type is Live for a in self.attributes.values()):
             raise KnowledgeError(f"relation '{self.name}' declares a live view; only nodes can have one.")
-
-    def join(self, source: tuple[str, str], target: tuple[str, str]) -> None:
-        """Check that this relation may join two nodes, each a name and its kind.
-
-        Raises:
-            KnowledgeError: It may not; lists the kinds that it joins.
-        """
-        for end, (node, kind), kinds in (("start from", source, self.sources), ("end at", target, self.targets)):
-            if kind not in kinds:
-                raise KnowledgeError(
-                    f"'{self.name}' cannot {end} '{node}' of kind {kind}; it can {end} a node of: {', '.join(kinds)}."
-                )
 
 
 def _no_reserved(owner: str, attributes: Mapping[str, Attribute]) -> None:
@@ -114,80 +112,3 @@ def _no_reserved(owner: str, attributes: Mapping[str, Attribute]) -> None:
         raise KnowledgeError(
             f"{owner} declares {', '.join(sorted(taken))}, which the graph uses itself; name it otherwise."
         )
-
-
-@dataclass(frozen=True)
-class Schema:
-    """All kinds and relations, by name.
-
-    Attributes:
-        kinds: Kinds of nodes.
-        relations: Relations between them.
-    """
-
-    kinds: Mapping[str, Kind]
-    relations: Mapping[str, Relation]
-
-    @classmethod
-    def of(cls, kinds: Iterable[Kind], relations: Iterable[Relation]) -> Schema:
-        """A schema of these kinds and relations.
-
-        Raises:
-            KnowledgeError: A relation names a kind that does not exist.
-        """
-        schema = cls({k.name: k for k in kinds}, {r.name: r for r in relations})
-        for relation in schema.relations.values():
-            for kind in (*relation.sources, *relation.targets):
-                known(f"kind for the relation '{relation.name}'", kind, schema.kinds, "The schema")
-        return schema
-
-    def kind(self, name: str) -> Kind:
-        """A kind by name.
-
-        Raises:
-            KnowledgeError: No such kind; lists what exists.
-        """
-        return known("kind", name, self.kinds, "The schema")
-
-    def relation(self, name: str) -> Relation:
-        """A relation by name.
-
-        Raises:
-            KnowledgeError: No such relation; lists what exists.
-        """
-        return known("relation", name, self.relations, "The schema")
-
-    def extended(self, kinds: Iterable[Kind] = (), relations: Iterable[Relation] = ()) -> Schema:
-        """This schema with more in it.
-
-        A kind or relation that exists gains the new attributes (and a relation the new endpoints); what is declared
-        already cannot be declared otherwise, so that shipped content keeps its meaning.
-
-        Raises:
-            KnowledgeError: An attribute exists and is declared differently, or a relation names an unknown kind.
-        """
-        new_kinds, new_relations = dict(self.kinds), dict(self.relations)
-        for kind in kinds:
-            old = new_kinds.get(kind.name, kind)
-            merged = _merged(f"kind '{kind.name}'", old.attributes, kind.attributes)
-            new_kinds[kind.name] = Kind(kind.name, merged, old.doc)
-        for relation in relations:
-            was = new_relations.get(relation.name, relation)
-            if was.single != relation.single:
-                raise KnowledgeError(f"relation '{relation.name}' exists with single={was.single}; keep it so.")
-            new_relations[relation.name] = Relation(
-                relation.name,
-                tuple(dict.fromkeys((*was.sources, *relation.sources))),
-                tuple(dict.fromkeys((*was.targets, *relation.targets))),
-                _merged(f"relation '{relation.name}'", was.attributes, relation.attributes),
-                was.single,
-                was.doc,
-            )
-        return Schema.of(new_kinds.values(), new_relations.values())
-
-
-def _merged(owner: str, old: Mapping[str, Attribute], new: Mapping[str, Attribute]) -> dict[str, Attribute]:
-    for name in old.keys() & new.keys():
-        if old[name] != new[name]:
-            raise KnowledgeError(f"{owner} has '{name}' already, as {old[name]}; name the new attribute otherwise.")
-    return {**old, **new}

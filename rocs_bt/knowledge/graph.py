@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from contextlib import AbstractContextManager
+from heapq import merge
+from itertools import takewhile
+from types import MappingProxyType
+from typing import Any
 
 from ..clock import Clock
 from ..errors import KnowledgeError
-from ..event import EventSink, KnowledgeChanged, Value
+from ..event import EventSink, KnowledgeChanged
 from .attribute import Attribute, Live
-from .declaration import Schema, checked, known
-from .schema import SCHEMA
+from .declaration import checked, known
+from .readable import Readable, Stamp
+from .schema import SCHEMA, Schema
 from .signals import Array
+from .space import Batch
 from .store import Row, Store
-from .subscription import Callback, Delivery, SubscriberFailure, Subscribers, Subscription
+from .subscription import Callback, Delivery, Followers, SubscriberFailure, Subscribers, Subscription
+
+_NONE: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 
 
-class Stamp(NamedTuple):
-    """When something was written."""
-
-    t: float  # [s]
-    revision: int  # of its newest change
-
-
-class KnowledgeGraph:
+class KnowledgeGraph(Readable):
     """What one robot knows, as nodes with a kind and typed attributes, and named relations between them.
 
     A write is checked first, and then made as a whole. Each change has a revision, counted from 1 without a gap, is
@@ -38,72 +38,67 @@ class KnowledgeGraph:
         sink: Where changes are emitted.
         agent: The agent's name, for the events.
         schema: What may be written.
+
+    Attributes:
+        schema: What may be written.
+        revision: Of the newest change.
+        agent: The agent's name.
+        clock: Where it reads the time.
+        followers: Who is handed every whole write.
     """
 
     def __init__(self, clock: Clock, sink: EventSink, agent: str = "", schema: Schema = SCHEMA) -> None:
         self.schema = schema
         self.revision = 0
-        self._clock = clock
+        self.clock = clock
         self._sink = sink
-        self._agent = agent
+        self.agent = agent
         self._lock = threading.RLock()
         self._held = 0
-        self._store = Store(schema.kinds)
+        self._store = Store(schema)
         self._rows = self._store.rows
+        self._declared = {name: kind.attributes for name, kind in schema.kinds.items()}
+        self._lineages = schema.lineages
         self._stamps: dict[str, dict[str, tuple[float, int]]] = {}
         self._subscribers = Subscribers(sink)
+        self.followers = Followers()
         self._live: Callable[[str], Array] | None = None
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
     def has(self, node: str) -> bool:
-        """Whether there is such a node."""
         return node in self._rows
 
-    def kind(self, node: str) -> str:
-        """The kind of a node.
-
-        Raises:
-            KnowledgeError: No such node; lists what exists.
-        """
-        kind: str = self._row(node)["kind"]
-        return kind
-
     def nodes(self, kind: str | None = None) -> list[str]:
-        """The names of all nodes, or of those of a kind, in the order in which they were added.
-
-        Raises:
-            KnowledgeError: No such kind; lists what exists.
-        """
         with self._lock:
             return list(self._rows if kind is None else self._store.by_kind[self.schema.kind(kind).name])
 
     def get(self, node: str, attribute: str) -> Any:
-        """The value of an attribute; None where it is not known.
-
-        Raises:
-            KnowledgeError: No such node, or its kind has no such attribute; lists what exists.
-        """
         try:
             return self._rows[node][attribute]
         except KeyError:
-            with self._lock:
-                kind = self.kind(node)
-                known(f"attribute of the {kind} '{node}'", attribute, self.schema.kinds[kind].attributes, "It")
-                return self._rows[node][attribute]
+            return super().get(node, attribute)
 
     def attributes(self, node: str) -> dict[str, Any]:
-        """All attributes of a node that are known, at one moment.
-
-        Raises:
-            KnowledgeError: No such node; lists what exists.
-        """
         with self._lock:
-            row = self._row(node)
-            return _present(row, self.schema.kinds[row["kind"]].attributes)
+            return super().attributes(node)
+
+    def edge(self, source: str, relation: str, target: str) -> dict[str, Any] | None:
+        with self._lock:
+            return super().edge(source, relation, target)
+
+    def row(self, node: str) -> Row | None:
+        return self._rows.get(node)
+
+    def targets(self, source: str, relation: str) -> Mapping[str, Mapping[str, Any]]:
+        targets = self._store.targets.get((source, relation))
+        return _NONE if targets is None else targets.copy()
+
+    def sources(self, target: str, relation: str) -> Mapping[str, Mapping[str, Any]]:
+        sources = self._store.sources.get((target, relation))
+        return _NONE if sources is None else sources.copy()
 
     def stamp(self, node: str, attribute: str | None = None) -> Stamp:
-        """When a node, or one of its attributes, was written last; (-inf, 0) for never."""
         with self._lock:
             row = self._row(node)
             if attribute is None:
@@ -111,50 +106,51 @@ class KnowledgeGraph:
             self.get(node, attribute)
             return Stamp(*self._stamps[node].get(attribute, (-math.inf, 0)))
 
-    def related(self, source: str, relation: str) -> list[str]:
-        """The targets of a node's relation, in the order in which they were related.
-
-        Raises:
-            KnowledgeError: No such node or relation; lists what exists.
-        """
-        targets = self._store.targets.get((source, relation))
-        if targets is not None:
-            return list(targets)
-        self._row(source)
-        self.schema.relation(relation)
-        return []
-
-    def edge(self, source: str, relation: str, target: str) -> dict[str, Any] | None:
-        """The attributes of one edge that are known; None where there is no such edge.
-
-        Raises:
-            KnowledgeError: No such node or relation; lists what exists.
-        """
+    def changed_since(self, revision: int, kind: str | None = None) -> list[str]:
+        kinds = None if kind is None else self.schema.families[self.schema.kind(kind).name]
         with self._lock:
-            self._row(target)
-            if target not in self.related(source, relation):
-                return None
-            return _present(self._store.targets[source, relation][target], self.schema.relation(relation).attributes)
+            newest = takewhile(lambda node: self._rows[node]["revision"] > revision, reversed(self._store.recent))
+            return [node for node in newest if kinds is None or self._rows[node]["kind"] in kinds]
+
+    def by_distance(
+        self, x: float, y: float, kind: str | None = None, within: float = math.inf
+    ) -> Iterator[tuple[float, str]]:
+        spaces = self._store.around[kind if kind is None else self.schema.kind(kind).name]
+        found = [self._nearer(space.rings(x, y, within)) for space in spaces if space]
+        return found[0] if len(found) == 1 else merge(*found)
+
+    def _nearer(self, rings: Iterator[Batch]) -> Iterator[tuple[float, str]]:
+        while True:
+            with self._lock:
+                batch = next(rings, None)
+            if batch is None:
+                return
+            yield from batch
 
     @property
     def view(self) -> Any:
         """A read-only, live networkx MultiDiGraph with relations as edge keys; under threads use it inside `held`."""
         return self._store.view
 
-    @contextlib.contextmanager
-    def held(self) -> Iterator[Any]:
+    def held(self) -> AbstractContextManager[Any]:
         """Hold the graph still: no other thread writes. Gives the view.
 
         For an algorithm over the view, or for several writes that belong together; subscribers are told at the end.
         """
+        return _Hold(self)
+
+    def _hold(self) -> None:
+        self._lock.acquire()
+        self._held += 1
+
+    def _let_go(self) -> None:
         try:
-            with self._lock:
-                self._held += 1
-                try:
-                    yield self.view
-                finally:
-                    self._held -= 1
+            self._held -= 1
+            if self.followers.all:
+                self._settle()
         finally:
+            self._lock.release()
+        if self._subscribers.pending:
             self._deliver()
 
     # -- writing ----------------------------------------------------------------------------------------------------
@@ -175,13 +171,15 @@ class KnowledgeGraph:
             if missing := [n for n, a in declared.items() if a.required and n not in values]:
                 raise KnowledgeError(f"{kind} '{node}' needs {', '.join(missing)}; give them when it is added.")
             values.update(self._live_values(declared, values))
-            t, given = self._clock.now(), [name for name in attributes if values[name] is not None]
+            # None is told where it takes the place of a default: the changes alone must make the graph again.
+            given = [n for n in attributes if values[n] is not None or declared[n].default is not None]
+            t = self.clock.now()
             self._store.add(node, kind, declared, values, t, self.revision + 1 + len(given))
             stamps = self._stamps[node] = {}
-            self._change("node added", node, kind, None, t, (kind,))
+            self._change("node added", node, kind, None, t, kind)
             for name in given:
-                self._change("attribute", node, name, _plain(values[name]), t, (kind,))
-                stamps[name] = (t, self.revision)
+                stamps[name] = (t, self._change("attribute", node, name, values[name], t, kind))
+            self._settle()
         self._deliver()
 
     def set(self, node: str, **attributes: Any) -> None:
@@ -190,13 +188,15 @@ class KnowledgeGraph:
         Raises:
             KnowledgeError: No such node, or the schema refuses one of them; nothing is written.
         """
-        with self._lock:
-            row = self._row(node)
+        lock = self._lock
+        lock.acquire()  # in half the time of `with`, and this is the busiest of all writes
+        try:
+            row = self._rows.get(node) or self._row(node)
             kind = row["kind"]
-            declared = self.schema.kinds[kind].attributes
+            declared = self._declared[kind]
             values = checked((kind, node), declared, attributes)
             live = self._live_values(declared, values) if "signal" in values else None
-            t = self._clock.now()
+            t = self.clock.now()
             stamps = self._stamps[node]
             changed = []
             for name, value in values.items():
@@ -206,11 +206,19 @@ class KnowledgeGraph:
                     stamps[name] = (t, stamps[name][1] if name in stamps else 0)
             if live:
                 values.update(live)
-            row.write(values, t, self.revision + len(changed) if changed else row["revision"])
-            for name in changed:
-                self._change("attribute", node, name, _plain(values[name]), t, (kind,))
-                stamps[name] = (t, self.revision)
-        self._deliver()
+            if changed:
+                row.write(values, t, self.revision + len(changed))
+                self._store.changed(node, row, "pose" in values)
+                for name in changed:
+                    stamps[name] = (t, self._change("attribute", node, name, values[name], t, kind))
+                if self.followers.all:
+                    self._settle()
+            else:
+                row.write(values, t, row["revision"])
+        finally:
+            lock.release()
+        if self._subscribers.pending and not self._held:
+            self._subscribers.deliver()
 
     def remove(self, node: str) -> None:
         """Remove a node and all its edges.
@@ -224,7 +232,8 @@ class KnowledgeGraph:
                 self._unrelate(source, relation, target)
             self._store.remove(node)
             del self._stamps[node]
-            self._change("node removed", node, kind, None, self._clock.now(), (kind,))
+            self._change("node removed", node, kind, None, self.clock.now(), kind)
+            self._settle()
         self._deliver()
 
     def relate(self, source: str, relation: str, target: str, **attributes: Any) -> None:
@@ -235,12 +244,13 @@ class KnowledgeGraph:
         """
         with self._lock:
             declared = self.schema.relation(relation)
-            declared.join((source, self.kind(source)), (target, self.kind(target)))
+            self.schema.join(declared, (source, self.kind(source)), (target, self.kind(target)))
             values = checked((source, relation, target), declared.attributes, attributes)
-            t = self._clock.now()
+            t = self.clock.now()
             targets = self._store.targets.get((source, relation), {})
             row = targets.get(target)
             if row is None:
+                self._store.count(declared, source, target)
                 for old in list(targets) if declared.single else ():
                     self._unrelate(source, relation, old)
                 row = self._store.relate((source, relation, target), declared.attributes)
@@ -250,6 +260,7 @@ class KnowledgeGraph:
             row.write(values, t, self.revision + 1 if what else row["revision"])
             if what:
                 self._edge_change(what, source, relation, target, t, _present(row, declared.attributes))
+            self._settle()
         self._deliver()
 
     def unrelate(self, source: str, relation: str, target: str) -> None:
@@ -263,6 +274,7 @@ class KnowledgeGraph:
                 names = ", ".join(there) or "nothing"
                 raise KnowledgeError(f"there is no edge {source} -{relation}-> {target}; it leads to {names}.")
             self._unrelate(source, relation, target)
+            self._settle()
         self._deliver()
 
     # -- listening --------------------------------------------------------------------------------------------------
@@ -271,6 +283,8 @@ class KnowledgeGraph:
         self, callback: Callback, kind: str | None = None, node: str | None = None, relation: str | None = None
     ) -> Subscription:
         """Hear of changes that fit all the filters given; an edge is about both of its ends.
+
+        A kind stands for those that extend it too.
 
         Callbacks run on the thread of a writer, after its lock is released, in the order of revision and one at a
         time; keep them short. One that raises is detached, kept in `failures`, and reported as an event.
@@ -310,7 +324,8 @@ class KnowledgeGraph:
         try:
             return self._rows[node]
         except KeyError:
-            return known("node", node, dict(self._rows), "Knowledge")
+            with self._lock:
+                return known("node", node, self._rows, "Knowledge")
 
     def _live_values(self, declared: Mapping[str, Attribute], values: Mapping[str, Any]) -> dict[str, Array | None]:
         live, signal = self._live, values.get("signal")
@@ -320,29 +335,39 @@ class KnowledgeGraph:
 
     def _unrelate(self, source: str, relation: str, target: str) -> None:
         self._store.unrelate(source, relation, target)
-        self._edge_change("edge removed", source, relation, target, self._clock.now(), {})
+        self._edge_change("edge removed", source, relation, target, self.clock.now(), {})
 
-    def _change(self, what: str, node: str, name: str, value: Value, t: float, kinds: tuple[str, ...]) -> None:
-        self.revision += 1
+    def _change(self, what: str, node: str, name: str, value: Any, t: float, kind: str) -> int:
+        self.revision = revision = self.revision + 1
+        plain = list(value) if isinstance(value, tuple) else value
         change = KnowledgeChanged(
-            t=t, agent=self._agent, what=what, subject=node, name=name, value=value, revision=self.revision
+            t=t, agent=self.agent, what=what, subject=node, name=name, value=plain, revision=revision
         )
         self._sink.emit(change)
+        if self.followers.all:
+            self.followers.note(change)
         if self._subscribers.all:
-            self._subscribers.queue(Delivery(change, (node,), kinds))
+            self._subscribers.pending.append(Delivery(change, (node,), self._lineages[kind]))
+        return revision
 
     def _edge_change(
         self, what: str, source: str, relation: str, target: str, t: float, attributes: dict[str, Any]
     ) -> None:
         self.revision += 1
         change = KnowledgeChanged(
-            t=t, agent=self._agent, what=what, subject=source, name=relation, value=target,
+            t=t, agent=self.agent, what=what, subject=source, name=relation, value=target,
             revision=self.revision, attributes={n: _plain(v) for n, v in attributes.items()},
         )  # fmt: skip
-        kinds = (self.kind(source), self.kind(target))
         self._sink.emit(change)
+        if self.followers.all:
+            self.followers.note(change)
         if self._subscribers.all:
-            self._subscribers.queue(Delivery(change, (source, target), kinds, relation))
+            kinds = self._lineages[self.kind(source)] + self._lineages[self.kind(target)]
+            self._subscribers.pending.append(Delivery(change, (source, target), kinds, relation))
+
+    def _settle(self) -> None:
+        if self.followers.all and not self._held:
+            self.followers.settle()
 
     def _deliver(self) -> None:
         # Inside `held` the lock is still ours, or will be asked for again: whoever leaves it delivers.
@@ -350,12 +375,25 @@ class KnowledgeGraph:
             self._subscribers.deliver()
 
 
+class _Hold(AbstractContextManager[Any]):
+    """Holds a graph for a while; three times as quick as a generator would."""
+
+    __slots__ = ("_graph",)
+
+    def __init__(self, graph: KnowledgeGraph) -> None:
+        self._graph = graph
+
+    def __enter__(self) -> Any:
+        self._graph._hold()
+        return self._graph.view
+
+    def __exit__(self, *error: object) -> None:
+        self._graph._let_go()
+
+
 def _present(row: Row, declared: Mapping[str, Attribute]) -> dict[str, Any]:
     return {name: row[name] for name in declared if row[name] is not None}
 
 
-def _plain(value: Any) -> Value:
-    if isinstance(value, tuple):
-        return list(value)
-    plain: Value = value
-    return plain
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value

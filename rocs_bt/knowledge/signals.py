@@ -100,7 +100,7 @@ class _Batch:
         edges = [0, *(i for i, (a, b) in enumerate(pairwise(each), 1) if a != b), len(each)]
         self._bounds = [(*each[a], slice(a, b)) for a, b in pairwise(edges)]  # low, high, and for which values
         self._max_age = specs[0].max_age
-        self._memory = memoryview(values)  # type: ignore[arg-type]
+        self._memory = memoryview(values)  # type: ignore[arg-type]  # numpy arrays are buffers
         self._expires = expires
         self.writers = tuple(writers)
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NoReturn
 
 from ..errors import KnowledgeError
+from ..geometry import Pose2
 from .attribute import Attribute
+from .declaration import Kind, Relation
+from .schema import Schema
+from .space import Space
 
 
 class Row(dict[str, Any]):
@@ -38,11 +42,15 @@ class Store:
 
     Attributes:
         rows: The attributes of every node: the dicts that networkx holds, without its layers of views.
-        by_kind: The nodes of each kind, in the order in which they were added.
+        by_kind: The nodes of each kind and of those that extend it, in the order in which they were added.
         targets: The edges of each (source, relation): target -> its attributes, the dicts that networkx holds.
+        sources: The same of each (target, relation): source -> its attributes.
+        recent: All nodes in the order of their newest change.
+        spaces: Where the nodes of each kind are whose pose is known, kinds that extend it apart.
+        around: The spaces of each kind and of those that extend it; of all under None.
     """
 
-    def __init__(self, kinds: Iterable[str]) -> None:
+    def __init__(self, schema: Schema) -> None:
         import networkx
 
         self._graph = networkx.MultiDiGraph()
@@ -50,8 +58,15 @@ class Store:
         self._graph.node_attr_dict_factory = Row
         self._graph.edge_attr_dict_factory = Row
         self.rows: dict[str, Row] = {}
-        self.by_kind: dict[str, dict[str, None]] = {kind: {} for kind in kinds}
+        self.by_kind: dict[str, dict[str, None]] = {kind: {} for kind in schema.kinds}
         self.targets: dict[tuple[str, str], dict[str, Row]] = {}
+        self.sources: dict[tuple[str, str], dict[str, Row]] = {}
+        self.recent: dict[str, None] = {}
+        self.spaces = {name: Space() for name, kind in schema.kinds.items() if _has_pose(kind)}
+        self.around: dict[str | None, tuple[Space, ...]] = {None: tuple(self.spaces.values())}
+        for name, family in schema.families.items():
+            self.around[name] = tuple(self.spaces[kind] for kind in family if kind in self.spaces)
+        self._lineages = schema.lineages
 
     @cached_property
     def view(self) -> Any:
@@ -66,11 +81,31 @@ class Store:
         row: Row = self._graph.nodes[node]
         row.write({"kind": kind, **_defaults(declared), **values}, t, revision)
         self.rows[node] = row
-        self.by_kind[kind][node] = None
+        for each in self._lineages[kind]:
+            self.by_kind[each][node] = None
+        self.changed(node, row, moved=True)
+
+    def changed(self, node: str, row: Row, moved: bool) -> None:
+        """Put a node that was written into the indexes; `moved` where its pose was among what was written."""
+        recent = self.recent
+        if node in recent:
+            del recent[node]
+        recent[node] = None
+        if moved and (space := self.spaces.get(row["kind"])) is not None:
+            pose = row["pose"]
+            if pose is None:
+                space.drop(node)
+            else:
+                space.put(node, pose.x, pose.y)
 
     def remove(self, node: str) -> None:
         """Remove a node that has no edges."""
-        del self.by_kind[self.rows.pop(node)["kind"]][node]
+        kind = self.rows.pop(node)["kind"]
+        for each in self._lineages[kind]:
+            del self.by_kind[each][node]
+        del self.recent[node]
+        if (space := self.spaces.get(kind)) is not None:
+            space.drop(node)
         self._graph.remove_node(node)
 
     def edges(self, node: str) -> list[tuple[str, str, str]]:
@@ -85,15 +120,37 @@ class Store:
         row: Row = self._graph.edges[source, target, relation]
         row.write(_defaults(declared), 0.0, 0)
         self.targets.setdefault((source, relation), {})[target] = row
+        self.sources.setdefault((target, relation), {})[source] = row
         return row
 
     def unrelate(self, source: str, relation: str, target: str) -> None:
         """Remove an edge."""
         self._graph.remove_edge(source, target, key=relation)
-        targets = self.targets[source, relation]
-        del targets[target]
-        if not targets:
-            del self.targets[source, relation]
+        for ends, here, there in ((self.targets, source, target), (self.sources, target, source)):
+            others = ends[here, relation]
+            del others[there]
+            if not others:
+                del ends[here, relation]
+
+    def count(self, relation: Relation, source: str, target: str) -> None:
+        """Check that one more edge is not one too many.
+
+        Raises:
+            KnowledgeError: It is; tells which there are.
+        """
+        for most, others, end, side in (
+            (relation.max_targets, self.targets.get((source, relation.name), {}), source, "targets"),
+            (relation.max_sources, self.sources.get((target, relation.name), {}), target, "sources"),
+        ):
+            if most is not None and len(others) >= most:
+                raise KnowledgeError(
+                    f"'{relation.name}' gives '{end}' at most {most} {side}, and it has {', '.join(others)}; "
+                    "unrelate one first."
+                )
+
+
+def _has_pose(kind: Kind) -> bool:
+    return "pose" in kind.attributes and kind.attributes["pose"].type is Pose2
 
 
 def _defaults(declared: Mapping[str, Attribute]) -> dict[str, Any]:

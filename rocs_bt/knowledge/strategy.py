@@ -1,14 +1,21 @@
-"""The StrategyModel: the ways to act that the robot knows, and what it falls back to (paper, 4.2 and 5.1)."""
+"""The StrategyModel: the ways to act that the robot knows, and which of them serves now (paper, 4.2 and 5.1)."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from typing import Any
 
+from ..errors import InputError, KnowledgeError
+from .choice import Candidate, Choice
+from .experience import Situation, Use, expected
 from .model import Model
+
+KEPT = 200
+"""Uses that are kept; with one more the oldest that ended is forgotten."""
 
 
 class StrategyModel(Model):
-    """Named strategies as nodes, the one in force, and their fallbacks."""
+    """Named strategies as nodes, the one in force, their fallbacks, and what came of each use."""
 
     def add(self, name: str, falls_back_to: str | None = None, **attributes: Any) -> None:
         """Add a strategy.
@@ -30,8 +37,43 @@ class StrategyModel(Model):
         return self.graph.nodes("strategy")
 
     def use(self, name: str) -> None:
-        """Put a strategy in force."""
+        """Put a strategy in force; what comes of it is not kept."""
         self.graph.relate(self.name, "uses", name)
+
+    def begin(self, name: str, why: str = "asked for by name", situation: Situation | None = None) -> str:
+        """Put a strategy in force, and begin to keep what comes of it.
+
+        Args:
+            name: The strategy.
+            why: Why it was chosen.
+            situation: The answers to the questions; asked now where none are given.
+
+        Returns:
+            The node of this use, for `end`.
+        """
+        with self.graph.held():
+            self.use(name)
+            met = self.situation() if situation is None else situation
+            numbers = [int(use.rpartition("_")[2]) for use in self.graph.nodes("use") if use.startswith("use_")]
+            node = f"use_{max(numbers, default=0) + 1}"
+            self.graph.add(node, "use", began=self.graph.clock.now(), why=why)
+            self.graph.relate(node, "use_of", name)
+            for question, answer in met.items():
+                self.graph.relate(node, "met", question, answer=answer)
+            self._forget()
+        return node
+
+    def end(self, use: str, outcome: str, reason: str = "") -> None:
+        """Say what came of a use; one that has ended stays as it is.
+
+        Args:
+            use: Its node; one that is forgotten by now is passed over.
+            outcome: `success`, `failure` or `halted`.
+            reason: Of a failure.
+        """
+        with self.graph.held():
+            if self.graph.has(use) and self.graph.get(use, "outcome") is None:
+                self.graph.set(use, outcome=outcome, ended=self.graph.clock.now(), reason=reason or None)
 
     def used(self) -> str | None:
         """The strategy in force; None where there is none."""
@@ -45,3 +87,72 @@ class StrategyModel(Model):
             at = found[0]
             chain.append(at)
         return chain[1:]
+
+    def situation(self) -> dict[str, bool]:
+        """The answers to all questions that are known, by question.
+
+        Raises:
+            KnowledgeError: A question cannot be asked; says which.
+        """
+        return {question: self._holds(question, "query") for question in self.graph.nodes("question")}
+
+    def choose(self, role: str = "", tried: Collection[str] = ()) -> Choice:
+        """Weigh all strategies in the present situation.
+
+        A strategy serves if its guard holds and it suits the role: that which is asked for, or one that the robot
+        plays; of those that serve the best has the highest score, and of equal ones the first that was added.
+
+        Args:
+            role: The role that it must suit; one of the robot's own where empty.
+            tried: Strategies that have failed just now.
+
+        Raises:
+            KnowledgeError: No such role, or a guard or question cannot be asked; says which.
+        """
+        if role:
+            self.graph.kind(role)
+        roles = {role} if role else set(self.graph.related(self.name, "plays"))
+        now, uses = self.situation(), self.uses()
+        weights: Mapping[str, float] = {q: self.graph.get(q, "weight") for q in self.graph.nodes("question")}
+        found = []
+        for name in self.names():
+            preference, told = self.graph.get(name, "preference"), expected(name, now, uses, weights)
+            score = preference + 2.0 * (told.share - 0.5)
+            found.append(Candidate(name, score, preference, told, self._obstacle(name, roles, tried)))
+        return Choice(now, tuple(sorted(found, key=lambda c: (bool(c.obstacle), -c.score))))
+
+    def after(self, name: str, tried: Collection[str]) -> str | None:
+        """What to use when a strategy has failed: the first of its fallbacks that serves; None without one."""
+        roles = set(self.graph.related(self.name, "plays"))
+        return next((n for n in self.fallbacks(name) if not self._obstacle(n, roles, tried)), None)
+
+    def uses(self) -> list[Use]:
+        """All uses that have succeeded or failed, in their order."""
+        found = []
+        for node in self.graph.nodes("use"):
+            outcome, of = self.graph.get(node, "outcome"), self.graph.related(node, "use_of")
+            if outcome in ("success", "failure") and of:
+                answers = {q: bool(edge["answer"]) for q, edge in self.graph.targets(node, "met").items()}
+                found.append(Use(of[0], answers, outcome == "success"))
+        return found
+
+    def _obstacle(self, name: str, roles: set[str], tried: Collection[str]) -> str:
+        suits = self.graph.related(name, "suits")
+        if name in tried:
+            return "it has just failed"
+        if suits and not roles.intersection(suits):
+            return f"it is for {', '.join(suits)}"
+        if self.graph.get(name, "guard") and not self._holds(name, "guard"):
+            return f"its guard does not hold: {self.graph.get(name, 'guard')}"
+        return ""
+
+    def _holds(self, node: str, attribute: str) -> bool:
+        try:
+            return self.knowledge.holds(self.graph.get(node, attribute))
+        except InputError as error:
+            raise KnowledgeError(f"the {attribute} of '{node}' cannot be asked: {error}") from error
+
+    def _forget(self) -> None:
+        ended = [use for use in self.graph.nodes("use") if self.graph.get(use, "outcome") is not None]
+        for use in ended[: max(0, len(self.graph.nodes("use")) - KEPT)]:
+            self.graph.remove(use)

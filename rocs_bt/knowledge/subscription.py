@@ -13,6 +13,7 @@ import msgspec
 from ..event import EventSink, KnowledgeChanged, SubscriberDetached
 
 Callback: TypeAlias = Callable[[KnowledgeChanged], None]
+Follower: TypeAlias = Callable[[list[KnowledgeChanged]], None]
 
 
 class Delivery(msgspec.Struct, frozen=True, gc=False):
@@ -87,7 +88,7 @@ class Subscribers:
 
     def __init__(self, sink: EventSink) -> None:
         self._sink = sink
-        self._pending: deque[Delivery] = deque()
+        self.pending: deque[Delivery] = deque()
         self._telling = threading.Lock()
         self._changing = threading.Lock()
         # Replaced as a whole, never changed in place: `deliver` walks over it without a lock.
@@ -106,21 +107,18 @@ class Subscribers:
         with self._changing:
             self.all = tuple(s for s in self.all if s is not subscription)
 
-    def queue(self, delivery: Delivery) -> None:
-        """Remember a change; called under the writer's lock, so that the order is that of the revisions."""
-        self._pending.append(delivery)
-
     def deliver(self) -> None:
         """Tell every queued change. A write inside a callback, or one on another thread meanwhile, is told after it."""
+        pending, telling = self.pending, self._telling
         # Whoever holds `_telling` may have looked at the queue just before ours came: hence the outer loop.
-        while self._pending and self._telling.acquire(False):
+        while pending and telling.acquire(False):
             try:
-                while self._pending:
-                    delivery = self._pending.popleft()
+                while pending:
+                    delivery = pending.popleft()
                     for subscription in self.all:
                         subscription.hear(delivery)
             finally:
-                self._telling.release()
+                telling.release()
 
     def failed(self, callback: str, change: KnowledgeChanged, error: Exception) -> None:
         """Report a callback that raised and was detached."""
@@ -131,6 +129,37 @@ class Subscribers:
                 t=change.t, agent=change.agent, callback=callback, revision=change.revision, detail=detail
             )
         )
+
+
+class Followers:
+    """Who is handed every whole write as its changes, in order; one `held` block is one write.
+
+    For what keeps or shares the graph and must see no half of a write. A follower is called under the writer's lock:
+    it must be as quick as to put the list into a queue, and must not raise. All methods are called under that lock.
+    """
+
+    def __init__(self) -> None:
+        self.all: tuple[Follower, ...] = ()
+        self._written: list[KnowledgeChanged] = []
+
+    def add(self, follower: Follower) -> None:
+        """Hand writes to this one too."""
+        self.all = (*self.all, follower)
+
+    def remove(self, follower: Follower) -> None:
+        """Hand nothing more to this one."""
+        self.all = tuple(f for f in self.all if f != follower)
+
+    def note(self, change: KnowledgeChanged) -> None:
+        """A part of the write in progress."""
+        self._written.append(change)
+
+    def settle(self) -> None:
+        """The write in progress is whole."""
+        if self._written:
+            written, self._written = self._written, []
+            for follower in self.all:
+                follower(written)
 
 
 def _name(callback: Callback) -> str:

@@ -8,10 +8,17 @@ from typing import Any
 from ..errors import KnowledgeError
 from ..geometry import Pose2, Twist2, along_arc
 from .model import Model
+from .occupancy import OccupancyGrid
 
 
 class WorldModel(Model):
-    """Places, goals, objects and peers with their poses in the world frame, and the goal that the robot pursues."""
+    """Places, goals, objects and peers with their poses in the world frame, and the goal that the robot pursues.
+
+    Attributes:
+        occupancy: The map that the robot makes for itself; None where no block draws one.
+    """
+
+    occupancy: OccupancyGrid | None = None
 
     def place(self, name: str, pose: Pose2, kind: str = "place", **attributes: Any) -> None:
         """Put something somewhere, or move it there.

@@ -1,11 +1,13 @@
 """M: monitors read sensors, interpret what they say, write signals to Knowledge and publish them (paper, 4.2)."""
 
 from .fix_monitor import FixMonitor
+from .message_monitor import MessageMonitor
 from .monitor import Monitor, Watched
 from .odometry_monitor import OdometryMonitor
 from .peer_monitor import PeerMonitor
 from .pose_monitor import PoseMonitor
 from .range_monitor import RangeMonitor
+from .scan_monitor import ScanMonitor
 from .surround_monitor import SurroundMonitor
 from .table import MONITORS
 from .wheel_monitor import WheelMonitor
@@ -13,11 +15,13 @@ from .wheel_monitor import WheelMonitor
 __all__ = [
     "MONITORS",
     "FixMonitor",
+    "MessageMonitor",
     "Monitor",
     "OdometryMonitor",
     "PeerMonitor",
     "PoseMonitor",
     "RangeMonitor",
+    "ScanMonitor",
     "SurroundMonitor",
     "Watched",
     "WheelMonitor",

@@ -1,4 +1,4 @@
-"""LocalMemory: where echoes came from lately, and where the robot has been; for robots that look to one side only."""
+"""LocalMemory: where echoes came from lately, and which ground is free; for robots that look to one side only."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..geometry import Pose2
+from .free_ground import FreeGround
 
 Array = npt.NDArray[np.float64]
 
@@ -29,6 +30,9 @@ CLEAR = 0.15
 SPREAD = (-0.6, 0.0, 0.6)
 """Where in its cone an echo may have come from, in half angles: a cone does not say."""
 
+UNDER = 0.15
+"""Half the side of a square that any peer covers [m]."""
+
 
 class Mount(NamedTuple):
     """Where a beam begins and looks, in the body frame: [m], [m], [rad]."""
@@ -40,26 +44,39 @@ class Mount(NamedTuple):
 
 @dataclass
 class LocalMemory:
-    """A short memory of echoes and of the robot's own way, in the frame of its pose.
+    """A short memory of echoes and of free ground, in the frame of the robot's pose.
 
     What stands still is remembered for a while, so that a robot knows of the wall beside it or behind it which it saw
-    before it turned. An echo that a later look finds gone is forgotten at once. Source of the idea: local obstacle
-    memories such as VFH's (Borenstein and Koren, The vector field histogram, 1991), with points instead of a grid.
+    before it turned. An echo that a later look finds gone is forgotten at once. Ground is free where a beam passed,
+    and where the robot or a peer stood. Source of the idea: local obstacle memories such as VFH's (Borenstein and
+    Koren, The vector field histogram, 1991), with points for what is in the way.
 
     Args:
         mounts: The beams.
         half_angle: Of each beam's cone [rad].
         reach: As far as they look [m].
-        span: How long an echo is remembered [s].
+        span: How long an echo is remembered, and free ground [s].
+        half: Half the hull's length and width [m].
     """
 
     mounts: Sequence[Mount]
     half_angle: float
     reach: float
     span: float
+    half: tuple[float, float]
     _echoes: Array = field(default_factory=lambda: np.empty((0, 3)), init=False)  # x, y [m], time [s]
-    _trail: Array = field(default_factory=lambda: np.empty((0, 3)), init=False)  # x, y [m], time [s]
+    _ground: FreeGround = field(default_factory=FreeGround, init=False)
     _last: Pose2 | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        self._hull = _filled(*self.half)
+        self._under = _filled(UNDER, UNDER)
+        square = _filled(self.reach, self.reach)
+        away = np.hypot(square[:, 0], square[:, 1])
+        inside = (away < self.reach) & (square[:, 0] >= math.cos(self.half_angle) * away)
+        self._cone, self._away = square[inside], away[inside]
+        angles = np.linspace(-self.half_angle, self.half_angle, 7)
+        self._rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
     def look(self, t: float, pose: Pose2, ranges: Sequence[float], peers: Sequence[Pose2], radius: float) -> None:
         """Take one reading: what is explained by a peer of that radius [m] is not kept, for it will not stay."""
@@ -71,13 +88,17 @@ class LocalMemory:
         ):
             return
         self._last = pose
-        self._trail = np.vstack([self._trail[self._trail[:, 2] > t - self.span], (pose.x, pose.y, t)])
         self._echoes = self._echoes[self._echoes[:, 2] > t - self.span]
+        self._ground.centre(pose)
+        self._ground.mark(pose, self._hull, t)
+        for peer in peers:
+            self._ground.mark(peer, self._under, t)
         for mount, distance in zip(self.mounts, ranges, strict=True):
             if math.isnan(distance):
                 continue
             at = pose.compose(Pose2(*mount))
             self._forget(at, min(distance, self.reach))
+            self._ground.mark(at, self._cone[self._away < distance - CLEAR], t)
             if distance < self.reach and not any(self._explains(at, distance, peer, radius) for peer in peers):
                 self._keep(at, distance, t)
 
@@ -92,9 +113,9 @@ class LocalMemory:
         turned: Array = (self._echoes[:, :2] - (pose.x, pose.y)) @ np.array([[c, -s], [s, c]])
         return turned
 
-    def been(self, pose: Pose2, within: float) -> bool:
-        """Whether the robot was lately so near a place [m]."""
-        return bool((np.hypot(self._trail[:, 0] - pose.x, self._trail[:, 1] - pose.y) < within).any())
+    def free(self, t: float, pose: Pose2, points: Array) -> npt.NDArray[np.bool_]:
+        """Whether ground is known to be free at points (..., 2) of the body frame [m]."""
+        return self._ground.free(pose, points, t - self.span)
 
     def _forget(self, at: Pose2, distance: float) -> None:
         dx, dy = self._echoes[:, 0] - at.x, self._echoes[:, 1] - at.y
@@ -107,8 +128,18 @@ class LocalMemory:
         angles = [at.yaw + share * self.half_angle for share in SPREAD]
         found = [(at.x + distance * math.cos(a), at.y + distance * math.sin(a), t) for a in angles]
         self._echoes = np.vstack([self._echoes, found])[-MOST:]
+        edge = 0.5 * self._ground.cell
+        rim = np.vstack([self._rim * (distance - edge), self._rim * (distance + edge)])
+        self._ground.mark(at, rim, -math.inf)
 
     def _explains(self, at: Pose2, distance: float, peer: Pose2, radius: float) -> bool:
         away = at.distance(peer)
         aside = abs(at.bearing(peer)) - math.asin(min(1.0, radius / max(away, radius)))
         return aside < self.half_angle and away - distance < radius + CLEAR and distance < away + radius
+
+
+def _filled(length: float, width: float, spacing: float = 0.07) -> Array:
+    """(k, 2) Points all over a rectangle about the origin, of half a length and half a width [m]."""
+    along = np.linspace(-length, length, math.ceil(2.0 * length / spacing) + 1)
+    aside = np.linspace(-width, width, math.ceil(2.0 * width / spacing) + 1)
+    return np.stack(np.meshgrid(along, aside), axis=-1).reshape(-1, 2)

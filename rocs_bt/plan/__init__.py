@@ -9,9 +9,11 @@ from .mission import Mission
 from .own_actions import mission_actions
 from .parameters import mission_arguments, mission_parameters
 from .plan import Plan
+from .python_planner import Observation, PythonPlan, PythonPlanner, Task, python_mission
 from .question import Question
-from .route import NoRoute, Point, RoutePlanner
+from .route import NoRoute, Point, RoadRoutePlanner, RoutePlanner, off_way
 from .tree import NodeOutline, TreePlan
+from .vehicle import Vehicle
 from .wait import Wait
 
 __all__ = [
@@ -22,15 +24,23 @@ __all__ = [
     "Mission",
     "NoRoute",
     "NodeOutline",
+    "Observation",
     "Plan",
     "Point",
+    "PythonPlan",
+    "PythonPlanner",
     "Question",
+    "RoadRoutePlanner",
     "RoutePlanner",
+    "Task",
     "TreePlan",
+    "Vehicle",
     "Wait",
     "action_nodes",
     "check_mission",
     "mission_actions",
     "mission_arguments",
     "mission_parameters",
+    "off_way",
+    "python_mission",
 ]

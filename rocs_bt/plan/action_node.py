@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
+from py_trees.common import Status
+
 from ..action import Action, Parameter, make_action, parameters_of
 from ..errors import InputError
 from ..units import NONE, convert
@@ -19,8 +21,8 @@ if TYPE_CHECKING:
 class ActionNode(Act):
     """The base of the nodes that have an action done; see `action_nodes`.
 
-    Its ports are the action's parameters, read when the action is submitted, and submitted anew after a reflex. What
-    the file leaves out is the action's own default.
+    Its ports are the action's parameters, read when the action is submitted, and submitted anew after a reflex; those
+    that the action calls live are read in each tick. What the file leaves out is the action's own default.
 
     Attributes:
         action: The action's name in the action table.
@@ -32,10 +34,20 @@ class ActionNode(Act):
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         Leaf.__init__(self, name, **attributes)
         self._set_up(self._made, MAX_PREEMPTIONS)
+        self._told: Mapping[str, Any] = {}
 
     def initialise(self) -> None:
         self._max_preemptions = self.read("max_preemptions")
         super().initialise()
+
+    def update(self) -> Status:
+        ticket = self.ticket
+        if ticket is not None and not ticket.state.done:
+            for port in ticket.action.live:
+                if port in self.given and (value := self.read(port)) is not self._told.get(port):
+                    self._told = {**self._told, port: value}
+                    self.mission.pipeline.update(ticket, {port: value})
+        return super().update()
 
     @property
     def mission(self) -> Mission:
@@ -44,6 +56,7 @@ class ActionNode(Act):
     def _made(self) -> Action:
         actions = self.mission.actions
         parameters = {port: self.read(port) for port in self.given if port != "max_preemptions"}
+        self._told = parameters
         return make_action(actions, self.action, parameters)
 
 

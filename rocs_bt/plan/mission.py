@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from py_trees.behaviour import Behaviour
 
 from ..action import Action, make_action, parameters_of
@@ -47,6 +48,8 @@ class Mission:
         compile_guard: Compiles an expression over the signals; None where there are no expressions.
         rule_reading: Tells a rule's guard with its present readings, for the reason of a robot that is stuck.
         survey: Whether this is a check: leaves with faults are made all the same, and the faults collected.
+        rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
+            it, so that a planner that draws repeats.
 
     Attributes:
         leaves: The leaves that `build` has made, in that order.
@@ -55,6 +58,7 @@ class Mission:
         survey: Whether this is a check.
         board: The board of the tree's root, where `build` may put what its nodes read.
         content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
+        told: What only an oracle is told, such as the map of a scene; empty for every other planner.
     """
 
     def __init__(
@@ -69,6 +73,7 @@ class Mission:
         compile_guard: Callable[[str], Expression] | None = None,
         rule_reading: Callable[[str], str] = lambda rule: "",
         survey: bool = False,
+        rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
     ) -> None:
         self.name = name
         self.knowledge = knowledge
@@ -77,11 +82,13 @@ class Mission:
         self.clock = clock
         self.sink = sink
         self.rule_reading = rule_reading
+        self.rng = rng
         self.leaves: list[Behaviour] = []
         self.faults: list[Fault] = []
         self.swap: Callable[[str, Behaviour], None] = _no_tree
         self.board = Board(name=name)
         self.content: Content = NoContent()
+        self.told: Mapping[str, Any] = {}
         self._nodes: Registry | None = None
         self._compile = compile_guard
         self.survey = survey

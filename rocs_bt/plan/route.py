@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any
 
+from ..errors import KnowledgeError
 from ..geometry import Pose2
-from ..knowledge import Knowledge
+from ..knowledge import Knowledge, Roadmap, beside
 
 Point = tuple[float, float]
 """x and y in the world frame [m]."""
+
+OFF = 0.5
+"""Farther from its way than this a robot is given another [m]."""
 
 
 class NoRoute(Exception):
@@ -42,3 +49,60 @@ class RoutePlanner(ABC):
         Raises:
             NoRoute: There is none.
         """
+
+
+class RoadRoutePlanner(RoutePlanner):
+    """Finds ways over the roads that are known and open: the relation `connects` between places, and the doors on them.
+
+    class Fewest(RoadRoutePlanner):
+        def search(self, graph, start, goal, least):
+            return networkx.shortest_path(graph, start, goal)
+    """
+
+    @abstractmethod
+    def search(self, graph: Any, start: str, goal: str, least: Callable[[str, str], float]) -> list[str]:
+        """The nodes of the cheapest way.
+
+        Args:
+            graph: A networkx DiGraph; each edge's `weight` is what it costs.
+            start: The node to begin at.
+            goal: The node to end at.
+            least: What the way between two nodes costs at least.
+
+        Raises:
+            networkx.NetworkXNoPath: There is none.
+        """
+
+    def __init__(self, knowledge: Knowledge) -> None:
+        super().__init__(knowledge)
+        self._kept: tuple[Any, Point, list[Point]] | None = None  # the roads, the goal, the way
+
+    def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
+        """The corners of a way over the roads that are as wide as the robot and the clearance on both sides [m].
+
+        The way is kept, as the same list, while the roads, their costs and the goal are as they were and the robot is
+        on it; so a mission may ask again and again, and hears of a new way when a road closes, or opens again.
+
+        Raises:
+            NoRoute: No road can be driven, or none leads there; tells which are closed.
+        """
+        width = self.knowledge.graph.attributes(self.knowledge.agent).get("width", 0.0)
+        roads = Roadmap(self.knowledge, width + 2.0 * clearance)
+        if self._kept is not None:
+            known, towards, points = self._kept
+            if known == roads.graph.adj and towards == goal[:2] and off_way(start[:2], points) <= OFF:
+                return points
+        try:
+            way = roads.way(start[:2], goal[:2], self.search)
+        except KnowledgeError as error:
+            raise NoRoute(str(error)) from error
+        if way is None:
+            closed = f"; closed: {', '.join(roads.closed)}" if roads.closed else ""
+            raise NoRoute(f"no road that is open leads there{closed}")
+        self._kept = roads.graph.adj, goal[:2], way.points
+        return way.points
+
+
+def off_way(point: Point, way: Sequence[Point]) -> float:
+    """How far a point is from a way's nearest leg [m]."""
+    return min(beside(point, a, b) for a, b in pairwise(way)) if len(way) > 1 else math.dist(point, way[0])

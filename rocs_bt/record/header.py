@@ -173,6 +173,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         outlines: The world's solid things.
         places: Goals and other named places.
         requirements: What must hold over the run.
+        recalled: By agent, what it remembered of earlier runs, as JSON (docs/knowledge.md).
         start: Time of the first period [s].
     """
 
@@ -188,6 +189,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
     outlines: tuple[Outline, ...] = ()
     places: tuple[Place, ...] = ()
     requirements: tuple[RequirementInfo, ...] = ()
+    recalled: Mapping[str, str] = {}
     start: float = 0.0
 
     @property

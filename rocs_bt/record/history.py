@@ -19,6 +19,7 @@ from ..event import (
     CommandExpired,
     Event,
     Judged,
+    KnowledgeChanged,
     NodeTicked,
     Replanned,
     RuleChanged,
@@ -97,6 +98,7 @@ class AgentHistory:
     replans: list[Replanned] = field(default_factory=list)
     swaps: list[SubtreeSwapped] = field(default_factory=list)
     faults: list[SensorFailed | BlockFailed | CommandExpired | Touched] = field(default_factory=list)
+    knowledge: list[KnowledgeChanged] = field(default_factory=list)
     readings: dict[str, list[SensorRead]] = field(default_factory=dict)
     routes: list[Span] = field(default_factory=list)
     judged: Judged | None = None
@@ -182,6 +184,8 @@ class History:
             self._commands.setdefault((event.agent, event.actuator), []).append(event)
         elif isinstance(event, SensorRead):
             agent.readings.setdefault(event.sensor, []).append(event)
+        elif isinstance(event, KnowledgeChanged):
+            agent.knowledge.append(event)
         elif isinstance(event, RuleChanged):
             agent.rules.append(event)
         elif isinstance(event, NodeTicked):

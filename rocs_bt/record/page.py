@@ -25,11 +25,18 @@ THEME = {
 }
 
 
-def render_page(template: str, **values: Any) -> str:
-    """A page from one of the templates; texts in it are escaped."""
+def render_page(template: str, *, beside: Path | None = None, **values: Any) -> str:
+    """A page from one of the templates; texts in it are escaped.
+
+    Args:
+        template: Its file's name.
+        beside: A folder with more templates.
+        values: What is filled in.
+    """
     import jinja2
 
-    loader = jinja2.FileSystemLoader(Path(__file__).parent / "templates")
+    folders = [Path(__file__).parent / "templates"]
+    loader = jinja2.FileSystemLoader(folders if beside is None else [beside, *folders])
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template(template).render(**values)
 

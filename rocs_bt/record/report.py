@@ -15,6 +15,7 @@ from .animation import animation
 from .figures.plot import FIGURES
 from .header import AgentInfo
 from .history import AgentHistory, History
+from .knowledge.learnt import learnt
 from .page import inline_svg, render_page
 from .recording import Recording
 
@@ -80,6 +81,7 @@ def _agent(run: History, info: AgentInfo, told: Mapping[str, Any]) -> dict[str, 
         "firings": [e for e in agent.rules if e.phase.startswith("fired")],
         "spans": {s.begin: s.end for s in agent.reflexes(run.end)},
         "tickets": _tickets(agent),
+        "learnt": learnt(agent.knowledge, run.header.start),
         "faults": [(e.t, _fault(e)) for e in agent.faults],
     }
 
@@ -96,6 +98,7 @@ def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What the summary measured, as label and text with its unit; only what is there."""
     error, solve = told.get("tracking_error") or {}, told.get("solve_time") or {}
     lost = told.get("localisation") or {}
+    shared = told.get("sharing") or {}
     wanted = (
         ("time to goal", told.get("time_to_goal"), "{:.2f} s"),
         ("path length", told.get("path_length"), "{:.2f} m"),
@@ -113,9 +116,17 @@ def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("heading estimate's error, rms", _scaled(lost.get("heading_rms"), 180 / math.pi), "{:.2f}°"),
         ("heading estimate's error, greatest", _scaled(lost.get("heading_max"), 180 / math.pi), "{:.2f}°"),
         ("estimate's consistency (NEES over 3)", lost.get("nees"), "{:.2f}"),
+        ("own writes that peers were told", shared.get("written"), "{}"),
+        ("writes of peers that were taken", shared.get("merged"), "{}"),
+        ("messages of peers that were turned away", _turned_away(shared), "{}"),
         ("follower, median", _scaled(solve.get("median"), 1e6), "{:.0f} µs"),
     )
     return [(label, form.format(value)) for label, value, form in wanted if value is not None]
+
+
+def _turned_away(shared: Mapping[str, int]) -> int | None:
+    reasons = ("oversized", "unauthenticated", "malformed", "flooded", "refused")
+    return sum(shared[reason] for reason in reasons) if shared else None
 
 
 def _scaled(value: float | None, factor: float) -> float | None:

@@ -1,5 +1,6 @@
 """A world, its agents and movers: one episode, from a scenario's file to its outcome."""
 
+from .carried import CARRIERS, Carrier, make_carrier
 from .episode import Episode, Mind, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
 from .hardware import Driven, Host, drive
@@ -16,9 +17,11 @@ from .stage import Stage, compose_scenario, set_stage
 from .streams import stream
 
 __all__ = [
+    "CARRIERS",
     "MOVERS",
     "OUTCOMES",
     "POSES_TRIED",
+    "Carrier",
     "Driven",
     "Episode",
     "Finding",
@@ -40,6 +43,7 @@ __all__ = [
     "compose_scenario",
     "drive",
     "free_goal_poses",
+    "make_carrier",
     "make_mover",
     "place_all",
     "replay",

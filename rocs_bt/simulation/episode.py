@@ -12,8 +12,10 @@ from typing import Protocol
 from ..clock import Rate, WallClock
 from ..drivers.mujoco import Contact, MujocoWorld
 from ..event import BodyMoved, EventSink, GoalEntered, Judged, Touched, pack
+from .carried import Carrier
 from .clearance import ClearanceWatch
 from .mover import Mover
+from .news import News
 from .outcome import Goal, Judge, MindState, Verdict
 from .physics_thread import PhysicsThread
 
@@ -69,7 +71,7 @@ class Episode:
         world: Where it happens; its robots are placed.
         minds: The agents.
         judges: Who watches each agent.
-        movers: Who else moves.
+        movers: Who else moves, and what is told meanwhile.
         wheels: By robot, how fast its rims truly go [m/s]; robots that are not in it are drawn without.
         goals: The goals that each agent may enter.
         control: The control rate, over physics steps.
@@ -84,7 +86,7 @@ class Episode:
         minds: Sequence[Mind],
         judges: Mapping[str, Judge],
         *,
-        movers: Sequence[Mover] = (),
+        movers: Sequence[Mover | Carrier | News] = (),
         wheels: Mapping[str, Callable[[], list[float]]] | None = None,
         goals: Mapping[str, Sequence[Goal]] | None = None,
         control: Rate,
@@ -156,6 +158,9 @@ class Episode:
             contacts = world.contacts()
             for name in world.robots:
                 self._tell_pose(t, name)
+            for name in world.things:
+                pose = world.thing_pose(name)
+                self._sink.emit(BodyMoved(t=t, agent="", body=name, x=pose.x, y=pose.y, yaw=pose.yaw, wheels=b""))
         # Not under the world's lock: a judge may stop a mind, whose threads may be waiting for it.
         for contact in contacts:
             kind = "collision" if contact.moving else "struck"

@@ -11,6 +11,7 @@ from functools import cache
 from .. import __version__
 from ..agent import Agent
 from ..catalog import ScenarioSpec
+from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.body import hull_outline, outlines
 from ..drivers.mujoco.sensors import RangeCone
 from ..plan import NodeOutline, TreePlan
@@ -29,10 +30,24 @@ def versions() -> Mapping[str, str]:
     return {"python": platform.python_version(), "rocs_bt": __version__, **others}
 
 
+def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
+    """What a figure needs of a scenario in which nobody acts: what stands there, and its places."""
+    return RunHeader(
+        scenario=scenario.name, seed=0, outlines=outlines(world.model, world.robots), places=_places(scenario)
+    )
+
+
 def make_header(
-    scenario: ScenarioSpec, stage: Stage, agents: Sequence[Agent], *, seed: int, mode: str, content_hash: str
+    scenario: ScenarioSpec,
+    stage: Stage,
+    agents: Sequence[Agent],
+    *,
+    seed: int,
+    mode: str,
+    content_hash: str,
+    recalled: Mapping[str, str] = {},
 ) -> RunHeader:
-    """The header of one run."""
+    """The header of one run; `recalled` is what each agent remembered of earlier ones."""
     rate = scenario.rate
     model = stage.world.model
     return RunHeader(
@@ -44,20 +59,14 @@ def make_header(
         content_hash=content_hash,
         rates={"physics": 1.0 / rate.physics, "control": rate.control, "plan": rate.plan},
         agents=tuple(agent_info(scenario, agent) for agent in agents),
-        bodies=tuple(_body(model, stage, name) for name in stage.world.robots),
-        outlines=outlines(model, stage.world.robots),
-        places=tuple(
-            Place(
-                name=place.name,
-                x=place.pose.x,
-                y=place.pose.y,
-                yaw=place.pose.yaw if math.isfinite(place.pose.yaw) else 0.0,
-                kind=place.kind,
-                radius=place.tolerance,
-            )
-            for place in scenario.places
+        bodies=(
+            *(_body(model, stage, name) for name in stage.world.robots),
+            *(BodyInfo(name=n, hull=hull_outline(model, t.geoms)) for n, t in stage.world.things.items()),
         ),
+        outlines=outlines(model, stage.world.robots),
+        places=_places(scenario),
         requirements=requirements_of(scenario),
+        recalled=recalled,
     )
 
 
@@ -96,4 +105,18 @@ def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:
 def _body(model: object, stage: Stage, name: str) -> BodyInfo:
     sensors = stage.sensors.get(name, {})
     beams = {s.name: s.beams() for s in sensors.values() if isinstance(s, RangeCone)}
-    return BodyInfo(name=name, hull=hull_outline(model, stage.world.robots[name]), beams=beams)
+    return BodyInfo(name=name, hull=hull_outline(model, stage.world.robots[name].hull), beams=beams)
+
+
+def _places(scenario: ScenarioSpec) -> tuple[Place, ...]:
+    return tuple(
+        Place(
+            name=place.name,
+            x=place.pose.x,
+            y=place.pose.y,
+            yaw=place.pose.yaw if math.isfinite(place.pose.yaw) else 0.0,
+            kind=place.kind,
+            radius=place.tolerance,
+        )
+        for place in scenario.places
+    )

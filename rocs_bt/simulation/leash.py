@@ -6,12 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+DRIVES = 0.02
+"""The speed of a wheel's rim above which a robot drives [m/s]; one that is pushed while it stands does not."""
+
 
 class Leash:
     """The true distance between a follower and its leader, as a run goes on.
 
-    It counts from when the follower is first within its band, `distance` +- (`distance` - `safety`), until the leader
-    has reached its goal.
+    What is asked of a follower are its own parameters: it is within its band, `distance` +- (`distance` - `safety`),
+    and never drives nearer than `safety`. It counts from when it is first near enough for its band until the leader has
+    reached its goal; how near it drives counts all the time.
 
     Args:
         parameters: FollowRobot's: `leader`, `distance` and `safety` [m].
@@ -23,14 +27,17 @@ class Leash:
     def __init__(self, parameters: Mapping[str, Any]) -> None:
         self.leader = str(parameters["leader"])
         self._distance = float(parameters["distance"])
-        self._slack = self._distance - float(parameters["safety"])
+        self._safety = float(parameters["safety"])
         self._rows: list[tuple[float, float]] = []
+        self._least_driving = math.inf
 
-    def note(self, t: float, own: tuple[float, float], leader: tuple[float, float]) -> None:
-        """Note where both are [m] at a time [s]."""
-        error = math.dist(own, leader) - self._distance
-        if self._rows or error <= self._slack:
-            self._rows.append((t, error))
+    def note(self, t: float, own: tuple[float, float], leader: tuple[float, float], rim: float = 0.0) -> None:
+        """Note where both are [m] at a time [s], and how fast the follower's fastest rim goes [m/s]."""
+        distance = math.dist(own, leader)
+        if self._rows or distance <= 2.0 * self._distance - self._safety:
+            self._rows.append((t, distance))
+        if rim > DRIVES:
+            self._least_driving = min(self._least_driving, distance)
 
     def figures(self, until: float | None) -> dict[str, Any]:
         """What came of it.
@@ -39,13 +46,25 @@ class Leash:
             until: When the leader had reached its goal [s]; None where it did not.
 
         Returns:
-            The leader, the mean of the distance's absolute error [m], and the share of the time within the band; None
-            where the follower was never within it.
+            `leader`; `periods`, how many control periods count; of these `mean_distance` [m], `distance_error` (mean,
+            absolute) [m], the shares `in_band` and `too_far`, and `least_distance` [m]; `least_driving`, the least
+            distance at which it drove [m], and `safe`, whether that is no less than its safety distance. None where
+            there was nothing to count.
         """
-        errors = [error for t, error in self._rows if until is None or t <= until]
-        count = len(errors)
+        kept = [distance for t, distance in self._rows if until is None or t <= until]
+        slack = self._distance - self._safety
         return {
             "leader": self.leader,
-            "distance_error": sum(map(abs, errors)) / count if count else None,
-            "in_band": sum(abs(e) <= self._slack for e in errors) / count if count else None,
+            "periods": len(kept),
+            "mean_distance": _mean(kept),
+            "distance_error": _mean([abs(d - self._distance) for d in kept]),
+            "in_band": _mean([abs(d - self._distance) <= slack for d in kept]),
+            "too_far": _mean([d > self._distance + slack for d in kept]),
+            "least_distance": min(kept, default=None),
+            "least_driving": self._least_driving if math.isfinite(self._least_driving) else None,
+            "safe": self._least_driving >= self._safety,
         }
+
+
+def _mean(values: list[float] | list[bool]) -> float | None:
+    return sum(values) / len(values) if values else None

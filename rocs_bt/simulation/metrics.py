@@ -24,6 +24,7 @@ from ..event import (
     SignalsWritten,
     TicketChanged,
     Touched,
+    unpack,
 )
 from .leash import Leash
 from .localisation import LocalisationError
@@ -40,6 +41,7 @@ class _Tally:
     at: tuple[float, float] | None = None
     min_clearance: float | None = None
     touches: Counter[str] = field(default_factory=Counter)
+    contacts: dict[str, Counter[str]] = field(default_factory=dict)
     activations: int = 0
     switches: int = 0
     replans: int = 0
@@ -92,7 +94,8 @@ class Metrics:
         if take is not None and (tally := self._tallies.get(event.agent)) is not None:
             take(tally, event)
             if tally.leash is not None and isinstance(event, BodyMoved) and tally.leash.leader in self._where:
-                tally.leash.note(event.t, self._where[event.body], self._where[tally.leash.leader])
+                rim = max(map(abs, unpack(event.wheels)), default=0.0)
+                tally.leash.note(event.t, self._where[event.body], self._where[tally.leash.leader], rim)
 
     def of(self, agent: str) -> dict[str, Any]:
         """One agent's part of summary.json; SI units, None for what there was nothing of."""
@@ -108,6 +111,7 @@ class Metrics:
             "min_clearance": tally.min_clearance,
             "collisions": tally.touches["collision"],
             "struck": tally.touches["struck"],
+            "contacts": {kind: dict(sorted(counts.items())) for kind, counts in sorted(tally.contacts.items())},
             "reflex_activations": tally.activations,
             "route_switches": tally.switches,
             "time_reactive": tally.times["reactive"],
@@ -148,6 +152,7 @@ def _approached(tally: _Tally, event: Approached) -> None:
 
 def _touched(tally: _Tally, event: Touched) -> None:
     tally.touches[event.kind] += 1
+    tally.contacts.setdefault(event.kind, Counter())[event.other] += 1
 
 
 def _rule(tally: _Tally, event: RuleChanged) -> None:

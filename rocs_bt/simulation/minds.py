@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from ..agent import Agent, Mind, Rates, build_agent
@@ -12,6 +13,8 @@ from ..device import Sensor, Watchdog
 from ..errors import InputError, blame
 from ..event import EventSink
 from ..plan import mission_actions, mission_arguments
+from .share import sharing_of
+from .streams import scenario_content, stream
 
 Build = Callable[..., Any]
 
@@ -39,8 +42,11 @@ def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build:
         parameters=parameters,
         rules=[catalog.find("rules", name).path for name in agent.rules],
         places=[place for place in scenario.places if agent.name in place.agents],
+        facts=scenario.facts_of(agent.name),
         peers={name: tag for name, tag in scenario.tags.items() if name != agent.name},
         actions=mission_actions(mission),
+        latency=agent.latency,
+        schema=catalog.load_schema(),
     )
 
 
@@ -54,16 +60,19 @@ def build_minds(
     *,
     clock: Clock,
     sink: EventSink,
+    seed: int = 0,
     timer: Callable[[], float] | None = None,
     missions: Mapping[str, Build] | None = None,
 ) -> list[Agent]:
-    """All agents of a scenario, in its order; mappings are by agent.
+    """All agents of a scenario, in its order; mappings are by agent, and the seed is for missions that draw.
 
     Raises:
         InputError: Something in a mission, a rule file or robot.toml does not fit, with every fault of that file.
     """
     period = scenario.rate.control_rate.period
     rates = Rates(control=Rate(1, period), plan=scenario.rate.plan_rate)
+    content = scenario_content(scenario)
+    shares = sharing_of(scenario, clock, sink, seed)
     agents = []
     for agent in scenario.agents:
         mind = load_mind(scenario, agent, catalog, (missions or {}).get(agent.name))
@@ -79,7 +88,10 @@ def build_minds(
                 clock=clock,
                 sink=sink,
                 timer=timer,
+                rng=partial(stream, content, seed, agent.name),
                 load_class=catalog.load_class,
+                keep=catalog.keep,
+                share=shares.get(agent.name),
             )
         agents.append(built)
     return agents

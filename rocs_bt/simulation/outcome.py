@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ..errors import BlockError
@@ -60,15 +60,24 @@ class Judge:
     Args:
         goal: The scenario's goal check; None where the mission's word is enough.
         at_end: Whether the goal check counts when the run ends, whatever the mission says: for one that never ends.
+        after: Where the agent must have been before, each by when [s]; too late is stuck.
         end_on_collision: Whether a collision decides at once.
 
     Attributes:
         decided: Whether nothing that may still come can matter.
     """
 
-    def __init__(self, goal: Goal | None = None, *, at_end: bool = False, end_on_collision: bool = False) -> None:
+    def __init__(
+        self,
+        goal: Goal | None = None,
+        *,
+        at_end: bool = False,
+        after: Sequence[tuple[Goal, float]] = (),
+        end_on_collision: bool = False,
+    ) -> None:
         self._goal = goal
         self._at_end = at_end
+        self._after = list(after)
         self._end_on_collision = end_on_collision
         self._found: dict[str, str] = {}
         self._anchor: Pose2 | None = None
@@ -100,7 +109,8 @@ class Judge:
             self._note("error", str(mind.failure), decides=True)
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
-        there = self._goal is None or self._distance <= self._goal.tolerance
+        self._visit(t, pose)
+        there = not self._after and (self._goal is None or self._distance <= self._goal.tolerance)
         succeeded = there and mind.status == "SUCCESS"
         if self.time_to_goal is None and (succeeded or (there and self._at_end)):
             self.time_to_goal = t
@@ -111,18 +121,32 @@ class Judge:
         self._watch_progress(t, pose, commanded)
         return self.decided
 
+    def move_goal(self, name: str, pose: Pose2) -> None:
+        """From now on the goal of that name is elsewhere; nothing changes for a judge of another one."""
+        if self._goal is not None and self._goal.name == name:
+            self._goal = replace(self._goal, pose=pose)
+        self._after = [(replace(g, pose=pose) if g.name == name else g, by) for g, by in self._after]
+
     def verdict(self) -> Verdict:
         """The outcome as things stand."""
         for outcome in OUTCOMES:
             if outcome in self._found:
                 return Verdict(outcome, self._found[outcome], self.time_to_goal)
-        if self._at_end and self._goal is not None and self._distance <= self._goal.tolerance:
+        there = self._goal is not None and self._distance <= self._goal.tolerance
+        if self._at_end and there and not self._after:
             return Verdict("success", "", self.time_to_goal)
         return Verdict("timeout", self._why_not(), None)
 
     def _note(self, outcome: str, reason: str, *, decides: bool) -> None:
         self._found.setdefault(outcome, reason)
         self.decided = self.decided or decides
+
+    def _visit(self, t: float, pose: Pose2) -> None:
+        """Strike off where the robot is; where it is too late to be decides."""
+        self._after = [(goal, by) for goal, by in self._after if pose.distance(goal.pose) > goal.tolerance]
+        for goal, by in self._after:
+            if t > by:
+                self._note("stuck", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
     def _watch_progress(self, t: float, pose: Pose2, commanded: bool) -> None:
         passed = 0.0 if self._last is None else t - self._last
@@ -138,6 +162,8 @@ class Judge:
     def _why_not(self) -> str:
         if self._goal is None:
             return f"the mission is still {self._mission}"
+        if self._after:
+            return f"it never was at {', '.join(repr(goal.name) for goal, _ in self._after)}"
         where = f"{self._distance:.2f} m from '{self._goal.name}'"
         if self._at_end and self.time_to_goal is not None:
             return f"it came to '{self._goal.name}' at {self.time_to_goal:.1f} s, but at the end it is {where}"

@@ -7,14 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace as replace_fault
 
 from ..agent import robot_drive
-from ..catalog import Catalog, RobotSpec, ScenarioSpec, content_hash
+from ..catalog import Catalog, RobotSpec, ScenarioSpec
 from ..clock import SimulatedClock
 from ..device import Sensor, Watchdog
-from ..drivers.replay import ReplayActuator, replay_sensors
+from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..errors import InputError, RecordingError, UnknownName, unknown
 from ..event import AgentStopped, CommandExpired, Event, ListSink, RulesReplaced
-from ..record import WORLD_EVENTS, Divergence, Recording, compare
+from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, compare
+from .memory import recall
 from .minds import Build, build_minds
+from .news import news_of
 
 _NOT_THE_MINDS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired, RulesReplaced)
 
@@ -58,13 +60,18 @@ def replay(
         )
     catalog = catalog or Catalog.here()
     scenario = _scenario(header.scenario, catalog)
-    if content_hash(catalog.content_of(scenario)) != header.content_hash:
+    if catalog.digest(scenario) != header.content_hash:
         raise RecordingError(
             f"the content of '{header.scenario}' has changed since '{recording.path}' was recorded (content_hash "
             f"{header.content_hash[:12]}). Check out the version that was recorded, or run the scenario again."
         )
+    if measured := [a.name for a in scenario.agents if a.latency is None]:
+        raise RecordingError(
+            f"the latency of {measured[0]}'s planner was measured while '{recording.path}' was recorded, so it cannot "
+            'be repeated. Declare it, as latency = "0.05 s", or ask it with --why.'
+        )
     recorded = [e for e in recorded if not isinstance(e, _NOT_THE_MINDS)]
-    found = _decide(scenario, catalog, recorded, missions)
+    found = _decide(scenario, catalog, header, recorded, missions)
     if agent is not None:
         recorded, found = ([e for e in events if e.agent == agent] for events in (recorded, found))
     return compare(recorded, found, cut_off=not recording.complete)
@@ -82,6 +89,7 @@ def _scenario(name: str, catalog: Catalog) -> ScenarioSpec:
 def _decide(
     scenario: ScenarioSpec,
     catalog: Catalog,
+    header: RunHeader,
     recorded: Sequence[Event],
     missions: Mapping[str, Build] | None,
 ) -> list[Event]:
@@ -91,7 +99,10 @@ def _decide(
     robots = {a.name: catalog.load_robot(a.robot) for a in scenario.agents}
     sensors: dict[str, Mapping[str, Sensor]] = {}
     for name, robot in robots.items():
-        sensors[name] = dict(replay_sensors(recorded, name, [s.name for s in robot.sensors], clock).items())
+        sensors[name] = {
+            **replay_sensors(recorded, name, [s.name for s in robot.sensors], clock),
+            **{s.name: ReplayMailbox(s.name, clock) for s in robot.sensors if s.driver == "mailbox"},
+        }
     minds = build_minds(
         scenario,
         catalog,
@@ -101,8 +112,11 @@ def _decide(
         {n: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()},
         clock=clock,
         sink=sink,
+        seed=header.seed,
         missions=missions,
     )
+    recall(header.recalled, minds)
+    news = news_of(scenario, minds)
     stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}
     last = round(recorded[-1].t / control.period) if recorded else -1
     for count in range(last + 1):
@@ -112,6 +126,8 @@ def _decide(
         for mind in minds:
             if not mind.stopped:
                 mind.step(count)
+        for told in news:
+            told.step(clock.now())
         clock.advance(control.every)
     return sink.events
 

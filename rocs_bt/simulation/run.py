@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..agent import Agent, RuleWatch, ThreadedRunner
-from ..catalog import Catalog, ScenarioSpec, content_hash
+from ..catalog import Catalog, ScenarioSpec
 from ..clock import WallClock
 from ..errors import InputError
 from ..event import Event, EventSink, Fanout
@@ -22,8 +22,10 @@ from ..record import AgentInfo, Recorder, Recording, environment_of, write_repor
 from ..record.live import LivePage
 from .episode import Episode, Result
 from .header import agent_info, make_header, versions
+from .memory import Memory
 from .metrics import Metrics
 from .minds import Build, build_minds
+from .news import news_of
 from .pace import Pace
 from .requirements import RequirementWatch, requirement_faults, requirements_of
 from .sink_thread import SinkThread
@@ -101,6 +103,7 @@ def run(
     prepare: Callable[[Stage], None] | None = None,
     sinks: Sequence[EventSink] = (),
     watch_rules: bool = False,
+    knowledge: Path | None = None,
 ) -> RunResult:
     """Run a scenario.
 
@@ -121,6 +124,7 @@ def run(
         prepare: Called with the stage before the minds are built; it may replace devices, to break them in a test.
         sinks: More sinks for all events.
         watch_rules: Whether rule files that change meanwhile are read anew; such a run need not repeat.
+        knowledge: A file of knowledge between runs: read before, and written as the agents go.
 
     Raises:
         InputError: Something in the content is wrong; nothing was written.
@@ -135,18 +139,22 @@ def run(
     stage = set_stage(spec, catalog, seed, relay, clock=clock)
     if prepare is not None:
         prepare(stage)
-    agents = stage_minds(spec, stage, catalog, relay, missions)
+    agents = stage_minds(spec, stage, catalog, relay, missions, seed)
     infos = _fitting(spec, agents)
     files = RuleWatch([(a.name, file) for a in agents for file in a.rule_files if watch_rules], stage.clock, relay)
-    digest = content_hash(catalog.content_of(spec))
+    digest = catalog.digest(spec)
     with ExitStack() as stack:
         for agent in agents:
             stack.callback(agent.close)
+        memory = Memory(knowledge, agents)
+        stack.callback(memory.close)
         # Whoever may still refuse this run does so before an earlier one in the same folder is replaced.
         watch = _watchers(stack, stage, progress, view, video, live)
         if clock is None:  # in threaded mode nobody's control waits for a file
             watch = files.before(watch)
-        header = partial(make_header, spec, stage, agents, seed=seed, mode=mode, content_hash=digest)
+        header = partial(
+            make_header, spec, stage, agents, seed=seed, mode=mode, content_hash=digest, recalled=memory.recalled
+        )
         if live is not None:
             live.begin(header())
         recorder = None
@@ -160,7 +168,7 @@ def run(
             stage.world,
             agents,
             stage.judges,
-            movers=stage.movers,
+            movers=[*stage.movers, *news_of(spec, agents, stage)],
             wheels=stage.wheels,
             goals=stage.goals,
             control=spec.rate.control_rate,
@@ -168,16 +176,24 @@ def run(
             sink=relay,
             watch=watch,
         )
+        memory.keep(f"{spec.name}-{seed}", patient=clock is None)
         result = _play(episode, agents, clock, relay, Fanout(told, requirements), files)
         requirements.close()
-        summary = _summary(spec, seed, mode, digest, result, metrics, requirements)
+        memory.close()
+        shared = {a.name: None if a.sharing is None else a.sharing.told() for a in agents}
+        summary = {**_summary(spec, seed, mode, digest, result, metrics, requirements, shared), **memory.summary()}
         if recorder is not None:
             recorder.close(summary)
     return _keep(summary, None if out is None else Path(out), report)
 
 
 def stage_minds(
-    spec: ScenarioSpec, stage: Stage, catalog: Catalog, sink: EventSink, missions: Mapping[str, Build] | None = None
+    spec: ScenarioSpec,
+    stage: Stage,
+    catalog: Catalog,
+    sink: EventSink,
+    missions: Mapping[str, Build] | None = None,
+    seed: int = 0,
 ) -> list[Agent]:
     """The minds of those on a stage."""
     return build_minds(
@@ -189,6 +205,7 @@ def stage_minds(
         stage.sensor_rates,
         clock=stage.clock,
         sink=sink,
+        seed=seed,
         timer=time.perf_counter,
         missions=missions,
     )
@@ -267,6 +284,7 @@ def _summary(
     result: Result,
     metrics: Metrics,
     requirements: RequirementWatch,
+    shared: Mapping[str, Mapping[str, int] | None],
 ) -> dict[str, Any]:
     return {
         "scenario": spec.name,
@@ -284,6 +302,7 @@ def _summary(
                 "mission": agent.mission,
                 "rules": list(agent.rules),
                 **metrics.of(agent.name),
+                "sharing": shared[agent.name],
                 "requirements": [finding.as_dict() for finding in requirements.of(agent.name)],
             }
             for agent in spec.agents

@@ -7,17 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..agent import robot_drive
-from ..catalog import Catalog, RobotSpec, ScenarioSpec, content_hash, is_reference, make_entry
+from ..catalog import Catalog, RobotSpec, ScenarioSpec, is_reference
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor, Watchdog
-from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compose_world, make_actuator, make_sensor
+from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compile_model, make_actuator, make_sensor
 from ..errors import Fault, InputError, blame
 from ..event import CommandExpired, EventSink
 from ..geometry import Pose2
+from .carried import Carrier, make_carrier
 from .mover import Mover, make_mover
 from .outcome import Goal, Judge
-from .placement import place_all
-from .streams import stream
+from .placement import jittered, place_all
+from .streams import scenario_content, stream
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,10 @@ class Stage:
     sensors: Mapping[str, dict[str, Sensor]]
     actuators: Mapping[str, dict[str, Watchdog]]
     sensor_rates: Mapping[str, Mapping[str, Rate]]
-    movers: Sequence[Mover]
+    movers: Sequence[Mover | Carrier]
     wheels: Mapping[str, Callable[[], list[float]]]
     judges: Mapping[str, Judge]
-    goals: Mapping[str, Sequence[Goal]]
+    goals: Mapping[str, list[Goal]]
     starts: Mapping[str, Pose2]
 
 
@@ -68,9 +69,11 @@ def set_stage(
     """
     time = clock or SimulatedClock(scenario.rate.physics)
     world, robots = _compose(scenario, catalog, time)
-    content = content_hash(make_entry(file, "scenario", "file") for file in (scenario.file, *scenario.bases))
+    content = scenario_content(scenario)
+    # Things first, since they stand where they stand: robots are drawn anew while they are inside of one.
+    carriers = _carriers(world, scenario, content, seed)
     with blame(scenario.file):
-        starts = place_all(world, [*scenario.agents, *scenario.movers], content, seed)
+        starts = place_all(world, [*scenario.agents, *(m for m in scenario.movers if m.robot)], content, seed)
     sensors: dict[str, dict[str, Sensor]] = {}
     actuators: dict[str, dict[str, Watchdog]] = {}
     wheels: dict[str, Callable[[], list[float]]] = {}
@@ -93,7 +96,7 @@ def set_stage(
         a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
         for a in scenario.agents
     }
-    movers = _movers(world, catalog, scenario, robots, content, seed, wheels)
+    movers: list[Mover | Carrier] = [*carriers, *_movers(world, catalog, scenario, robots, content, seed, wheels)]
     goals = {
         a.name: [Goal(p.name, p.pose, p.tolerance) for p in scenario.places if p.kind == "goal" and a.name in p.agents]
         for a in scenario.agents
@@ -102,6 +105,7 @@ def set_stage(
         a.name: Judge(
             next((g for g in _goals_of(scenario) if g.name == a.success), None),
             at_end=a.at_end,
+            after=[(g, a.after[g.name]) for g in _goals_of(scenario) if g.name in a.after],
             end_on_collision=scenario.end_on_collision,
         )
         for a in scenario.agents
@@ -120,7 +124,8 @@ def compose_scenario(scenario: ScenarioSpec, catalog: Catalog, clock: Clock | No
 
 def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[MujocoWorld, dict[str, RobotSpec]]:
     specs = {name: catalog.load_robot(name) for name in scenario.robots}
-    robots = {a.name: specs[a.robot] for a in scenario.agents} | {m.name: specs[m.robot] for m in scenario.movers}
+    robots = {a.name: specs[a.robot] for a in scenario.agents}
+    robots |= {m.name: specs[m.robot] for m in scenario.movers if m.robot}
     minds = {agent.name for agent in scenario.agents}
     placed = []
     for name, spec in robots.items():
@@ -132,8 +137,10 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
             SensorMount(s.name, _driver(catalog, spec, s.driver), s.parameters, spec.file, s.line) for s in spec.sensors
         ]
         placed.append(Placed(name, spec.model, mounts if name in minds else ()))
-    arena = catalog.find("world", scenario.world).path
-    return compose_world(arena, placed, step=scenario.rate.physics, clock=clock), robots
+    arena, step = catalog.find("world", scenario.world).path, scenario.rate.physics
+    key = ("model", arena, step, *((name, spec.file, name in minds) for name, spec in robots.items()))
+    model = catalog.keep(key, lambda: compile_model(arena, placed, step=step))
+    return MujocoWorld(model, list(robots), clock), robots
 
 
 def _driver(catalog: Catalog, robot: RobotSpec, driver: str) -> Any:
@@ -178,7 +185,7 @@ def _movers(
     wheels: dict[str, Callable[[], list[float]]],
 ) -> list[Mover]:
     movers = []
-    for mover in scenario.movers:
+    for mover in (m for m in scenario.movers if m.robot):
         robot = robots[mover.name]
         spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
         with blame(robot.file, spec.line):
@@ -197,6 +204,25 @@ def _movers(
             )
         movers.append(made)
     return movers
+
+
+def _carriers(world: MujocoWorld, scenario: ScenarioSpec, content: str, seed: int) -> list[Carrier]:
+    made = []
+    for mover in (m for m in scenario.movers if not m.robot):
+        rng = stream(content, seed, mover.name, "start")
+        with blame(scenario.file, mover.line):
+            made.append(
+                make_carrier(
+                    mover.script,
+                    mover.parameters,
+                    name=mover.name,
+                    world=world,
+                    start=jittered(mover.pose, mover.jitter, rng),
+                    rng=stream(content, seed, mover.name, mover.script),
+                    period=scenario.rate.control_rate.period,
+                )
+            )
+    return made
 
 
 def _goals_of(scenario: ScenarioSpec) -> list[Goal]:

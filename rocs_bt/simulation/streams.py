@@ -6,6 +6,13 @@ import hashlib
 
 import numpy as np
 
+from ..catalog import ScenarioSpec, content_hash, make_entry
+
+
+def scenario_content(scenario: ScenarioSpec) -> str:
+    """The hash that keys a scenario's streams: of its files alone, so that who plans in it changes no draw."""
+    return content_hash(make_entry(file, "scenario", "file") for file in (scenario.file, *scenario.bases))
+
 
 def stream(content: str, seed: int, who: str, what: str) -> np.random.Generator:
     """A generator of its own.

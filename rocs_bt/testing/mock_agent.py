@@ -14,6 +14,8 @@ from ..device import Sensor, Watchdog
 from ..drivers.mock import MockRobot, MockWorld, make_actuator, make_sensor
 from ..event import EventSink
 from ..geometry import Pose2
+from ..knowledge import Knowledge
+from ..knowledge.share import Sharing
 
 
 @dataclass
@@ -76,6 +78,7 @@ def mock_agent(
     plan: float = 10.0,
     prepare: Callable[[MockStage], None] = lambda stage: None,
     load: LoadClass = load_class,
+    share: Callable[[Knowledge], Sharing] | None = None,
 ) -> tuple[Agent, MockStage]:
     """An agent on mock devices.
 
@@ -89,6 +92,7 @@ def mock_agent(
         plan: Rate of the plan [Hz].
         prepare: Called with the stage before the agent is built; may replace devices.
         load: Loads a class that robot.toml names as `file.py:Class`.
+        share: Makes it share what it knows.
 
     Raises:
         InputError: Something does not fit together.
@@ -109,5 +113,6 @@ def mock_agent(
         clock=clock,
         sink=sink,
         load_class=load,
+        share=share,
     )
     return agent, stage

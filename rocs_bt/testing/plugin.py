@@ -8,6 +8,7 @@ def test_it_gives_up_when_the_dock_is_taken(play):
     trace = play("patrol", leaves={"GoTo": "RS", "Dock": "F"})
     assert trace.outcome == "FAILURE"
 
+`rocs_bt.testing.comparing` brings the fixture `comparison`, with marks and options of its own.
 `pytest rules/` runs the `[[rule.NAME.test]]` tables of a project's rule files, as `rocs-bt rules test` does.
 """
 
@@ -24,6 +25,8 @@ from .rule_files import pytest_collect_file as pytest_collect_file  # a hook: py
 if TYPE_CHECKING:
     from ..simulation import RunResult
     from .missions import Trace, TreeCoverage
+
+pytest_plugins = ("rocs_bt.testing.comparing",)
 
 COVERAGE: pytest.StashKey[TreeCoverage] = pytest.StashKey()
 

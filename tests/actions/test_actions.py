@@ -279,8 +279,8 @@ class TestTable:
 
     def test_names_are_pinned(self):
         assert sorted(ACTIONS) == [
-            "AvoidCollision", "Dock", "Flinch", "FollowPath", "FollowRobot", "GoTo", "GoToOrigin", "SetWheelSpeed",
-            "Stop", "TurnAngle", "TurnTo", "TurnToOrigin", "TurnToPosition",
+            "AvoidCollision", "Dock", "Flinch", "FollowPath", "FollowRobot", "FollowRoute", "GoTo", "GoToOrigin",
+            "SendMessage", "SetWheelSpeed", "Stop", "TurnAngle", "TurnTo", "TurnToOrigin", "TurnToPosition",
         ]  # fmt: skip
 
     def test_a_users_action_is_added_and_a_clash_is_refused(self):

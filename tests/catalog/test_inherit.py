@@ -91,6 +91,15 @@ def test_a_scenario_is_its_base_but_for_what_it_says(based: Path) -> None:
     assert on.bases == (walk.file,)
 
 
+def test_who_is_given_another_mission_does_not_inherit_the_parameters_of_the_one_it_had(based: Path) -> None:
+    file = based / "scenarios" / "walk_on.toml"
+    change(file, 'robot = "other"\n[agent.parameters]', 'robot = "other"\nmission = "stay"\n[agent.parameters]')
+    (based / "planners" / "missions" / "stay.py").write_text((based / "planners" / "missions" / "go.py").read_text())
+    assert Catalog(based).load_scenario("walk_on").agents[0].parameters == {"cruise": "0.3 m/s"}
+    change(file, '[agent.parameters]\ncruise = "0.3 m/s"\n', "")
+    assert Catalog(based).load_scenario("walk_on").agents[0].parameters == {}
+
+
 @pytest.mark.parametrize(
     ("file", "old", "new"),
     [

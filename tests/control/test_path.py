@@ -135,3 +135,11 @@ def test_numbers_out_of_range_are_refused() -> None:
         Path([(0, 0), (1, 0)], spacing=0.0)
     with pytest.raises(InputError, match="corner radius"):
         Path.through([(0, 0), (1, 0)], corner_radius=-1.0)
+
+
+def test_places_before_the_least_do_not_count() -> None:
+    there_and_back = Path([(0.0, 0.0), (2.0, 0.0), (2.0, 0.1), (0.0, 0.1)])
+    assert there_and_back.project(1.0, 0.0) == pytest.approx(1.0)
+    assert there_and_back.project(1.0, 0.0, least=2.1) == pytest.approx(3.1)
+    assert there_and_back.project(1.0, 0.0, hint=1.0, least=2.1) == pytest.approx(3.1)
+    assert there_and_back.project(1.0, 0.0, least=99.0) == pytest.approx(there_and_back.length)

@@ -97,3 +97,15 @@ def test_a_single_step_between_two_rests_takes_a_time() -> None:
     path = Path.line((0.0, 0.0), (0.01, 0.0))
     profile = speed_profile(path, DRIVE, cruise=0.5, start_speed=0.0, end_speed=0.0)
     assert np.isfinite(profile.times).all()
+
+
+def test_what_else_limits_the_speed_is_kept_and_braked_for():
+    path = Path.line((0.0, 0.0), (4.0, 0.0))
+    stations = np.arange(len(path.samples)) * path.spacing
+    limit = np.where(np.abs(stations - 2.0) < 0.5, 0.3, 5.0)
+    profile = speed_profile(path, DRIVE, cruise=1.0, limit=limit)
+    free = speed_profile(path, DRIVE, cruise=1.0)
+    assert (profile.speeds <= np.minimum(limit, free.speeds) + 1e-12).all()
+    assert profile.speed(2.0) == pytest.approx(0.3)
+    assert 0.3 < profile.speed(1.4) < free.speed(1.4)  # it brakes before, and not earlier than it must
+    assert profile.speed(0.8) == pytest.approx(free.speed(0.8))

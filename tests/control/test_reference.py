@@ -164,3 +164,25 @@ def test_yaws_of_a_timetable_may_be_wrapped_or_not(turns: list[float], start: fl
     )
     np.testing.assert_allclose(one.stages, other.stages, atol=1e-9)
     assert one.heading_error == pytest.approx(other.heading_error, abs=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [110, -135, 150, 172])
+def test_at_a_corner_that_leads_back_a_robot_turns_and_does_not_return(drive: Drive, degrees: float) -> None:
+    yaw = math.radians(degrees)
+    leg = np.array([math.cos(yaw), math.sin(yaw)])
+    reference = along(drive, Path([(-2.0, 0.0), (0.0, 0.0), tuple(2.0 * leg)]))
+    reference.sample(Pose2(-0.2, 0.0, 0.0), STILL, TIMES, 0.0)
+    assert reference.s == pytest.approx(1.8)
+    for heading in np.linspace(0.0, yaw, 9):  # some cm before the corner: the same turn, all the way
+        preview = reference.sample(Pose2(-0.04, 0.0, float(heading)), STILL, TIMES, 0.0)
+        assert preview.heading_error == pytest.approx(heading - yaw, abs=0.02)
+    for way in (0.02, 0.1, 0.3):  # beside the first leg again, on its way back
+        reference.sample(Pose2(*(way * leg - (0.04, 0.0)), yaw), STILL, TIMES, 0.0)
+        assert (reference.s or 0.0) >= 2.0
+
+
+def test_a_corner_that_can_be_driven_round_is_driven_round(drive: Drive) -> None:
+    reference = along(drive, Path([(-2.0, 0.0), (0.0, 0.0), (0.0, 2.0)]))
+    preview = reference.sample(Pose2(-0.04, 0.0, 0.0), Twist2(0.1), TIMES, 0.0)
+    assert reference.s == pytest.approx(1.96)
+    assert preview.stages[0, 3] > 0.0

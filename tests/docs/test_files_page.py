@@ -10,7 +10,7 @@ import pytest
 from rocs_bt.action import parameters_of
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
-from rocs_bt.catalog import load_robot
+from rocs_bt.catalog import load_robot, read_planner
 from rocs_bt.catalog.inherit import read_inheriting
 from rocs_bt.catalog.scenario_file import read_scenario
 from rocs_bt.drivers import DRIVER_PARAMETERS, parameters_of_driver
@@ -20,7 +20,7 @@ from rocs_bt.knowledge.signals import SignalTable
 from rocs_bt.monitor import MONITORS, Monitor
 from rocs_bt.reactive import load_rules
 from rocs_bt.signal import Signal
-from rocs_bt.simulation import MOVERS
+from rocs_bt.simulation import CARRIERS, MOVERS
 from rocs_bt.units import LENGTH
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "files.md").read_text("utf-8")
@@ -63,6 +63,7 @@ motors = ["left", "right"]
 wheel_radius = "0.1 m"
 signs = [1, 1]
 max_acceleration = "3 m/s2"
+delay = "0.1 s"
 # zzz robot.actuator
 [[monitor]]
 name = "pose"
@@ -108,6 +109,7 @@ y = "0 m"
 yaw = "0 deg"
 jitter = { x = "0.1 m", y = "0.1 m", yaw = "5 deg" }
 success = { goal = "gate" }
+latency = "0.05 s"
 # zzz scenario.agent
 [agent.parameters]
 first = "gate"
@@ -119,6 +121,28 @@ x = "2 m"
 y = "0 m"
 yaw = "0 deg"
 jitter = { x = "0.1 m" }
+[[fact]]
+node = "hall"
+at = "1 s"
+kind = "place"
+agents = ["R1"]
+
+[share]
+agents = ["R1"]
+kinds = ["object"]
+relations = ["at"]
+private = ["gate"]
+rate = "50 Hz"
+lost_after = "3 s"
+forget_after = "60 s"
+latency = "10 ms"
+jitter = "10 ms"
+loss = 0.1
+listen = "127.0.0.1:7447"
+peers = ["127.0.0.1:7448"]
+keys = "keys/R1"
+group = "robots"
+# zzz scenario.share
 [[requirement]]
 name = "keeps clear"
 doc = "One."
@@ -164,6 +188,20 @@ expect = [{ t = "0 s", fires = false }]
 """
 
 
+PLANNER = """
+format = "planner/1"
+doc = "All keys."
+source = "A book."
+mission = "patrol"
+rules = ["keep_clear"]
+latency = "0.05 s"
+oracle = false
+# zzz planner
+[parameters]
+first = "gate"
+"""
+
+
 def rows(title):
     """The lines of the table under a title."""
     (part,) = re.findall(rf"^##+ {re.escape(title)}\n(.*?)(?=^##|\Z)", PAGE, re.MULTILINE | re.DOTALL)
@@ -195,6 +233,8 @@ def load(kind, text, folder):
         return load_robot(file, lambda base: nothing)
     if kind == "scenario":
         return read_scenario(read_inheriting(file, lambda base: nothing))
+    if kind == "planner":
+        return read_planner(file)
     (folder / "nothing_more.toml").write_text('format = "reflex/1"', "utf-8")
     signals = SignalTable()
     signals.declare(Signal("front", 2, (LENGTH,)))
@@ -202,8 +242,11 @@ def load(kind, text, folder):
     return load_rules(file, Environment.of(signals), ACTIONS)
 
 
-OTHER_KINDS = {"robot.drive": {"effective_track", "half_length", "half_width"}}  # a differential drive refuses them
-FILES = {"robot": ROBOT, "scenario": SCENARIO, "rules": RULES}
+OTHER_KINDS = {  # a differential drive refuses the former, and a planner that is a mission the latter
+    "robot.drive": {"effective_track", "half_length", "half_width"},
+    "planner": {"python"},
+}
+FILES = {"robot": ROBOT, "scenario": SCENARIO, "rules": RULES, "planner": PLANNER}
 
 
 def shape(text):
@@ -233,7 +276,7 @@ def test_a_file_with_every_documented_key_loads(kind, tmp_path):
 
 
 MARKED = [(kind, title) for kind, text in FILES.items() for title in re.findall(r"# zzz (\S+)", text)]
-DRIVER = {"robot.sensor": set(), "robot.actuator": {"motors", "wheel_radius", "signs", "max_acceleration"}}
+DRIVER = {"robot.sensor": set(), "robot.actuator": {"motors", "wheel_radius", "signs", "max_acceleration", "delay"}}
 
 
 @pytest.mark.parametrize(("kind", "title"), MARKED)
@@ -243,7 +286,8 @@ def test_every_key_that_a_loader_knows_is_documented(kind, title, tmp_path):
         load(kind, text, tmp_path)
     (fault,) = caught.value.faults
     known = set(re.search(r"has: (.*)\.$", fault.hint).group(1).split(", "))
-    assert known - DRIVER.get(title, set()) == keys(title) - OTHER_KINDS.get(title, set())
+    others = OTHER_KINDS.get(title, set())
+    assert known - DRIVER.get(title, set()) - others == keys(title) - others
 
 
 def test_every_drivers_parameters_are_documented():
@@ -272,13 +316,15 @@ def test_every_actions_parameters_are_documented_with_unit_bounds_and_default():
         unit, bounds = ("", "") if parameter.dimension is None else (str(parameter.dimension), str(parameter.bounds))
         if parameter.required:
             return unit, bounds, "needed"
+        if isinstance(parameter.default, str):
+            return unit, bounds, parameter.default
         return unit, bounds, "none" if parameter.default in (None, float("inf")) else f"{parameter.default:g}"
 
     assert found == {n: {k: told(p) for k, p in parameters_of(a).items()} for n, a in ACTIONS.items()}
 
 
 def test_every_movers_parameters_are_documented():
-    wanted = {name: set(inspect.signature(cls.Parameters).parameters) for name, cls in MOVERS.items()}
+    wanted = {name: set(inspect.signature(cls.Parameters).parameters) for name, cls in {**MOVERS, **CARRIERS}.items()}
     assert by_owner("Mover scripts") == wanted
 
 

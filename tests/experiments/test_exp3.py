@@ -92,12 +92,14 @@ def blinded(stage: Stage) -> None:
 
 def test_a_follower_that_cannot_see_its_leader_any_more_gives_up_with_the_reason() -> None:
     sink = ListSink()
-    summary = run("exp3", Catalog(), seed=1, sinks=[sink], prepare=blinded, duration=30.0).summary
+    run("exp3", Catalog(), seed=1, sinks=[sink], prepare=blinded, duration=30.0)
     told = [e.kind for e in sink.events if isinstance(e, Change) and e.agent == "R3" and e.subject == "R2"]
     assert told == ["seen", "lost", "given up"]
-    assert "LOST_LEADER: 'R2' was not found" in summary["agents"]["R3"]["reason"]
     failed = [e for e in sink.events if isinstance(e, TicketChanged) and e.state == "FAILED"]
-    assert "FollowRobot" in {e.action for e in failed}
+    reasons = [e.reason for e in failed if e.action == "FollowRobot"]
+    # Not its outcome: whom it does not see, it may run into as it looks round.
+    assert reasons
+    assert reasons[0].startswith("LOST_LEADER: 'R2' was not found")
 
 
 def test_a_leader_that_never_moves_is_driven_up_to() -> None:

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from rocs_bt.catalog import Catalog
+from rocs_bt.compare.campaign import Job, play_all
 from rocs_bt.event import BodyMoved, ListSink, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay, run
-from rocs_bt.simulation.campaign import Job, play_all
 
 CATALOG = Catalog()
 LOCALISES = {"exp1_localised": ["R2"], "exp2_localised": ["R3"], "exp3_localised": ["R2", "R3"]}

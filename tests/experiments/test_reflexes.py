@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.check.paper import paper_agent
+from rocs_bt.compare.campaign import Job, play
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import Reflex, RuleModel, load_rules
-from rocs_bt.simulation.campaign import Job, play
 
 from . import reflexes
 

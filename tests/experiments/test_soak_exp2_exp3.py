@@ -18,7 +18,7 @@ pytestmark = pytest.mark.soak
 
 @cache
 def campaign(experiment: str) -> dict[str, Any]:
-    command = [sys.executable, str(HERE / "campaign.py"), experiment, "--seeds", "101", "200", "--json"]
+    command = [sys.executable, str(HERE / "campaign.py"), experiment, "--seeds", "201", "300", "--json"]
     found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     print(json.dumps(found, indent=1))
     return dict(found["agents"])

@@ -21,6 +21,13 @@ RELATIONS = st.sampled_from(["near", "at", "pursues", "connects"])
 VALUES = st.none() | st.sampled_from([0.0, 0.5, 1.0])
 
 
+def edge_of(relation: str, distance: float | None) -> dict[str, Any]:
+    """What an edge of the model holds."""
+    if relation == "connects":
+        return {"open": True}
+    return {} if distance is None else {"distance": distance}
+
+
 class GraphAgainstDicts(RuleBasedStateMachine):
     @initialize()
     def begin(self) -> None:
@@ -71,11 +78,14 @@ class GraphAgainstDicts(RuleBasedStateMachine):
             if source == node:
                 targets.clear()
 
+    def fits(self, node: str, kinds: tuple[str, ...]) -> bool:
+        return node in self.kinds and any(SCHEMA.is_a(self.kinds[node], kind) for kind in kinds)
+
     @rule(source=NAMES, relation=RELATIONS, goal=NAMES, distance=VALUES)
     def relate(self, source: str, relation: str, goal: str, distance: float | None) -> None:
         declared = SCHEMA.relations[relation]
         given = {"distance": distance} if relation == "near" else {}
-        if self.kinds.get(source) not in declared.sources or self.kinds.get(goal) not in declared.targets:
+        if not self.fits(source, declared.sources) or not self.fits(goal, declared.targets):
             with pytest.raises(KnowledgeError, match=r"no node named|cannot"):
                 self.graph.relate(source, relation, goal, **given)
             return
@@ -98,7 +108,7 @@ class GraphAgainstDicts(RuleBasedStateMachine):
     def the_nodes_are_the_models(self) -> None:
         assert self.graph.nodes() == list(self.kinds)
         for kind in SCHEMA.kinds:
-            assert self.graph.nodes(kind) == [n for n, k in self.kinds.items() if k == kind]
+            assert self.graph.nodes(kind) == [n for n, k in self.kinds.items() if SCHEMA.is_a(k, kind)]
         for node, values in self.values.items():
             defaults = {n: a.default for n, a in SCHEMA.kinds[self.kinds[node]].attributes.items()}
             expected = {n: v for n, v in {**defaults, **values}.items() if v is not None}
@@ -116,7 +126,7 @@ class GraphAgainstDicts(RuleBasedStateMachine):
                 with pytest.raises(KnowledgeError, match="no node named"):
                     self.graph.related(source, relation)
             for target, distance in targets.items():
-                known = {} if distance is None else {"distance": distance}
+                known = edge_of(relation, distance)
                 assert self.graph.edge(source, relation, target) == known
 
     @invariant()
@@ -146,11 +156,7 @@ class GraphAgainstDicts(RuleBasedStateMachine):
         assert {k: v for k, v in values.items() if v is not None and k[1] != "pose"} == {
             (n, a): v for n, of in self.values.items() for a, v in of.items() if v is not None and a != "pose"
         }
-        assert edges == {
-            (s, r, t): {} if d is None else {"distance": d}
-            for (s, r), targets in self.edges.items()
-            for t, d in targets.items()
-        }
+        assert edges == {(s, r, t): edge_of(r, d) for (s, r), targets in self.edges.items() for t, d in targets.items()}
 
 
 TestGraphAgainstDicts = GraphAgainstDicts.TestCase

@@ -58,8 +58,8 @@ def test_a_thing_cannot_become_another_kind(knowledge: Knowledge) -> None:
     knowledge.world.place("home", Pose2(0.0, 0.0), "goal")
     with pytest.raises(KnowledgeError, match="cannot place 'home' as object: it exists, of kind goal"):
         knowledge.world.place("home", Pose2(1.0, 1.0), "object")
-    with pytest.raises(KnowledgeError, match="'robot x' has no attribute 'pose'"):
-        knowledge.world.place("x", Pose2(1.0, 1.0), "robot")
+    with pytest.raises(KnowledgeError, match="'sensor x' has no attribute 'pose'"):
+        knowledge.world.place("x", Pose2(1.0, 1.0), "sensor")
 
 
 def test_the_robot_pursues_one_goal_or_none(knowledge: Knowledge) -> None:
@@ -115,7 +115,7 @@ def test_the_robots_parts_and_limits_stand_in_the_graph(knowledge: Knowledge) ->
 
 def test_a_state_that_no_sensor_tells_is_nan(clock: SimulatedClock, sink: ListSink) -> None:
     robot = Knowledge("R2", clock, sink).robot
-    robot.drive = Tracks()  # type: ignore[assignment]
+    robot.drive = Tracks()
     assert np.isnan([*robot.pose(), *robot.wheel_speeds(), robot.speed(), robot.turn_rate()]).all()
     assert robot.wheel_speeds().shape == (2,)
 
@@ -133,7 +133,7 @@ class Tracks:
 def test_kinematics_both_ways_are_the_drives(knowledge: Knowledge) -> None:
     with pytest.raises(KnowledgeError, match="'R2' has no drive"):
         knowledge.robot.inverse(Twist2(1.0))
-    knowledge.robot.drive = Tracks()  # type: ignore[assignment]
+    knowledge.robot.drive = Tracks()
     assert knowledge.robot.inverse(Twist2(1.0, 0.5)).tolist() == [0.5, 1.5]
     assert knowledge.robot.forward(np.array([0.5, 1.5])) == Twist2(1.0, 0.5)
 
@@ -159,7 +159,7 @@ def test_strategies_and_what_they_fall_back_to(knowledge: Knowledge) -> None:
 class WarmWorld(WorldModel):
     @property
     def temperature(self) -> float | None:
-        return self.graph.get("air", "temperature")  # type: ignore[no-any-return]
+        return self.graph.get("air", "temperature")
 
 
 class BatteryRobot(RobotModel):

@@ -188,7 +188,7 @@ def test_a_wrong_write_is_refused_and_changes_nothing(values: object, t: float, 
     signals = table(Signal("front", 2))
     signals.write("front", [3.0, 4.0], 0.0)
     with pytest.raises(KnowledgeError, match=message):
-        signals.write("front", values, t)  # type: ignore[arg-type]
+        signals.write("front", values, t)
     assert signals.read("front", 0.0).tolist() == [3.0, 4.0]
     assert signals.revision == 1
 

@@ -128,7 +128,7 @@ def test_one_that_raises_is_detached_and_reported_and_harms_nobody(graph: Knowle
         raise failure
 
     subscription = graph.subscribe(broken)
-    graph.subscribe(lambda c: heard.append(c.value))  # type: ignore[arg-type]
+    graph.subscribe(lambda c: heard.append(c.value))
     graph.set("box", radius=0.5)
     graph.set("box", radius=0.6)
     assert heard == [0.5, 0.6]
@@ -200,3 +200,16 @@ def test_whoever_needs_a_whole_graph_waits_while_another_thread_holds_it(
         assert before == ({n: dict(view.nodes[n]) for n in view}, list(view.edges), graph.revision)
     other.join(timeout=10.0)
     assert done.is_set()
+
+
+def test_a_kind_stands_for_those_that_extend_it(graph: KnowledgeGraph) -> None:
+    heard: list[KnowledgeChanged] = []
+    graph.subscribe(heard.append, kind="object")
+    graph.add("anna", "person", role="nurse")
+    graph.add("dock", "place", pose=Pose2(0.0, 0.0))
+    graph.relate("anna", "at", "dock")
+    assert [(change.what, change.subject) for change in heard] == [
+        ("node added", "anna"),
+        ("attribute", "anna"),
+        ("edge added", "anna"),
+    ]

@@ -91,6 +91,16 @@ class Rig:
         self.clock.advance()
         return read
 
+    def look_round(self, pose):
+        """Turn once about, where nothing is."""
+        for i in range(25):
+            self.at(pose._replace(yaw=pose.yaw + 0.25 * i))
+            self.groups()
+        self.at(pose)
+
+    def room(self, name):
+        return self.knowledge.signals.read(name, self.clock.now() - 0.05).tolist()
+
 
 @pytest.fixture
 def rig():
@@ -126,17 +136,18 @@ def test_a_peer_that_comes_counts_as_nearer_and_one_that_goes_as_it_is(rig):
 
 
 def test_from_a_peer_that_comes_from_behind_it_is_driven_ahead(rig):
+    rig.look_round(Pose2(0.0, 0.0, 0.0))
     rig.peer(Pose2(-0.95, 0.0, 0.0), speed=0.3)
     found = rig.groups()
     assert found["rear"] < 0.2
     assert found["front"] == math.inf
 
 
-def test_from_a_peer_that_comes_ahead_it_is_driven_back_only_where_it_has_been(rig):
+def test_from_a_peer_that_comes_ahead_it_is_driven_back_only_over_ground_that_is_free(rig):
     rig.peer(Pose2(0.95, 0.0, math.pi), speed=0.3)
     unknown = rig.groups()
     assert max(unknown["front"], unknown["rear"]) < 0.2  # nobody knows what is behind: it stands
-    for x in (-0.6, -0.4, -0.2, 0.0):
+    for x in (-0.8, -0.6, -0.4, -0.2, 0.0):
         rig.at(Pose2(x, 0.0, 0.0))
         rig.peer(Pose2(5.0, 0.0))
         rig.groups()
@@ -144,6 +155,35 @@ def test_from_a_peer_that_comes_ahead_it_is_driven_back_only_where_it_has_been(r
     known = rig.groups()
     assert known["front"] < 0.2
     assert known["rear"] > 0.25
+
+
+def test_it_tells_how_far_it_may_drive_on_ground_that_it_knows(rig):
+    rig.groups()
+    assert rig.room("room_behind") == [0.0] * 5
+    rig.look_round(Pose2(0.0, 0.0, 0.0))
+    assert all(0.5 < rig.room(name)[2] <= 1.0 for name in ("room_ahead", "room_behind"))
+    rig.groups([math.inf, 0.5, math.inf])  # 0.45 m before the hull
+    assert rig.room("room_ahead")[2] == pytest.approx(0.35, abs=0.11)
+    assert rig.room("room_behind")[2] > 0.4
+    rig.at(Pose2(0.0, 0.0, math.pi))
+    rig.groups()
+    assert rig.room("room_behind")[2] == pytest.approx(0.35, abs=0.11)  # what it saw is behind it now
+    rig.at(Pose2(math.nan, 0.0, 0.0))
+    rig.groups()
+    assert rig.room("room_ahead") == [0.0] * 5
+
+
+def test_where_a_peer_drove_nothing_stands(rig):
+    rig.groups()
+    assert rig.room("room_behind")[2] == 0.0
+    for i, x in enumerate((-0.4, -0.6, -0.8)):
+        for k, y in enumerate((-0.3, -0.1, 0.1, 0.3)):
+            rig.at(Pose2(0.0, 0.0, 0.1 * ((i + k) % 2)))  # it looks again where it has turned
+            rig.peer(Pose2(x, y))
+            rig.groups()
+    rig.at(Pose2(0.0, 0.0, 0.0))
+    rig.groups()
+    assert rig.room("room_behind")[2] > 0.3
 
 
 def test_from_a_peer_that_comes_at_its_flank_it_does_not_get_away_and_stands(rig):
@@ -163,12 +203,14 @@ def test_what_the_corner_of_a_turning_hull_would_sweep_is_near(rig):
 def test_an_echo_is_remembered_beside_and_behind_until_it_is_seen_to_be_gone_or_is_old(rig):
     rig.groups([math.inf, 0.5, math.inf])  # 0.45 m before the hull
     rig.at(Pose2(0.0, 0.0, math.pi))
+    assert rig.groups()["rear"] >= 0.27  # what stands comes no nearer to who does not drive back
+    rig.at(Pose2(0.0, 0.0, math.pi), speed=-0.1)
     behind = rig.groups()
     assert behind["front"] == math.inf
     assert behind["rear"] == pytest.approx(0.45, abs=0.06)
     rig.at(Pose2(0.0, 0.0, 0.0))
     rig.groups()  # looks there, and nothing is there
-    rig.at(Pose2(0.0, 0.0, math.pi))
+    rig.at(Pose2(0.0, 0.0, math.pi), speed=-0.1)
     assert rig.groups()["rear"] == math.inf
 
 
@@ -200,7 +242,7 @@ def test_it_stands_within_the_safety_distance_of_whom_it_follows_and_a_while_aft
     assert max(standing["front"], standing["rear"]) < 0.2
     rig.knowledge.graph.unrelate("R3", "follows", "R2")  # as a reflex does that interrupts the following
     assert max(rig.groups()[name] for name in ("front", "rear")) < 0.2
-    for _ in range(320):
+    for _ in range(1220):
         rig.clock.advance()
     rig.peers(math.inf, math.inf)
     rig.at(Pose2(0.0, 0.0, 0.0))

@@ -16,6 +16,17 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FORMS = ["wheel", "wheel from sdist", "editable", "checkout"]
+CONTENT = ("planners", "rules", "robots", "scenarios")
+DATA = (  # of each kind that no import asks for
+    "py.typed",
+    "_content/robots/pioneer_p3dx/robot.xml",
+    "_content/scenarios/exp1.toml",
+    "_content/scenarios/families/barn_like.py",
+    "cli/project/README.md",
+    "compare/report/templates/comparison.html",
+    "knowledge/schema/world.toml",
+    "record/templates/knowledge.css",
+)
 
 pytest.importorskip("build", reason="building needs the test extra")
 pytest.importorskip("hatchling", reason="building needs the test extra")
@@ -26,6 +37,12 @@ def do(*command: str | Path, cwd: Path | None = None, **environment: str) -> str
     done = subprocess.run(command, cwd=cwd, env={**clean, **environment}, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
+
+
+def files_below(root: Path, folder: str) -> list[str]:
+    """What is kept in a folder, with the folder's name; not what is made there."""
+    paths = (p for p in (root / folder).rglob("*") if p.is_file() and p.suffix not in (".pyc", ".so"))
+    return [p.relative_to(root).as_posix() for p in paths]
 
 
 @pytest.fixture(scope="session")
@@ -90,7 +107,9 @@ def test_exp1_runs_from_another_folder(command, tmp_path):
 def test_the_wheels_are_the_same_and_carry_content_and_licence(built):
     names = [sorted(zipfile.ZipFile(built[form]).namelist()) for form in ("wheel", "wheel from sdist")]
     assert names[0] == names[1]
-    for wanted in ("_content/robots/pioneer_p3dx/robot.xml", "_content/scenarios/exp1.toml", "py.typed"):
+    content = {f"rocs_bt/_content/{name}" for folder in CONTENT for name in files_below(ROOT, folder)}
+    assert content | set(files_below(ROOT, "rocs_bt")) <= set(names[0])
+    for wanted in DATA:
         assert f"rocs_bt/{wanted}" in names[0]
     assert any(n.endswith("licenses/LICENSE") for n in names[0])
     assert not [n for n in names[0] if n.startswith("tests/") or "__pycache__" in n]

@@ -32,6 +32,40 @@ def begin(mind):
     mind.mission.begin(mind.rig.clock.now(), {})
 
 
+class TestAsk:
+    def test_it_asks_knowledge_and_writes_what_was_found(self, mind, grow):
+        graph = mind.rig.knowledge.graph
+        tree = grow("""<Ask query='object where moves order by distance(pose, "far")' found="{who}" count="{n}"/>""")
+        begin(mind)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == """nothing answers 'object where moves order by distance(pose, "far")'"""
+        graph.add("far", "place", pose=Pose2(9.0, 0.0))
+        graph.add("cart", "object", pose=Pose2(1.0, 0.0), moves=True)
+        graph.add("dog", "object", pose=Pose2(8.0, 0.0), moves=True)
+        assert tree.tick() is SUCCESS
+        assert (tree.board["who"], tree.board["n"]) == ("dog", 2)
+
+    def test_it_takes_a_path_and_a_name_from_the_board(self, mind, grow):
+        graph = mind.rig.knowledge.graph
+        for name, y in (("a", 0.3), ("b", 2.0)):
+            graph.add(name, "object", pose=Pose2(5.0, y))
+        tree = grow('<Ask query="object where distance(pose, path) < 0.5 m" path="{way}" names="{found}"/>')
+        tree.board["way"] = [(0.0, 0.0), (10.0, 0.0)]
+        begin(mind)
+        assert tree.tick() is SUCCESS
+        assert tree.board["found"] == ["a"]
+        other = grow('<Ask query="object where object == it and distance(pose, path) < 0.5 m" path="{way}" it="b"/>')
+        other.board["way"] = [(0.0, 0.0), (10.0, 0.0)]
+        assert other.tick() is FAILURE
+
+    def test_a_wrong_query_is_told_before_the_first_tick_with_its_place(self, mind, grow):
+        with pytest.raises(InputError) as caught:
+            TreePlan(grow('<Ask query="object where mvoes"/>').root, mind.mission)
+        (fault,) = caught.value.faults
+        assert "Did you mean 'moves'" in fault.message
+        assert fault.column == len('<root BTCPP_format="4"><BehaviorTree ID="M"><Ask query="object where ') + 1
+
+
 class TestWhen:
     @pytest.mark.parametrize(("front", "outcome"), [(0.4, SUCCESS), (0.6, FAILURE), (float("nan"), FAILURE)])
     def test_it_asks_the_signals_of_this_tick(self, mind, grow, front, outcome):
@@ -157,6 +191,23 @@ class TestWaitForChange:
         assert [attribute for attribute, _ in tree.root.doubts()] == ["kind", "relation"]
 
 
+class TestFinishTask:
+    def test_open_tasks_that_serve_the_goal_are_done(self, mind, grow):
+        graph = mind.rig.knowledge.graph
+        for goal in ("a", "b"):
+            mind.rig.knowledge.world.place(goal, Pose2(1.0, 2.0), kind="goal")
+        for task, goal in (("one", "a"), ("two", "a"), ("three", "b")):
+            graph.add(task, "task", priority=1)
+            graph.relate(task, "serves", goal)
+        tree = grow('<FinishTask goal="a"/>')
+        assert tree.tick() is SUCCESS
+        assert {task: graph.get(task, "state") for task in graph.nodes("task")} == {
+            "one": "done", "two": "done", "three": "open"
+        }  # fmt: skip
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "no open task serves 'a'"
+
+
 class TestPlaceGoal:
     @pytest.mark.parametrize(
         ("line", "pose"),
@@ -190,34 +241,6 @@ class TestPlaceGoal:
     )
     def test_what_cannot_be_fails_with_its_reason(self, mind, grow, line, why):
         mind.rig.knowledge.world.place("shelf", Pose2(1.0, 2.0))
-        tree = grow(line)
-        assert tree.tick() is FAILURE
-        assert tree.root.feedback_message.startswith(why)
-
-
-class TestSelectStrategy:
-    def test_by_name_and_then_along_the_fallbacks(self, mind, grow):
-        strategies = mind.rig.knowledge.strategy
-        strategies.add("wait")
-        strategies.add("around", falls_back_to="wait")
-        tree = grow('<SelectStrategy strategy="around" selected="{way}"/>')
-        assert tree.tick() is SUCCESS
-        assert (strategies.used(), tree.board["way"]) == ("around", "around")
-        tree = grow('<SelectStrategy selected="{way}"/>')
-        assert tree.tick() is SUCCESS
-        assert (strategies.used(), tree.board["way"]) == ("wait", "wait")
-        assert tree.tick() is FAILURE
-        assert tree.root.feedback_message == "CANNOT: 'wait' falls back to nothing"
-
-    @pytest.mark.parametrize(
-        ("line", "why"),
-        [
-            ("<SelectStrategy/>", "CANNOT: no strategy is in force"),
-            ('<SelectStrategy strategy="wiat"/>', "CANNOT: no strategy is named 'wiat'. Did you mean 'wait'"),
-        ],
-    )
-    def test_what_cannot_be_fails_with_its_reason(self, mind, grow, line, why):
-        mind.rig.knowledge.strategy.add("wait")
         tree = grow(line)
         assert tree.tick() is FAILURE
         assert tree.root.feedback_message.startswith(why)

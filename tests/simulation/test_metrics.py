@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
@@ -38,6 +39,7 @@ def test_nothing_happened() -> None:
         "min_clearance": None,
         "collisions": 0,
         "struck": 0,
+        "contacts": {},
         "reflex_activations": 0,
         "route_switches": 0,
         "time_reactive": 0.0,
@@ -108,7 +110,7 @@ def test_quantiles_are_values_that_occurred() -> None:
     assert (quantile(values, 0.5), quantile(values, 0.99), quantile([], 0.5)) == (51.0, 100.0, None)
 
 
-def followed(*rows: tuple[float, float, float], arrived: float | None = None) -> object:
+def followed(*rows: tuple[float, float, float], arrived: float | None = None, rim: float = 0.0) -> Any:
     """What is said of R3, which follows R2 at 1.4 m and not nearer than 0.8 m, along x: rows of t, x of R2, x of R3."""
     metrics = Metrics(["R2", "R3"])
     parameters = {"leader": "R2", "distance": 1.4, "safety": 0.8}
@@ -125,7 +127,7 @@ def followed(*rows: tuple[float, float, float], arrived: float | None = None) ->
     metrics.emit(ticket)
     for t, leader, follower in rows:
         metrics.emit(BodyMoved(t=t, agent="R2", body="R2", x=leader, y=0.0, yaw=0.0))
-        metrics.emit(BodyMoved(t=t, agent="R3", body="R3", x=follower, y=0.0, yaw=0.0))
+        metrics.emit(BodyMoved(t=t, agent="R3", body="R3", x=follower, y=0.0, yaw=0.0, wheels=pack([0.0, -rim])))
     metrics.emit(Judged(t=9.0, agent="R2", outcome="success", time_to_goal=arrived))
     assert metrics.of("R2")["following"] is None
     return metrics.of("R3")["following"]
@@ -134,17 +136,34 @@ def followed(*rows: tuple[float, float, float], arrived: float | None = None) ->
 def test_a_follower_is_measured_from_when_it_has_caught_up_until_its_leader_has_arrived() -> None:
     rows = (0.0, 3.0, 0.0), (1.0, 3.0, 1.1), (2.0, 3.0, 1.5), (3.0, 3.0, 0.5), (4.0, 3.0, 2.9)
     # 3.0 m is not caught up yet; then the errors are 0.5, 0.1, 1.1 (too far) and -1.3 m (too near).
-    assert followed(*rows) == {
+    found = followed(*rows)
+    assert found == {
         "leader": "R2",
+        "periods": 4,
+        "mean_distance": pytest.approx((1.9 + 1.5 + 2.5 + 0.1) / 4),
         "distance_error": pytest.approx((0.5 + 0.1 + 1.1 + 1.3) / 4),
         "in_band": pytest.approx(2 / 4),
+        "too_far": pytest.approx(1 / 4),
+        "least_distance": pytest.approx(0.1),
+        "least_driving": None,
+        "safe": True,
     }
-    assert followed(*rows, arrived=2.0) == {
-        "leader": "R2",
-        "distance_error": pytest.approx(0.3),
-        "in_band": 1.0,
-    }
+    arrived = followed(*rows, arrived=2.0)
+    assert (arrived["periods"], arrived["in_band"], arrived["too_far"]) == (2, 1.0, 0.0)
+    assert arrived["distance_error"] == pytest.approx(0.3)
 
 
 def test_a_follower_that_never_caught_up_has_no_error_but_is_told() -> None:
-    assert followed((0.0, 3.0, 0.0)) == {"leader": "R2", "distance_error": None, "in_band": None}
+    found = followed((0.0, 3.0, 0.0))
+    assert (found["leader"], found["periods"]) == ("R2", 0)
+    assert {found[name] for name in ("mean_distance", "distance_error", "in_band", "too_far", "least_distance")} == {
+        None
+    }
+
+
+@pytest.mark.parametrize(("rim", "least", "safe"), [(0.3, 0.5, False), (0.01, None, True)])
+def test_too_near_counts_while_it_drives_and_not_while_it_is_pushed(
+    rim: float, least: float | None, safe: bool
+) -> None:
+    found = followed((0.0, 3.0, 2.5), rim=rim)
+    assert (found["least_driving"], found["safe"]) == (least, safe)

@@ -64,7 +64,8 @@ class TestMissions:
     @pytest.mark.parametrize("name", [entry.name for entry in CATALOG.list("mission")])
     def test_every_shipped_mission_plays_to_its_end(self, name):
         needed = [p.name for p in mission_parameters(CATALOG.load_mission(name)).values() if p.required]
-        trace = play(name, leaves={"*": "RS"}, parameters=dict.fromkeys(needed, "R2"), catalog=CATALOG)
+        leaves = {"*": "RS"} | ({"Ask": "SSSSF"} if name == "errands" else {})  # it ends when no task is left
+        trace = play(name, leaves=leaves, parameters=dict.fromkeys(needed, "R2"), catalog=CATALOG)
         assert trace.outcome == "SUCCESS"
         assert trace.ticks > 1
 

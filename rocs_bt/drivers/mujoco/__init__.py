@@ -1,8 +1,9 @@
 """MuJoCo: a world of one arena and its robots, and the devices that live in it. MuJoCo is imported when one is made."""
 
 from .actuators import ACTUATORS, make_actuator
-from .compose import Placed, SensorMount, compose_world
-from .sensors import SENSORS, Mount, MujocoSensor, make_sensor
+from .compose import Placed, SensorMount, compile_model, compose_world
+from .sensor import Mount, MujocoSensor
+from .sensors import SENSORS, make_sensor
 from .world import Contact, MujocoWorld
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "MujocoWorld",
     "Placed",
     "SensorMount",
+    "compile_model",
     "compose_world",
     "make_actuator",
     "make_sensor",

@@ -9,7 +9,7 @@ from ...device import Actuator
 from ...errors import DeviceError
 from ..parameters import VelocityParameters, read_parameters
 from ..table import pick
-from .sensors import Mount
+from .sensor import Mount
 
 if TYPE_CHECKING:
     from .world import MujocoWorld
@@ -32,7 +32,7 @@ class MujocoActuator(Actuator):
 class Velocity(MujocoActuator):
     """Motors that hold the rim speeds [m/s] they are commanded, and get there as fast as their electronics allow.
 
-    Neutral brakes them at that same rate.
+    Neutral brakes them at that same rate. Whatever they are told acts after the delay of their electronics.
 
     Args:
         name: What robot.toml calls it.
@@ -45,7 +45,7 @@ class Velocity(MujocoActuator):
         super().__init__(name, len(wanted.motors), mount)
         self._factors = wanted.factors
         max_change = wanted.max_acceleration / wanted.wheel_radius
-        self._motors = mount.world.motors(mount.robot, wanted.motors, max_change)
+        self._motors = mount.world.motors(mount.robot, wanted.motors, max_change, wanted.delay)
 
     def command(self, values: Sequence[float]) -> None:
         if len(values) != self.size:

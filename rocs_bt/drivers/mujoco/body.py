@@ -39,6 +39,32 @@ class RobotBody:
     height: float
 
 
+@dataclass(frozen=True)
+class Thing:
+    """A thing of the world that is carried about: a named mocap body.
+
+    Attributes:
+        name: The body's.
+        slot: Its place among MuJoCo's mocap bodies.
+        geoms: What it is made of.
+    """
+
+    name: str
+    slot: int
+    geoms: tuple[int, ...]
+
+
+def find_things(model: Any) -> dict[str, Thing]:
+    """The things of a model that can be carried about, by name."""
+    found = {}
+    for body in range(model.nbody):
+        slot, name = int(model.body_mocapid[body]), model.body(body).name
+        if slot >= 0 and name:
+            first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+            found[name] = Thing(name, slot, tuple(range(first, first + count)))
+    return found
+
+
 def find_bodies(model: Any, robots: Sequence[str]) -> dict[str, RobotBody]:
     """Each robot's part of the model, by its name."""
     return {name: _find(model, name) for name in robots}
@@ -104,15 +130,18 @@ def bounds(model: Any) -> tuple[float, float, float, float]:
     return float(left), float(low), float(right), float(high)
 
 
-def hull_outline(model: Any, body: RobotBody) -> tuple[Point, ...]:
-    """A robot's hull from above, in its body frame: the corners of its convex outline [m], anticlockwise."""
+def hull_outline(model: Any, geoms: Sequence[int]) -> tuple[Point, ...]:
+    """Geoms of one body from above, in its frame: the corners of their convex outline [m], anticlockwise."""
     import mujoco
 
     corners: list[tuple[float, float]] = []
-    for geom in body.hull:
+    for geom in geoms:
         turn = np.zeros(9)
         mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-        points = _mesh_points(model, geom) if int(model.geom_dataid[geom]) >= 0 else _box_points(model, geom)
+        if int(model.geom_dataid[geom]) >= 0:
+            points = _mesh_points(model, geom)
+        else:
+            points = _ring_points(model, geom) if int(model.geom_type[geom]) == 5 else _box_points(model, geom)
         placed = points @ turn.reshape(3, 3).T + model.geom_pos[geom]
         corners += [(round(x, 6), round(y, 6)) for x, y in placed[:, :2].tolist()]
     return tuple(_convex(corners))
@@ -134,6 +163,12 @@ def _mesh_points(model: Any, geom: int) -> Any:
     mesh = int(model.geom_dataid[geom])
     start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     return model.mesh_vert[start : start + count]
+
+
+def _ring_points(model: Any, geom: int) -> Any:
+    """Points on the rim of a cylinder."""
+    angles, radius = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False), float(model.geom_size[geom][0])
+    return radius * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
 
 
 def _box_points(model: Any, geom: int) -> Any:

@@ -12,7 +12,8 @@ from typing import Any
 from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, blame
 from ..table import pick
-from .sensors import SENSORS, MujocoSensor
+from .sensor import MujocoSensor
+from .sensors import SENSORS
 from .world import MujocoWorld
 
 
@@ -54,6 +55,22 @@ def compose_world(
 ) -> MujocoWorld:
     """The compiled world, its robots standing at the origin until they are placed.
 
+    Args:
+        arena: The world's MJCF.
+        robots: Who is in it.
+        step: Physics step [s].
+        clock: Time; a simulated one of this step by default, which the world moves on.
+
+    Raises:
+        InputError: A file is missing or is no MJCF, or a robot lacks what its drivers need.
+    """
+    model = compile_model(arena, robots, step=step)
+    return MujocoWorld(model, [r.name for r in robots], clock or SimulatedClock(step))
+
+
+def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005) -> Any:
+    """The compiled MjModel of an arena and its robots; worlds may share it, one after the other.
+
     The options were chosen by measurement: the discrete integrator is right at every step up to 20 ms, elliptic
     cones and ellipsoid wheels give drives that follow their kinematics to 0.2 %.
 
@@ -61,7 +78,6 @@ def compose_world(
         arena: The world's MJCF.
         robots: Who is in it.
         step: Physics step [s].
-        clock: Time; a simulated one of this step by default, which the world moves on.
 
     Raises:
         InputError: A file is missing or is no MJCF, or a robot lacks what its drivers need.
@@ -90,8 +106,7 @@ def compose_world(
     # Sensors are computed when somebody reads them, not at each step.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     with _compiling(arena):
-        compiled = spec.compile()
-    return MujocoWorld(compiled, [r.name for r in robots], clock or SimulatedClock(step))
+        return spec.compile()
 
 
 def read_model(file: Path) -> Any:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import math
 import threading
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,9 @@ import numpy.typing as npt
 
 from ...clock import Clock, SimulatedClock
 from ...device import Watchdog
-from ...errors import UnknownName, unknown
+from ...errors import Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Twist2, wrap_angle
-from .body import RobotBody, bounds, find_bodies
+from .body import RobotBody, Thing, bounds, find_bodies, find_things
 from .nearness import Nearness
 from .sight import Sight
 from .touch import Contact, TouchWatch
@@ -35,6 +36,8 @@ class Motors:
         target: Speeds that they are asked for [rad/s].
         change: Greatest change of a speed in one physics step [rad/s].
         settled: Whether all have reached their target.
+        delay: How many physics steps later a target holds than it was asked for.
+        coming: Targets that do not hold yet, each with the step at which it will.
     """
 
     ids: list[int]
@@ -43,6 +46,8 @@ class Motors:
     target: list[float]
     change: float = math.inf
     settled: bool = True
+    delay: int = 0
+    coming: deque[tuple[int, Sequence[float]]] = field(default_factory=deque)
 
 
 class MujocoWorld:
@@ -56,6 +61,7 @@ class MujocoWorld:
     Attributes:
         model, data: MuJoCo's; hold `lock` to use them while another thread steps.
         robots: What belongs to which robot.
+        things: What else can be carried about.
         step: Physics step [s].
         lock: Held for each physics step and each read.
         stamp: When the present state was reached, on `clock` [s].
@@ -75,11 +81,15 @@ class MujocoWorld:
         self.lock = threading.RLock()
         self.stamp = clock.now()
         self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
+        self.things: Mapping[str, Thing] = find_things(model)
         roots = {body.root for body in self.robots.values()}
-        self.only_robots_move = roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
+        self.only_robots_move = not self.things and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
+        self._drift = np.zeros((model.nmocap, 3))  # of carried things in one physics step [m]
         self._mj = mujoco
         self._tick: Callable[[], None] = clock.advance if isinstance(clock, SimulatedClock) else lambda: None
         self._motors: dict[str, list[Motors]] = {name: [] for name in robots}
+        self._late: list[Motors] = []  # those with a delay
+        self._steps = 0  # since the start
         self._ramping = False  # whether any motor is not yet as fast as it is asked to be
         self._watchdogs: list[Watchdog] = []
         self._touch = TouchWatch(model, self.robots)
@@ -138,31 +148,73 @@ class MujocoWorld:
         c, s = math.cos(yaw), math.sin(yaw)
         return Twist2(c * x + s * y, turn, c * y - s * x)
 
-    def motors(self, robot: str, names: Sequence[str], max_change: float = math.inf) -> Motors:
+    def thing(self, name: str) -> Thing:
+        """A thing that can be carried about.
+
+        Raises:
+            UnknownName: The world has no mocap body of that name.
+        """
+        if name not in self.things:
+            raise UnknownName(unknown("mocap body", name, self.things, "The world"))
+        return self.things[name]
+
+    def thing_pose(self, name: str) -> Pose2:
+        """Where a thing is, world frame."""
+        slot = self.thing(name).slot
+        with self.lock:
+            x, y, _ = self.data.mocap_pos[slot].tolist()
+            w, _, _, k = self.data.mocap_quat[slot].tolist()
+        return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
+
+    def put(self, name: str, pose: Pose2) -> None:
+        """Put a thing somewhere, at once."""
+        slot = self.thing(name).slot
+        with self.lock:
+            self.data.mocap_pos[slot, :2] = pose.x, pose.y
+            self.data.mocap_quat[slot] = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
+            self._revision += 1
+
+    def carry(self, name: str, velocity: tuple[float, float]) -> None:
+        """Carry a thing along at a velocity [m/s], world frame, until told otherwise; nothing holds it up."""
+        slot = self.thing(name).slot
+        with self.lock:
+            self._drift[slot, :2] = velocity[0] * self.step, velocity[1] * self.step
+
+    def motors(self, robot: str, names: Sequence[str], max_change: float = math.inf, delay: float = 0.0) -> Motors:
         """Take some motors of a robot in hand.
 
         Args:
             robot: Whose.
             names: The model's actuators, without prefix.
             max_change: How fast their speed may change [rad/s2].
+            delay: How much later a speed is held than it was asked for [s].
 
         Raises:
             UnknownName: The model has no such actuator.
+            InputError: The delay is no whole number of physics steps.
         """
         self.body(robot)
+        late = round(delay / self.step)
+        if abs(late * self.step - delay) > 1e-6 * self.step:
+            near = f"{1e3 * self.step * late:g} ms"
+            message = f"the delay of {robot}'s motors, {1e3 * delay:g} ms, is no whole number of physics steps of "
+            raise InputError(Fault(f"{message}{1e3 * self.step:g} ms.", hint=f"Use {near}."))
         ids = [self._id("actuator", robot, name) for name in names]
         turned = [int(self.model.actuator_trnid[i, 0]) for i in ids]
         joints, angles = ([int(adr[j]) for j in turned] for adr in (self.model.jnt_dofadr, self.model.jnt_qposadr))
-        motors = Motors(ids, joints, angles, [0.0] * len(ids), max_change * self.step)
+        motors = Motors(ids, joints, angles, [0.0] * len(ids), max_change * self.step, delay=late)
         self._motors[robot].append(motors)
+        if late:
+            self._late.append(motors)
         return motors
 
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
-        """Ask motors for speeds [rad/s]; they get there as fast as they may."""
+        """Ask motors for speeds [rad/s]; after their delay they get there as fast as they may."""
         with self.lock:
-            motors.target[:] = speeds
-            motors.settled = False
-            self._ramping = True
+            if motors.delay:
+                motors.coming.append((self._steps + motors.delay, speeds))
+            else:
+                self._aim(motors, speeds)
 
     def motor_speeds(self, motors: Motors) -> list[float]:
         """How fast motors truly turn [rad/s]."""
@@ -180,7 +232,9 @@ class MujocoWorld:
 
     def commanded(self, robot: str) -> bool:
         """Whether any of a robot's motors is asked to turn, or still runs down."""
-        return any(not m.settled or any(m.target) for m in self._motors[robot])
+        return any(
+            not m.settled or any(m.target) or any(any(speeds) for _, speeds in m.coming) for m in self._motors[robot]
+        )
 
     def advance(self, steps: int) -> None:
         """Let the world move on by some physics steps."""
@@ -192,9 +246,15 @@ class MujocoWorld:
                 if self.clock.now() > expiry:
                     for watchdog in self._watchdogs:
                         watchdog.check()
+                for motors in self._late:
+                    while motors.coming and motors.coming[0][0] <= self._steps:
+                        self._aim(motors, motors.coming.popleft()[1])
                 if self._ramping:
                     self._ramp()
+                if self.things:
+                    data.mocap_pos += self._drift
                 self._mj.mj_step(self.model, data)
+                self._steps += 1
                 self._tick()
                 if data.ncon != touch.usual or i == steps - 1:
                     touch.look(data, self.clock.now(), self.commanded)
@@ -268,6 +328,11 @@ class MujocoWorld:
         if self._posed != self._revision:
             self._mj.mj_kinematics(self.model, self.data)
             self._posed = self._revision
+
+    def _aim(self, motors: Motors, speeds: Sequence[float]) -> None:
+        motors.target[:] = speeds
+        motors.settled = False
+        self._ramping = True
 
     def _ramp(self) -> None:
         ctrl = self.data.ctrl

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...geometry import Pose2
-from ..header import BodyInfo
+from ..header import BodyInfo, RunHeader
 from ..history import AgentHistory, History
 from .figure import GRID, INK, MUTED, OTHER, PLACE, ROUTES, WALL, WORST, Figure, by_route, line_style, route_legend
 
@@ -36,7 +36,7 @@ class Arena(Figure):
         from matplotlib.lines import Line2D
 
         axes.set_aspect("equal")
-        draw_world(axes, runs[0], self.name)
+        draw_world(axes, runs[0].header, self.name)
         for i, run in enumerate(runs):
             for name in (name for name in run.bodies if name in bodies):
                 if name in run.agents:
@@ -121,17 +121,17 @@ class Arena(Figure):
         draw_hull(axes, run, name, gid)
 
 
-def draw_world(axes: Axes, run: History, gid: str) -> None:
+def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
     """Walls, boxes and places; `gid` begins the ids of what is drawn."""
     from matplotlib.patches import Circle, Polygon
 
-    for i, outline in enumerate(run.header.outlines):
+    for i, outline in enumerate(header.outlines):
         shape = (
             Circle(outline.points[0], outline.radius) if outline.radius > 0.0 else Polygon(outline.points, closed=True)
         )
         shape.set(facecolor=WALL, edgecolor=MUTED, linewidth=0.6, gid=f"{gid}-outline-{i}")
         axes.add_patch(shape)
-    for i, place in enumerate(run.header.places):
+    for i, place in enumerate(header.places):
         radius = max(place.radius, 0.05)
         ring = Circle((place.x, place.y), radius, fill=False, ec=PLACE, lw=1.2, gid=f"{gid}-place-{i}")
         axes.add_patch(ring)

@@ -83,7 +83,7 @@ class Paths(Figure):
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
         run, axes = runs[0], canvas.add_subplot()
         axes.set_aspect("equal")
-        draw_world(axes, run, self.name)
+        draw_world(axes, run.header, self.name)
         for color, name in zip(ROBOTS, run.agents, strict=False):
             pose = run.bodies[name].pose
             axes.plot(pose[:, 0], pose[:, 1], color=color, label=name, gid=f"{self.name}-{name}", zorder=3)
@@ -136,7 +136,7 @@ class Scene(Figure):
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
         run, axes = runs[0], canvas.add_subplot()
         axes.set_aspect("equal")
-        draw_world(axes, run, self.name)
+        draw_world(axes, run.header, self.name)
         colors = dict(zip(run.agents, ROBOTS, strict=False))
         for info in run.header.bodies:
             if not len(run.bodies[info.name].t):

@@ -1,0 +1,110 @@
+"""Sweeps: episodes a second, what store and engine cost on top of playing, two workers against one, memory.
+
+EXP1 with the planner `tree`, recording off. *Playing* is what `Bench.play` takes in this process, in CPU time. The
+engine's share is what a sweep takes besides playing, in this process and in its workers: keys, messages, the store. Two
+workers against one is wall time, so it means something on an idle machine with two cores only. Memory is this
+process's growth over a sweep of episodes that are over at once, for every 1,000 of them.
+
+Run it with `python benchmarks/bench_compare.py [EPISODES]`, or all benchmarks with `make bench`.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import tempfile
+import time
+from concurrent.futures import Executor, Future
+from pathlib import Path
+
+from row import Row
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.compare import Bench, ScenarioScene, Store, Trial, cores, sweep
+
+SEEDS = range(1, 25)
+MANY = 1000
+
+
+class Here(Executor):
+    """Plays in this process."""
+
+    workers = 1
+
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def playing() -> float:
+    """CPU time of an episode [s]."""
+    bench, tree = Bench(), Catalog().load_planner("tree")
+    trials = [Trial("", tree, ScenarioScene("exp1"), seed) for seed in SEEDS]
+    bench.play(trials[0])
+    begun = time.process_time()
+    for trial in trials:
+        bench.play(trial)
+    return (time.process_time() - begun) / len(trials)
+
+
+def swept() -> tuple[float, float]:
+    """CPU time of an episode of a sweep in this process, all told; and of it what the records count as playing [s]."""
+    catalog = Catalog()
+    with tempfile.TemporaryDirectory() as folder, Store(Path(folder)) as store:
+        sweep(["tree"], ["exp1"], [0], catalog=catalog, store=store, executor=Here())
+        begun = time.process_time()
+        found = sweep(["tree"], ["exp1"], SEEDS, catalog=catalog, store=store, executor=Here())
+        spent = time.process_time() - begun
+        return spent / found.played, store.cost(found.keys).cpu / found.played
+
+
+def rate(workers: int) -> float:
+    """Episodes a second of wall time with some workers, once they are warm."""
+    marks: list[tuple[float, float]] = []
+    with tempfile.TemporaryDirectory() as folder, Store(Path(folder)) as store:
+        sweep(
+            ["tree"], ["exp1"], range(1, 1 + 4 * len(SEEDS)), catalog=Catalog(), store=store, workers=workers,
+            progress=lambda done: marks.append((time.perf_counter(), done)),
+        )  # fmt: skip
+    warm = [mark for mark in marks if mark[1] >= len(SEEDS)]
+    (begun, first), (ended, last) = warm[0], warm[-1]
+    return (last - first) / (ended - begun)
+
+
+def growth(episodes: int) -> float:
+    """How much memory a sweep adds, for every 1,000 episodes after the first tenth [MB]."""
+    peaks: list[int] = []
+
+    def look(done: float) -> None:
+        if done in (episodes // 10, episodes):
+            peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+    with tempfile.TemporaryDirectory() as folder, Store(Path(folder) / "store") as store:
+        project = Path(folder)
+        text = Catalog().find("scenario", "exp1").path.read_text("utf-8").replace('"60 s"', '"0.05 s"')
+        (project / "scenarios").mkdir()
+        (project / "scenarios" / "blink.toml").write_text(text, "utf-8")
+        sweep(["none"], ["blink"], range(episodes), catalog=Catalog(project), store=store, progress=look)
+    return (peaks[1] - peaks[0]) / 1024.0 / (0.9 * episodes / 1000.0)
+
+
+def run(episodes: int = MANY) -> list[Row]:
+    """The rows of the table."""
+    play = playing()
+    whole, counted = swept()
+    rows = [
+        Row("sweep: EXP1, one core", 1.0 / play, "episodes/s", budget=">= 3", holds=1.0 / play >= 3.0),
+        Row("sweep: store and engine", 100.0 * (whole - counted) / whole, "%", budget="< 5 %",
+            holds=whole - counted < 0.05 * whole),
+        Row(f"sweep: memory, {episodes} episodes", growth(episodes), "MB/1000", budget="< 5", holds=None),
+    ]  # fmt: skip
+    if cores() > 1:
+        one, two = rate(1), rate(2)
+        rows.append(Row("sweep: two workers", two / one, "x one worker", budget=">= 1.8", holds=two >= 1.8 * one))
+    return rows
+
+
+if __name__ == "__main__":
+    for row in run(int(sys.argv[1]) if len(sys.argv) > 1 else MANY):
+        print(f"{row.name}: {row.value:.3g} {row.unit} (budget {row.budget})")

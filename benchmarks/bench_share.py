@@ -1,0 +1,285 @@
+"""What sharing costs, and how fast knowledge travels between processes on this host.
+
+Run it with `python benchmarks/bench_share.py`, or all benchmarks with `make bench`. Each peer is a process of its own,
+on zenoh over loopback; with 20 of them a small machine measures its scheduler too. Loro and pycrdt, where installed,
+hold the same writes beside our replica.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+from row import Row
+
+from rocs_bt.clock import SimulatedClock, WallClock
+from rocs_bt.event import NullSink
+from rocs_bt.knowledge import Knowledge
+from rocs_bt.knowledge.share import LocalNetwork, Replica, Scope, Sharing
+
+PEERS = (2, 5, 20)
+WRITES = 200  # for the latency
+SECONDS = 4.0  # for the throughput
+BATCH = 50
+HOUR = 20 * 5 * 3600  # writes of five values at 20 Hz in an hour
+
+
+def run() -> list[Row]:
+    """All rows."""
+    rows = [*_costs(), *_stores()]
+    for count in PEERS:
+        rows += _travel(count)
+    return rows
+
+
+# -- in this process ------------------------------------------------------------------------------------------------
+
+
+def _costs() -> list[Row]:
+    alone, shared = _mind("R0", None), _mind("R0", LocalNetwork())
+    graph = shared[0].graph
+    values = iter(range(10**9))
+    bare = _micros(lambda: alone[0].graph.set("box", radius=float(next(values))))
+    heard = _micros(lambda: graph.set("box", radius=float(next(values))))
+    clock, sharing = shared[0].clock, shared[1]
+    assert isinstance(clock, SimulatedClock)
+    assert sharing is not None
+
+    def turn() -> None:
+        sharing.run(clock.now())
+        clock.advance()
+
+    def busy() -> None:
+        for i in range(BATCH):
+            graph.set(f"box {i}", radius=float(next(values)))
+        turn()
+
+    for i in range(BATCH):
+        graph.add(f"box {i}", "object")
+    writes = _micros(lambda: [graph.set(f"box {i}", radius=float(next(values))) for i in range(BATCH)], 200)
+    return [
+        Row(
+            "a write of the graph that is shared: on the writer's thread", heard, "us", "one that is not", heard / bare
+        ),
+        Row("a turn of sharing with nothing new", _micros(turn, 2000), "us"),
+        Row(f"a turn that tells {BATCH} changes, for each of them", (_micros(busy, 200) - writes) / BATCH, "us"),
+    ]
+
+
+def _mind(name: str, network: LocalNetwork | None) -> tuple[Knowledge, Sharing | None]:
+    clock = SimulatedClock(0.05)
+    knowledge = Knowledge(name, clock, NullSink())
+    knowledge.signals.freeze()
+    knowledge.graph.add("box", "object")
+    if network is None:
+        return knowledge, None
+    return knowledge, _sharing(knowledge, network)
+
+
+def _sharing(knowledge: Knowledge, network: object) -> Sharing:
+    return Sharing(
+        knowledge,
+        Scope(knowledge.graph.schema),
+        network,  # type: ignore[arg-type]
+        origin=f"{knowledge.agent}#{os.urandom(8).hex()}",
+        sink=NullSink(),
+        calendar=time.time,
+    )
+
+
+def _stores() -> list[Row]:
+    """An hour of five values at 20 Hz: what it takes, and what a late joiner is sent."""
+    values = [[float(i), 2.0, 3.0] for i in range(1000)]
+    replica = Replica("R0#1", time.time)
+    keys = [(f"R{i}", "peer", "pose") for i in range(5)]
+    ours = _each(HOUR, lambda i: replica.write(keys[i % 5], values[i % 1000], 0.0))
+    rows = [
+        Row("an hour of five values at 20 Hz, replica: each write", ours, "us"),
+        Row("the same: what a late joiner is sent", sum(len(repr(e)) for e in replica.missing({})), "bytes"),
+    ]
+    try:
+        import loro
+
+        document = loro.LoroDoc()
+        tree = document.get_map("k")
+
+        def write(i: int) -> None:
+            tree.insert(str(i % 5), values[i % 1000])
+            if i % 5 == 4:
+                document.commit()
+
+        each = _each(HOUR, write)
+        size = len(document.export(loro.ExportMode.Snapshot()))
+        rows += [Row("the same, loro: each write", each, "us"), Row("the same, loro: snapshot", size, "bytes")]
+    except ModuleNotFoundError:
+        pass
+    try:
+        import pycrdt
+
+        shared = pycrdt.Doc()
+        entries = shared.get("k", type=pycrdt.Map)
+
+        def put(i: int) -> None:
+            entries[str(i % 5)] = values[i % 1000]
+
+        each = _each(HOUR, put)
+        rows += [
+            Row("the same, pycrdt: each write", each, "us"),
+            Row("the same, pycrdt: update", len(shared.get_update()), "bytes"),
+        ]
+    except ModuleNotFoundError:
+        pass
+    return rows
+
+
+def _each(count: int, write: Callable[[int], object]) -> float:
+    start = time.process_time_ns()
+    for i in range(count):
+        write(i)
+    return (time.process_time_ns() - start) / count / 1e3
+
+
+def _micros(call: Callable[[], object], count: int = 5000, repeats: int = 5) -> float:
+    rounds = []
+    for _ in range(repeats):
+        start = time.process_time_ns()
+        for _ in range(count):
+            call()
+        rounds.append((time.process_time_ns() - start) / count / 1e3)
+    return statistics.median(rounds)
+
+
+# -- between processes ------------------------------------------------------------------------------------------------
+
+
+def _travel(count: int) -> list[Row]:
+    addresses = _addresses(count)
+    workers = [
+        subprocess.Popen(
+            [sys.executable, __file__, f"R{i}", address, *addresses[:1]],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )
+        for i, address in enumerate(addresses)
+    ]  # fmt: skip
+    try:
+        for worker in workers:
+            _heard(worker)
+        while any(_ask(worker, "peers") != count - 1 for worker in workers):
+            time.sleep(0.2)
+        _ask(workers[0], "write")
+        delays = sorted(delay for worker in workers[1:] for delay in _ask(worker, "delays"))
+        for worker in workers:
+            _tell(worker, "race")
+        told = [_heard(worker) for worker in workers]
+    finally:
+        for worker in workers:
+            worker.stdin.close()  # type: ignore[union-attr]
+            worker.wait(30)
+    name = f"{count} peers, each a process:"
+    return [
+        Row(f"{name} a write is known to another, p50", delays[len(delays) // 2] * 1e3, "ms"),
+        Row(f"{name} the same, p99", delays[int(len(delays) * 0.99)] * 1e3, "ms"),
+        Row(f"{name} all write at once, acknowledged by all", sum(told), "writes/s"),
+    ]
+
+
+def _addresses(count: int) -> list[str]:
+    sockets = [socket.socket() for _ in range(count)]
+    for each in sockets:
+        each.bind(("127.0.0.1", 0))
+    found = [f"127.0.0.1:{each.getsockname()[1]}" for each in sockets]
+    for each in sockets:
+        each.close()
+    return found
+
+
+def _tell(worker: subprocess.Popen[str], word: str) -> None:
+    assert worker.stdin is not None
+    worker.stdin.write(word + "\n")
+    worker.stdin.flush()
+
+
+def _heard(worker: subprocess.Popen[str]) -> object:
+    assert worker.stdout is not None
+    return json.loads(worker.stdout.readline())
+
+
+def _ask(worker: subprocess.Popen[str], word: str) -> object:
+    _tell(worker, word)
+    return _heard(worker)
+
+
+def _work(name: str, listen: str, *peers: str) -> None:
+    """A peer: takes a word a line, answers with a line of JSON."""
+    from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
+
+    sys.setswitchinterval(0.0005)
+    clock = WallClock()
+    knowledge = Knowledge(name, clock, NullSink())
+    knowledge.signals.freeze()
+    graph = knowledge.graph
+    sharing = _sharing(knowledge, ZenohNetwork(listen, [p for p in peers if p != listen]))
+    delays: list[float] = []
+    # What was written is the time of the host, which all processes share.
+    graph.subscribe(lambda c: delays.append(time.time() - c.value) if c.name == "radius" else None, node="clock")
+
+    def share() -> None:
+        while True:
+            sharing.run(clock.now())
+            sharing.awake.wait(0.05)
+
+    threading.Thread(target=share, daemon=True).start()
+    print(json.dumps("ready"), flush=True)
+    for line in sys.stdin:
+        match line.strip():
+            case "peers":
+                answer: object = len(sharing.peers)
+            case "write":
+                answer = _write(graph)
+            case "delays":
+                answer = delays[1:]
+            case _:
+                answer = _race(name, graph, sharing)
+        print(json.dumps(answer), flush=True)
+    os._exit(0)
+
+
+def _write(graph: object) -> int:
+    graph.add("clock", "object")  # type: ignore[attr-defined]
+    for _ in range(WRITES):
+        time.sleep(0.02)
+        graph.set("clock", radius=time.time())  # type: ignore[attr-defined]
+    time.sleep(1.0)
+    return WRITES
+
+
+def _race(name: str, graph: object, sharing: Sharing) -> float:
+    for i in range(BATCH):
+        graph.add(f"{name} {i}", "object")  # type: ignore[attr-defined]
+    begun, first, value = time.monotonic(), sharing.acknowledged, 0.0
+    while time.monotonic() < begun + SECONDS:
+        value += 1.0
+        for i in range(BATCH):
+            graph.set(f"{name} {i}", radius=value)  # type: ignore[attr-defined]
+        while sharing.acknowledged < sharing.written and time.monotonic() < begun + SECONDS:
+            time.sleep(0.001)
+        time.sleep(0.001)
+    return (sharing.acknowledged - first) / SECONDS
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        _work(*sys.argv[1:])
+    else:
+        for row in run():
+            print(
+                f"{row.name:75s} {row.value:12.4g} {row.unit}"
+                + (f"  ({row.ratio:.2f}x {row.baseline})" if row.ratio else "")
+            )

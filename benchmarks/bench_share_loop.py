@@ -1,0 +1,160 @@
+"""What sharing costs who acts: the loop in lockstep, and the reflex while another process floods.
+
+Run it with `python benchmarks/bench_share_loop.py`, or all benchmarks with `make bench`. The reflex is that of
+bench_reflex. The flood comes over zenoh on loopback from a process that sends as fast as it can: messages,
+questions for all that is known, writes that are refused, and frames that nobody sealed.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from bench_reflex import measure
+from bench_share import _addresses
+from row import Row
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.event import NullSink
+from rocs_bt.knowledge import Knowledge
+from rocs_bt.knowledge.share import Entry, Scope, Sharing
+from rocs_bt.knowledge.share.wire import Delta, Say, Want, encode
+from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
+from rocs_bt.simulation import run as play
+
+SEEDS = (1, 2, 3)
+SECONDS = 20.0  # of simulated time
+CROSSINGS = 60
+
+
+def run() -> list[Row]:
+    """All rows."""
+    return [*_lockstep(), *_reflex()]
+
+
+# -- in lockstep ------------------------------------------------------------------------------------------------------
+
+
+def _lockstep() -> list[Row]:
+    """EXP3, where both robots see each other, so that they do the same things whether they share or not."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "scenarios").mkdir()
+        for name, table in (("alone", ""), ("together", '[share]\nkinds = ["peer"]\n')):
+            text = f'format = "scenario/1"\nbase = "exp3"\n{table}'
+            (Path(folder) / "scenarios" / f"{name}.toml").write_text(text, "utf-8")
+        catalog = Catalog(Path(folder))
+        ratios, shares = [], []
+        for seed in SEEDS:
+            alone, _ = _cpu(catalog, "alone", seed)
+            together, turns = _cpu(catalog, "together", seed)
+            ratios.append(together / alone)
+            shares.append(100.0 * turns / together)
+    name = f"EXP3 in lockstep, {len(SEEDS)} seeds of {SECONDS:g} s"
+    return [
+        Row(
+            f"{name}: CPU time with sharing",
+            statistics.median(ratios),
+            "x",
+            "the same without",
+            statistics.median(ratios),
+        ),
+        Row(f"{name}: of it in turns of sharing, both robots together", statistics.median(shares), "%"),
+    ]
+
+
+def _cpu(catalog: Catalog, scenario: str, seed: int) -> tuple[float, float]:
+    """CPU time of a run and of its turns of sharing [s]."""
+    turns, turn = [0.0], Sharing.run
+
+    def timed(sharing: Sharing, t: float) -> None:
+        start = time.thread_time()
+        turn(sharing, t)
+        turns[0] += time.thread_time() - start
+
+    Sharing.run = timed  # type: ignore[method-assign]
+    try:
+        start = time.process_time()
+        play(scenario, catalog, seed=seed, duration=SECONDS, report=False)
+        return time.process_time() - start, turns[0]
+    finally:
+        Sharing.run = turn  # type: ignore[method-assign]
+
+
+# -- on wall time -----------------------------------------------------------------------------------------------------
+
+
+def _reflex() -> list[Row]:
+    rows, counts = [], {}
+    for what, goal in (
+        ("shares nothing", None),
+        ("shares nothing, another process burns", "burn"),
+        ("shares, another process burns", "beside"),
+        ("shares, another process floods it", "flood"),
+    ):
+        here, there = _addresses(2)
+        sharing: list[Sharing] = []
+        with _other(goal, there, here):
+            join = None if goal in (None, "burn") else _join(here, sharing)
+            found = sorted(measure(burn=0.0, plan=10.0, crossings=CROSSINGS, share=join))
+        name = f"reflex, threaded, {what}, {CROSSINGS} crossings"
+        rows.append(Row(f"{name}: p50", statistics.median(found), "ms"))
+        rows.append(Row(f"{name}: p99", found[math.ceil(0.99 * len(found)) - 1], "ms"))
+        counts = sharing[0].counts.as_dict() if sharing else counts
+    bad = sum(counts[reason] for reason in ("oversized", "unauthenticated", "malformed", "flooded", "refused"))
+    return [*rows, Row("frames of the flood that came", counts["frames"], ""), Row("turned away", bad, "")]
+
+
+def _join(listen: str, found: list[Sharing]) -> Callable[[Knowledge], Sharing]:
+    def join(knowledge: Knowledge) -> Sharing:
+        scope, origin = Scope(knowledge.graph.schema), f"{knowledge.agent}#{os.urandom(8).hex()}"
+        network = ZenohNetwork(listen)
+        found.append(Sharing(knowledge, scope, network, origin=origin, sink=NullSink(), calendar=time.time))
+        return found[0]
+
+    return join
+
+
+@contextmanager
+def _other(what: str | None, listen: str, peer: str) -> Iterator[None]:
+    """Another process meanwhile, which burns Python beside or floods."""
+    if what is None:
+        yield
+        return
+    other = subprocess.Popen([sys.executable, __file__, what, listen, peer])
+    try:
+        yield
+    finally:
+        other.kill()
+        other.wait()
+
+
+def _flood(what: str, listen: str, peer: str) -> None:
+    """Make frames for ever, and send them where that is wanted."""
+    network = ZenohNetwork(listen, [peer] if what == "flood" else [])
+    origin = f"M#{os.urandom(8).hex()}"
+    link = network.join(origin, lambda frame: None, lambda peer: None)
+    number = 0
+    while True:
+        number += 1
+        bad = [Entry((f"box {i}", "object", "radius"), -1.0, 10**15, origin, number + i) for i in range(300)]
+        delta = Delta(number, 0, 1, "", {}, {}, bad, [0.0] * len(bad))
+        for message in (Say(number, "x" * 1000), Want({}), delta):
+            link.send(encode(origin, message, b""))
+        for size in (100, 60000):
+            link.send(bytes(size))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        _flood(*sys.argv[1:])
+    else:
+        for row in run():
+            print(f"{row.name:90s} {row.value:12.4g} {row.unit}")

@@ -1,0 +1,55 @@
+"""Put a query to the robot's Knowledge."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from rocs_bt.errors import Fault, InputError
+from rocs_bt.knowledge import compile_query
+from rocs_bt.knowledge.query import read_parameters
+from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+
+
+class Ask(Instant):
+    """SUCCESS if a query has an answer, FAILURE if it has none; never RUNNING.
+
+        <Ask query="peer where distance(peer) < 2 m order by distance(peer)" found="{who}"/>
+        <Ask query="object where distance(pose, path) < 0.4 m" path="{way}"/>
+        <Ask query="goal, no peer pursues goal where goal == it" it="{goal}"/>
+
+    The language is told in docs/knowledge.md. Without outputs it stops at the first answer.
+    """
+
+    kind = "Condition"
+    query = Input(str, doc="in the language of queries")
+    path = Input(list, [], "what `path` means in it: corners, (x, y) in the world frame [m]")
+    it = Input(str, "", "what `it` means in it: the name of a node")
+    found = Output(str, "the first thing that answers")
+    names = Output(list, "the names of all things that answer")
+    count = Output(int, "how many answers there are")
+
+    def doubts(self) -> Iterator[tuple[str, Fault]]:
+        if self.key("query") is not None:
+            return
+        knowledge = self.runtime.mission.knowledge
+        example: dict[str, Any] = {"path": [(0.0, 0.0)], "it": ""}
+        parameters = {name: value for name, value in example.items() if name in self.given}
+        signals = knowledge.signals if knowledge.signals.frozen else None
+        try:
+            compile_query(self.query, knowledge.graph.schema, signals, read_parameters(parameters)[0])
+        except InputError as error:
+            yield from (("query", fault) for fault in error.faults)
+
+    def update(self) -> Outcome:
+        knowledge, text = self.runtime.mission.knowledge, self.query
+        parameters = {name: getattr(self, name) for name in ("path", "it") if name in self.given}
+        if not {"found", "names", "count"} & self.given.keys():
+            return self._told(knowledge.holds(text, **parameters), text)
+        answers = knowledge.ask(text, **parameters)
+        self.names, self.count = answers.names, len(answers)
+        if answers.first is not None:
+            self.found = answers.first
+        return self._told(bool(answers), text)
+
+    def _told(self, holds: bool, text: str) -> Outcome:
+        self.feedback_message = "" if holds else f"nothing answers '{text}'"
+        return SUCCESS if holds else FAILURE

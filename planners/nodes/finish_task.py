@@ -1,0 +1,21 @@
+"""Tell Knowledge that work is done."""
+
+from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+
+
+class FinishTask(Instant):
+    """Sets every open task that serves a goal to done; FAILURE if there is none.
+
+    <FinishTask goal="{next}"/>
+    """
+
+    goal = Input(str, doc="what the tasks are for")
+
+    def update(self) -> Outcome:
+        graph, goal = self.runtime.mission.knowledge.graph, self.goal
+        open_ = [task for task in graph.nodes("task") if graph.get(task, "state") == "open"]
+        done = [task for task in open_ if goal in graph.related(task, "serves")]
+        for task in done:
+            graph.set(task, state="done")
+        self.feedback_message = f"done: {', '.join(done)}" if done else f"no open task serves '{goal}'"
+        return SUCCESS if done else FAILURE

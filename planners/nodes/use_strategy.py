@@ -1,0 +1,86 @@
+"""Act by the best strategy now, fall back where it fails, and remember what came of it."""
+
+from rocs_bt.action import Failure, Reason
+from rocs_bt.errors import KnowledgeError
+from rocs_bt.plan.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Input, Outcome, Output, halt
+
+
+class UseStrategy(Decorator):
+    """Chooses the strategy that serves best in the present situation and ticks its child, which acts by `selected`.
+
+        <UseStrategy selected="{way}">
+          <Switch2 variable="{way}" case_1="through" case_2="around">
+            ...
+
+    If the child succeeds, so does it. If the child fails, the next strategy is what the one in force falls back to, or
+    the best of the others that serve, until one succeeds or none is left: FAILURE. Each use is kept in the robot's
+    Knowledge with the situation and the outcome, so that a strategy that worked in a like situation is preferred;
+    `rocs-bt knowledge why` tells of each choice.
+    """
+
+    role = Input(str, "", "the role that it must suit; the robot's own where empty")
+    selected = Output(str, "the strategy that is in force")
+
+    def __init__(self, name, child, /, **attributes):
+        super().__init__(name, child, **attributes)
+        self._use, self._tried = None, []
+
+    @property
+    def _strategies(self):
+        return self.runtime.mission.knowledge.strategy
+
+    def halted(self) -> None:
+        self._end("halted")
+        self._tried = []
+        super().halted()
+
+    def tick_once(self) -> Outcome:
+        self.status = RUNNING
+        while True:
+            if self._use is None and not self._begin():
+                return self._finish(FAILURE)
+            outcome = self.tick_child()
+            if outcome is RUNNING:
+                return RUNNING
+            if outcome is SKIPPED:
+                self._end("halted")
+                halt(self.decorated)
+                self._tried = []
+                return SKIPPED
+            self._end("success" if outcome is SUCCESS else "failure", self._reason(outcome))
+            if outcome is SUCCESS:
+                return self._finish(SUCCESS)
+
+    def _begin(self) -> bool:
+        """Put the next strategy in force; whether there is one."""
+        strategies = self._strategies
+        try:
+            after = strategies.after(self._tried[-1], self._tried) if self._tried else None
+            choice = strategies.choose(self.role, self._tried)
+            name = after or choice.best
+            why = f"'{self._tried[-1]}' falls back to it\n{choice}" if after else str(choice)
+            if name is None:
+                self.feedback_message = str(Failure(Reason.CANNOT, f"no strategy serves. {choice}"))
+                return False
+            self._use = strategies.begin(name, why, choice.situation)
+        except KnowledgeError as error:
+            self.feedback_message = str(Failure(Reason.CANNOT, str(error)))
+            return False
+        self._tried.append(name)
+        self.selected = name
+        self.feedback_message = f"by {name}"
+        return True
+
+    def _reason(self, outcome: Outcome) -> str:
+        tip = self.decorated.tip() if outcome is FAILURE else None
+        return "" if tip is None else f"{tip.name}: {tip.feedback_message}".rstrip(": ")
+
+    def _end(self, outcome: str, reason: str = "") -> None:
+        if self._use is not None:
+            self._strategies.end(self._use, outcome, reason)
+            self._use = None
+
+    def _finish(self, outcome: Outcome) -> Outcome:
+        self._tried = []
+        self.status = outcome
+        return outcome

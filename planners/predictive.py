@@ -1,0 +1,188 @@
+"""Planners that look ahead: motions are tried in the mind for a while, towards a way, and the best is begun."""
+
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+
+from rocs_bt.plan import NoRoute, Observation, RoutePlanner, Task, Vehicle
+from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
+
+
+@dataclass(kw_only=True)
+class DynamicWindow:
+    """Tries the arcs that the wheels allow within a period, and drives the best that does not hit.
+
+    Source: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (IEEE RAM 4, 1997): heading to
+    the goal, clearance and speed, each normalised, weighed 0.8, 0.1 and 0.1 as there. The goal is a point ahead on the
+    way of a route planner, as such planners are used since, for by itself it ends before every wall that is in its way.
+
+    Attributes:
+        cruise: The fastest.
+        turn_rate: The fastest turn.
+        period: For how long a choice is held; the window is what the wheels can reach within it.
+        horizon: How far ahead an arc must be free for its speed to be admissible, at least.
+        heading: Weight of the heading at the end of the arc.
+        clearance: Weight of the time until it hits.
+        speed: Weight of the speed.
+        margin: The gap that an arc must keep.
+        planner: A file of planners/routes.
+        look: How far ahead on the way the point is.
+    """
+
+    cruise: PositiveMetresPerSecond = 1.0
+    turn_rate: RadiansPerSecond = 2.0
+    period: PositiveSeconds = 0.25
+    horizon: PositiveSeconds = 1.5
+    heading: float = 0.8
+    clearance: float = 0.1
+    speed: float = 0.1
+    margin: PositiveMetres = 0.04
+    planner: str = "grid_astar"
+    look: PositiveMetres = 1.0
+
+    def reset(self, task: Task, rng: np.random.Generator) -> None:
+        """Look at the robot, and make the route planner."""
+        self._robot, self._routes = Vehicle(task), task.route(self.planner)
+
+    def act(self, observation: Observation) -> list[float] | None:
+        """Choose an arc."""
+        robot = self._robot
+        if robot.arrived(observation):
+            return None
+        if np.isnan(observation.pose.x):
+            return robot.stand()
+        aim = aimed(robot, self._routes, observation, self.look, self.margin)
+        v, w = self._window(*robot.motion(observation))
+        steps = np.linspace(0.0, self.horizon, 9)[1:]
+        poses = arcs(v, w, steps)
+        gaps = robot.gaps(observation.pose, self.cruise * self.horizon + 1.0, poses)
+        braking = v / (0.7 * robot.drive.max_wheel_acceleration) + self.period
+        free = np.where(steps <= braking[:, None] + 0.2, gaps, inf).min(axis=1) > self.margin
+        if not free.any():
+            return robot.wheels(0.0, 0.8 if aim[1] >= 0.0 else -0.8)
+        score = (
+            self.heading * _normal(facing(aim, poses[:, 3]), free)
+            + self.clearance * _normal(_until_contact(gaps, steps, self.margin), free)
+            + self.speed * _normal(v, free)
+        )
+        best = int(np.argmax(np.where(free, score, -inf)))
+        return robot.wheels(float(v[best]), float(w[best]))
+
+    def _window(self, speed: float, turn: float) -> tuple[np.ndarray, np.ndarray]:
+        """(k,) Speeds and turns that can be reached within the period."""
+        drive = self._robot.drive
+        room = drive.max_wheel_acceleration * self.period
+        v = np.linspace(max(0.0, speed - room), min(self.cruise, max(speed, 0.0) + room), 9)
+        reach = room / drive.arm
+        w = np.linspace(max(-self.turn_rate, turn - reach), min(self.turn_rate, turn + reach), 15)
+        grid = np.meshgrid(v, np.append(w, 0.0), indexing="ij")
+        return grid[0].ravel(), grid[1].ravel()
+
+
+@dataclass(kw_only=True)
+class Mppi:
+    """Draws disturbed courses around the last one, and drives their mean, weighed by how little each costs.
+
+    Source: Williams, Aldrich and Theodorou, Model predictive path integral control (J. Guidance, Control, and Dynamics
+    40, 2017). A course costs the time that is left at its end, and much for coming near to something.
+
+    Attributes:
+        cruise: The fastest.
+        turn_rate: The fastest turn.
+        horizon: How far ahead it looks.
+        step: Between two points of a course.
+        courses: How many are drawn.
+        temperature: How much worse courses still count.
+        gap: Nearer than this costs.
+        planner: A file of planners/routes.
+        look: How far ahead on the way the point is that it drives at.
+    """
+
+    cruise: PositiveMetresPerSecond = 1.0
+    turn_rate: RadiansPerSecond = 2.0
+    horizon: PositiveSeconds = 2.0
+    step: PositiveSeconds = 0.1
+    courses: int = 200
+    temperature: float = 0.3
+    gap: PositiveMetres = 0.25
+    planner: str = "grid_astar"
+    look: PositiveMetres = 1.5
+    _plan: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), init=False)
+
+    def reset(self, task: Task, rng: np.random.Generator) -> None:
+        """Begin with standing."""
+        self._robot, self._rng, self._routes = Vehicle(task), rng, task.route(self.planner)
+        self._plan = np.zeros((round(self.horizon / self.step), 2))
+
+    def act(self, observation: Observation) -> list[float] | None:
+        """Shift the course, disturb it, and take the mean of what is good."""
+        robot = self._robot
+        if robot.arrived(observation):
+            return None
+        if np.isnan(observation.pose.x):
+            return robot.stand()
+        self._plan = np.vstack([self._plan[1:], self._plan[-1:]])
+        noise = self._rng.normal(0.0, (0.3 * self.cruise, 0.5 * self.turn_rate), (self.courses, *self._plan.shape))
+        noise = np.cumsum(noise, axis=1) / np.sqrt(np.arange(1, len(self._plan) + 1))[:, None]
+        tried = np.clip(self._plan + noise, (0.0, -self.turn_rate), (self.cruise, self.turn_rate))
+        cost = self._costs(observation, tried)
+        weights = np.exp(-(cost - cost.min()) / self.temperature)
+        self._plan = np.tensordot(weights / weights.sum(), tried, axes=1)
+        speed, turn = self._plan[0].tolist()
+        return robot.wheels(speed, turn)
+
+    def _costs(self, observation: Observation, tried: np.ndarray) -> np.ndarray:
+        """(k,) What each course costs [s]."""
+        robot, count = self._robot, tried.shape[1]
+        yaw = np.cumsum(tried[:, :, 1] * self.step, axis=1)
+        x = np.cumsum(tried[:, :, 0] * self.step * np.cos(yaw), axis=1)
+        y = np.cumsum(tried[:, :, 0] * self.step * np.sin(yaw), axis=1)
+        every = slice(1, None, 2)  # a body's length holds several steps
+        poses = np.stack([x, y, yaw], axis=-1)[:, every]
+        gaps = np.minimum(robot.gaps(observation.pose, self.cruise * self.horizon + 0.5, poses), self.gap)
+        ahead, aside = aimed(robot, self._routes, observation, self.look, 0.03)
+        left = np.hypot(ahead - x[:, -1], aside - y[:, -1])
+        near = ((self.gap - gaps) / self.gap).sum(axis=1) * 2.0 * self.horizon / count
+        hit = 20.0 * (gaps <= 0.03).any(axis=1)
+        return left / self.cruise + near + hit
+
+
+def aimed(
+    robot: Vehicle, routes: RoutePlanner, observation: Observation, look: float, clearance: float
+) -> tuple[float, float]:
+    """The point to drive at, in the body frame [m]: ahead on the way, or the goal where nobody knows one."""
+    pose = observation.pose
+    try:
+        way = routes.route(pose, robot.goal, clearance)
+    except NoRoute:
+        way = [pose[:2], robot.goal[:2]]
+    return robot.ahead(pose, way, look)
+
+
+def facing(aim: tuple[float, float], ends: np.ndarray) -> np.ndarray:
+    """(k,) How well each end of an arc looks at a point: from 0, away from it, to 1."""
+    to = np.arctan2(aim[1] - ends[:, 1], aim[0] - ends[:, 0]) - ends[:, 2]
+    return 1.0 - np.abs(np.mod(to + np.pi, 2.0 * np.pi) - np.pi) / np.pi
+
+
+def arcs(v: np.ndarray, w: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """(k, n, 3) Poses in the body frame after so long [s] at constant speeds [m/s] and turns [rad/s]."""
+    yaw = w[:, None] * times
+    straight = np.abs(w) < 1e-6
+    safe = np.where(straight, 1.0, w)[:, None]
+    x = np.where(straight[:, None], v[:, None] * times, v[:, None] / safe * np.sin(yaw))
+    y = np.where(straight[:, None], 0.0, v[:, None] / safe * (1.0 - np.cos(yaw)))
+    return np.stack([x, y, yaw], axis=-1)
+
+
+def _until_contact(gaps: np.ndarray, times: np.ndarray, margin: float) -> np.ndarray:
+    """(k,) After how long each arc comes too near to something [s]; the whole horizon where it does not."""
+    near = gaps <= margin
+    return np.where(near.any(axis=1), times[near.argmax(axis=1)], times[-1])
+
+
+def _normal(values: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """(k,) Values from 0 for the least of some to 1 for the greatest of them."""
+    low, high = values[of].min(), values[of].max()
+    return (values - low) / (high - low) if high > low else np.zeros_like(values)

@@ -1,0 +1,318 @@
+"""The fastest way through the map that the robot makes for itself, where what is near costs speed.
+
+The way runs over the cells of `knowledge.world.occupancy`, from each to its eight neighbours; what nobody has seen yet
+counts as free. A metre costs the time that it takes at the speed which its clearance allows, so that the way keeps to
+the middle of gaps and goes round tight ones if that is not far. It is found by A* (Hart, Nilsson and Raphael, IEEE
+Transactions on Systems Science and Cybernetics 4, 1968), as SciPy's Dijkstra on reduced costs, and then drawn smooth as
+an elastic band (Quinlan and Khatib, ICRA 1993). A way is kept while nothing new comes near it, and a new one begins
+with what is driven of the old one before anybody can turn.
+"""
+
+from functools import lru_cache
+from math import cos, hypot, inf, isnan, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from rocs_bt.control.footprint import Footprint
+from rocs_bt.control.rod import STEP, Surroundings, headings, relaxed
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import OCCUPIED
+from rocs_bt.plan import NoRoute, Point, RoutePlanner
+
+WINDOWS = (2.5, 8.0)  # [m] How far beyond start and goal it looks; the next one where there is no way.
+REACH = 8.0  # [m] How far around the robot it looks, at most; what is beyond is taken for free.
+BLOCK = 32  # Cells by which a window grows, so that few shapes need be prepared.
+
+EASE = 0.5  # [m] Clearance beyond which nothing costs speed any more.
+SLOWEST = 0.15  # Of the full speed, at the least clearance.
+PINCH = 15.0  # What a metre costs more where there is no clearance at all.
+TIGHT = 40.0  # What a metre costs, at 1 for a free one, where only a finer look can tell whether the hull fits.
+BACK, NEAR = 3.0, 1.0  # What a metre straight back costs more, to who must turn for it, within NEAR [m] of the robot.
+FIRST = 0.8  # By how much more than a free straight line, as a share, the first search is bounded; the next by 4 times.
+
+TRIES = 6  # How many ways it looks at in one search until the hull fits everywhere.
+SHUT = 0.15  # [m] Around a place where it did not fit nothing goes any more.
+AHEAD = 0.25  # [s] What is driven in this time, and until the robot could stand, is driven on the old way.
+LOOK = 0.15  # [s] So often a way is held against a map that has changed.
+DEARER = 1.2  # A way is kept until it costs so much more than when it was found,
+LESS = 0.01  # [m] or the hull has so much less than the clearance.
+OFF = 0.3  # [m] Farther from it than this nobody is on a way.
+TURN = 6  # A way turns back if so many cells from its beginning it is behind.
+SHORT = 3.0  # [m] A way that ends before the goal is renewed when so much is left.
+
+NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
+LEGS = [hypot(*step) for step in NEIGHBOURS]
+
+
+class GridAstar(RoutePlanner):
+    """Plans in the robot's own map; needs a LocalMap among its analysers, and its length and width.
+
+    `clearance` is kept beside the hull as it drives along, and not, as among known things, however it turns.
+    """
+
+    def __init__(self, knowledge):
+        super().__init__(knowledge)
+        body = knowledge.graph.attributes(knowledge.agent)
+        self._footprint = Footprint(body.get("length", 0.0), body.get("width", 0.0))
+        self._brake = 0.8 * body.get("wheel_acceleration_limit", inf)
+        self._way = None
+        self._looked = -inf
+        self._shut = []
+
+    def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
+        grid = self.knowledge.world.occupancy
+        if grid is None:
+            raise NoRoute("nobody draws a map; give the robot the analyser LocalMap")
+        kept = self._way if self._way is not None and self._way.serves(start, goal) else None
+        now = self.knowledge.clock.now()
+        if kept is not None and (kept.revision == grid.revision or now - self._looked < LOOK - 1e-6):
+            return kept.path
+        self._looked = now
+        self._way = None
+        for around in WINDOWS:
+            field = self._field(grid, start, goal, around)
+            if kept is not None and kept.still_good(field, self._footprint, start, clearance):
+                self._way = kept._replace(revision=field.revision)
+                return kept.path
+            self._way = self._new(field, start, goal, clearance, kept)
+            if self._way is not None:
+                return self._way.path
+        self._shut.clear()  # at the next try all is looked at anew
+        raise NoRoute("no way leads through what is on the map")
+
+    def _field(self, grid, start, goal, around):
+        here, there = np.array(start[:2]), np.array(goal[:2])
+        low = np.maximum(np.minimum(here, there) - around, here - REACH)
+        high = np.minimum(np.maximum(here, there) + around, here + REACH)
+        block = BLOCK * grid.cell
+        size = np.ceil((high - low) / block) * block - 0.5 * grid.cell  # so that a whole number of blocks is covered
+        low = np.floor(low / grid.cell) * grid.cell + 0.25 * grid.cell
+        return Field.of(grid.window(tuple(low), tuple(low + size)), self._footprint.inner)
+
+    def _new(self, field, start, goal, clearance, kept):
+        """A way on which the hull fits everywhere; None without one."""
+        begun = self._begin(kept, field, start)
+        cost = _turning(field, _with_a_way_out(field, begun[-1]), start)
+        for place in self._shut:
+            field.close(cost, place)
+        for _ in range(TRIES):
+            cells = _search(field, cost, begun[-1], goal)
+            if cells is None:
+                return None
+            if _turns_back(begun, cells):  # who turns round stands first, and begins where it is
+                begun, cells = begun[:1], np.vstack([begun[::-1], cells])
+            way = _drawn(field, self._footprint, begun, cells, goal)
+            place = _too_tight(field, self._footprint, way.points, clearance)
+            if place is None:
+                return way
+            field.close(cost, place)
+            self._shut.append(place)
+        return None
+
+    def _begin(self, kept, field, start):
+        """(k, 2) What will be driven before a new way can begin, from where the robot is [m]."""
+        speed = self.knowledge.robot.speed()
+        speed = 0.0 if isnan(speed) else max(speed, 0.0)
+        ahead = speed * AHEAD + speed * speed / (2.0 * self._brake)
+        here = np.array(start[:2])
+        if kept is not None:
+            points = kept.ahead(start, ahead)
+        else:
+            steps = np.arange(STEP, ahead, STEP)[:, None]
+            points = np.vstack([here, here + steps * (cos(start.yaw), sin(start.yaw))])
+        free = field.around.sample(field.around.away, points) > field.inner
+        return points[: max(1, int(np.argmin(free)) if not free.all() else len(points))]
+
+
+class Field(NamedTuple):
+    """What is known of a rectangle of cells, ready to be searched."""
+
+    around: Surroundings
+    cost: np.ndarray  # (rows, columns) of a metre, at least 1; inf where the hull cannot be
+    inner: float  # radius of the hull's inner circle [m]
+    revision: int
+
+    @classmethod
+    def of(cls, window, inner):
+        occupied, far = window.states == OCCUPIED, inner + EASE
+        away = np.full(occupied.shape, far)
+        if occupied.any():
+            cells, nearest = distance_transform_edt(~occupied, return_indices=True)
+            near = cells < far / window.cell + 1.0
+            row, column = nearest[:, near]
+            here = np.argwhere(near)[:, ::-1] + 0.5
+            away[near] = np.hypot(*((window.x, window.y) + here * window.cell - window.echoes[row, column]).T)
+            away = np.minimum(away, far)
+        share = (away - inner) / EASE
+        cost = 1.0 / np.clip(share, SLOWEST, 1.0) + PINCH * np.clip(1.0 - share / SLOWEST, 0.0, 1.0)
+        cost[away < inner] = TIGHT
+        cost[away < inner - 0.6 * window.cell] = inf
+        around = Surroundings(window.x, window.y, window.cell, away, window.points())
+        return cls(around, cost, inner, window.revision)
+
+    def close(self, cost, place):
+        """Let nothing go by a place [m] any more."""
+        away = self.around.centres() - place
+        cost[(away * away).sum(axis=-1) < SHUT * SHUT] = inf
+
+    def prices(self, points):
+        """(k,) What a metre costs at points (k, 2) [m]; TIGHT at most."""
+        return self.around.sample(np.minimum(self.cost, TIGHT), points)
+
+
+class Way(NamedTuple):
+    """A way that was found."""
+
+    points: np.ndarray  # (k, 2) [m]
+    path: list[Point]  # the same, as missions take it
+    prices: np.ndarray  # (k,) of a metre, when it was found
+    goal: Point
+    complete: bool  # whether it ends at the goal
+    revision: int  # of the map, when it was last looked at
+
+    def nearest(self, start):
+        return int(np.hypot(*(self.points - start[:2]).T).argmin())
+
+    def serves(self, start, goal):
+        """Whether it leads to that goal and is long enough, and the robot is on it."""
+        nearest = self.nearest(start)
+        off = hypot(*(self.points[nearest] - start[:2]))
+        left = STEP * (len(self.points) - nearest)
+        return self.goal == goal[:2] and off < OFF and (self.complete or left > SHORT)
+
+    def still_good(self, field, footprint, start, clearance):
+        """Whether it costs about as much as when it was found, and the hull still fits."""
+        nearest = self.nearest(start)
+        now = field.prices(self.points[nearest:])
+        dearer = now.sum() > DEARER * self.prices[nearest:].sum() + SHORT / STEP
+        return not dearer and _too_tight(field, footprint, self.points[nearest:], clearance - LESS) is None
+
+    def ahead(self, start, distance):
+        """(k, 2) The robot's place and the next part of the way [m]."""
+        nearest = self.nearest(start)
+        return np.vstack([start[:2], self.points[nearest + 1 : nearest + 1 + int(distance / STEP)]])
+
+
+def _search(field, cost, start, goal):
+    """(k, 2) Cells' centres from start to goal, or to where the field is left towards it [m]; None without a way."""
+    rows, columns = cost.shape
+    here, there = field.around.cell(start), field.around.cell(goal)
+    row, column = np.indices(cost.shape)
+    aim = ((goal[1] - field.around.y) / field.around.side - 0.5, (goal[0] - field.around.x) / field.around.side - 0.5)
+    up, aside = np.abs(row - aim[0]), np.abs(column - aim[1])
+    guess = np.maximum(up, aside) + (sqrt(2.0) - 1.0) * np.minimum(up, aside)
+    ends = np.array([there[0] * columns + there[1]]) if there is not None else _edge(rows, columns, aim)
+    graph, first, limit = _reduced(cost, guess), here[0] * columns + here[1], FIRST * guess[here]
+    while True:
+        distance, before = dijkstra(graph, indices=first, return_predecessors=True, limit=limit)
+        best = ends[distance[ends].argmin()]
+        if distance[best] < inf:
+            break
+        if limit > cost.size * TIGHT:
+            return None
+        limit *= 4.0
+    way = [best]
+    while way[-1] != first:
+        way.append(before[way[-1]])
+    return field.around.centres().reshape(-1, 2)[way[::-1]]
+
+
+def _with_a_way_out(field, place):
+    """The costs, such that a robot that stands too near to something may drive off, at a price."""
+    cost, around, here = field.cost.copy(), int(0.5 / field.around.side), field.around.cell(place)
+    if cost[here] == inf:
+        part = tuple(slice(max(at - around, 0), at + around + 1) for at in here)
+        cost[part] = np.where(np.isinf(cost[part]) & (field.around.away[part] > field.around.side), TIGHT, cost[part])
+        cost[here] = TIGHT
+    return cost
+
+
+def _turning(field, cost, start):
+    """The costs, and what a turn costs who looks elsewhere."""
+    reach = int(NEAR / field.around.side)
+    row, column = field.around.cell(start)
+    part = slice(max(row - reach, 0), row + reach + 1), slice(max(column - reach, 0), column + reach + 1)
+    rows, columns = np.mgrid[part]
+    y, x = (rows - row) * field.around.side, (columns - column) * field.around.side
+    away = np.hypot(x, y)
+    back = 0.5 - 0.5 * (x * cos(start.yaw) + y * sin(start.yaw)) / np.maximum(away, field.around.side)
+    cost[part][:] += np.where(away < NEAR, BACK * back, 0.0)[: cost[part].shape[0], : cost[part].shape[1]]
+    return cost
+
+
+def _reduced(cost, guess):
+    """The graph of all cells with costs less the progress that the guess promises: on it Dijkstra's search is A*."""
+    rows, columns = cost.shape
+    near, starts = _neighbours(rows, columns)
+    around, ahead = np.pad(cost, 1, constant_values=inf), np.pad(guess, 1)
+    weights = np.empty((rows, columns, len(NEIGHBOURS)))
+    for k, (i, j) in enumerate(NEIGHBOURS):
+        part = slice(1 + i, 1 + i + rows), slice(1 + j, 1 + j + columns)
+        weights[:, :, k] = (0.5 * LEGS[k]) * (cost + around[part]) + (ahead[part] - guess)
+    np.maximum(weights, 1e-9, out=weights)  # what rounding made negative; zero would be no edge
+    return csr_array((weights.reshape(-1), near, starts), shape=(cost.size, cost.size))
+
+
+@lru_cache(maxsize=16)
+def _neighbours(rows, columns):
+    """Column indices and row starts of the graph of a field; what lies outside is the cell itself, at infinite cost."""
+    own = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
+    padded = np.pad(own, 1, constant_values=-1)
+    near = np.stack([padded[1 + i : 1 + i + rows, 1 + j : 1 + j + columns] for i, j in NEIGHBOURS], axis=-1)
+    near = np.where(near < 0, own[:, :, None], near)
+    starts = np.arange(0, len(NEIGHBOURS) * own.size + 1, len(NEIGHBOURS), dtype=np.int32)
+    return near.reshape(-1), starts
+
+
+def _edge(rows, columns, aim):
+    """The cells of those edges of a field beyond which its goal lies."""
+    own, (row, column) = np.arange(rows * columns).reshape(rows, columns), aim
+    beyond = ((own[0], row < 0.0), (own[-1], row >= rows), (own[:, 0], column < 0.0), (own[:, -1], column >= columns))
+    return np.concatenate([edge for edge, is_beyond in beyond if is_beyond])
+
+
+def _turns_back(begun, cells):
+    """Whether a way leads back on what will be driven before it begins."""
+    if len(begun) < 2:
+        return False
+    first, ahead = begun[-1] - begun[-2], cells[min(TURN, len(cells) - 1)] - cells[0]
+    return float(first @ ahead) < -0.3 * hypot(*first) * hypot(*ahead)
+
+
+def _drawn(field, footprint, begun, cells, goal):
+    """The way over cells, smooth, after what has begun."""
+    complete = field.around.cell(goal) is not None
+    rough = np.vstack([begun, cells[1:], *([np.array([goal[:2]])] if complete else [])])
+    points = relaxed(field.around, footprint, _resampled(rough, len(begun)), len(begun))
+    return Way(points, [tuple(p) for p in points.tolist()], field.prices(points), goal[:2], complete, field.revision)
+
+
+def _too_tight(field, footprint, points, clearance):
+    """The place on a way at which the hull has least, and less than the clearance [m]; None where it fits everywhere.
+
+    Where the robot is now it may have less, if it does not lose more on the next steps.
+    """
+    if len(points) < 2:
+        return None
+    near = np.flatnonzero(field.around.sample(field.around.away, points) < footprint.outer + clearance)
+    if len(near) == 0:
+        return None
+    poses = np.column_stack([points, headings(points)])[near]
+    low, high = points[near].min(axis=0) - 0.5, points[near].max(axis=0) + 0.5
+    things = field.around.points[((field.around.points > low) & (field.around.points < high)).all(axis=1)]
+    gaps = footprint.clearance(poses, things)
+    here = near * STEP < footprint.outer
+    lack = np.where(here, min(clearance, gaps[0] - LESS), clearance) - gaps
+    return None if lack.max() <= 0.0 else tuple(points[near[lack.argmax()]])
+
+
+def _resampled(points, kept):
+    """The points at even steps, the first ones as they are."""
+    head, tail = points[:kept], points[kept - 1 :]
+    stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(tail, axis=0).T))])
+    at = np.linspace(0.0, stations[-1], max(2, round(stations[-1] / STEP) + 1))
+    return np.vstack([head, np.column_stack([np.interp(at, stations, tail[:, i]) for i in (0, 1)])[1:]])

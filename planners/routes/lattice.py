@@ -1,0 +1,166 @@
+"""The cheapest way over a state lattice: places with a heading, joined by what a car-like robot can drive.
+
+The heading is part of the search, so that the hull is held against the map as it will stand there, and turns cost what
+they take. Source: Pivtoraiko and Kelly, Efficient constrained path planning via search in state lattices (i-SAIRAS
+2005); here with eight headings, and SciPy's Dijkstra as the search. It works on the map that the robot makes for
+itself; what nobody has seen yet counts as free.
+"""
+
+from itertools import pairwise
+from math import ceil, cos, dist, hypot, inf, pi, sin
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import OCCUPIED
+from rocs_bt.plan import NoRoute, Point, RoutePlanner, off_way
+
+SIDE = 0.2  # [m] Between places of the lattice.
+AROUND = 3.0  # [m] How far beyond start and goal it looks.
+REACH = 8.0  # [m] How far around the robot it looks, at most.
+EASE, SLOWEST = 0.5, 0.15  # [m] Clearance beyond which nothing costs speed; the share of the full speed at the least.
+TURN = 0.4  # [m] What a turn of 45 deg on the spot costs.
+OFF = 0.3  # [m] Farther from it than this nobody is on a way.
+
+STEPS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (rows, columns) by heading
+HEADINGS = len(STEPS)
+
+
+class Lattice(RoutePlanner):
+    """Plans in the robot's own map; needs a LocalMap among its analysers, and its length and width."""
+
+    def __init__(self, knowledge):
+        super().__init__(knowledge)
+        body = knowledge.graph.attributes(knowledge.agent)
+        self._length, self._width = body.get("length", 0.4), body.get("width", 0.4)
+        self._kept = None
+
+    def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
+        grid = self.knowledge.world.occupancy
+        if grid is None:
+            raise NoRoute("nobody draws a map; give the robot the analyser LocalMap")
+        if self._kept is not None:
+            way, towards, revision = self._kept
+            if towards == goal[:2] and off_way(start[:2], way) < OFF:
+                if revision == grid.revision:
+                    return way
+                if _clear(grid, way, 0.5 * self._width + clearance):
+                    self._kept = way, towards, grid.revision
+                    return way
+        revision, field = grid.revision, _Field(grid, start, goal, self._length, self._width, clearance)
+        cells = field.search(start, goal)
+        if cells is None:
+            raise NoRoute("no way leads through what is on the map")
+        end = [goal[:2]] if field.holds(goal) else []
+        way = [start[:2], *cells[1:], *end]
+        self._kept = way, goal[:2], revision
+        return way
+
+
+class _Field:
+    """The lattice over a part of the map: where the hull can stand in which heading, and what a metre costs there."""
+
+    def __init__(self, grid, start, goal, length, width, clearance):
+        here, there = np.array(start[:2]), np.array(goal[:2])
+        self._low = np.maximum(np.minimum(here, there) - AROUND, here - REACH)
+        high = np.minimum(np.maximum(here, there) + AROUND, here + REACH)
+        self._columns, self._rows = (ceil(n) + 1 for n in ((high - self._low) / SIDE).tolist())
+        window = grid.window(tuple(self._low - 1.0), tuple(high + 1.0))
+        occupied = window.states == OCCUPIED
+        self._away = np.full(occupied.shape, inf)
+        if occupied.any():
+            self._away = distance_transform_edt(~occupied) * window.cell
+        self._window = window
+        self._x = self._low[0] + SIDE * np.arange(self._columns)[None, :] + np.zeros((self._rows, 1))
+        self._y = self._low[1] + SIDE * np.arange(self._rows)[:, None] + np.zeros((1, self._columns))
+        self._room = np.stack([self._beside(k, length, width) for k in range(HEADINGS)], axis=-1) - clearance
+
+    def _beside(self, heading, length, width):
+        """(rows, columns) The room beside the hull that stands there in a heading [m]; the hull as discs."""
+        count = max(1, ceil(length / width - 1e-9))
+        part, yaw = length / (2 * count), heading * pi / 4.0
+        radius, least = hypot(part, 0.5 * width), np.full(self._x.shape, inf)
+        for k in range(count):
+            ahead = (2 * k + 1) * part - 0.5 * length
+            column = ((self._x + ahead * cos(yaw) - self._window.x) / self._window.cell).astype(np.intp)
+            row = ((self._y + ahead * sin(yaw) - self._window.y) / self._window.cell).astype(np.intp)
+            row, column = np.clip(row, 0, self._away.shape[0] - 1), np.clip(column, 0, self._away.shape[1] - 1)
+            least = np.minimum(least, self._away[row, column] - radius)
+        return least
+
+    def holds(self, goal):
+        """Whether a place is on the lattice."""
+        column, row = (np.array(goal[:2]) - self._low) / SIDE
+        return -0.5 <= column <= self._columns - 0.5 and -0.5 <= row <= self._rows - 0.5
+
+    def search(self, start, goal):
+        """The places of the cheapest way, as points [m]; None without one."""
+        graph, first = self._graph(start), self._node(start, round(start.yaw / (pi / 4.0)))
+        distance, before = dijkstra(graph, indices=first, return_predecessors=True)
+        ends = self._ends(goal)
+        best = ends[distance[ends].argmin()]
+        if distance[best] == inf:
+            return None
+        nodes = [best]
+        while nodes[-1] != first:
+            nodes.append(before[nodes[-1]])
+        cells = dict.fromkeys(int(node) // HEADINGS for node in reversed(nodes))  # turns on the spot are one place
+        return [(float(self._x.flat[c]), float(self._y.flat[c])) for c in cells]
+
+    def _node(self, pose, heading):
+        column, row = np.round((np.array(pose[:2]) - self._low) / SIDE).astype(int)
+        row, column = np.clip(row, 0, self._rows - 1), np.clip(column, 0, self._columns - 1)
+        return int((row * self._columns + column) * HEADINGS + heading % HEADINGS)
+
+    def _ends(self, goal):
+        """The nodes to reach: the goal in any heading, or the border of the lattice that is nearest to it."""
+        if self.holds(goal):
+            return self._node(goal, 0) + np.arange(HEADINGS)
+        away = np.hypot(self._x - goal.x, self._y - goal.y)
+        rows, columns = np.nonzero(away <= away.min() + 2.0)
+        return ((rows * self._columns + columns)[:, None] * HEADINGS + np.arange(HEADINGS)).ravel()
+
+    def _graph(self, start):
+        """All moves: a step ahead, a bend to either side, a turn on the spot; none where the hull cannot stand."""
+        can = self._room > 0.0
+        here = self._node(start, 0)
+        can.reshape(-1)[here : here + HEADINGS] = True  # who stands too near to something may still drive off
+        price = 1.0 / np.clip(self._room / EASE, SLOWEST, 1.0)
+        sources, targets, costs = [], [], []
+        for k, (i, j) in enumerate(STEPS):
+            for turn in (-1, 0, 1):
+                m = (k + turn) % HEADINGS
+                di, dj = (i, j) if turn == 0 else (i + STEPS[m][0], j + STEPS[m][1])
+                self._moves(can, price, (k, m), (di, dj), SIDE * hypot(di, dj), sources, targets, costs)
+                if turn:
+                    self._moves(can, price, (k, m), (0, 0), TURN, sources, targets, costs)
+        size = self._rows * self._columns * HEADINGS
+        return csr_array(
+            (np.concatenate(costs), (np.concatenate(sources), np.concatenate(targets))), shape=(size, size)
+        )
+
+    def _moves(self, can, price, headings, step, length, sources, targets, costs):
+        """Add the moves of one kind from every place at which they can be made."""
+        (k, m), (di, dj) = headings, step
+        rows = slice(max(0, -di), self._rows - max(0, di)), slice(max(0, di), self._rows - max(0, -di))
+        columns = slice(max(0, -dj), self._columns - max(0, dj)), slice(max(0, dj), self._columns - max(0, -dj))
+        here, there = (rows[0], columns[0]), (rows[1], columns[1])
+        allowed = can[here][..., k] & can[there][..., m]
+        places = np.arange(self._rows * self._columns).reshape(self._rows, self._columns) * HEADINGS
+        sources.append((places[here] + k)[allowed])
+        targets.append((places[there] + m)[allowed])
+        costs.append(length * 0.5 * (price[here][..., k] + price[there][..., m])[allowed])
+
+
+def _clear(grid, way, room):
+    """Whether nothing stands on a way that was found before."""
+    points = np.vstack([np.linspace(a, b, max(2, ceil(dist(a, b) / 0.1))) for a, b in pairwise(way)])
+    window = grid.window(tuple(points.min(axis=0) - 1.0), tuple(points.max(axis=0) + 1.0))
+    things = window.points()
+    if not len(things):
+        return True
+    gaps = np.hypot(things[:, 0] - points[:, :1], things[:, 1] - points[:, 1:]).min(axis=1)
+    return bool((gaps > 0.9 * room).all())

@@ -1,0 +1,261 @@
+"""`rocs-bt compare`: planners over scenes and seeds, and what they say."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..catalog import Catalog
+from ..errors import Fault, InputError
+from .progress import Progress
+
+if TYPE_CHECKING:
+    from ..compare import Comparison, EpisodeRecord, Metric, Place, Verdict
+    from ..compare.statistics import Estimate
+
+METRICS = ("success", "collision", "time")
+_ERRORS = 3  # that are told on the screen
+_WIDE = 1000  # columns, more than any table has
+
+
+@click.command()
+@click.argument("planners", nargs=-1, required=True)
+@click.option("--family", "families", multiple=True, help="Scenes of this family; may be given more than once.")
+@click.option("--scenarios", type=click.IntRange(min=1), default=20, show_default=True, help="How many of each family.")
+@click.option(
+    "--from", "first", type=click.IntRange(min=0), default=0, show_default=True, help="The first one's index."
+)
+@click.option("--set", "given", multiple=True, metavar="NAME=VALUE", help="A parameter of the families, with its unit.")
+@click.option("--scenario", multiple=True, help="A scenario that was written by hand, or a scene such as barn_like-17.")
+@click.option("--agent", default="", help="Whose planner it is in such a scenario; the first agent's if left out.")
+@click.option(
+    "--seeds", type=click.IntRange(min=1), default=3, show_default=True, help="Seeds of each scene: 1, 2, ..."
+)
+@click.option("--metric", "metrics", multiple=True, help="Judge by this; success, collision and time if left out.")
+@click.option("--early", is_flag=True, help="End as soon as every pair is told apart; the verdicts hold all the same.")
+@click.option(
+    "--store",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("runs/compare"),
+    show_default=True,
+    help="Where episodes are kept: what is there is not played again.",
+)
+@click.option("--workers", type=click.IntRange(min=1), help="Processes; one for each core if left out.")
+@click.option("--cluster", metavar="ADDRESS", help="Play on a Dask cluster, whose scheduler is there.")
+@click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Longest an episode may compute [s].")
+@click.option("--retry-errors", is_flag=True, help="Play again what came to an error before.")
+@click.option("--report", type=click.Path(path_type=Path, dir_okay=False), help="Write all that was found as one page.")
+@click.option("--markdown", type=click.Path(path_type=Path, dir_okay=False), help="Write its tables in Markdown.")
+@click.option("--export", type=click.Path(path_type=Path, dir_okay=False), help="Write the episodes as JSON lines.")
+@click.option(
+    "--json", "as_json", is_flag=True, help="Print results and verdicts as JSON: the same content, the same bytes."
+)
+@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+def command(
+    planners: Sequence[str],
+    families: Sequence[str],
+    scenarios: int,
+    first: int,
+    given: Sequence[str],
+    scenario: Sequence[str],
+    agent: str,
+    seeds: int,
+    metrics: Sequence[str],
+    early: bool,
+    store: Path,
+    workers: int | None,
+    cluster: str | None,
+    wall_limit: float,
+    retry_errors: bool,
+    report: Path | None,
+    markdown: Path | None,
+    export: Path | None,
+    as_json: bool,
+    no_code: bool,
+) -> int:
+    """Compare PLANNERS in the same scenes with the same seeds, and say which is better, and how sure that is.
+
+    Killed at any moment and called again, it goes on where it was. Exits with 1 where an episode came to an error.
+    """
+    from ..compare import Comparison, Store, dask_executor, metric, sweep
+
+    catalog = Catalog.here(code=not no_code)
+    judged = metrics or METRICS
+    for name in judged:
+        metric(name)
+    if early and len(planners) < 2:
+        raise InputError(Fault("one planner alone cannot be told apart.", hint="Give two, or leave --early out."))
+    places = [*_of_families(families, range(first, first + scenarios), given), *_by_hand(scenario, agent, catalog)]
+    if not places:
+        raise InputError(Fault("nothing was said of where.", hint="Add --family barn_like, or --scenario exp1."))
+    _make_room(report, markdown, export)
+    total = len(planners) * len(places) * seeds
+    with ExitStack() as stack:
+        kept = stack.enter_context(Store(store))
+        executor = None if cluster is None else stack.enter_context(dask_executor(cluster))
+        progress = stack.enter_context(Progress(" ".join(planners), total, "episodes"))
+        found = sweep(
+            planners,
+            places,
+            range(1, seeds + 1),
+            catalog=catalog,
+            store=kept,
+            executor=executor,
+            workers=workers,
+            wall_limit=wall_limit,
+            retry_errors=retry_errors,
+            enough=(lambda records: Comparison(records).settled(judged)) if early else None,
+            progress=progress,
+        )
+        if export is not None:
+            kept.export(export, found.keys)
+        records = list(found.records())
+    comparison = Comparison(records)
+    verdicts = comparison.verdicts(judged, any_time=early)
+    _write(comparison, verdicts, judged, catalog, report=report, markdown=markdown, any_time=early)
+    if as_json:
+        results = [_plain(record) for record in records]
+        told = {"results": results, "verdicts": [verdict.as_dict() for verdict in verdicts]}
+        click.echo(json.dumps(told, indent=1, sort_keys=True, allow_nan=False))
+    else:
+        _tell(comparison, judged, verdicts, found.played)
+        if report is not None:
+            click.echo(f"Report: {report}")
+    return int(any(record.outcome == "error" for record in records))
+
+
+def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[Place]:
+    """The scenes of some families."""
+    from ..compare import parameters_given, scenes_of
+
+    parameters = parameters_given(given)
+    return [scene for name in names for scene in scenes_of(name, indices, parameters)]
+
+
+def _by_hand(names: Sequence[str], agent: str, catalog: Catalog) -> list[Place]:
+    """Scenes by their names; those that were written by hand are for an agent."""
+    from ..compare import ScenarioScene, place_named
+
+    places = [place_named(name, catalog) for name in names]
+    return [replace(place, agent=agent) if isinstance(place, ScenarioScene) else place for place in places]
+
+
+def _write(
+    comparison: Comparison,
+    verdicts: Sequence[Verdict],
+    metrics: Sequence[str],
+    catalog: Catalog,
+    *,
+    report: Path | None,
+    markdown: Path | None,
+    any_time: bool,
+) -> None:
+    """Write the page, and the tables in Markdown, where they are wanted."""
+    from ..compare.report import markdown as in_markdown
+    from ..compare.report import sceneries, write_comparison
+
+    if report is not None:
+        write_comparison(
+            comparison,
+            report,
+            metrics=metrics,
+            any_time=any_time,
+            sceneries=lambda scenes: sceneries(scenes, catalog),
+            command=shlex.join(["rocs-bt", *click.get_current_context().obj]),
+        )
+    if markdown is not None:
+        markdown.write_text(in_markdown(comparison, metrics, verdicts), encoding="utf-8")
+
+
+def _plain(record: EpisodeRecord) -> dict[str, Any]:
+    """A record as JSON, without its track, which is for pictures."""
+    import msgspec
+
+    plain: dict[str, Any] = msgspec.to_builtins(record)
+    del plain["track"]
+    return plain
+
+
+def _make_room(*files: Path | None) -> None:
+    """Make the folders of what is to be written, before anything is played.
+
+    Raises:
+        InputError: One cannot be written to.
+    """
+    for file in (file for file in files if file is not None):
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.open("a").close()
+        except OSError as error:
+            raise InputError(Fault(f"'{file}' cannot be written: {error.strerror}.")) from error
+
+
+def _tell(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict], played: int) -> None:
+    """A table of how each planner did, the best first; then the verdicts on the pairs."""
+    from rich.box import SIMPLE
+    from rich.console import Console
+    from rich.table import Table
+
+    from ..compare import metric
+    from ..compare.report import BEST_FIRST, extent, pairs, standings
+
+    # Only a terminal has an edge.
+    console = Console(width=None if sys.stdout.isatty() else _WIDE)
+    console.print(
+        f"{extent(comparison)}; {played} played now, {len(comparison.records) - played} before", highlight=False
+    )
+    rows = standings(comparison, metrics)
+    others = [name for name in BEST_FIRST if name not in metrics and any(name in row.outcomes for row in rows)]
+    table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
+    table.add_column("planner", no_wrap=True)
+    for name in metrics:
+        table.add_column(_head(metric(name)))
+    for name in others:
+        table.add_column(name, justify="right")
+    for row in rows:
+        counts = (str(row.outcomes.get(name, "")) for name in others)
+        table.add_row(row.planner, *(_interval(row.estimates[name], metric(name)) for name in metrics), *counts)
+    console.print(table)
+    for line in pairs(verdicts, [row.planner for row in rows]):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+    _tell_errors(comparison.records)
+
+
+def _interval(found: Estimate, of: Metric) -> str:
+    """An estimate and its interval, where there is one; shares in percent."""
+    from ..compare.report import SHARES, number
+
+    if of.name in SHARES:
+        told, *ends = [f"{100.0 * found.value:.3g}", f"{100.0 * found.low:.0f}", f"{100.0 * found.high:.0f}"]
+    else:
+        told, *ends = [number(each) for each in (found.value, found.low, found.high)]
+    if math.isnan(found.value):
+        return "–"
+    return told if math.isnan(found.low) else f"{told} ({ends[0]} to {ends[1]})"
+
+
+def _head(of: Metric) -> str:
+    from ..compare.report import SHARES
+
+    unit = "%" if of.name in SHARES else of.unit
+    return f"{of.name} [{unit}]" if unit else of.name
+
+
+def _tell_errors(records: Sequence[EpisodeRecord]) -> None:
+    """The first episodes that came to an error, and how to see one for oneself."""
+    from ..compare import replay_command
+
+    errors = [record for record in records if record.outcome == "error"]
+    for record in errors[:_ERRORS]:
+        click.echo(f"error: {record.reason}\n  again: {replay_command(record)}", err=True)
+    if (more := len(errors) - _ERRORS) > 0:
+        click.echo(f"and {more} more errors", err=True)

@@ -1,0 +1,30 @@
+"""`rocs-bt episode`: one episode of a comparison again, to look at."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import click
+
+from ..catalog import Catalog
+
+
+@click.command()
+@click.argument("planner")
+@click.argument("scene")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="The episode's seed.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Where to write; runs/... if left out.")
+def command(planner: str, scene: str, seed: int, out: Path | None) -> int:
+    """Play PLANNER in SCENE, as a comparison does, and write summary.json, run.mcap and report.html.
+
+    SCENE is a scenario, or a scene of a family as results name it, such as barn_like-17. Exits with 0 when every agent
+    succeeded, else with 1.
+    """
+    from ..compare import play_again
+
+    folder = out or Path("runs") / re.sub(r"[^\w.=-]+", "_", f"{planner}-{scene}-{seed}")
+    result = play_again(planner, scene, seed, Catalog.here(), folder)
+    click.echo(str(result))
+    click.echo(f"Report: {result.report}")
+    return 0 if result.success else 1

@@ -1,0 +1,77 @@
+"""`rocs-bt import`: scenarios from a user's own copy of a benchmark."""
+
+from __future__ import annotations
+
+import itertools
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ..errors import Fault, InputError
+from ..units import LENGTH, convert
+
+if TYPE_CHECKING:
+    from ..compare import Driver, Scene
+
+
+@click.command()
+@click.argument("benchmark", type=click.Choice(["barn", "mrpb", "movingai"]))
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Your project's folder.")
+@click.option("--limit", type=click.IntRange(min=1), help="At most so many scenarios.")
+@click.option("--robot", default="jackal", show_default=True, help="Who drives.")
+@click.option("--mission", default="go_to", show_default=True, help="Its mission; a planner brings its own.")
+@click.option("--rules", default="avoid_collision", show_default=True, help="Its rules, or nothing.")
+@click.option("--pairs", type=click.IntRange(min=1), default=5, show_default=True, help="mrpb: starts for each map.")
+@click.option("--cell", default="0.5 m", show_default=True, help="movingai: side of a cell.")
+@click.option(
+    "--every", type=click.IntRange(min=1), default=100, show_default=True, help="movingai: one problem of so many."
+)
+def command(
+    benchmark: str,
+    folder: Path,
+    out: Path,
+    limit: int | None,
+    robot: str,
+    mission: str,
+    rules: str,
+    pairs: int,
+    cell: str,
+    every: int,
+) -> None:
+    """Write the worlds of BENCHMARK in FOLDER, your own copy of it, as scenarios into your project.
+
+    barn: a clone of the BARN challenge. mrpb: a clone of the local planning benchmark MRPB, or any maps of ROS's map
+    server. movingai: .map and .scen files.
+    """
+    from ..compare import Driver
+
+    if not folder.exists():
+        raise InputError(Fault(f"there is no folder '{folder}'.", hint="Name your own copy of the benchmark."))
+    side = convert(cell, LENGTH, "--cell")
+    if not 0.05 <= side <= 10.0:
+        raise InputError(Fault(f"--cell must be 5 cm to 10 m, found {side:g} m."))
+    driver = Driver(robot=robot, mission=mission, rules=rules)
+    found = itertools.islice(_scenes(benchmark, folder, driver, pairs, side, every), limit)
+    names = []
+    for scene in found:
+        scene.write(out)
+        names.append(scene.name)
+    if not names:
+        raise InputError(Fault("no scene was found that the robot fits into.", folder, hint="Try a larger --cell."))
+    inside = "" if out == Path() else f"cd {shlex.quote(str(out))} && "
+    click.echo(f"{len(names)} scenarios: {names[0]} to {names[-1]}.")
+    click.echo(f"Try next: {inside}rocs-bt run {names[0]}")
+
+
+def _scenes(benchmark: str, folder: Path, driver: Driver, pairs: int, cell: float, every: int) -> Iterator[Scene]:
+    from ..compare.imports import read_barn, read_movingai, read_mrpb
+
+    if benchmark == "barn":
+        return read_barn(folder, driver)
+    if benchmark == "mrpb":
+        return read_mrpb(folder, driver, pairs=pairs)
+    return read_movingai(folder, driver, cell=cell, every=every)

@@ -1,0 +1,179 @@
+"""`rocs-bt knowledge show|export|import`: what agents knew, drawn, and as files for other programs and later runs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..catalog import Catalog
+from ..errors import Fault, InputError, KnowledgeError
+
+if TYPE_CHECKING:
+    from ..knowledge import Schema
+    from ..knowledge.history import State
+    from ..record.knowledge import Story
+
+_EXPORTS = (".json", ".graphml")
+run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
+agent_option = click.option("--agent", help="Whose knowledge; may be left out where there is only one agent.")
+run_number_option = click.option(
+    "--run-number", type=click.IntRange(min=1), help="Of a file with several runs; the newest if left out."
+)
+
+
+class _Moment(click.FloatRange):
+    """A time of a run [s]: at least 0, and a number; NaN passes a plain FloatRange."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        t = float(super().convert(value, param, ctx))
+        return self.fail("a time is a number of seconds, found nan.", param, ctx) if math.isnan(t) else t
+
+
+at_option = click.option(
+    "--at", "t", type=_Moment(min=0.0), metavar="SECONDS", help="As of this time; the end if left out."
+)
+
+
+@click.command()
+@run_argument
+@agent_option
+@run_number_option
+@at_option
+@click.option("--format", "form", type=click.Choice(["html", "svg", "text"]), default="html", show_default=True)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
+def show(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
+    """Draw what an agent knew in RUN: a page with search and a time slider, a picture, or a list.
+
+    RUN is a run's folder, its run.mcap, a file that `run --knowledge` wrote, or an export. The page tells the whole
+    run; the others one moment.
+    """
+    from ..record.knowledge import draw, render_knowledge
+
+    story = open_story(run, agent, run_number)
+    if form == "html":
+        text = render_knowledge(story)
+    elif form == "svg":
+        text = draw(story.as_of(t), story.agent)
+    else:
+        text = _listed(story.as_of(t))
+    if form == "text" and out is None:
+        click.echo(text.rstrip("\n"))
+        return
+    file = out or _beside(run) / f"knowledge.{form}"
+    file.write_text(text, encoding="utf-8")
+    click.echo(f"What {story.agent} knew: {file}")
+
+
+@click.command()
+@run_argument
+@agent_option
+@run_number_option
+@at_option
+@click.option("--format", "form", type=click.Choice(["json", "graphml"]), default="json", show_default=True)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
+def export(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
+    """Write what an agent knew in RUN, at one moment, as JSON or GraphML.
+
+    JSON says all, and `knowledge import` reads it back to the last bit; GraphML is for programs that draw graphs.
+    """
+    from ..knowledge.history import to_graphml, to_json_text
+
+    state = _state(run, agent, run_number, t)
+    text = to_json_text(state) if form == "json" else to_graphml(state)
+    if out is None:
+        click.echo(text, nl=False)
+        return
+    out.write_text(text, encoding="utf-8")
+    click.echo(f"{out}: {len(state.nodes())} nodes, {len(state.edges())} edges, as of {max(state.t, 0.0):g} s.")
+
+
+@click.command(name="import")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.argument("knowledge", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--agent", help="Whose knowledge it becomes; the one that it was if left out.")
+def take(file: Path, knowledge: Path, agent: str | None) -> None:
+    """Put an export FILE (JSON or GraphML) into a KNOWLEDGE file, as its newest run: a later run remembers it.
+
+    Everything is checked against the schema first; a file with a fault changes nothing.
+    """
+    from ..knowledge.history import write_state
+
+    state = _exported(file, Catalog.here().load_schema())
+    if agent is not None:
+        state.agent = agent
+    if not state.agent:
+        raise InputError(Fault("it does not say whose knowledge it is.", file, hint="Say it: --agent NAME"))
+    write_state(knowledge, state, file.name)
+    click.echo(f"{knowledge}: {len(state.nodes())} nodes, {len(state.edges())} edges of {state.agent}.")
+
+
+def open_story(run: Path, agent: str | None, number: int | None) -> Story:
+    """What an agent knew, wherever it was kept: a recording, a file of knowledge, or an export."""
+    from ..knowledge.history import History
+    from ..record import Recording
+    from ..record.knowledge import story_of_history, story_of_recording, story_of_state
+
+    schema, file = _schema(), _kept(run)
+    if file.suffix in _EXPORTS:
+        return story_of_state(_exported(file, schema), file.name)
+    if file.suffix == ".mcap":
+        return story_of_recording(Recording.open(file), agent, schema)
+    with History(file, agent, number, schema) as history:
+        return story_of_history(history)
+
+
+def _state(run: Path, agent: str | None, number: int | None, t: float | None) -> State:
+    """What an agent knew at one moment, with all that was kept of when it learned it."""
+    from ..knowledge.history import History
+
+    file = _kept(run)
+    if file.suffix in (".mcap", *_EXPORTS):
+        return _exported(file, _schema()) if file.suffix in _EXPORTS else open_story(file, agent, number).as_of(t)
+    with History(file, agent, number, _schema()) as history:
+        try:
+            return history.as_of(t)
+        except KnowledgeError as error:  # a moment that was not kept
+            raise InputError(str(error)) from error
+
+
+def _kept(run: Path) -> Path:
+    """The file that is meant: of a run's folder its knowledge, else its recording."""
+    if not run.is_dir():
+        return run
+    kept = run / "knowledge.sqlite"
+    return kept if kept.exists() else run / "run.mcap"
+
+
+def _schema() -> Schema:
+    return Catalog.here(code=False).load_schema()
+
+
+def _exported(file: Path, schema: Schema) -> State:
+    from ..knowledge.history import from_graphml, from_json_text
+
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(Fault(f"this is no text: {error.reason} at byte {error.start}.", file)) from error
+    return from_graphml(text, file, schema) if file.suffix == ".graphml" else from_json_text(text, file, schema)
+
+
+def _listed(state: State) -> str:
+    """A state as lines that people and grep read."""
+    from ..record.knowledge import value_text
+
+    lines = []
+    for name in state.nodes():
+        known = ", ".join(f"{a} {value_text(v)}" for a, v in state.attributes(name).items())
+        lines.append(f"{state.kind(name)} {name}{': ' if known else ''}{known}")
+    for source, relation, target in state.edges():
+        known = ", ".join(f"{a} {value_text(v)}" for a, v in (state.edge(source, relation, target) or {}).items())
+        lines.append(f"{source} {relation} {target}{': ' if known else ''}{known}")
+    return "\n".join(lines) + "\n"
+
+
+def _beside(run: Path) -> Path:
+    return run if run.is_dir() else run.parent

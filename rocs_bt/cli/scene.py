@@ -1,0 +1,53 @@
+"""`rocs-bt scene`: write scenes of a family into a project, and tell how hard they are."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ..catalog import Catalog
+
+if TYPE_CHECKING:
+    from ..compare import Scene
+
+
+@click.command()
+@click.argument("family")
+@click.argument("index", type=click.IntRange(min=0), default=0)
+@click.option("--count", type=click.IntRange(min=1), default=1, help="How many, from INDEX on.")
+@click.option("--set", "values", multiple=True, metavar="NAME=VALUE", help="A parameter, such as 'people=12'.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Your project's folder.")
+@click.option("--dry", is_flag=True, help="Only tell how hard they are; write nothing.")
+@click.option("--json", "as_json", is_flag=True, help="Difficulty as JSON, SI units.")
+def command(family: str, index: int, count: int, values: tuple[str, ...], out: Path, dry: bool, as_json: bool) -> None:
+    """Make scenes of FAMILY, from INDEX on (0 by default): ordinary scenarios with their worlds.
+
+    The same family, parameters and index make the same scene everywhere.
+    """
+    from ..compare import load_family, parameters_given
+
+    made = load_family(Catalog.here(), family, parameters_given(values))
+    scenes = [made.scene(i) for i in range(index, index + count)]
+    written = [] if dry else [scene.write(out) for scene in scenes]
+    if as_json:
+        click.echo(json.dumps([_plain(scene) for scene in scenes], indent=2))
+        return
+    for scene in scenes:
+        told = ", ".join(f"{name} {value:.3g}" for name, value in scene.difficulty.items())
+        click.echo(f"{scene.name}: {told}")
+    if written:
+        inside = "" if out == Path() else f"cd {shlex.quote(str(out))} && "
+        click.echo(f"Try next: {inside}rocs-bt run {scenes[0].name}")
+
+
+def _plain(scene: Scene) -> dict[str, object]:
+    return {
+        "name": scene.name,
+        "difficulty": dict(scene.difficulty),
+        "reference_length": scene.reference_length,
+        "reference": [list(point) for point in scene.reference],
+    }

@@ -1,0 +1,207 @@
+"""`rocs-bt search`: where a planner fails, and the least that makes it fail."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..catalog import Catalog
+from ..errors import Fault, InputError
+from .progress import Progress
+
+if TYPE_CHECKING:
+    from ..compare import EpisodeRecord
+    from ..compare.search import Draft, Space, Trouble
+
+_LISTED = 12  # things that are told of a scene
+
+
+@click.command()
+@click.argument("planner")
+@click.option("--family", required=True, help="The scenes to search.")
+@click.option("--set", "given", multiple=True, metavar="NAME=VALUE", help="A parameter of the family, which stays.")
+@click.option("--vary", multiple=True, metavar="NAME=LOW..HIGH", help="The range of one; half to twice if left out.")
+@click.option(
+    "--failure",
+    type=click.Choice(["any", "collision", "stuck", "timeout", "error"]),
+    default="any",
+    show_default=True,
+    help="What to seek.",
+)
+@click.option("--budget", type=click.IntRange(min=1), default=300, show_default=True, help="Episodes at most, in all.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of what is drawn.")
+@click.option("--keep", "folder", type=click.Path(path_type=Path, file_okay=False), help="A project to write it into.")
+@click.option("--name", default="", help="Its name there; PLANNER_in_FAMILY if left out.")
+@click.option(
+    "--store",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("runs/compare"),
+    show_default=True,
+    help="Where episodes are kept: what is there is not played again.",
+)
+@click.option("--workers", type=click.IntRange(min=1), help="Processes; one for each core if left out.")
+@click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Longest an episode may compute [s].")
+@click.option("--json", "as_json", is_flag=True, help="Tell it as JSON, both texts of the scene included.")
+@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+def command(
+    planner: str,
+    family: str,
+    given: Sequence[str],
+    vary: Sequence[str],
+    failure: str,
+    budget: int,
+    seed: int,
+    folder: Path | None,
+    name: str,
+    store: Path,
+    workers: int | None,
+    wall_limit: float,
+    as_json: bool,
+    no_code: bool,
+) -> int:
+    """Search the scenes of FAMILY for one in which PLANNER fails, and make that one as small as can be.
+
+    Killed at any moment and called again, it goes on where it was. Exits with 1 where it found one, else with 0.
+    """
+    from ..compare import Store, load_family
+    from ..compare.replay import parameter_value
+    from ..compare.search import FAILURES, Space, default_name, keep, refuse_taken, search
+
+    catalog = Catalog.here(code=not no_code)
+    who = catalog.load_planner(planner)
+    fixed = {key: parameter_value(value) for key, value in _pairs("--set", given).items()}
+    space = Space.of(load_family(catalog, family, fixed), fixed, _pairs("--vary", vary))
+    called = name or default_name(who, space)
+    if folder is not None:
+        refuse_taken(folder, called)
+    with Store(store) as kept, Progress(f"{who.name} in {family}", budget, "episodes") as progress:
+        trouble = search(
+            who,
+            space,
+            name=called,
+            failures=FAILURES if failure == "any" else (failure,),
+            budget=budget,
+            seed=seed,
+            catalog=catalog,
+            store=kept,
+            workers=workers,
+            wall_limit=wall_limit,
+            progress=progress,
+        )
+    files = None
+    if folder is not None and trouble.smallest is not None:
+        files = keep(trouble.smallest, planner, folder)
+    if as_json:
+        click.echo(json.dumps(_plain(who.name, space, trouble), indent=1, sort_keys=True))
+    else:
+        _tell(planner, space, trouble)
+        _tell_kept(planner, trouble.smallest, folder, files)
+    return int(trouble.found is not None)
+
+
+def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise InputError(Fault(f"{option} takes NAME=..., found '{text}'."))
+        found[name.strip()] = value.strip()
+    return found
+
+
+def _tell(planner: str, space: Space, trouble: Trouble) -> None:
+    """What was found, and what is left of it."""
+    family = space.family.name
+    if trouble.drawn is None or trouble.found is None or trouble.first is None:
+        click.echo(f"{planner} failed in none of {trouble.searched} scenes of {family}.")
+        return
+    told = ", ".join(f"{name}={value:g}" for name, value in trouble.drawn.parameters.items())
+    click.echo(f"{planner} fails in {trouble.drawn.scene.name}{f' ({told})' if told else ''}: {_how(trouble.first)}")
+    click.echo(f"It was scene {trouble.searched}; {_size(trouble.found)}.")
+    if trouble.smallest is None or trouble.last is None:
+        return
+    ended = "" if trouble.done else ", where the budget ended"
+    click.echo(f"What is left after {trouble.shrunk} more episodes{ended}: {_size(trouble.smallest)}.")
+    click.echo(f"  {_how(trouble.last)}")
+    for line in _listed(trouble.smallest):
+        click.echo(f"  {line}")
+
+
+def _how(record: EpisodeRecord) -> str:
+    return f"{record.outcome} after {record.sim_time:.4g} s; {record.reason}"
+
+
+def _size(draft: Draft) -> str:
+    return f"{len(draft.things)} things, {math.dist(draft.start, draft.goal):.3g} m from start to goal"
+
+
+def _listed(draft: Draft) -> list[str]:
+    """Start, goal and the first things, each on a line."""
+    from ..compare import Post
+
+    lines = [f"start {_at(draft.start)}, goal {_at(draft.goal)}"]
+    standing = {thing.name: thing for thing in draft.ground.things}
+    for name, place in list(draft.things.items())[:_LISTED]:
+        thing = standing.get(name)
+        if thing is None:
+            lines.append(f"{name}: a mover, from {_at(place)}")
+        elif isinstance(thing, Post):
+            lines.append(f"{name}: a cylinder of {2.0 * thing.radius:g} m at {_at(place)}")
+        else:
+            turn = f", turned by {math.degrees(thing.yaw):.3g} deg" if thing.yaw else ""
+            lines.append(f"{name}: a box of {thing.length:g} x {thing.width:g} m at {_at(place)}{turn}")
+    more = len(draft.things) - _LISTED
+    return [*lines, f"and {more} more things"] if more > 0 else lines
+
+
+def _at(place: tuple[float, float]) -> str:
+    return f"({place[0]:g}, {place[1]:g})"
+
+
+def _tell_kept(planner: str, draft: Draft | None, folder: Path | None, files: tuple[Path, Path] | None) -> None:
+    """Where the scene is, and what to type next."""
+    from ..compare.search import again
+
+    if draft is None:
+        return
+    if folder is None or files is None:
+        click.echo("Try next: the same command with --keep FOLDER, which writes it into a project.")
+        return
+    inside = "" if folder.resolve() == Path.cwd() else f"cd {shlex.quote(str(folder))} && "
+    click.echo(f"Kept: {files[0]}, and a test of it: {files[1]}")
+    click.echo(f"Try next: {inside}{again(draft, planner)}")
+
+
+def _plain(planner: str, space: Space, trouble: Trouble) -> Mapping[str, Any]:
+    """All of it as JSON, SI units."""
+    told: dict[str, Any] = {
+        "planner": planner,
+        "family": space.family.name,
+        "searched": trouble.searched,
+        "shrunk": trouble.shrunk,
+        "done": trouble.done,
+        "drawn": None,
+        "found": None,
+        "smallest": None,
+    }
+    if trouble.drawn is not None:
+        told["drawn"] = {"index": trouble.drawn.index, "parameters": dict(trouble.drawn.parameters)}
+    for key, draft, record in (("found", trouble.found, trouble.first), ("smallest", trouble.smallest, trouble.last)):
+        if draft is not None and record is not None:
+            told[key] = {
+                "outcome": record.outcome,
+                "reason": record.reason,
+                "sim_time": record.sim_time,
+                "trajectory_hash": record.trajectory_hash,
+                "things": len(draft.things),
+                "distance": math.dist(draft.start, draft.goal),
+                "scenario": draft.scenario,
+                "world": draft.world,
+            }
+    return told

@@ -1,0 +1,36 @@
+"""`rocs-bt share`: what agents need to share what they know beyond one host."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import click
+
+from ..errors import Fault, InputError
+
+
+@click.group()
+def command() -> None:
+    """Make keys for robots that share what they know over a network."""
+
+
+@command.command()
+@click.argument("members", nargs=-1, required=True)
+@click.option("--out", default="keys", show_default=True, type=click.Path(path_type=Path), help="The group's folder.")
+def keys(members: tuple[str, ...], out: Path) -> None:
+    """Make keys for MEMBERS, such as the names of the agents, and for the group where it has none.
+
+    Copy each member's folder to its robot, and name it in the scenario: [share] keys = "keys/R2". The folder's
+    authority.key signs further members, and stays here.
+    """
+    from ..knowledge.share.keys import make_keys
+
+    try:
+        folders = make_keys(out, members, datetime.now(UTC))
+    except ModuleNotFoundError as error:
+        what = Fault("making keys needs 'cryptography', which is not installed.", hint="pip install 'rocs_bt[share]'")
+        raise InputError(what) from error
+    for folder in folders:
+        click.echo(f"{folder} is for {folder.name} alone: copy it there over a line that you trust.")
+    click.echo(f"{out / 'authority.key'} signs further members: keep it here, and keep it secret.")

@@ -1,0 +1,179 @@
+"""Building: rooms in a grid, with doors between them, for tasks in which a robot must think."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from .ground import Block, Ground, Point, Post
+from .scene_text import Table, metres, seconds
+
+THICK, LEAF = 0.1, 0.06
+"""Of walls, and of door leaves, which open into the wall [m]."""
+
+Door = tuple[int, int]
+"""The rooms on its two sides, the lower number first."""
+
+
+@dataclass(frozen=True)
+class Building:
+    """Rooms in rows and columns; each two that share a wall have a doorway in it.
+
+    What the agents know of it are places in the rooms' middles and in the doorways, doors, and roads between them.
+
+    Attributes:
+        rows, columns: Of rooms.
+        side: Of a room [m].
+        opening: Of a doorway [m].
+        offsets: How far each doorway is from the middle of its wall [m], by its rooms.
+    """
+
+    rows: int
+    columns: int
+    side: float
+    opening: float
+    offsets: dict[Door, float] = field(default_factory=dict)
+
+    @staticmethod
+    def drawn(rng: np.random.Generator, rows: int, columns: int, side: float, opening: float) -> Building:
+        """A building whose doorways are somewhere in their walls; the leaf of a door always finds room beside it."""
+        made = Building(rows, columns, side, opening)
+        most = max(0.5 * side - 1.5 * opening - 0.1, 0.0)
+        offsets = {door: float(rng.uniform(-most, most)) for door in made.doors()}
+        return Building(rows, columns, side, opening, offsets)
+
+    @property
+    def rooms(self) -> range:
+        """The rooms' numbers, row by row."""
+        return range(self.rows * self.columns)
+
+    def doors(self) -> list[Door]:
+        """All doors."""
+        beside = [(i, i + 1) for i in self.rooms if (i + 1) % self.columns]
+        above = [(i, i + self.columns) for i in self.rooms if i + self.columns in self.rooms]
+        return beside + above
+
+    def middle(self, room: int) -> Point:
+        """The middle of a room [m]."""
+        row, column = divmod(room, self.columns)
+        return (column + 0.5) * self.side, (row + 0.5) * self.side
+
+    def doorway(self, door: Door) -> Point:
+        """The middle of a doorway [m]."""
+        (x, y), (u, v) = self.middle(door[0]), self.middle(door[1])
+        aside = self.offsets.get(door, 0.0)
+        return (0.5 * (x + u), y + aside) if y == v else (x + aside, 0.5 * (y + v))
+
+    def ground(self) -> Ground:
+        """The walls with their doorways; doors are the scene's."""
+        wide, deep = self.columns * self.side, self.rows * self.side
+        ground = Ground((-0.5, -0.5), (wide + 0.5, deep + 0.5))
+        for name, x, y, length, width in (
+            ("south", wide / 2.0, 0.0, wide + THICK, THICK),
+            ("north", wide / 2.0, deep, wide + THICK, THICK),
+            ("west", 0.0, deep / 2.0, THICK, deep + THICK),
+            ("east", wide, deep / 2.0, THICK, deep + THICK),
+        ):
+            ground.things.append(Block(f"wall_{name}", x, y, length, width))
+        for door in self.doors():
+            ground.things += self._wall(door)
+        return ground
+
+    def leaf(self, door: Door, *, shut: bool) -> Block:
+        """The leaf of a door, in the doorway or beside it in the wall."""
+        x, y = self.doorway(door)
+        aside = 0.0 if shut else self.opening + 0.05
+        if self._upright(door):
+            return Block(door_name(door), x, y + aside, LEAF, self.opening)
+        return Block(door_name(door), x + aside, y, self.opening, LEAF)
+
+    def closing(self, door: Door, at: float, lasts: float = 1.0) -> Table:
+        """The mover table of a door that shuts at a time [s], or as soon as no robot is in its way."""
+        begin, end = self.leaf(door, shut=False), self.leaf(door, shut=True)
+        return {
+            "name": begin.name,
+            "script": "slide",
+            "x": metres(begin.x),
+            "y": metres(begin.y),
+            "to_x": metres(end.x),
+            "to_y": metres(end.y),
+            "at": seconds(at),
+            "lasts": seconds(lasts),
+            "yields": metres(0.5 * self.opening + 0.5),
+        }
+
+    def facts(self) -> Iterator[tuple[str, Table]]:
+        """What agents know of it: tables of places, roads and doors."""
+        for room in self.rooms:
+            yield "fact", {"node": room_name(room), "kind": "place", "pose": _pose(self.middle(room))}
+        for door in self.doors():
+            roads = [{"to": room_name(room), "both_ways": True} for room in door]
+            node = {"node": gate_name(door), "kind": "place", "pose": _pose(self.doorway(door)), "connects": roads}
+            yield "fact", node
+            leads = [gate_name(door), *(room_name(room) for room in door)]
+            yield "fact", {"node": door_name(door), "kind": "door", "open": True, "leads_to": leads}
+
+    def way(self, rooms: Iterable[int]) -> list[Point]:
+        """The corners of a way from room to room: their middles and the doorways between."""
+        names = list(rooms)
+        points = [self.middle(names[0])]
+        for a, b in pairwise(names):
+            points += [self.doorway((min(a, b), max(a, b))), self.middle(b)]
+        return points
+
+    def shortest(self, start: int, goal: int, shut: Iterable[Door] = ()) -> tuple[list[int], float] | None:
+        """The rooms of the shortest way over the roads, and its length [m]; None where shut doors leave none."""
+        closed, best = set(shut), {start: (0.0, [start])}
+        open_ = [start]
+        while open_:
+            here = min(open_, key=lambda room: best[room][0])
+            open_.remove(here)
+            for door in self.doors():
+                if here not in door or door in closed:
+                    continue
+                there = door[0] if door[1] == here else door[1]
+                x, y = self.doorway(door)
+                length = best[here][0] + math.dist(self.middle(here), (x, y)) + math.dist((x, y), self.middle(there))
+                if there not in best or length < best[there][0] - 1e-12:
+                    best[there] = length, [*best[here][1], there]
+                    open_.append(there)
+        return (best[goal][1], best[goal][0]) if goal in best else None
+
+    def _upright(self, door: Door) -> bool:
+        return door[1] == door[0] + 1
+
+    def _wall(self, door: Door) -> list[Post | Block]:
+        """The two parts of a wall on both sides of its doorway."""
+        (x, y), (u, v) = self.doorway(door), self.middle(door[0])
+        along = y if self._upright(door) else x
+        begin = (v if self._upright(door) else u) - 0.5 * self.side
+        parts = [(begin, along - 0.5 * self.opening), (along + 0.5 * self.opening, begin + self.side)]
+        return [
+            Block(f"{door_name(door)}_wall{i}", x, 0.5 * (a + b), THICK, b - a)
+            if self._upright(door)
+            else Block(f"{door_name(door)}_wall{i}", 0.5 * (a + b), y, b - a, THICK)
+            for i, (a, b) in enumerate(parts)
+        ]
+
+
+def room_name(room: int) -> str:
+    """The place in the middle of a room."""
+    return f"room_{room}"
+
+
+def gate_name(door: Door) -> str:
+    """The place in a doorway."""
+    return f"gate_{door[0]}_{door[1]}"
+
+
+def door_name(door: Door) -> str:
+    """The door of a doorway."""
+    return f"door_{door[0]}_{door[1]}"
+
+
+def _pose(point: Point) -> Table:
+    return {"x": metres(point[0]), "y": metres(point[1])}

@@ -1,0 +1,154 @@
+"""BARN: the worlds and reference ways of a user's own clone of the challenge (Perille et al., SSRR 2020)."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...errors import Fault, InputError
+from ...geometry import Pose2
+from ..family import Driver, Scene
+from ..ground import Block, Ground, Point, Post, clearance_of, length_of
+from ..scene_text import goal_scenario
+
+START, GOAL = Pose2(-2.25, 3.0, math.pi / 2.0), (-2.25, 13.0)
+TOLERANCE, DURATION = 1.0, 100.0  # [m], [s] of the challenge
+_FOLDERS = ("", "worlds/BARN", "jackal_helper/worlds/BARN")
+_MOST_BYTES = 30_000_000  # of a world file: the challenge's have half a megabyte
+_MOST_THINGS = 20_000
+
+
+def read_barn(folder: Path, driver: Driver | None = None) -> Iterator[Scene]:
+    """The scenes of a clone, by their number, each as the challenge plays it.
+
+    Args:
+        folder: The clone, or the folder in which the world files are.
+        driver: Who drives; the Jackal by default.
+
+    Raises:
+        InputError: There are no world files, or one cannot be read; with the file and the line.
+    """
+    places = [folder / name for name in _FOLDERS]
+    worlds = next((found for place in places if (found := _numbered(place, "world_*.world"))), None)
+    if worlds is None:
+        hint = "Give your clone of the challenge, or its folder jackal_helper/worlds/BARN."
+        raise InputError(Fault("there is no world_0.world, world_1.world ... in it.", folder, hint=hint))
+    for number, file in sorted(worlds.items()):
+        yield _scene(number, file, file.parent / "path_files" / f"path_{number}.npy", driver or Driver())
+
+
+def read_world(file: Path) -> list[Post | Block]:
+    """The cylinders and boxes that stand in a world file of Gazebo (SDF).
+
+    Only the world's own models count: its `<state>` repeats them.
+
+    Raises:
+        InputError: It is no such file; with the line.
+    """
+    root = _parse(file)
+    world = root if root.tag == "world" else root.find("world")
+    if world is None:
+        raise InputError(Fault("the file has no <world>.", file, hint="Give an SDF world file of Gazebo."))
+    things: list[Post | Block] = []
+    for model in world.findall("model"):
+        at = _pose(model, file)
+        for link in model.findall("link"):
+            for collision in link.findall("collision"):
+                things += _thing(f"thing_{len(things)}", at, link, collision, file)
+                if len(things) > _MOST_THINGS:
+                    raise InputError(Fault(f"more than {_MOST_THINGS} things stand in it.", file))
+    return things
+
+
+def _scene(number: int, file: Path, path: Path, driver: Driver) -> Scene:
+    things, name = read_world(file), f"barn-{number}"
+    way = _way(path)
+    xs, ys = zip((START.x, START.y), GOAL, *((thing.x, thing.y) for thing in things), strict=True)
+    ground = Ground((min(xs) - 2.0, min(ys) - 2.0), (max(xs) + 2.0, max(ys) + 2.0), things)
+    posts = [thing for thing in things if isinstance(thing, Post)]
+    length = length_of(way)
+    difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": clearance_of(way, posts)}
+    doc = f"World {number} of BARN: through a field of cylinders without a map."
+    text = goal_scenario(driver, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION)
+    return Scene(name, text, ground.world(name, doc), difficulty, tuple(way), length, {"ground": ground})
+
+
+def _way(path: Path) -> list[Point]:
+    """The reference way: the start, the centres of the published cells, the goal."""
+    try:
+        cells = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise InputError(Fault(f"the reference way cannot be read: {error}.", path)) from error
+    numbers = isinstance(cells, np.ndarray) and cells.dtype.kind in "iuf"
+    if not numbers or cells.ndim != 2 or cells.shape[1] != 2 or not 1 <= len(cells) <= 10_000:
+        shape = getattr(cells, "shape", "no array")
+        raise InputError(Fault(f"a reference way is a list of cells, column and row; found shape {shape}.", path))
+    if not (np.isfinite(cells).all() and np.abs(cells).max() < 1e4):
+        raise InputError(Fault("the reference way has a cell that is none.", path))
+    inner = [(0.15 * c - 0.075 - 4.5, 0.15 * r + 0.075 + 5.0) for c, r in cells.astype(float).tolist()]
+    return [(START.x, START.y), *inner, GOAL]
+
+
+def _numbered(folder: Path, pattern: str) -> dict[int, Path]:
+    found = ((re.fullmatch(r"world_(\d{1,6})\.world", file.name), file) for file in folder.glob(pattern))
+    return {int(match[1]): file for match, file in found if match}
+
+
+def _parse(file: Path) -> Any:
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise InputError(Fault(f"the file cannot be read: {error.strerror}.", file)) from error
+    if len(data) > _MOST_BYTES:
+        raise InputError(Fault(f"a world of more than {_MOST_BYTES / 1e6:g} MB is none of BARN's.", file))
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        raise InputError(Fault("a world file needs no document type and no entities.", file))
+    try:
+        return ElementTree.fromstring(data)
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        line, column = getattr(error, "position", (0, 0))
+        raise InputError(Fault(f"not valid XML: {error}.", file, line, column)) from error
+
+
+def _thing(name: str, model: Pose2, link: Any, collision: Any, file: Path) -> Iterator[Post | Block]:
+    geometry = collision.find("geometry")
+    if geometry is None:
+        return
+    at = model.compose(_pose(link, file)).compose(_pose(collision, file))
+    if (cylinder := geometry.find("cylinder")) is not None:
+        (radius,), (height,) = (_numbers(cylinder.findtext(tag), 1, tag, file) for tag in ("radius", "length"))
+        _positive(file, radius, height)
+        yield Post(name, at.x, at.y, radius, height)
+    elif (box := geometry.find("box")) is not None:
+        x, y, z = _numbers(box.findtext("size"), 3, "size", file)
+        _positive(file, x, y, z)
+        yield Block(name, at.x, at.y, x, y, at.yaw, z)
+
+
+def _pose(element: Any, file: Path) -> Pose2:
+    text = element.findtext("pose")
+    if text is None:
+        return Pose2(0.0, 0.0, 0.0)
+    x, y, _, _, _, yaw = _numbers(text, 6, "pose", file)
+    return Pose2(x, y, yaw)
+
+
+def _numbers(text: str | None, count: int, what: str, file: Path) -> list[float]:
+    try:
+        numbers = [float(word) for word in (text or "").split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(abs(number) < 1e6 for number in numbers):
+        raise InputError(Fault(f"a <{what}> must be {count} numbers, found {(text or '').strip()[:60]!r}.", file))
+    return numbers
+
+
+def _positive(file: Path, *sizes: float) -> None:
+    if min(sizes) <= 1e-4:
+        raise InputError(Fault(f"sizes must be positive, found {sizes}.", file))

@@ -1,0 +1,65 @@
+"""Scenes on a map: starts and goals that are drawn on it, or that somebody gives, with a way between them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import Fault, InputError
+from ...geometry import Pose2
+from ..family import Driver, Scene
+from ..ground import Grid, Ground, Point, Way
+from ..scene_text import goal_scenario
+
+RADIUS = 0.32
+"""Of the disc that has a way in every scene [m]: a Jackal turns within 0.33 m."""
+
+MOST_BLOCKS = 5000
+"""Boxes that a world may have: more would take seconds a scan."""
+
+
+def ground_of(grid: Grid, file: Path) -> Ground:
+    """The ground of a map, its taken cells as boxes.
+
+    Raises:
+        InputError: It is too ragged.
+    """
+    rows, columns = grid.taken.shape
+    low, high = grid.low, (grid.low[0] + columns * grid.cell, grid.low[1] + rows * grid.cell)
+    blocks = grid.blocks()
+    if len(blocks) > MOST_BLOCKS:
+        raise InputError(
+            Fault(
+                f"the map falls into {len(blocks)} boxes, and a world may have {MOST_BLOCKS}.",
+                file,
+                hint="Take a smaller or a coarser map.",
+            )
+        )
+    return Ground(low, high, blocks)
+
+
+def draw_ends(grid: Grid, rng: np.random.Generator, apart: float) -> tuple[Point, Point, Way] | None:
+    """A start and a goal on free ground, so far apart [m] at least, and the way between them; None after 60 draws."""
+    rows, columns = np.nonzero(grid.room() > RADIUS + grid.cell)
+    for _ in range(60 if len(rows) > 1 else 0):
+        one, other = rng.integers(len(rows), size=2).tolist()
+        start, goal = grid.centre(int(rows[one]), int(columns[one])), grid.centre(int(rows[other]), int(columns[other]))
+        if math.dist(start, goal) >= apart and (way := grid.shortest(start, goal, RADIUS)) is not None:
+            return start, goal, way
+    return None
+
+
+def scene_between(
+    name: str, doc: str, ground: Ground, start: Point, goal: Point, way: Way, driver: Driver, **difficulty: float
+) -> Scene:
+    """The scene of a start and a goal; the robot looks along the way at first."""
+    ahead = way.points[1]
+    heading = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
+    duration = max(60.0, 10.0 * round(way.length))  # ten times what 1 m/s would take
+    text = goal_scenario(driver, name, doc, Pose2(*start, heading), goal, tolerance=0.4, duration=min(duration, 3600.0))
+    measured = {"length": way.length, "clearance": way.clearance, "detour": way.length / math.dist(start, goal)}
+    return Scene(
+        name, text, ground.world(name, doc), {**measured, **difficulty}, way.points, way.length, {"ground": ground}
+    )

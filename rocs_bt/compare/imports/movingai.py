@@ -1,0 +1,137 @@
+"""MovingAI: the grid maps and problems of Sturtevant's benchmarks, from a user's own copy.
+
+Sources: Sturtevant, Benchmarks for Grid-Based Pathfinding, IEEE Transactions on Computational Intelligence and AI in
+Games 4 (2012), and the formats that its page describes. A row of a .scen file is: bucket, map, width, height, start x,
+start y, goal x, goal y, and the optimal length; x goes right and y goes down from the upper left cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import Fault, InputError
+from ..family import Driver, Scene
+from ..ground import Grid, Ground
+from .drawn import RADIUS, ground_of, scene_between
+from .raster import MOST_CELLS
+
+_FREE, _TAKEN = ".GS", "@OTW"  # ground, grass, swamp; out of bounds, trees, water
+_COLUMNS = 9
+
+
+def read_movingai(
+    folder: Path, driver: Driver | None = None, *, cell: float = 0.5, every: int = 100
+) -> Iterator[Scene]:
+    """Scenes of each .scen file below a folder; those that the robot does not fit into are left out.
+
+    Args:
+        folder: Where the .map and .scen files are, or one .scen file.
+        driver: Who drives; the Jackal by default.
+        cell: Side of a cell [m].
+        every: Takes one problem of so many.
+
+    Raises:
+        InputError: There is no .scen, or a file is none; with the line.
+    """
+    files = [folder] if folder.suffix == ".scen" else sorted(folder.rglob("*.scen"))
+    if not files:
+        raise InputError(
+            Fault("there is no .scen file in it.", folder, hint="Give the folder of .map and .scen files.")
+        )
+    for file in files:
+        yield from _scenes(file, driver or Driver(), cell, every)
+
+
+def read_movingai_map(file: Path, cell: float) -> Grid:
+    """The grid of a .map file.
+
+    Raises:
+        InputError: It is none; with the line.
+    """
+    lines = _lines(file)
+    head = {words[0]: words[1] for line in lines[:4] if len(words := line.split()) == 2}
+    sizes = [head.get(key, "") for key in ("height", "width")]
+    if not lines or not lines[0].startswith("type") or "map" not in [line.strip() for line in lines[:5]]:
+        raise InputError(Fault("a map begins with: type, height, width, map.", file, 1))
+    if not all(size.isdecimal() and int(size[:8]) > 0 for size in sizes):
+        raise InputError(Fault(f"height and width must be whole numbers, found {sizes}.", file, 2))
+    height, width = (int(size[:8]) for size in sizes)
+    begin = [line.strip() for line in lines].index("map") + 1
+    rows = lines[begin : begin + height]
+    if height * width > MOST_CELLS or len(rows) != height:
+        raise InputError(Fault(f"the map has {len(rows)} rows, not {height}.", file, begin))
+    for number, row in enumerate(rows, begin + 1):
+        if len(row) != width or (odd := set(row) - set(_FREE + _TAKEN)):
+            found = f"{len(row)} cells, not {width}" if len(row) != width else f"cells that are none: {sorted(odd)}"
+            raise InputError(Fault(f"this row has {found}.", file, number))
+    taken = np.array([[c in _TAKEN for c in row] for row in reversed(rows)], dtype=np.bool_)
+    return Grid(taken, cell, (0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """One row of a .scen file; ends as column and row from the upper left."""
+
+    map: str
+    start: tuple[int, int]
+    goal: tuple[int, int]
+    optimal: float
+
+
+def _scenes(file: Path, driver: Driver, cell: float, every: int) -> Iterator[Scene]:
+    maps: dict[str, tuple[Grid, Grid, Ground]] = {}
+    for number, line in list(enumerate(_lines(file)))[1 :: max(every, 1)]:
+        if not line.strip():
+            continue
+        problem = _problem(line, file, number + 1)
+        map_file = file.parent / problem.map
+        if problem.map not in maps:
+            grid = read_movingai_map(map_file, cell)
+            maps[problem.map] = grid, _finer(grid), ground_of(grid, map_file)
+        grid, fine, ground = maps[problem.map]
+        height, width = grid.taken.shape
+        if not all(0 <= x < width and 0 <= y < height for x, y in (problem.start, problem.goal)):
+            raise InputError(
+                Fault(f"start or goal is outside of the map of {width} x {height} cells.", file, number + 1)
+            )
+        start, goal = (grid.centre(height - 1 - y, x) for x, y in (problem.start, problem.goal))
+        room = fine.room()
+        if start == goal or min(room[fine.at(end)] for end in (start, goal)) <= RADIUS:
+            continue
+        if (way := fine.shortest(start, goal, RADIUS)) is None:
+            continue
+        name = f"movingai_{map_file.stem}-{number - 1}"
+        doc = f"Problem {number - 1} on the map {map_file.stem} of MovingAI, without knowing it."
+        yield scene_between(name, doc, ground, start, goal, way, driver, optimal=problem.optimal * cell)
+
+
+def _problem(line: str, file: Path, number: int) -> _Problem:
+    words = line.split()
+    if len(words) != _COLUMNS:
+        raise InputError(Fault(f"a problem has {_COLUMNS} words, found {len(words)}.", file, number))
+    try:
+        x0, y0, x1, y1 = (int(word) for word in words[4:8])
+        optimal = float(words[8])
+    except ValueError:
+        message = "start and goal must be whole numbers, and the length a number."
+        raise InputError(Fault(message, file, number)) from None
+    if not 0.0 <= optimal < 1e9:
+        raise InputError(Fault(f"the optimal length must be a number, found {words[8]}.", file, number))
+    return _Problem(Path(words[1]).name, (x0, y0), (x1, y1), optimal)
+
+
+def _finer(grid: Grid) -> Grid:
+    """The same grid with cells of at most 0.1 m, in which a robot's radius means something."""
+    times = max(1, min(round(grid.cell / 0.1), int((MOST_CELLS / grid.taken.size) ** 0.5)))
+    return Grid(np.kron(grid.taken, np.ones((times, times), dtype=np.bool_)), grid.cell / times, grid.low)
+
+
+def _lines(file: Path) -> list[str]:
+    try:
+        return file.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(Fault(f"the file cannot be read: {error}.", file)) from error

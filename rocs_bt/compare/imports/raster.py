@@ -1,0 +1,140 @@
+"""Maps as pictures: portable graymaps, and the YAML that ROS's map server puts beside them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import Fault, InputError
+from ..ground import Grid
+
+MOST_CELLS = 25_000_000
+"""Of one map: a hectare at 2 cm."""
+
+_GAP = rb"(?:\s|#[^\n]*\n)+"
+_HEADER = re.compile(rb"(P[25])" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,5})\s")
+_NEEDED = ("image", "resolution", "origin")
+
+
+@dataclass(frozen=True)
+class MapFile:
+    """What a map's YAML says.
+
+    Attributes:
+        image: The picture beside it.
+        resolution: Side of a cell [m].
+        origin: Where the lower left corner of the picture is [m].
+        occupied: From which darkness on a cell is taken, 0 to 1.
+        negate: Whether white means taken.
+    """
+
+    image: Path
+    resolution: float
+    origin: tuple[float, float]
+    occupied: float = 0.65
+    negate: bool = False
+
+
+def read_map(file: Path) -> Grid:
+    """The grid of a map: a YAML file and its picture.
+
+    Raises:
+        InputError: One of the two cannot be read, or is none; with the line where there is one.
+    """
+    told = read_map_yaml(file)
+    picture = read_pgm(told.image)
+    shade = picture / 255.0 if told.negate else 1.0 - picture / 255.0
+    return Grid(np.ascontiguousarray((shade > told.occupied)[::-1]), told.resolution, told.origin)
+
+
+def read_map_yaml(file: Path) -> MapFile:
+    """A map's YAML: `key: value` lines, which is all that map files have.
+
+    Raises:
+        InputError: It is none; with the line.
+    """
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(Fault(f"the map cannot be read: {error}.", file)) from error
+    found: dict[str, tuple[str, int]] = {}
+    for line, content in enumerate(text.splitlines(), 1):
+        if match := re.match(r"\s*([A-Za-z_]+)\s*:\s*([^#]*?)\s*(?:#.*)?$", content):
+            found[match[1]] = match[2].strip("'\""), line
+    if missing := [key for key in _NEEDED if key not in found]:
+        raise InputError(Fault(f"the map lacks {', '.join(missing)}.", file, hint="See the map server of ROS."))
+    name, line = found["image"]
+    image = file.parent / name
+    if not name or "\0" in name or image.resolve().parent != file.parent.resolve():
+        raise InputError(Fault(f"the picture must be a file beside the map, found '{name}'.", file, line))
+    return MapFile(
+        image,
+        _number(file, found, "resolution", 0.1, 1e-3, 10.0),
+        _origin(file, *found["origin"]),
+        _number(file, found, "occupied_thresh", 0.65, 0.0, 1.0),
+        _number(file, found, "negate", 0.0, 0.0, 1.0) > 0.5,
+    )
+
+
+def _number(
+    file: Path, found: Mapping[str, tuple[str, int]], key: str, default: float, low: float, high: float
+) -> float:
+    words, line = found.get(key, (str(default), 0))
+    try:
+        value = float({"true": "1", "false": "0"}.get(words.lower(), words))
+    except ValueError:
+        value = math.nan
+    if not low <= value <= high:
+        raise InputError(Fault(f"{key} must be a number from {low:g} to {high:g}, found '{words}'.", file, line))
+    return value
+
+
+def _origin(file: Path, words: str, line: int) -> tuple[float, float]:
+    try:
+        origin = [float(word) for word in words.strip("[]").split(",")]
+    except ValueError:
+        origin = []
+    if len(origin) not in (2, 3) or not all(abs(value) < 1e5 for value in origin):
+        raise InputError(Fault(f"origin must be [x, y, yaw], found '{words}'.", file, line))
+    if len(origin) == 3 and abs(origin[2]) > 1e-6:
+        raise InputError(Fault(f"a map that is turned, by {origin[2]} rad, cannot be imported.", file, line))
+    return origin[0], origin[1]
+
+
+def read_pgm(file: Path) -> npt.NDArray[np.float64]:
+    """(rows, columns) The shades of a portable graymap, 0 to 255, the top row first; P2 and P5.
+
+    Raises:
+        InputError: It is none.
+    """
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise InputError(Fault(f"the picture cannot be read: {error.strerror}.", file)) from error
+    header = _HEADER.match(data)
+    if header is None:
+        raise InputError(Fault("the picture is no portable graymap (P2 or P5).", file, hint="Convert it to PGM."))
+    columns, rows, most = (int(header[i]) for i in (2, 3, 4))
+    if not (0 < columns * rows <= MOST_CELLS and 0 < most <= 65535):
+        raise InputError(Fault(f"a map of {columns} x {rows} cells with {most} shades cannot be imported.", file))
+    body = data[header.end() :]
+    if header[1] == b"P5":
+        kind = np.dtype(">u2" if most > 255 else "u1")
+        whole = body[: len(body) - len(body) % kind.itemsize]
+        shades = np.frombuffer(whole, dtype=kind)[: rows * columns].astype(np.float64)
+    else:
+        shades = _words(body, rows * columns)
+    if len(shades) != rows * columns:
+        raise InputError(Fault(f"the picture ends before its {rows * columns} cells do.", file))
+    return shades.reshape(rows, columns) * (255.0 / most)
+
+
+def _words(body: bytes, count: int) -> npt.NDArray[np.float64]:
+    words = re.sub(rb"#[^\n]*", b" ", body).split()[:count]
+    return np.array([int(word) for word in words if word.isdigit() and len(word) < 6], dtype=np.float64)

@@ -1,0 +1,255 @@
+"""Metrics: numbers of one episode, each with its unit, its direction, and what it means on failure.
+
+Sources: SPL is Anderson et al., On Evaluation of Embodied Navigation Agents (2018), 3; the BARN score is Xiao et al.,
+Autonomous Ground Navigation in Highly Constrained Spaces: Lessons Learned From the Second BARN Challenge (2023), with
+the bounds of its years; CVaR is Rockafellar and Uryasev, Optimization of Conditional Value-at-Risk (2000).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import UnknownName, unknown
+
+BARN_SPEED = 2.0  # [m/s] at which the BARN challenge takes the reference way to be driven
+BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn2024": (2.0, 8.0)}
+"""By the year that brought them, the bounds within which the time counts, in multiples of the optimal time."""
+
+TAIL = 0.05
+"""The share of the way that CVaR looks at."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What an episode left behind, for metrics to be told from.
+
+    Attributes:
+        outcome: The agent's.
+        time_limit: T_max [s].
+        reference_length: How long a shortest way is [m]; 0 where that is unknown.
+        agent: The agent's part of the run's summary (docs/architecture.md).
+        way: (n, 2) Where the robot was, at equal steps of its way [m].
+        clearances: (n,) How near its hull was to anything there [m].
+        energy: What the drive spent on moving [J/kg].
+    """
+
+    outcome: str
+    time_limit: float
+    reference_length: float
+    agent: Mapping[str, Any]
+    way: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    clearances: Sequence[float] = ()
+    energy: float | None = None
+
+    @property
+    def success(self) -> bool:
+        """Whether it succeeded."""
+        return self.outcome == "success"
+
+    @property
+    def time(self) -> float:
+        """When the goal was reached, counted from t = 0 [s]; T_max where it was not."""
+        reached = self.agent.get("time_to_goal")
+        return float(reached) if self.success and reached is not None else self.time_limit
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number of an episode.
+
+    Attributes:
+        name: What it is called.
+        unit: Its unit; empty for a share or a count.
+        direction: Whether more is better (`up`) or less (`down`).
+        on_failure: `counts` where a failed episode has a value that belongs into the mean over all episodes;
+            `until_failure` where it tells of the way until then, so that planners are to be compared on the episodes
+            in which both succeed.
+        doc: What it is, and what it is on failure.
+        measure: Tells it; None where the episode says nothing of it.
+    """
+
+    name: str
+    unit: str
+    direction: Literal["up", "down"]
+    on_failure: Literal["counts", "until_failure"]
+    doc: str
+    measure: Callable[[Measured], float | None]
+
+
+def metric(name: str) -> Metric:
+    """A metric by its name; `margin of NAME` and `holds NAME` are two for each requirement of a scenario.
+
+    Raises:
+        UnknownName: There is none.
+    """
+    if name.startswith(MARGIN):
+        doc = f"The least margin of the requirement '{name.removeprefix(MARGIN)}'; negative where it was violated."
+        return Metric(name, "", "up", "until_failure", doc, lambda m: _margin(m, name.removeprefix(MARGIN)))
+    if name.startswith(HOLDS):
+        doc = f"Whether the requirement '{name.removeprefix(HOLDS)}' is satisfied: 1, or 0 where it is violated."
+        return Metric(name, "", "up", "until_failure", doc, lambda m: _holds(m, name.removeprefix(HOLDS)))
+    if name not in METRICS:
+        raise UnknownName(unknown("metric", name, METRICS))
+    return METRICS[name]
+
+
+MARGIN = "margin of "
+"""Before a requirement's name: the metric of its robustness."""
+
+HOLDS = "holds "
+"""Before a requirement's name: 1 where it is satisfied, 0 where it is violated, None where that is unknown."""
+
+_VERDICTS: Mapping[str, float | None] = {"satisfied": 1.0, "violated": 0.0, "unknown": None}
+
+
+def measure_all(measured: Measured) -> dict[str, float | None]:
+    """All metrics of an episode, those of its requirements' margins included."""
+    found = {name: each.measure(measured) for name, each in METRICS.items()}
+    for requirement in measured.agent.get("requirements", ()):
+        name = f"{MARGIN}{requirement['name']}"
+        found[name] = _margin(measured, requirement["name"])
+        found[f"{HOLDS}{requirement['name']}"] = _holds(measured, requirement["name"])
+    return found
+
+
+def barn_score(time: float, reference_length: float, *, low: float, high: float) -> float:
+    """The BARN challenge's score of a success.
+
+    Args:
+        time: How long it took [s].
+        reference_length: How long the reference way is [m].
+        low: Below this multiple of the optimal time nothing more is won.
+        high: Above this multiple nothing more is lost.
+
+    Returns:
+        Between 1 / high and 1 / low.
+    """
+    optimal = reference_length / BARN_SPEED
+    return optimal / min(max(time, low * optimal), high * optimal)
+
+
+def turning(way: npt.NDArray[np.float64]) -> float | None:
+    """How much a way turns, all turns added up regardless of their sign, a metre [rad/m].
+
+    Args:
+        way: (n, 2) Positions at equal steps of the way [m], so that it does not matter how often they were taken.
+    """
+    steps = np.diff(way, axis=0)
+    if len(steps) < 2:
+        return None
+    headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    return float(np.abs(np.diff(headings)).sum() / np.hypot(steps[:, 0], steps[:, 1]).sum())
+
+
+def cvar(values: Sequence[float], share: float = TAIL) -> float | None:
+    """The mean of the least values, those of a share of all; None of nothing."""
+    if not len(values):
+        return None
+    ordered = np.sort(np.asarray(values, dtype=float))
+    count = share * len(ordered)
+    whole = int(count)
+    total = ordered[:whole].sum() + (count - whole) * ordered[min(whole, len(ordered) - 1)]
+    return float(total / count)
+
+
+def _spl(m: Measured) -> float | None:
+    if m.reference_length <= 0.0:
+        return None
+    return m.success * m.reference_length / max(float(m.agent["path_length"]), m.reference_length)
+
+
+def _barn(year: str) -> Callable[[Measured], float | None]:
+    low, high = BARN_YEARS[year]
+
+    def score(m: Measured) -> float | None:
+        if m.reference_length <= 0.0:
+            return None
+        return barn_score(m.time, m.reference_length, low=low, high=high) if m.success else 0.0
+
+    return score
+
+
+def _reflex_share(m: Measured) -> float:
+    reactive, deliberative = float(m.agent["time_reactive"]), float(m.agent["time_deliberative"])
+    return reactive / (reactive + deliberative) if reactive + deliberative > 0.0 else 0.0
+
+
+def _holds(measured: Measured, requirement: str) -> float | None:
+    verdicts = {r["name"]: r["verdict"] for r in measured.agent.get("requirements", ())}
+    return _VERDICTS[verdicts.get(requirement, "unknown")]
+
+
+def _margin(m: Measured, name: str) -> float | None:
+    found = [r["margin"] for r in m.agent.get("requirements", ()) if r["name"] == name]
+    return None if not found or found[0] is None else float(found[0])
+
+
+def _number(key: str) -> Callable[[Measured], float | None]:
+    def read(m: Measured) -> float | None:
+        value: Any = m.agent
+        for part in key.split("."):
+            value = value[part]
+        return None if value is None else float(value)
+
+    return read
+
+
+_YEARS = "0 on failure. Bounds of its year: {} to {} times the optimal time, at {:g} m/s."
+
+METRICS: Mapping[str, Metric] = {
+    each.name: each
+    for each in (
+        Metric("success", "", "up", "counts", "1 where it succeeded, else 0.", lambda m: float(m.success)),
+        Metric(
+            "collision", "", "down", "counts", "1 where it ran into something, else 0; a robot that is struck while it "
+            "stands collides with nothing.", lambda m: float(m.agent["collisions"] > 0),
+        ),
+        Metric(
+            "time", "s", "down", "counts", "When the goal was reached, on the clock that starts with the episode; on "
+            "failure the time limit, so that its mean is the restricted mean time.", lambda m: m.time,
+        ),
+        Metric("path_length", "m", "down", "until_failure", "How far it drove.", _number("path_length")),
+        Metric(
+            "spl", "", "up", "counts", "Success weighted by path length: a shortest way's length over its own; 0 on "
+            "failure.", _spl,
+        ),
+        *(
+            Metric(year, "", "up", "counts", f"The BARN score. {_YEARS.format(*bounds, BARN_SPEED)}", _barn(year))
+            for year, bounds in BARN_YEARS.items()
+        ),
+        Metric(
+            "min_clearance", "m", "up", "until_failure", "How near its hull came to anything but the floor; below 0 "
+            "inside.", _number("min_clearance"),
+        ),
+        Metric(
+            "cvar_clearance", "m", "up", "until_failure", "The mean clearance of the tightest 5 % of its way (CVaR).",
+            lambda m: cvar(m.clearances),
+        ),
+        Metric(
+            "smoothness", "rad/m", "down", "until_failure", "How much its way turns a metre, told at equal steps of "
+            "the way, so that it does not depend on how often one looks.", lambda m: turning(m.way),
+        ),
+        Metric(
+            "energy", "J/kg", "down", "until_failure", "What it spent on gathering speed, a kilogram.",
+            lambda m: m.energy,
+        ),
+        Metric(
+            "reflex_share", "", "down", "until_failure", "The share of its driven time in which reflexes had the "
+            "wheels.", _reflex_share,
+        ),
+        Metric(
+            "route_switches", "", "down", "until_failure", "How often the wheels went from plan to reflex or back.",
+            _number("route_switches"),
+        ),
+        Metric("replans", "", "down", "until_failure", "How often the plan sent its action again after a reflex.",
+               _number("replans")),
+        Metric("tracking", "m", "down", "until_failure", "How far it was beside its reference path, root mean square.",
+               _number("tracking_error.cross_rms")),
+    )
+}  # fmt: skip
+"""All metrics by name, the most important first."""

@@ -1,0 +1,199 @@
+"""WorkerPool: local processes as a `concurrent.futures.Executor` that outlives any of them."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import queue
+import tempfile
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from typing import Any, ParamSpec, TypeVar
+
+from ..errors import RocsError
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+HUNG = 1
+"""The exit code of a process that took longer than its wall limit, as faulthandler ends it."""
+
+_THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_SPAWN = multiprocessing.get_context("spawn")  # physics and solvers bring threads, which a fork would lose
+_starting = threading.Lock()
+
+
+class WorkerDied(RocsError):
+    """A worker's process ended in the middle of a task, each time that it was tried.
+
+    Attributes:
+        exit_code: The last process's; negative for a signal.
+    """
+
+    def __init__(self, exit_code: int | None) -> None:
+        self.exit_code = exit_code
+        why = "it took longer than the wall limit" if exit_code == HUNG else f"its process died (exit code {exit_code})"
+        super().__init__(why)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return WorkerDied, (self.exit_code,)
+
+
+class WorkerPool(Executor):
+    """Processes that take one task after the other. One that dies is replaced, and its task is tried again.
+
+    `ProcessPoolExecutor` breaks as a whole when one process dies, and cannot end one that hangs.
+
+    Args:
+        workers: How many processes.
+        retries: How often a task is tried again whose process died.
+    """
+
+    def __init__(self, workers: int, *, retries: int = 1) -> None:
+        self.workers = workers
+        self._retries = retries
+        self._tasks: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
+        self._closed = threading.Event()
+        self._hurried = threading.Event()
+        self._scratch = tempfile.TemporaryDirectory(prefix="rocs_bt-", ignore_cleanup_errors=True)
+        self._slots = [_Slot(f"rocs_bt worker {number}", self._scratch.name) for number in range(workers)]
+        self._threads = [threading.Thread(target=self._serve, args=(slot,), daemon=True) for slot in self._slots]
+        for thread in self._threads:
+            thread.start()
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Queue a task.
+
+        Raises:
+            RuntimeError: The pool is shut down.
+        """
+        if self._closed.is_set():
+            raise RuntimeError("the pool is shut down: it takes no task any more.")
+        future: Future[T] = Future()
+        self._tasks.put((future, pickle.dumps((fn, args, kwargs))))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes once all tasks are done; with `cancel_futures` at once, whatever they are at."""
+        if cancel_futures:
+            self._hurried.set()
+            for slot in self._slots:
+                slot.kill()
+        if not self._closed.is_set():
+            self._closed.set()
+            for _ in self._threads:
+                self._tasks.put(None)
+        if wait:
+            for thread in self._threads:
+                thread.join()
+            self._scratch.cleanup()
+
+    def _serve(self, slot: _Slot) -> None:
+        """A slot's thread: hand it task after task."""
+        while (task := self._tasks.get()) is not None:
+            future, payload = task
+            if self._hurried.is_set():
+                future.cancel()
+            if future.set_running_or_notify_cancel():
+                try:
+                    succeeded, value = self._try(slot, payload)
+                except WorkerDied as error:
+                    succeeded, value = False, error
+                future.set_result(value) if succeeded else future.set_exception(value)
+        slot.close()
+
+    def _try(self, slot: _Slot, payload: bytes) -> tuple[bool, Any]:
+        for left in reversed(range(1 + self._retries)):
+            try:
+                return slot.do(payload)
+            except WorkerDied:
+                if not left or self._hurried.is_set():
+                    raise
+        raise WorkerDied(None)
+
+
+class _Slot:
+    """One process at a time, started when it is needed; its temporary files are in a folder of the pool's."""
+
+    def __init__(self, name: str, scratch: str) -> None:
+        self._name = name
+        # One thread for numerics: there is a process for each core.
+        self._environment = {**_THREADS, "TMPDIR": scratch}
+        self._process: SpawnProcess | None = None
+        self._line: Connection | None = None
+
+    def do(self, payload: bytes) -> tuple[bool, Any]:
+        """Whether the task succeeded, and its result, or what it raised.
+
+        Raises:
+            WorkerDied: The process ended on the way.
+        """
+        process, line = self._started()
+        try:
+            line.send_bytes(payload)
+            wait([line, process.sentinel])
+            told: tuple[bool, Any] = line.recv()
+        except (EOFError, OSError):
+            process.join()
+            self._process = None
+            line.close()
+            raise WorkerDied(process.exitcode) from None
+        return told
+
+    def kill(self) -> None:
+        """End the process at once."""
+        if self._process is not None:
+            self._process.kill()
+
+    def close(self) -> None:
+        """Let the process end."""
+        if self._line is not None:
+            self._line.close()
+        if self._process is not None:
+            self._process.join()
+
+    def _started(self) -> tuple[SpawnProcess, Connection]:
+        if self._process is None or self._line is None:
+            self._line, theirs = _SPAWN.Pipe()
+            self._process = _SPAWN.Process(target=_live, args=(theirs,), name=self._name, daemon=True)
+            with _starting, _environment(self._environment):
+                self._process.start()
+            theirs.close()
+        return self._process, self._line
+
+
+def _live(line: Connection) -> None:
+    """A worker's life: take a task, do it, tell the result; until nobody is there any more."""
+    while True:
+        try:
+            fn, args, kwargs = pickle.loads(line.recv_bytes())
+        except (EOFError, OSError):
+            return
+        try:
+            told: tuple[bool, Any] = True, fn(*args, **kwargs)
+        except Exception as error:  # noqa: BLE001 - the process's boundary: what a task raises is its caller's
+            told = False, error
+        try:
+            line.send(told)
+        except OSError:
+            return
+
+
+@contextmanager
+def _environment(values: Mapping[str, str]) -> Iterator[None]:
+    """What a process that starts in here finds in its environment, besides ours."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

@@ -1,0 +1,80 @@
+"""A comparison as tables in Markdown, for a README, a thesis, or the thread under a change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..comparison import Comparison
+from ..metric import metric
+from ..replay import replay_command
+from ..verdict import Verdict
+from .tables import Standing, difference, headline, standings, text, told_first
+
+_FAILURES = 20  # that are listed
+
+
+def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict]) -> str:
+    """Leaderboard, verdicts and the first failures.
+
+    Args:
+        comparison: The episodes.
+        metrics: What the leaderboard tells.
+        verdicts: What came of the pairs.
+    """
+    rows = standings(comparison, metrics)
+    parts = [f"**{headline(rows, verdicts)}.** {extent(comparison)}.", _leaderboard(rows, metrics)]
+    if verdicts:
+        parts.append(_verdicts(verdicts))
+    failures = [record for record in comparison.records if not record.success]
+    if failures:
+        head = ["planner", "scene", "seed", "outcome", "again"]
+        lines = [[r.planner, r.scene, str(r.seed), r.outcome, f"`{replay_command(r)}`"] for r in failures[:_FAILURES]]
+        parts.append(table(head, lines))
+        if (more := len(failures) - _FAILURES) > 0:
+            parts.append(f"and {more} more failures.")
+    return "\n\n".join(parts) + "\n"
+
+
+def extent(comparison: Comparison) -> str:
+    """How much was played."""
+    scenes, seeds = len(comparison.scenes), len(comparison.seeds)
+    of = f"{scenes} scenes" if scenes > 1 else f"the scene {comparison.scenes[0]}"
+    each = " of each" if scenes > 1 else ""
+    return f"{len(comparison.records)} episodes: {of}, {seeds} seed{'s' * (seeds != 1)}{each}"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _leaderboard(rows: Sequence[Standing], metrics: Sequence[str]) -> str:
+    head = ["planner", *metrics, "outcomes", "worth"]
+    lines = [
+        [
+            row.planner,
+            *(text(row.estimates[name], metric(name)) for name in metrics),
+            ", ".join(f"{count} {name}" for name, count in row.outcomes.items()),
+            f"{row.size.effective:.0f} of {row.size.episodes}",
+        ]
+        for row in rows
+    ]
+    return table(head, lines)
+
+
+def _verdicts(verdicts: Sequence[Verdict]) -> str:
+    head = ["claim", "verdict", "by", "p (Holm)", "P(better)", "scenes", "needed"]
+    lines = [
+        [
+            f"{v.a} better than {v.b} in {v.metric}",
+            f"**{v.word}**" if v.word == "better" else v.word,
+            difference(v),
+            f"{v.p:.2g}",
+            f"{v.superiority:.2f}",
+            str(v.scenes),
+            "–" if v.needed is None else str(v.needed),
+        ]
+        for v in told_first(verdicts)
+    ]
+    return table(head, lines)

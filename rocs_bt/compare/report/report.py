@@ -1,0 +1,181 @@
+"""comparison.html: one file that needs nothing else, drawn from the episodes' records alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from ...errors import RecordingError
+from ...record import RunHeader
+from ...record.figures.figure import drawn, rendered
+from ...record.page import render_page
+from ..comparison import Comparison, Disagreement
+from ..key import computing
+from ..metric import METRICS, metric
+from ..replay import replay_command
+from ..verdict import Verdict
+from . import curves
+from .markdown import extent
+from .pictures import draw_disagreement, picture_size
+from .style import theme, themed
+from .tables import SHARES, difference, everything, headline, middle, number, standings, text, told_first
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+JUDGED = ("success", "collision", "time")
+"""What planners are judged by, where nothing else is said."""
+
+PICTURES = 12
+"""How many disagreements are drawn; all are listed."""
+
+_FAILURES = 300  # that are listed; all are in the data
+_DIGITS = 6
+_WIDTH, _HEIGHT = 5.6, 3.9  # [inch]
+
+
+def write_comparison(
+    comparison: Comparison,
+    path: Path,
+    *,
+    metrics: Sequence[str] = JUDGED,
+    any_time: bool = False,
+    sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
+    command: str = "",
+) -> None:
+    """Write the report of a comparison.
+
+    Args:
+        comparison: The episodes.
+        path: The HTML file; its folder is made if it does not exist.
+        metrics: What planners are judged by.
+        any_time: Whether the verdicts hold however often one looked, as where a sweep ended early.
+        sceneries: Gives what stands in some scenes, for the pictures.
+        command: What a person types to make this again.
+
+    Raises:
+        RecordingError: The file cannot be written.
+        InputError: A metric is unknown, or cannot be judged so.
+    """
+    page = render_comparison(comparison, metrics=metrics, any_time=any_time, sceneries=sceneries, command=command)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise RecordingError(f"the report '{path}' cannot be written: {error.strerror}.") from error
+
+
+def render_comparison(
+    comparison: Comparison,
+    *,
+    metrics: Sequence[str] = JUDGED,
+    any_time: bool = False,
+    sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
+    command: str = "",
+) -> str:
+    """The report as HTML; see `write_comparison`."""
+    verdicts = comparison.verdicts(metrics, any_time=any_time)
+    rows = standings(comparison, metrics)
+    found = [d for a, b in combinations(comparison.planners, 2) for d in comparison.disagreements(a, b)]
+    shown = _shown(found)
+    stand = sceneries([each.winner.scene for each in shown])
+    failures = [record for record in comparison.records if not record.success]
+    data = msgspec.json.encode(exported(comparison, verdicts)).decode().replace("<", "\\u003c")
+    return render_page(
+        "comparison.html",
+        beside=Path(__file__).parent / "templates",
+        theme=theme(),
+        title=headline(rows, verdicts),
+        extent=extent(comparison),
+        comparison=comparison,
+        metrics=[metric(name) for name in metrics],
+        all_metrics=METRICS,
+        rows=rows,
+        verdicts=told_first(verdicts),
+        any_time=any_time,
+        figures=list(_figures(comparison)),
+        pictures=[_picture(i, each, comparison, stand) for i, each in enumerate(shown)],
+        disagreements=found,
+        failures=failures[:_FAILURES],
+        more=len(failures) - _FAILURES,
+        everything=everything(comparison),
+        middle=middle(comparison),
+        versions=computing(),
+        command=command,
+        data=data,
+        text=text,
+        number=number,
+        difference=difference,
+        replay=replay_command,
+        shares=SHARES,
+    )
+
+
+def exported(comparison: Comparison, verdicts: Sequence[Verdict]) -> dict[str, Any]:
+    """All that was found, to be taken elsewhere: a row for each episode, and the verdicts."""
+    names = [name for name in METRICS if any(record.metrics.get(name) is not None for record in comparison.records)]
+    measures = sorted({name for record in comparison.records for name in record.difficulty})
+    columns = ["planner", "family", "scene", "seed", "outcome", "reason", "ended", *names, *measures]
+    rows = [
+        [r.planner, r.family, r.scene, r.seed, r.outcome, r.reason, _short(r.sim_time)]
+        + [_short(r.metrics.get(name)) for name in names]
+        + [_short(r.difficulty.get(name)) for name in measures]
+        for r in comparison.records
+    ]
+    return {"columns": columns, "rows": rows, "verdicts": [verdict.as_dict() for verdict in verdicts]}
+
+
+def _figures(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
+    """Name, title and SVG of each figure."""
+    planners = len(comparison.planners)
+    wanted: list[tuple[str, str, float, Callable[[Canvas], None]]] = [
+        (f"{outcome}-over-time", title, _HEIGHT, partial(curves.incidence, comparison=comparison, outcome=outcome))
+        for outcome, title in (("success", "Success over time"), ("collision", "Collisions over time"))
+    ]
+    rows: Callable[[Canvas], None] = partial(curves.intervals, comparison=comparison)
+    wanted.append(("intervals", "Success rates with 95 % intervals", 1.1 + 0.32 * planners, rows))
+    if planners > 1:
+        against: Callable[[Canvas], None] = partial(curves.profile, comparison=comparison)
+        wanted.append(("profile", "Performance profile: time against the fastest", _HEIGHT, against))
+    for number_of, measure in enumerate(curves.difficulties(comparison)):
+        draw: Callable[[Canvas], None] = partial(curves.difficulty, comparison=comparison, measure=measure)
+        wanted.append((f"difficulty-{number_of}", f"Success by difficulty: {measure}", _HEIGHT, draw))
+    for name, title, height, draw in wanted:
+        yield name, title, _svg(name, (_WIDTH, height), draw)
+
+
+def _picture(
+    place: int, found: Disagreement, comparison: Comparison, stand: Mapping[str, RunHeader]
+) -> tuple[str, Disagreement, str]:
+    """Name, episodes and SVG of one disagreement."""
+    name, scenery = f"disagreement-{place}", stand.get(found.winner.scene)
+
+    def draw(canvas: Canvas) -> None:
+        draw_disagreement(canvas, name, found, comparison, scenery)
+
+    return name, found, _svg(name, picture_size(found), draw)
+
+
+def _svg(name: str, size: tuple[float, float], draw: Callable[[Canvas], None]) -> str:
+    return themed(name, rendered(name, lambda: drawn(size, draw), "svg").decode())
+
+
+def _shown(found: Sequence[Disagreement]) -> list[Disagreement]:
+    """Some of the disagreements, of as many pairs and scenes as there are: the first of each, then the second."""
+    order: dict[tuple[str, str], int] = {}
+    turns = []
+    for each in found:
+        pair = each.winner.planner, each.loser.planner
+        order[pair] = order.get(pair, 0) + 1
+        turns.append(order[pair])
+    ranked = sorted(range(len(found)), key=lambda i: turns[i])
+    return [found[i] for i in ranked[:PICTURES]]
+
+
+def _short(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.{_DIGITS}g}")

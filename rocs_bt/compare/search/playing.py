@@ -1,0 +1,125 @@
+"""Playing: which of some drafts is the first in which a planner fails, within a budget of episodes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import TypeAlias
+
+from ...catalog import Catalog, PlannerSpec
+from ...errors import InputError
+from ..record import EpisodeRecord
+from ..store import Store
+from ..sweep import sweep
+from ..trial import ScenarioScene
+from .draft import Draft
+
+SEED = 1
+"""The seed of every episode: what is searched is scenes."""
+
+_WAVE = 8  # drafts that are made before they are played
+
+Fails: TypeAlias = Callable[[EpisodeRecord], bool]
+
+
+@dataclass
+class Player:
+    """Plays a planner in drafts, in their order, however many processes do it; the same draft is never played twice.
+
+    Attributes:
+        planner: Who decides.
+        catalog: Where its content is found.
+        store: Where episodes are kept.
+        executor: Who plays them.
+        folder: Where drafts are written while they are played.
+        budget: How many episodes may count. Those beyond the first failure, which others played meanwhile, do not.
+        wall_limit: How long one may take to compute [s].
+        progress: Told how many have counted.
+        count: How many have counted.
+    """
+
+    planner: PlannerSpec
+    catalog: Catalog
+    store: Store
+    executor: Executor
+    folder: Path
+    budget: int
+    wall_limit: float
+    progress: Callable[[float], None]
+    count: int = 0
+    _passed: set[str] = field(default_factory=set)
+
+    def first(
+        self, drafts: Iterable[Draft], fails: Fails, *, doubtful: bool = True
+    ) -> tuple[Draft, EpisodeRecord] | None:
+        """The first draft in which the planner fails, and its episode; None where none is found within the budget.
+
+        Args:
+            drafts: What to try; each is made when it is needed.
+            fails: Which episodes count as failures.
+            doubtful: Whether a draft may be none that can be played, such as one whose robot starts inside of a thing;
+                it is passed over.
+
+        Raises:
+            InputError: Content is wrong, and is not doubtful.
+        """
+        source = self._new(drafts)
+        while wave := list(islice(source, min(_WAVE, self.budget - self.count))):
+            records = self._play(wave, fails, doubtful)
+            self.count += len(records)
+            self.progress(self.count)
+            for draft, record in zip(wave, records, strict=False):
+                if record is not None and fails(record):
+                    return draft, record
+                self._passed.add(_digest(draft))
+        return None
+
+    def _new(self, drafts: Iterable[Draft]) -> Iterator[Draft]:
+        """Those among drafts in which the planner is not known to do well, each once."""
+        seen: set[str] = set()
+        for draft in drafts:
+            if (digest := _digest(draft)) not in self._passed | seen:
+                seen.add(digest)
+                yield draft
+
+    def _play(self, drafts: Sequence[Draft], fails: Fails, doubtful: bool) -> list[EpisodeRecord | None]:
+        """The episodes until the first failure; None for a draft that cannot be played."""
+        try:
+            return list(self._swept(drafts, fails))
+        except InputError:
+            if not doubtful:
+                raise
+        found: list[EpisodeRecord | None] = []
+        for draft in drafts:
+            try:
+                found += self._swept([draft], fails)
+            except InputError:
+                found.append(None)
+            if found[-1] is not None and fails(found[-1]):
+                break
+        return found
+
+    def _swept(self, drafts: Sequence[Draft], fails: Fails) -> Iterable[EpisodeRecord]:
+        done = sweep(
+            [self.planner],
+            [self._place(draft) for draft in drafts],
+            (SEED,),
+            catalog=self.catalog,
+            store=self.store,
+            executor=self.executor,
+            wall_limit=self.wall_limit,
+            enough=lambda records: fails(records[-1]),
+        )
+        return done.records()
+
+    def _place(self, draft: Draft) -> ScenarioScene:
+        folder = self.folder / _digest(draft)
+        return ScenarioScene(str(draft.scene.write(folder)), folder=folder)
+
+
+def _digest(draft: Draft) -> str:
+    return hashlib.sha256(f"{draft.scenario}\0{draft.world}".encode()).hexdigest()[:24]

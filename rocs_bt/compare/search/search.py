@@ -1,0 +1,131 @@
+"""Search for trouble: scenes of a family are drawn until a planner fails in one, which is then made small."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...catalog import Catalog, KeepingCatalog, PlannerSpec
+from ...control.footprint import Footprint
+from ...errors import Fault, InputError
+from ..record import OUTCOMES, EpisodeRecord
+from ..store import Store
+from ..sweep import WALL_LIMIT, cores, local_pool
+from .draft import Draft
+from .playing import SEED, Player
+from .shrink import Shrinking
+from .space import Drawn, Space
+
+FAILURES = tuple(outcome for outcome in OUTCOMES if outcome != "success")
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """What a search came to.
+
+    Attributes:
+        drawn: The scene in which the planner failed, as it was drawn; None where it failed in none.
+        found: That scene as the search plays it; its start has no jitter.
+        first: The episode in it.
+        smallest: What is left of it.
+        last: The episode in that.
+        searched: How many episodes counted until it was found.
+        shrunk: How many counted afterwards.
+        done: Whether nothing more could be left out; False where the budget was spent before.
+    """
+
+    drawn: Drawn | None = None
+    found: Draft | None = None
+    first: EpisodeRecord | None = None
+    smallest: Draft | None = None
+    last: EpisodeRecord | None = None
+    searched: int = 0
+    shrunk: int = 0
+    done: bool = True
+
+
+def search(
+    planner: PlannerSpec,
+    space: Space,
+    *,
+    name: str = "",
+    failures: tuple[str, ...] = FAILURES,
+    budget: int = 300,
+    seed: int = 1,
+    catalog: Catalog | None = None,
+    store: Store | None = None,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    wall_limit: float = WALL_LIMIT,
+    progress: Callable[[float], None] = lambda done: None,
+) -> Trouble:
+    """Draw scenes until a planner fails in one, then make that one as small as can be.
+
+    The same arguments find the same scene, however many processes play; what was played before is in the store.
+
+    Args:
+        planner: Who decides.
+        space: Where scenes are drawn from.
+        name: The scene's, in the end; planner and family by default.
+        failures: Which outcomes are sought; all but success by default.
+        budget: How many episodes may be played.
+        seed: Of the draws.
+        catalog: Where content is found; the project around the current folder by default.
+        store: Where episodes are kept; in memory by default.
+        executor: Who plays them, with the files of this machine; local processes by default.
+        workers: How many local processes; one for each core by default.
+        wall_limit: How long an episode may take to compute [s].
+        progress: Told how many episodes have counted.
+
+    Raises:
+        InputError: Content is wrong, nothing within the ranges makes a scene, or the planner is an oracle.
+    """
+    if planner.oracle:
+        hint = "Search a planner that senses for itself."
+        raise InputError(
+            Fault(f"'{planner.name}' is told the map of a family's scene; a search changes it.", hint=hint)
+        )
+    home = catalog or Catalog.here()
+    keeping = KeepingCatalog(home.project, code=home.code)
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rocs_bt-search-")))
+        pool = executor or stack.enter_context(local_pool(workers or cores()))
+        kept = Store() if store is None else store
+        player = Player(planner, keeping, kept, pool, folder, budget, wall_limit, progress)
+        drawn: dict[Draft, Drawn] = {}
+        drafts = _drafts(space, planner.name, name or default_name(planner, space), seed, drawn)
+        found = player.first(drafts, lambda record: record.outcome in failures, doubtful=False)
+        if found is None:
+            return Trouble(searched=player.count)
+        searched = player.count
+        robot = keeping.load_robot(found[0].robot)
+        shrinking = Shrinking(player, *found, Footprint(robot.length, robot.width))
+        shrinking.run()
+    return Trouble(
+        drawn[found[0]], *found, shrinking.draft, shrinking.record,
+        searched, player.count - searched, player.count < budget,
+    )  # fmt: skip
+
+
+def default_name(planner: PlannerSpec, space: Space) -> str:
+    """What the scene is called in which a planner fails."""
+    return f"{planner.name}_in_{space.family.name}"
+
+
+def _drafts(space: Space, planner: str, name: str, seed: int, drawn: dict[Draft, Drawn]) -> Iterator[Draft]:
+    """Drafts without end; what each was drawn as is noted."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed))
+    while True:
+        made = space.draw(rng)
+        draft = Draft.of(made.scene, name, f"Where {planner} fails: what a search left of {made.scene.name}.")
+        drawn[draft] = made
+        yield draft
+
+
+__all__ = ["FAILURES", "SEED", "Trouble", "default_name", "search"]

@@ -1,0 +1,152 @@
+"""Store: the records of all episodes that were ever played, in one SQLite file; written to the end or not at all."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from ..errors import Fault, InputError
+from .key import computing
+from .record import EpisodeRecord, decode_record, encode_record
+
+FILE = "episodes.sqlite"
+_WAIT = 60.0  # [s] for another sweep that writes into the same store
+_TABLES = (
+    "create table if not exists versions (id integer primary key, told text unique not null)",
+    """create table if not exists episodes (
+    key text primary key, planner text not null, family text not null, scene text not null, seed integer not null,
+    outcome text not null, record text not null, wall real not null, cpu real not null,
+    versions integer not null references versions (id)
+) without rowid""",
+)
+_COLUMNS = ("key", "planner", "family", "scene", "seed", "outcome", "record", "wall", "cpu", "versions")
+_PUT = "insert or replace into episodes values (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What an episode cost to compute; it does not repeat, so no record holds it.
+
+    Attributes:
+        wall: Time on the wall [s].
+        cpu: Time of the processor [s].
+    """
+
+    wall: float
+    cpu: float
+
+
+class Store:
+    """A content-addressed store of episodes; a context manager. Several sweeps may use one at a time.
+
+    Args:
+        folder: Where its file is; made if it does not exist. None for a store in memory.
+
+    Raises:
+        InputError: The file is damaged, or no store; every other function may raise it, too.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder
+        place = ":memory:" if folder is None else str(folder / FILE)
+        try:
+            if folder is not None:
+                folder.mkdir(parents=True, exist_ok=True)
+            self._db = sqlite3.connect(place, timeout=_WAIT, isolation_level=None)
+        except (OSError, sqlite3.Error) as error:
+            raise InputError(self._fault(f"cannot be opened: {error}")) from error
+        try:
+            self._begin()
+        except InputError:
+            self._db.close()
+            raise
+
+    def _begin(self) -> None:
+        self._do("pragma journal_mode = wal")
+        self._do("pragma synchronous = normal")  # a power cut may lose the last episodes, and breaks nothing
+        for statement in _TABLES:
+            self._do(statement)
+        if tuple(row[1] for row in self._do("pragma table_info(episodes)")) != _COLUMNS:
+            raise InputError(self._fault("was made by another version of rocs_bt"))
+        told = json.dumps(dict(computing()), sort_keys=True)
+        self._do("insert or ignore into versions (told) values (?)", (told,))
+        (self._versions,) = self._do("select id from versions where told = ?", (told,)).fetchone()
+
+    def _do(self, statement: str, values: tuple[Any, ...] = ()) -> sqlite3.Cursor:
+        try:
+            return self._db.execute(statement, values)
+        except sqlite3.DatabaseError as error:
+            raise InputError(self._fault(f"cannot be used: {error}")) from error
+
+    def _fault(self, why: str) -> Fault:
+        place = "the store in memory" if self.folder is None else f"the store {self.folder / FILE}"
+        hint = "Give another folder, or move this one away: its episodes are then played again."
+        return Fault(f"{place} {why}.", hint=hint)
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._db.close()
+
+    def put(self, record: EpisodeRecord, cost: Cost) -> None:
+        """Keep an episode; whole, or not at all."""
+        r = record
+        row = (r.key, r.planner, r.family, r.scene, r.seed, r.outcome, encode_record(r).decode(), cost.wall, cost.cpu)
+        self._do(_PUT, (*row, self._versions))
+
+    def get(self, key: str) -> EpisodeRecord | None:
+        """An episode; None where it was not played."""
+        found = self._do("select record from episodes where key = ?", (key,)).fetchone()
+        try:
+            return None if found is None else decode_record(found[0])
+        except msgspec.DecodeError as error:
+            raise InputError(self._fault(f"holds a damaged record of the episode {key[:12]}...: {error}")) from error
+
+    def outcome(self, key: str) -> str:
+        """An episode's outcome; empty where it was not played."""
+        found = self._do("select outcome from episodes where key = ?", (key,)).fetchone()
+        return "" if found is None else str(found[0])
+
+    def records(self, keys: Iterable[str]) -> Iterator[EpisodeRecord]:
+        """The episodes of some keys, those that were played, in the order of the keys."""
+        for key in keys:
+            if (record := self.get(key)) is not None:
+                yield record
+
+    def cost(self, keys: Iterable[str]) -> Cost:
+        """What some episodes cost together."""
+        rows = [self._do("select wall, cpu from episodes where key = ?", (key,)).fetchone() for key in keys]
+        return Cost(sum(row[0] for row in rows if row), sum(row[1] for row in rows if row))
+
+    def export(self, file: Path, keys: Iterable[str] | None = None) -> int:
+        """Write episodes as JSON lines, sorted by planner, family, scene and seed; gives how many.
+
+        Args:
+            file: Where to.
+            keys: Which; all by default.
+        """
+        order = "order by planner, family, scene, seed, key"
+        wanted = None if keys is None else set(keys)
+        count = 0
+        with file.open("w", encoding="utf-8") as lines:
+            for key, text in self._do(f"select key, record from episodes {order}"):
+                if wanted is None or key in wanted:
+                    lines.write(text + "\n")
+                    count += 1
+        return count
+
+    def count(self) -> int:
+        """How many episodes it has."""
+        (count,) = self._do("select count(*) from episodes").fetchone()
+        return int(count)

@@ -1,0 +1,223 @@
+"""A sweep: every planner in every scene with every seed, each episode played once for good."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
+
+from ..catalog import Catalog, PlannerSpec, at_parameters
+from ..errors import InputError, RocsError
+from ..plan import mission_arguments
+from .key import Keys
+from .pool import HUNG, WorkerDied, WorkerPool
+from .record import EpisodeRecord
+from .store import Cost, Store
+from .trial import Place, ScenarioScene, Trial
+from .work import broken, work
+
+WALL_LIMIT = 300.0
+"""How long an episode may take to compute [s]."""
+
+_AHEAD = 4  # tasks that wait for each worker: enough to keep it busy, few enough to hold 10,000 episodes in no memory
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What a sweep came to.
+
+    Attributes:
+        store: Where its episodes are.
+        keys: Theirs, by planner, then by scene, then by seed.
+        played: How many were played now; the others stood in the store.
+    """
+
+    store: Store
+    keys: tuple[str, ...]
+    played: int
+
+    def records(self) -> Iterator[EpisodeRecord]:
+        """The episodes, in the order of the keys."""
+        return self.store.records(self.keys)
+
+
+def sweep(
+    planners: Sequence[PlannerSpec | str],
+    scenes: Iterable[Place | str],
+    seeds: Iterable[int] = (1,),
+    *,
+    catalog: Catalog | None = None,
+    store: Store | None = None,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    wall_limit: float = WALL_LIMIT,
+    retry_errors: bool = False,
+    require: str = "",
+    enough: Callable[[Sequence[EpisodeRecord]], bool] | None = None,
+    progress: Callable[[float], None] = lambda done: None,
+) -> Sweep:
+    """Play every planner in every scene with every seed, but for what the store has already.
+
+    Killed at any moment and called again, it goes on where it was. Everything that comes back is written at once.
+
+    Args:
+        planners: Planners, or their names.
+        scenes: Scenes, or names of scenarios.
+        seeds: The seeds of each scene.
+        catalog: Where content is found; the project around the current folder by default.
+        store: Where episodes are kept; in memory by default.
+        executor: Who plays them, such as `dask.distributed.Client(...).get_executor()`; local processes by default.
+        workers: How many local processes; one for each core by default.
+        wall_limit: How long an episode may take to compute [s], before its process is ended and it is tried once more.
+        retry_errors: Whether to play again what came to `error` before.
+        require: One more requirement, whose margin is told too; such episodes are others than those without.
+        enough: Asked after each scene, in their order, with all episodes so far: True ends the sweep there. It is the
+            same scene however fast who plays what, so a sweep that ends early repeats too.
+        progress: Told how many of the episodes are there.
+
+    Raises:
+        InputError: Content is wrong; what was played so far is in the store.
+        RocsError: The executor broke down.
+    """
+    catalog = catalog or Catalog.here()
+    store = Store() if store is None else store
+    chosen = [catalog.load_planner(p) if isinstance(p, str) else p for p in planners]
+    _refuse_twins(chosen)
+    for planner in chosen:
+        _refuse_wrong_parameters(planner, catalog)
+    places = [ScenarioScene(scene) if isinstance(scene, str) else scene for scene in scenes]
+    numbers, keys = tuple(seeds), Keys(catalog)
+    # Scene by scene, since a worker keeps the scene that it has set up.
+    course = [
+        [
+            Trial(keys.of(p, place, seed, require), p, place, seed, catalog.project, wall_limit, require, catalog.code)
+            for p in chosen
+            for seed in numbers
+        ]
+        for place in places
+    ]
+    again = ("", "error") if retry_errors else ("",)
+    done = {trial.key for trials in course for trial in trials if store.outcome(trial.key) not in again}
+    finished = _Finished(course, store, enough)
+    found = len(done)
+    progress(found)
+    if not finished.over(done):
+        with ExitStack() as stack:
+            todo = [trial for trials in course for trial in trials if trial.key not in done]
+            if executor is None:
+                executor = stack.enter_context(local_pool(min(workers or cores(), len(todo))))
+            for record, cost in stack.enter_context(closing(_play(executor, iter(todo)))):
+                store.put(record, cost)
+                done.add(record.key)
+                progress(len(done))
+                if finished.over(done):
+                    break
+    return Sweep(store, finished.keys, len(done) - found)
+
+
+class _Finished:
+    """How far a sweep has come, scene by scene."""
+
+    def __init__(
+        self, course: Sequence[Sequence[Trial]], store: Store, enough: Callable[[Sequence[EpisodeRecord]], bool] | None
+    ) -> None:
+        self._course = course
+        self._store = store
+        self._enough = enough
+        self._records: list[EpisodeRecord] = []
+        self._scenes = 0
+        self._ended = False
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Of the scenes that count: by planner, then by scene, then by seed."""
+        trials = [trial for trials in self._course[: self._scenes] for trial in trials]
+        order = {name: i for i, name in enumerate(dict.fromkeys(trial.planner.name for trial in trials))}
+        return tuple(trial.key for trial in sorted(trials, key=lambda trial: order[trial.planner.name]))
+
+    def over(self, done: Container[str]) -> bool:
+        """Whether all scenes are played, or enough of them."""
+        while not self._ended and self._scenes < len(self._course):
+            keys = [trial.key for trial in self._course[self._scenes]]
+            if not all(key in done for key in keys):
+                return False
+            self._scenes += 1
+            if self._enough is not None:
+                self._records += self._store.records(keys)
+                self._ended = self._enough(self._records)
+        return True
+
+
+@contextmanager
+def local_pool(workers: int) -> Iterator[WorkerPool]:
+    """Local processes, which are ended with the block, whatever they are at."""
+    pool = WorkerPool(workers)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _play(executor: Executor, trials: Iterator[Trial]) -> Generator[tuple[EpisodeRecord, Cost], None, None]:
+    """Play trials in any order, a few ahead of what is done."""
+    ahead = _AHEAD * int(getattr(executor, "workers", 0) or getattr(executor, "_max_workers", 0) or 16)
+    waiting: dict[Future[tuple[EpisodeRecord, Cost]], Trial] = {}
+    limits: dict[str, float] = {}  # by family, as the episodes tell that came to an end
+    try:
+        while True:
+            while len(waiting) < ahead and (trial := next(trials, None)) is not None:
+                waiting[executor.submit(work, trial)] = trial
+            if not waiting:
+                return
+            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                trial = waiting.pop(future)
+                record, cost = _result(future, trial, limits.get(trial.place.group, 0.0))
+                limits.setdefault(record.family, record.time_limit)
+                yield record, cost
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def _result(future: Future[tuple[EpisodeRecord, Cost]], trial: Trial, time_limit: float) -> tuple[EpisodeRecord, Cost]:
+    """What became of a trial; one whose process died, however often it was tried, is an error for the record.
+
+    Raises:
+        InputError: Content is wrong.
+        RocsError: The executor broke down.
+    """
+    try:
+        return future.result()
+    except InputError:
+        raise
+    except (BrokenExecutor, CancelledError) as error:
+        raise RocsError(f"the executor broke down: {type(error).__name__}: {error}") from error
+    except Exception as error:  # noqa: BLE001 - every executor has its own word for a worker that died
+        late = isinstance(error, WorkerDied) and error.exit_code == HUNG
+        reason = f"it took longer than the wall limit of {trial.wall_limit:g} s" if late else _told(error)
+        return broken(trial, reason, time_limit, reproducible=False), Cost(0.0, 0.0)
+
+
+def _told(error: Exception) -> str:
+    return str(error) if isinstance(error, RocsError) else f"{type(error).__name__}: {error}"
+
+
+def _refuse_wrong_parameters(planner: PlannerSpec, catalog: Catalog) -> None:
+    """Before a worker does, which knows the scene's file only."""
+    try:
+        mission_arguments(catalog.load_mission(planner.mission), planner.parameters)
+    except InputError as error:
+        raise at_parameters(planner, error) from error
+
+
+def _refuse_twins(planners: Sequence[PlannerSpec]) -> None:
+    names = [planner.name for planner in planners]
+    if twins := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(f"two planners are named '{twins[0]}'. Give each its own name, under which it is told.")

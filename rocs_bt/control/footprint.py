@@ -1,0 +1,97 @@
+"""Footprint: how near a rectangular hull comes to points around it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+from ..geometry import Twist2
+from .drive import Array
+
+CLOSING = 0.008
+"""Of a gap that closes by less nothing is said [m]: what is passed closely is no contact."""
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """A robot's outline seen from above: a rectangle whose middle is the base.
+
+    Attributes:
+        length: Along the robot [m].
+        width: Across it [m].
+
+    Raises:
+        InputError: A side is not a positive number.
+    """
+
+    length: float
+    width: float
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.length < math.inf and 0.0 < self.width < math.inf):
+            raise InputError(f"a footprint needs a positive length and width, found {self.length} m, {self.width} m.")
+
+    @property
+    def inner(self) -> float:
+        """Radius of the greatest circle within [m]."""
+        return 0.5 * min(self.length, self.width)
+
+    @property
+    def outer(self) -> float:
+        """Radius of the least circle around [m]."""
+        return 0.5 * math.hypot(self.length, self.width)
+
+    def gaps(self, points: Array) -> Array:
+        """(...,) How far points (..., 2) of the body frame are from the hull [m]; inside, minus how deep."""
+        over = np.abs(points) - (0.5 * self.length, 0.5 * self.width)
+        outside = np.maximum(over, 0.0)
+        gaps: Array = np.hypot(outside[..., 0], outside[..., 1]) + np.minimum(over.max(axis=-1), 0.0)
+        return gaps
+
+    def clearance(self, poses: Array, points: Array) -> Array:
+        """(k,) The hull's gap to the nearest of some points in each of some poses [m]; +inf without points.
+
+        Args:
+            poses: (k, 3) x [m], y [m], yaw [rad], in the world frame.
+            points: (m, 2) In the world frame [m].
+        """
+        if len(points) == 0:
+            return np.full(len(poses), np.inf)
+        c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
+        dx, dy = points[:, 0] - poses[:, :1], points[:, 1] - poses[:, 1:2]
+        ahead, aside = np.abs(c * dx + s * dy) - 0.5 * self.length, np.abs(c * dy - s * dx) - 0.5 * self.width
+        outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+        least: Array = (outside + np.minimum(np.maximum(ahead, aside), 0.0)).min(axis=1)
+        return least
+
+    def contact_time(self, points: Array, twist: Twist2, times: Array, margin: float = 0.0) -> float:
+        """The first of some times at which a hull that keeps its twist has a point within a margin [s]; or +inf.
+
+        A point counts only once the motion has brought it nearer, by `CLOSING`: who is close may still leave, or pass.
+
+        Args:
+            points: (m, 2) Around the robot, in its body frame [m].
+            twist: Its velocity, in its body frame.
+            times: (k,) From now on, ascending [s].
+            margin: The gap that counts as contact [m].
+        """
+        turn = twist.turn * times
+        # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0: see geometry.along_arc.
+        small = np.abs(turn) < 1e-6
+        safe = np.where(small, 1.0, turn)
+        along, across = np.where(small, 1.0, np.sin(safe) / safe), np.where(small, 0.0, (1.0 - np.cos(safe)) / safe)
+        forward, left = twist.forward * times, twist.left * times
+        poses = np.column_stack([along * forward - across * left, across * forward + along * left, turn])
+        reach = self.outer + margin + float(np.hypot(poses[:, 0], poses[:, 1]).max(initial=0.0))
+        near = points[np.abs(points).max(axis=1, initial=0.0) <= reach]
+        if len(near) == 0:
+            return math.inf
+        now = self.gaps(near)
+        c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        dx, dy = near[:, 0] - poses[:, :1], near[:, 1] - poses[:, 1:2]
+        gaps = self.gaps(np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1))
+        touched = ((gaps < margin) & (gaps < now - CLOSING)).any(axis=1)
+        return float(times[touched.argmax()]) if touched.any() else math.inf

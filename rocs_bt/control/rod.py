@@ -1,0 +1,191 @@
+"""A way as an elastic rod: stiff, smooth, and with the hull in the middle of what it passes.
+
+Sources: Quinlan and Khatib, Elastic bands: connecting path planning and control, ICRA 1993; Kass, Witkin and
+Terzopoulos, Snakes: active contour models, International Journal of Computer Vision 1, 1988 (implicit steps).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from .drive import Array
+from .footprint import Footprint
+
+STEP = 0.1
+"""Between the points of a way [m]."""
+
+ROUNDS, STIFF, PUSH = 25, 20.0, 0.02
+"""Of the first relaxation: how often, how stiff the rod is, and how far a point of the hull's rim is pushed [m]."""
+
+RIM, ROOM = 12, 0.3
+"""How many points of the rim are pushed, each by what is nearer than this gap [m]."""
+
+FITTED, SUPPLE, FIT, FIT_PUSH, SHARP = 20, 2.0, 0.08, 0.01, 0.005
+"""Of the second, by the exact places of what is nearer than FIT: how often, how stiff, how far it is pushed [m], and by
+how much farther things count for a third [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What stands in a rectangle of cells; rows go north, columns east.
+
+    Attributes:
+        x: Western edge, in the world frame [m].
+        y: Southern edge [m].
+        side: Of a cell [m].
+        away: (rows, columns) From each cell's centre to the nearest thing [m].
+        points: (k, 2) Where things stand [m].
+    """
+
+    x: float
+    y: float
+    side: float
+    away: Array
+    points: Array
+
+    def cell(self, point: Array) -> tuple[int, int] | None:
+        """Row and column of a place (2,) [m]; None outside."""
+        row, column = int((point[1] - self.y) // self.side), int((point[0] - self.x) // self.side)
+        inside = 0 <= row < self.away.shape[0] and 0 <= column < self.away.shape[1]
+        return (row, column) if inside else None
+
+    def centres(self) -> Array:
+        """(rows, columns, 2) Of all cells, in the world frame [m]."""
+        rows, columns = np.indices(self.away.shape)
+        return np.stack([self.x + (columns + 0.5) * self.side, self.y + (rows + 0.5) * self.side], axis=-1)
+
+    def sample(self, what: Array, points: Array) -> Array:
+        """(k, ...) Values of a grid (rows, columns, ...) at points (k, 2) [m], linear between the cells' centres."""
+        rows, columns = what.shape[:2]
+        at = (points - (self.x, self.y)) / self.side - 0.5
+        u, v = np.clip(at[:, 0], 0.0, columns - 1.001), np.clip(at[:, 1], 0.0, rows - 1.001)
+        i, j = v.astype(np.intp), u.astype(np.intp)
+        u, v = u - j, v - i
+        if what.ndim == 3:
+            u, v = u[:, None], v[:, None]
+        low = (1.0 - u) * what[i, j] + u * what[i, j + 1]
+        values: Array = (1.0 - v) * low + v * ((1.0 - u) * what[i + 1, j] + u * what[i + 1, j + 1])
+        return values
+
+
+def headings(points: Array) -> Array:
+    """(k,) Along a way (k, 2) of two points or more [rad]."""
+    chord = np.vstack([points[1:2] - points[:1], points[2:] - points[:-2], points[-1:] - points[-2:-1]])
+    return np.arctan2(chord[:, 1], chord[:, 0])
+
+
+def relaxed(around: Surroundings, footprint: Footprint, points: Array, fixed: int) -> Array:
+    """A way as an elastic rod, pushed away from what is near to the hull that drives along it.
+
+    Args:
+        around: What stands where.
+        footprint: The hull.
+        points: (k, 2) The way, at steps of about `STEP` [m].
+        fixed: How many of the first points stay as they are; the very first and the last always do.
+
+    Returns:
+        (k, 2) [m]
+    """
+    first = max(fixed, 1)
+    from scipy.linalg import cho_solve_banded
+
+    if len(points) < first + 3:
+        return points
+    north, east = np.gradient(around.away, around.side)
+    grids, band, rim = np.stack([around.away, east, north], axis=-1), points.copy(), _rim(footprint)
+    factor, bound = _stiff(len(points), first, STIFF)
+    for ease in np.linspace(1.0, 0.2, ROUNDS):
+        heading = headings(band)
+        ahead = np.column_stack([np.cos(heading), np.sin(heading)])
+        aside = ahead[:, ::-1] * (-1.0, 1.0)
+        arms = rim[:, :1] * ahead[:, None] + rim[:, 1:] * aside[:, None]
+        at = around.sample(grids, (band[:, None] + arms).reshape(-1, 2)).reshape(*arms.shape[:2], 3)
+        lack = np.clip(1.0 - at[..., 0] / ROOM, 0.0, 1.0)
+        force = (ease * PUSH) * (lack * lack)[..., None] * at[..., 1:]
+        step = _moved(force.sum(axis=1), _turned(arms, force).sum(axis=1), aside)
+        pushed = band + np.clip(step, -0.5 * STEP, 0.5 * STEP)
+        band[first:-1] = cho_solve_banded(factor, pushed[first:-1] - bound @ band)
+    return _fitted(around, footprint, band, first)
+
+
+def _fitted(around: Surroundings, footprint: Footprint, band: Array, first: int) -> Array:
+    """The points such that the hull is in the middle of what is very near, which the field is too coarse to tell."""
+    from scipy.linalg import cho_solve_banded
+
+    factor, bound = _stiff(len(band), first, SUPPLE)
+    for _ in range(FITTED):
+        near = first + np.flatnonzero(around.sample(around.away, band[first:-1]) < footprint.outer + FIT)
+        if len(near) == 0:
+            break
+        heading = headings(band)
+        ahead = np.column_stack([np.cos(heading), np.sin(heading)])
+        aside = ahead[:, ::-1] * (-1.0, 1.0)
+        low, high = band[near].min(axis=0) - footprint.outer - FIT, band[near].max(axis=0) + footprint.outer + FIT
+        things = around.points[((around.points > low) & (around.points < high)).all(axis=1)]
+        offset = things - band[near, None]
+        point = np.stack([(offset * ahead[near, None]).sum(axis=2), (offset * aside[near, None]).sum(axis=2)], axis=2)
+        half = np.array([0.5 * footprint.length, 0.5 * footprint.width])
+        gap, arm = footprint.gaps(point), np.clip(point, -half, half)
+        over = np.abs(point) - half
+        inside = (over < 0.0).all(axis=2)
+        out = np.where(inside[..., None], (over == over.max(axis=2)[..., None]) * np.sign(point), point - arm)
+        out /= np.maximum(np.hypot(out[..., 0], out[..., 1]), 1e-9)[..., None]
+        least = gap.min(axis=1)
+        weight = np.exp(-(gap - least[:, None]) / SHARP)
+        weight *= (FIT_PUSH * np.clip(1.0 - least / FIT, 0.0, 2.0) / weight.sum(axis=1))[:, None]
+        force = -weight[..., None] * out
+        total, turn = np.zeros_like(band), np.zeros(len(band))
+        pushed = force.sum(axis=1)
+        total[near] = pushed[:, :1] * ahead[near] + pushed[:, 1:] * aside[near]
+        turn[near] = _turned(arm, force).sum(axis=1)
+        step = np.clip(_moved(total, turn, aside), -FIT_PUSH, FIT_PUSH)
+        band[first:-1] = cho_solve_banded(factor, (band + step)[first:-1] - bound @ band)
+    return band
+
+
+def _turned(arms: Array, forces: Array) -> Array:
+    torque: Array = arms[..., 0] * forces[..., 1] - arms[..., 1] * forces[..., 0]
+    return torque
+
+
+def _moved(force: Array, turn: Array, aside: Array) -> Array:
+    """(k, 2) Where forces and torques on the hull, all along a way, move its points.
+
+    A torque turns the hull, whose heading is that of the chord between its neighbours.
+    """
+    step, turning = force.copy(), turn[:, None] * aside / (2.0 * STEP)
+    step[1:] += turning[:-1]
+    step[:-1] -= turning[1:]
+    return step
+
+
+@lru_cache(maxsize=512)
+def _stiff(count: int, first: int, stiff: float) -> tuple[tuple[Array, bool], Array]:
+    """The bending of a rod whose first points, and whose last, are held.
+
+    Returns:
+        I + stiff D'D of the points that are free, as a Cholesky factor, and their rows of it for those that are held.
+    """
+    from scipy.linalg import cholesky_banded
+
+    second = np.diff(np.eye(count), 2, axis=0)
+    bending = stiff * second.T @ second
+    free = bending[first:-1, first:-1] + np.eye(count - first - 1)
+    bands = np.zeros((3, len(free)))
+    for k in range(min(3, len(free))):
+        bands[2 - k, k:] = np.diagonal(free, k)
+    bound = bending[first:-1].copy()
+    bound[:, first:-1] = 0.0
+    return (cholesky_banded(bands), False), bound
+
+
+def _rim(footprint: Footprint) -> Array:
+    """(RIM, 2) Points on the hull's rim, in the body frame [m]."""
+    x, y = 0.5 * footprint.length, 0.5 * footprint.width
+    corners = np.array([(x, y), (-x, y), (-x, -y), (x, -y), (x, y)])
+    stations = np.array([0.0, 2.0 * x, 2.0 * (x + y), 4.0 * x + 2.0 * y, 4.0 * (x + y)])
+    at = np.arange(RIM) * stations[-1] / RIM
+    return np.column_stack([np.interp(at, stations, corners[:, 0]), np.interp(at, stations, corners[:, 1])])

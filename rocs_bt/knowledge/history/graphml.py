@@ -1,0 +1,104 @@
+"""GraphML through networkx: what yEd, Gephi, Cytoscape and the like read."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from ...errors import Fault, InputError, KnowledgeError
+from ..schema import SCHEMA, Schema
+from .intake import EdgeEntry, Intake, NodeEntry
+from .state import State
+from .values import dump, from_json, to_json
+
+# A carriage return too, which XML reads back as a line feed.
+_NO_XML = re.compile("[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_UNREADABLE = (SyntaxError, ValueError, TypeError, LookupError, AttributeError, RecursionError)
+
+
+def to_graphml(state: State) -> str:
+    """A state as GraphML: the relation is an edge's key; lists and poses are JSON texts. Stamps of attributes are lost.
+
+    Raises:
+        KnowledgeError: A text holds characters that XML cannot; export it as JSON.
+    """
+    import networkx
+
+    graph = networkx.MultiDiGraph(agent=_scalar(state.agent), t=state.t, revision=state.revision)
+    for name in state.nodes():
+        t, revision = state.stamp(name)
+        written = {a: state.get(name, a) for a in sorted(state.written(name))}
+        graph.add_node(_scalar(name), kind=state.kind(name), **_scalars(written), t=t, revision=revision)
+    for source, relation, target in state.edges():
+        row = state.targets(source, relation)[target]
+        known = state.edge(source, relation, target) or {}
+        graph.add_edge(source, target, key=relation, **_scalars(known), t=row["t"], revision=row["revision"])
+    return "\n".join(networkx.generate_graphml(graph)) + "\n"
+
+
+def from_graphml(text: str, file: Path, schema: Schema = SCHEMA) -> State:
+    """The state that a GraphML text holds, checked against a schema; attributes are as old as their nodes.
+
+    Args:
+        text: What `to_graphml` made, or another program.
+        file: Where it stands, for messages.
+        schema: What may stand in it; it says which texts are JSON of a list or a pose.
+
+    Raises:
+        InputError: With everything that is wrong.
+    """
+    import networkx
+
+    try:
+        graph = networkx.parse_graphml(text, node_type=str, edge_key_type=str, force_multigraph=True)
+    except (networkx.NetworkXException, *_UNREADABLE) as error:
+        raise InputError(Fault(f"this is no GraphML that can be read: {error}.", file)) from error
+    t, revision = graph.graph.get("t", -math.inf), graph.graph.get("revision", 0)
+    if not isinstance(t, float) or math.isnan(t) or type(revision) is not int or not 0 <= revision <= 2**62:
+        raise InputError(Fault(f"its time and revision must be numbers, found {t!r:.40} and {revision!r:.40}.", file))
+    intake = Intake(file, str(graph.graph.get("agent", "")), schema)
+    for name, given in graph.nodes(data=True):
+        kind = schema.kinds.get(str(given.get("kind")))
+        _take(intake, NodeEntry, {"name": name, "kind": given.pop("kind", None)}, given, kind)
+    for source, target, relation, given in graph.edges(keys=True, data=True):
+        declared = schema.relations.get(relation)
+        _take(intake, EdgeEntry, {"source": source, "relation": relation, "target": target}, given, declared)
+    return intake.done(t, revision)
+
+
+def _take(intake: Intake, entry: type[Any], names: dict[str, Any], given: dict[str, Any], owner: Any) -> None:
+    declared: Mapping[str, Any] = {} if owner is None else owner.attributes
+    stamp = {"t": given.pop("t", 0.0), "revision": given.pop("revision", 0)}
+    try:
+        values = {name: _value(value, declared.get(name)) for name, value in given.items()}
+        made = msgspec.convert({**names, **stamp, "attributes": values}, entry)
+    except (msgspec.ValidationError, ValueError, RecursionError) as error:
+        intake.fault(f"{' '.join(map(str, names.values()))}: {error}.")
+        return
+    if entry is NodeEntry:
+        intake.node(made)
+    else:
+        intake.edge(made)
+
+
+def _value(value: Any, declared: Any) -> Any:
+    a_list = declared is not None and declared.type not in (str, float, int, bool)
+    return from_json(json.loads(value)) if a_list and isinstance(value, str) else value
+
+
+def _scalars(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _scalar(value) for name, value in values.items() if value is not None}
+
+
+def _scalar(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return dump(to_json(value)).decode()
+    if isinstance(value, str) and _NO_XML.search(value):
+        raise KnowledgeError(f"GraphML cannot hold the text {value!r:.60}; export as JSON, which can.")
+    return value

@@ -1,0 +1,121 @@
+"""Taking in what somebody else wrote: every node and edge is checked against the schema, and all faults are told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from ...clock import SimulatedClock
+from ...errors import Fault, InputError, KnowledgeError
+from ...event import NullSink, Value
+from ..declaration import checked
+from ..graph import KnowledgeGraph
+from ..readable import Stamp
+from ..schema import Schema
+from .state import State
+from .values import plain, typed
+
+Revision = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
+Time = Annotated[float, msgspec.Meta(ge=-1e15, le=1e15)]
+
+
+class NodeEntry(msgspec.Struct, forbid_unknown_fields=True):
+    """One node as a file has it; `stamps` holds when each attribute was written, the node's own time if left out."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1)]
+    kind: str
+    t: Time
+    revision: Revision
+    attributes: dict[str, Any] = {}
+    stamps: dict[str, tuple[Time, Revision]] = {}
+
+
+class EdgeEntry(msgspec.Struct, forbid_unknown_fields=True):
+    """One edge as a file has it."""
+
+    source: str
+    relation: str
+    target: str
+    t: Time
+    revision: Revision
+    attributes: dict[str, Any] = {}
+
+
+class Intake:
+    """Makes a state of entries that somebody else wrote.
+
+    Args:
+        file: Where they stand.
+        agent: Whose knowledge it is.
+        schema: What may stand in it.
+
+    Attributes:
+        faults: What was not taken in, and why.
+        state: What was.
+    """
+
+    def __init__(self, file: Path, agent: str, schema: Schema) -> None:
+        self.faults: list[Fault] = []
+        self.state = State(agent, schema)
+        self._file = file
+        self._schema = schema
+        # A real graph, which knows what it would refuse.
+        self._graph = KnowledgeGraph(SimulatedClock(1.0), NullSink(), agent, schema)
+
+    def node(self, entry: NodeEntry, line: int = 0, column: int = 0) -> None:
+        """Take a node in, or note why not."""
+        try:
+            values = self._values((entry.kind, entry.name), self._schema.kind(entry.kind).attributes, entry.attributes)
+            self._graph.add(entry.name, entry.kind, **values)
+            if strange := entry.stamps.keys() - values.keys():
+                raise KnowledgeError(f"'{entry.name}' has a stamp of '{min(strange)}', but no such attribute.")
+        except KnowledgeError as error:
+            self.fault(str(error), line, column)
+            return
+        stamp = Stamp(entry.t, entry.revision)
+        self.state.add(entry.name, entry.kind, stamp)
+        for name, value in values.items():
+            self.state.write(entry.name, name, plain(value), Stamp(*entry.stamps.get(name, stamp)))
+        self.state.renew(entry.name, stamp)
+
+    def edge(self, entry: EdgeEntry, line: int = 0, column: int = 0) -> None:
+        """Take an edge in, or note why not."""
+        source, relation, target = entry.source, entry.relation, entry.target
+        try:
+            declared = self._schema.relation(relation)
+            values = self._values((source, relation, target), declared.attributes, entry.attributes)
+            if there := self._graph.related(source, relation):
+                if target in there:
+                    raise KnowledgeError(f"the edge {source} -{relation}-> {target} is there twice.")
+                if declared.single:
+                    raise KnowledgeError(f"'{source}' {relation} '{there[0]}' already, and may have one only.")
+            # What a file does not tell of an edge was not known, also where there is a default.
+            unknown = dict.fromkeys(name for name, each in declared.attributes.items() if not each.required)
+            self._graph.relate(source, relation, target, **(unknown | values))
+        except KnowledgeError as error:
+            self.fault(str(error), line, column)
+            return
+        known = {name: plain(value) for name, value in (self._graph.edge(source, relation, target) or {}).items()}
+        self.state.relate(source, relation, target, known, Stamp(entry.t, entry.revision))
+
+    def fault(self, message: str, line: int = 0, column: int = 0) -> None:
+        """Note what is wrong."""
+        self.faults.append(Fault(message, self._file, line, column))
+
+    def done(self, t: float, revision: int) -> State:
+        """The state, as of a time [s] and a revision.
+
+        Raises:
+            InputError: With everything that was wrong.
+        """
+        if self.faults:
+            raise InputError(*self.faults)
+        self.state.t, self.state.revision = t, revision
+        return self.state
+
+    @staticmethod
+    def _values(owner: tuple[str, ...], declared: Mapping[str, Any], given: Mapping[str, Value]) -> dict[str, Any]:
+        return checked(owner, declared, {name: typed(value, declared.get(name)) for name, value in given.items()})

@@ -1,0 +1,273 @@
+"""Journal: keeps every change of knowledge graphs in a file, on a thread of its own."""
+
+from __future__ import annotations
+
+import sqlite3
+import threading
+import time
+from collections import deque
+from pathlib import Path
+from types import TracebackType
+from typing import TypeAlias
+
+from ...errors import RecordingError
+from ...event import KnowledgeChanged
+from ..graph import KnowledgeGraph
+from . import writer
+from .file import open_to_write
+from .state import State
+
+KEEP = 100_000
+"""Changes of one agent that stay, each with its moment; older ones are folded into the state they led to."""
+LIMIT = 1 << 16
+"""Writes of one agent that may wait for the file."""
+FLUSH = 0.1
+"""How often what waits is written [s of wall time]: what a process that is killed may miss."""
+
+
+_PATIENCE = 100  # [ms] for a write that takes long, when the state is taken anew
+Part: TypeAlias = tuple[State | None, list[KnowledgeChanged]]  # a new stretch's base, and changes
+
+
+class Journal:
+    """Writes whole writes of graphs to an SQLite file, many at a time; a context manager.
+
+    The writer of a graph pays for one entry in a queue. Every flush is one transaction of whole writes, so that a
+    process may be killed at any moment: the file then opens to a state that was, and misses at most the last flush.
+
+    Where a queue is full, because the disk stands still or is slower than the writers, either the writer waits
+    (`patient`, for lockstep, where nobody looks at a wall clock), or changes are left out, counted in `lost`; once
+    there is room the state is taken anew and the file says which revisions it misses. So what is known now is always
+    right, and a control loop never waits.
+
+    Args:
+        path: The file; added to where it exists.
+        label: What people call this run, such as `exp1-7`.
+        keep: Changes of one agent that stay.
+        limit: Writes of one agent that may wait.
+        patient: Whether a writer waits where that many wait already.
+        every: How often to flush [s of wall time].
+
+    Raises:
+        RecordingError: The file cannot be written, or is none of ours.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        label: str = "",
+        *,
+        keep: int = KEEP,
+        limit: int = LIMIT,
+        patient: bool = False,
+        every: float = FLUSH,
+    ) -> None:
+        self.path = path
+        self._label, self._keep, self._limit, self._patient, self._every = label, keep, limit, patient, every
+        self._tapes: tuple[_Tape, ...] = ()
+        self._connection = open_to_write(path)
+        self._writing = threading.Lock()
+        self._wake = threading.Event()
+        self._closing = False
+        self._failure: Exception | None = None
+        self._run_number: int | None = None
+        self._thread = threading.Thread(target=self._run, name="knowledge journal", daemon=True)
+        self._thread.start()
+
+    @property
+    def lost(self) -> int:
+        """Changes that were left out because a queue was full."""
+        return sum(tape.lost for tape in self._tapes)
+
+    def attach(self, graph: KnowledgeGraph) -> None:
+        """Keep what this graph holds now, and every change from now on.
+
+        Raises:
+            RecordingError: The file cannot be written.
+        """
+        with graph.held():
+            tape = _Tape(graph, State.of(graph), self._limit, self._patient, self._wake)
+            graph.followers.add(tape.take)
+        self._tapes = (*self._tapes, tape)
+        self.flush()
+
+    def flush(self) -> None:
+        """Write all that was told until now.
+
+        Raises:
+            RecordingError: It could not be written, now or before.
+        """
+        self._flush()
+        if self._failure is not None:
+            raise RecordingError(f"the knowledge '{self.path}' ends early: {self._failure}.") from self._failure
+
+    def close(self) -> None:
+        """Write what is left, and let go of the graphs and of the file; the second call does nothing.
+
+        Raises:
+            RecordingError: Something could not be written, now or before; the file holds what came before it.
+        """
+        if self._closing:
+            return
+        self._closing = True
+        for tape in self._tapes:
+            with tape.graph.held():
+                tape.graph.followers.remove(tape.take)
+        self._wake.set()
+        self._thread.join()
+        try:
+            self.flush()
+        finally:
+            self._connection.close()
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        while not self._closing:
+            self._wake.wait(self._every)
+            self._wake.clear()
+            self._flush()
+
+    def _flush(self) -> None:
+        with self._writing:
+            if self._failure is not None:
+                return
+            try:
+                self._write()
+            except Exception as error:  # noqa: BLE001 - the thread's boundary: kept, and raised where it is waited for
+                self._failure = error
+                for tape in self._tapes:
+                    tape.end()
+
+    def _write(self) -> None:
+        batches = [(tape, part) for tape in self._tapes for part in tape.drain()]
+        if not batches:
+            return
+        connection = self._connection
+        connection.execute("BEGIN IMMEDIATE")
+        try:
+            for tape, (base, changes) in batches:
+                if base is not None:
+                    self._run_number = self._run_number or writer.next_run(connection)
+                    tape.stretch = writer.begin_stretch(connection, self._run_number, self._label, base)
+                writer.append(connection, tape.stretch, changes)
+                writer.compact(connection, tape.graph.agent, self._keep)
+            connection.execute("COMMIT")
+        except Exception:
+            connection.close()  # nothing of this flush is kept
+            raise
+
+
+class _Tape:
+    """One graph's writes on their way to the file.
+
+    Attributes:
+        graph: The graph.
+        stretch: The stretch in the file that they belong to.
+        lost: Changes that were left out.
+    """
+
+    def __init__(self, graph: KnowledgeGraph, base: State, limit: int, patient: bool, wake: threading.Event) -> None:
+        self.graph = graph
+        self.stretch = 0
+        self.lost = 0
+        self._base: State | None = base
+        self._last = base.revision
+        self._queue: deque[list[KnowledgeChanged]] = deque()
+        self._limit, self._patient, self._wake = limit, patient, wake
+        self._room = threading.Event()
+        self._ended = False
+        self._gap = False
+        self._noticed = 0  # of `lost`
+
+    def take(self, written: list[KnowledgeChanged]) -> None:
+        """One whole write, on the writer's thread and under its graph's lock."""
+        queue = self._queue
+        if len(queue) >= self._limit // 2:
+            self._wake.set()
+            while self._patient and len(queue) >= self._limit and not self._ended:
+                self._room.clear()
+                self._wake.set()
+                self._room.wait(FLUSH)
+            if len(queue) >= self._limit or self._ended:
+                self.lost += len(written)
+                return
+        queue.append(written)
+
+    def end(self) -> None:
+        """Take nothing more: the file failed."""
+        self._limit, self._ended = 0, True
+        self._queue.clear()
+        self._room.set()
+
+    def drain(self) -> list[Part]:
+        """What to write: changes of the present stretch, and the base of a new one where changes were left out."""
+        lost = self.lost
+        base, self._base = self._base, None
+        changes = self._taken()
+        parts: list[Part] = [(base, changes)] if base is not None or changes else []
+        if self._gap or lost != self._noticed:
+            anew = self._anew()
+            if anew is not None:
+                parts.append((anew, []))
+        return parts
+
+    def _taken(self) -> list[KnowledgeChanged]:
+        """The changes that wait, up to where some are missing; nothing more comes then until `_anew`."""
+        changes: list[KnowledgeChanged] = []
+        for _ in range(len(self._queue)):
+            written = self._queue.popleft()
+            self._gap = self._gap or written[0].revision != self._last + 1
+            if not self._gap:
+                changes += written
+                self._last = written[-1].revision
+        self._room.set()
+        return changes
+
+    def _anew(self) -> State | None:
+        """The graph's state now, copied while its writers go on; None where they were too quick, for another time.
+
+        A copy made without the lock may hold some newer writes and miss others; every write since it began makes it
+        whole, for a change says what became of a thing, not what was before.
+        """
+        lost = self.lost
+        base = State.of(self.graph)
+        self._last, self._gap = base.revision, False
+        until = self.graph.revision
+        for _ in range(_PATIENCE):
+            for _ in range(len(self._queue)):
+                for change in self._queue.popleft():
+                    if change.revision > base.revision:
+                        self._gap = self._gap or change.revision != base.revision + 1
+                        base.apply(change)
+            if base.revision >= until or self.lost != lost:
+                break
+            time.sleep(0.001)
+        self._last = base.revision
+        self._gap = self._gap or base.revision < until or self.lost != lost
+        self._noticed = lost
+        return None if self._gap else base
+
+
+def write_state(path: Path, state: State, label: str = "") -> None:
+    """Write a state into a journal's file as a run of its own, of which nothing changed: a later run remembers it.
+
+    Raises:
+        RecordingError: The file cannot be written, or is none of ours.
+    """
+    connection = open_to_write(path)
+    try:
+        connection.execute("BEGIN IMMEDIATE")
+        writer.begin_stretch(connection, writer.next_run(connection), label, state)
+        writer.compact(connection, state.agent, KEEP)
+        connection.execute("COMMIT")
+    except sqlite3.Error as error:
+        raise RecordingError(f"the knowledge '{path}' cannot be written: {error}.") from error
+    finally:
+        connection.close()

@@ -1,0 +1,115 @@
+"""Taking saved knowledge into the graph of a later run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...errors import Fault, KnowledgeError
+from ..graph import KnowledgeGraph
+from ..schema import Schema
+from .intake import EdgeEntry, Intake, NodeEntry
+from .state import State
+from .values import plain
+
+#: What each run tells anew, or what was so at a moment only, and all kinds that extend these.
+NOT_REMEMBERED = ("robot", "part", "monitor", "analyze", "rule_set", "peer", "person", "observation")
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What a graph took in.
+
+    Attributes:
+        nodes: How many nodes, new ones and such that learned an attribute.
+        edges: How many edges.
+        refused: What the graph would not take, and why.
+    """
+
+    nodes: int
+    edges: int
+    refused: tuple[str, ...]
+
+
+def lasting(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault]]:
+    """What of a state is worth remembering, and what of that a schema does not know, with the reason.
+
+    Left out is what belongs to a run and not to the world: the robot itself, its parts and blocks and the edges that
+    start from it; observations; uses of strategies that the run's end cut off; and what may be elsewhere by now: other
+    robots, people, objects that move, and objects whose place was not known.
+
+    Args:
+        state: What was known.
+        schema: What may be known now.
+        file: Where it came from, for the faults.
+    """
+    intake = Intake(file, state.agent, schema)
+    intake.state.t, intake.state.revision = state.t, state.revision
+    for name in state.nodes():
+        if _lasts(state, name):
+            written = {a: plain(state.get(name, a)) for a in state.written(name)}
+            stamps = {a: tuple(stamp) for a, stamp in state.written(name).items()}
+            intake.node(NodeEntry(name, state.kind(name), *state.stamp(name), written, stamps))  # type: ignore[arg-type]
+    for source, relation, target in state.edges():
+        if intake.state.has(source) and intake.state.has(target):
+            row = state.targets(source, relation)[target]
+            known = {a: plain(v) for a, v in (state.edge(source, relation, target) or {}).items()}
+            intake.edge(EdgeEntry(source, relation, target, row["t"], row["revision"], known))
+    return intake.state, intake.faults
+
+
+def load_into(graph: KnowledgeGraph, state: State) -> Loaded:
+    """Take a state into a graph, as one write, as of now.
+
+    What the graph holds stands: a node that is there gains attributes that nobody wrote yet, and an edge that is there
+    stays as it is.
+    """
+    refused: list[str] = []
+    nodes = edges = 0
+    with graph.held():
+        for name in state.nodes():
+            nodes += _take_node(graph, state, name, refused)
+        for edge in state.edges():
+            edges += _take_edge(graph, state, edge, refused)
+    return Loaded(nodes, edges, tuple(refused))
+
+
+def _lasts(state: State, name: str) -> bool:
+    kind = state.kind(name)
+    if any(each in state.schema.lineages[kind] for each in NOT_REMEMBERED):
+        return False
+    known = state.attributes(name)
+    if kind == "use":
+        return "outcome" in known
+    return "object" not in state.schema.lineages[kind] or ("pose" in known and not known.get("moves", False))
+
+
+def _take_node(graph: KnowledgeGraph, state: State, name: str, refused: list[str]) -> bool:
+    written = {a: state.get(name, a) for a in state.written(name)}
+    try:
+        if not graph.has(name):
+            graph.add(name, state.kind(name), **written)
+            return True
+        if graph.kind(name) != state.kind(name):
+            raise KnowledgeError(f"'{name}' was of kind {state.kind(name)}, and is of kind {graph.kind(name)} now.")
+        new = {a: value for a, value in written.items() if graph.stamp(name, a).revision == 0}
+        graph.set(name, **new)
+    except KnowledgeError as error:
+        refused.append(str(error))
+        return False
+    return bool(new)
+
+
+def _take_edge(graph: KnowledgeGraph, state: State, edge: tuple[str, str, str], refused: list[str]) -> bool:
+    source, relation, target = edge
+    if not (graph.has(source) and graph.has(target)):
+        return False  # it was refused already
+    try:
+        there = graph.related(source, relation)
+        if target in there or (there and graph.schema.relation(relation).single):
+            return False
+        graph.relate(source, relation, target, **(state.edge(source, relation, target) or {}))
+    except KnowledgeError as error:
+        refused.append(str(error))
+        return False
+    return True

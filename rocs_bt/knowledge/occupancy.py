@@ -1,0 +1,233 @@
+"""OccupancyGrid: what stands where, as evidence by cell, and where in the cell its echoes come from.
+
+Source: Moravec and Elfes, High resolution maps from wide angle sonar, ICRA 1985; Thrun, Burgard and Fox, Probabilistic
+Robotics (2005), 9.2 (log odds, added up and bounded).
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import KnowledgeError
+from .signals import Array
+
+MEMORY = 20
+"""Over about so many echoes the place of a thing in its cell is the mean: noise goes, and what moves is followed."""
+
+UNKNOWN, FREE, OCCUPIED = -1, 0, 1
+"""What a cell is known to be."""
+
+HIT, MISS = 0.9, -0.4
+"""What one look adds to a cell's log odds: of an echo in it, of a beam through it."""
+
+SURE = 3.6
+"""Log odds beyond which more of the same adds nothing: so nothing is believed for ever, once it is gone."""
+
+FREE_BELOW, OCCUPIED_ABOVE = -0.2, 0.5
+"""Log odds below which a cell counts as free, above which as occupied; between the two nobody knows."""
+
+MOST_CELLS = 4_000_000
+"""The most cells of one grid."""
+
+Cells = npt.NDArray[np.intp]
+"""(k, 2) Row and column each."""
+
+Indices = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A copy of a part of a grid.
+
+    Attributes:
+        states: (rows, columns) UNKNOWN, FREE or OCCUPIED; row 0 is the southernmost, column 0 the westernmost.
+        echoes: (rows, columns, 2) Mean place of the echoes in each cell, in the world frame [m]; nothing where there
+            were none.
+        x: Western edge, in the world frame [m].
+        y: Southern edge, in the world frame [m].
+        cell: Side of a cell [m].
+        revision: The grid's when it was copied.
+    """
+
+    states: npt.NDArray[np.int8]
+    echoes: Array
+    x: float
+    y: float
+    cell: float
+    revision: int
+
+    def points(self) -> Array:
+        """(k, 2) Where things stand: the mean echo of each occupied cell, in the world frame [m]."""
+        points: Array = self.echoes[self.states == OCCUPIED]
+        return points
+
+
+class OccupancyGrid:
+    """A square of cells around the robot that rolls along with it; what rolls out of it is forgotten.
+
+    Safe with one writer and many readers on other threads.
+
+    Args:
+        cell: Side of a cell [m].
+        side: Side of the square [m].
+
+    Attributes:
+        cell: Side of a cell [m].
+        revision: Counts the changes of what is occupied; evidence that changes no cell's state does not count.
+
+    Raises:
+        KnowledgeError: A size is not positive, or there would be more than `MOST_CELLS`.
+    """
+
+    def __init__(self, cell: float = 0.05, side: float = 40.0) -> None:
+        if not (0.0 < cell < math.inf and cell <= side < math.inf):
+            raise KnowledgeError(f"a grid needs a cell of positive size and a side no less, found {cell} m, {side} m.")
+        self.cell = cell
+        self._count = math.ceil(side / cell)
+        if self._count**2 > MOST_CELLS:
+            raise KnowledgeError(
+                f"a grid of {side} m with cells of {cell} m has {self._count**2} cells; the most are {MOST_CELLS}. "
+                "Take a greater cell or a smaller side."
+            )
+        self.revision = 0
+        self._lock = threading.Lock()
+        self._evidence = np.zeros((self._count, self._count), np.float32)
+        self._echoes = np.zeros((self._count, self._count, 2), np.float32)  # from the cell's centre [m]
+        self._heard = np.zeros((self._count, self._count), np.float32)  # how many echoes, MEMORY at most
+        self._corner = np.array([-(self._count // 2), -(self._count // 2)])  # row and column of its first cell
+
+    def cells(self, points: Array) -> Cells:
+        """(k, 2) Rows and columns of the cells of points (k, 2) [m]; numbers that stay when the grid rolls."""
+        cells: Cells = np.floor(points[:, ::-1] / self.cell).astype(np.intp)
+        return cells
+
+    def centres(self, cells: Cells) -> Array:
+        """(k, 2) Centres of cells, in the world frame [m]."""
+        return np.asarray((cells[:, ::-1] + 0.5) * self.cell, dtype=float)
+
+    def centre_on(self, x: float, y: float) -> None:
+        """Roll so that a place [m] is in the middle; a little off the middle is left as it is."""
+        row, column = math.floor(y / self.cell), math.floor(x / self.cell)
+        wanted = np.array([row, column]) - self._count // 2
+        shift = wanted - self._corner
+        if np.abs(shift).max() <= self._count // 8:
+            return
+        with self._lock:
+            here, there = zip(*(_overlap(int(s), self._count) for s in shift), strict=True)
+            for name in ("_evidence", "_echoes", "_heard"):
+                old = getattr(self, name)
+                rolled = np.zeros_like(old)
+                rolled[there] = old[here]
+                setattr(self, name, rolled)
+            self._corner = wanted
+            self.revision += 1
+
+    def look(self, hits: Array, passed: Cells) -> int:
+        """Take in one look: where echoes came from, and cells that a beam went through.
+
+        A cell that is in both had an echo. What is outside of the grid is passed over.
+
+        Args:
+            hits: (k, 2) In the world frame [m].
+            passed: (m, 2) Cells.
+
+        Returns:
+            How many cells became occupied, or ceased to be.
+        """
+        cells = self.cells(hits)
+        offsets = (hits - self.centres(cells)).astype(np.float32)
+        with self._lock:
+            (at, inside), (through, _) = self._flat(cells), self._flat(passed)
+            hit, which, count = np.unique(at, return_inverse=True, return_counts=True)
+            evidence = self._evidence.reshape(-1)
+            touched = np.concatenate([hit, through])
+            before = evidence[touched] > OCCUPIED_ABOVE
+            old = evidence[hit]
+            evidence[through] = np.maximum(evidence[through] + MISS, -SURE)
+            # Once for each cell, so that a near thing is no surer than a far one.
+            evidence[hit] = np.minimum(old + HIT, SURE)
+            self._locate(hit, which, count, offsets[inside])
+            now = evidence[touched] > OCCUPIED_ABOVE
+            changed = len(np.unique(touched[before != now]))
+            self.revision += changed > 0
+        return changed
+
+    def _locate(self, hit: Indices, which: Indices, count: Indices, offsets: npt.NDArray[np.float32]) -> None:
+        """Take new echoes into the cells' means."""
+        echoes, heard = self._echoes.reshape(-1, 2), self._heard.reshape(-1)
+        known = np.minimum(heard[hit], MEMORY)
+        total = known + count
+        for axis in (0, 1):
+            fresh = np.bincount(which, offsets[:, axis], len(hit))
+            echoes[hit, axis] = (echoes[hit, axis] * known + fresh) / total
+        heard[hit] = np.minimum(total, MEMORY)
+
+    def clear(self, x: float, y: float, radius: float) -> None:
+        """Forget all that is known around a place [m]."""
+        with self._lock:
+            rows, columns = np.indices(self._evidence.shape) + self._corner[:, None, None]
+            away = np.hypot((columns + 0.5) * self.cell - x, (rows + 0.5) * self.cell - y)
+            self._evidence[away <= radius] = self._heard[away <= radius] = 0.0
+            self.revision += 1
+
+    def occupied(self) -> Cells:
+        """(k, 2) All occupied cells."""
+        with self._lock:
+            cells: Cells = np.argwhere(self._evidence > OCCUPIED_ABOVE) + self._corner
+        return cells
+
+    def state(self, x: float, y: float) -> int:
+        """What is known of a place [m]: UNKNOWN, FREE or OCCUPIED; UNKNOWN outside of the grid."""
+        with self._lock:
+            at, _ = self._flat(self.cells(np.array([[x, y]])))
+            return int(_states(self._evidence.reshape(-1)[at])[0]) if len(at) else UNKNOWN
+
+    def window(self, low: tuple[float, float], high: tuple[float, float]) -> Window:
+        """A copy of a rectangle of cells; what is outside of the grid is UNKNOWN.
+
+        Args:
+            low: A place in its south-western cell [m].
+            high: A place in its north-eastern cell [m].
+        """
+        (row, column), (top, right) = self.cells(np.array([low, high])).tolist()
+        with self._lock:
+            first = self._corner
+            rows = slice(max(row - first[0], 0), max(top + 1 - first[0], 0))
+            columns = slice(max(column - first[1], 0), max(right + 1 - first[1], 0))
+            inside = _states(self._evidence[rows, columns])
+            states = np.full((top + 1 - row, right + 1 - column), UNKNOWN, np.int8)
+            echoes = np.zeros((*states.shape, 2))
+            low = max(first[0] - row, 0), max(first[1] - column, 0)
+            there = tuple(slice(start, start + n) for start, n in zip(low, inside.shape, strict=True))
+            states[there], echoes[there] = inside, self._echoes[rows, columns]
+            revision = self.revision
+        echoes[..., 0] += (np.arange(column, right + 1) + 0.5) * self.cell
+        echoes[..., 1] += ((np.arange(row, top + 1) + 0.5) * self.cell)[:, None]
+        return Window(states, echoes, column * self.cell, row * self.cell, self.cell, revision)
+
+    def _flat(self, cells: Cells) -> tuple[Indices, npt.NDArray[np.bool_]]:
+        """Indices into the evidence of those cells that are in the grid, and which of them are."""
+        within = cells - self._corner
+        inside = ((within >= 0) & (within < self._count)).all(axis=1)
+        flat: Indices = (within[:, 0] * self._count + within[:, 1])[inside]
+        return flat, inside
+
+
+def _states(evidence: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
+    states = np.full(evidence.shape, UNKNOWN, np.int8)
+    states[evidence < FREE_BELOW] = FREE
+    states[evidence > OCCUPIED_ABOVE] = OCCUPIED
+    return states
+
+
+def _overlap(shift: int, count: int) -> tuple[slice, slice]:
+    """What remains along one axis when a grid moves on by so many cells: from where, to where."""
+    if shift >= 0:
+        return slice(min(shift, count), count), slice(0, max(count - shift, 0))
+    return slice(0, max(count + shift, 0)), slice(min(-shift, count), count)

@@ -1,0 +1,192 @@
+"""Names: what the names in a query's expressions mean, and the code that gets at their values.
+
+The code is over the query's state: `n`, `r` and `e` are the names and rows of things and the rows of edges, `c` is what
+holds for the whole run. Only what a schema, a pattern or Python names goes into it, never a text of a person.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ...errors import did_you_mean
+from ...expression import Misuse
+from ...expression.environment import SignalLayout
+from ...geometry import Pose2
+from ...units import ANGLE, LENGTH, NONE, TIME, Dimension
+from ..attribute import Attribute, Live
+from ..schema import Schema
+from .parameter import Parameter
+from .pattern import Pattern
+
+_POSE: Mapping[str, Dimension] = {"x": LENGTH, "y": LENGTH, "yaw": ANGLE}
+_SORTS = {float: "number", int: "number", bool: "truth", str: "text", tuple: "numbers", Pose2: "pose", Live: "live"}
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a name means.
+
+    Attributes:
+        sort: `number`, `truth`, `text`, `pose`, `path`, `numbers`, `thing`, `edge` or `live`.
+        code: How to get at its value.
+        things: The things that it depends on.
+        links: The links whose edges it depends on.
+        dimension: Of a number, or of numbers.
+        size: Of numbers, how many.
+        owner: Of an attribute: code of the name of the node that has it.
+        attribute: Of an attribute: its name.
+        whole: Of a number: whether it is a whole one, which can be too great for a float.
+    """
+
+    sort: str
+    code: str
+    things: frozenset[int] = frozenset()
+    links: frozenset[int] = frozenset()
+    dimension: Dimension = NONE
+    size: int = 0
+    owner: str = ""
+    attribute: str = ""
+    whole: bool = False
+
+
+@dataclass
+class Names:
+    """The names of one query.
+
+    A name is looked for among the parameters, the things, the edges, the attributes of the first thing, and the robot's
+    signals, in that order; `robot` is the robot that asks where no thing is called so, and `now` is the time.
+
+    Attributes:
+        schema: What may stand in the graph.
+        pattern: The query's things and links.
+        parameters: The types of what Python hands over.
+        signals: The robot's signals; None where nobody knows them.
+        read_signals: Those that were asked for.
+    """
+
+    schema: Schema
+    pattern: Pattern
+    parameters: Mapping[str, Parameter]
+    signals: SignalLayout | None = None
+    read_signals: dict[str, None] = field(default_factory=dict)
+
+    def known(self, names: list[str]) -> Meaning | None:
+        """What the names between dots mean; None for nothing.
+
+        Raises:
+            Misuse: They could mean more than one thing.
+        """
+        first, *rest = names
+        if first in self.parameters:
+            return self._within(self._parameter(first), rest)
+        for i in self.pattern.shown:
+            if self.pattern.things[i].name == first:
+                return self.of_thing(i, rest)
+        edges = [j for j, link in enumerate(self.pattern.links) if link.name == first]
+        if len(edges) > 1:
+            one = ".".join(("one", *rest))
+            raise Misuse(f"'{first}' stands twice: name the edges, as in {first}(one), and write {one}.")
+        if edges:
+            return self._of_edge(edges[0], rest)
+        if self.pattern.shown and (found := self.of_thing(self.pattern.shown[0], names)) is not None:
+            return found
+        if first == "robot":
+            return Meaning("thing", "c.me") if not rest else self._within(Meaning("pose", "c.here"), rest[1:])
+        if first == "now" and not rest:
+            return Meaning("number", "c.t", dimension=TIME)
+        return self._signal(first) if not rest else None
+
+    def of_thing(self, i: int, rest: list[str]) -> Meaning | None:
+        """What stands behind a thing's name, itself where nothing does."""
+        kind, things = self.pattern.things[i].kind, frozenset({i})
+        if not rest:
+            return Meaning("thing", f"n[{i}]", things)
+        if kind is None:
+            return None
+        if rest[0] == "kind" and len(rest) == 1:
+            return Meaning("text", f"r[{i}]['kind']", things)
+        found = self._attribute(self.schema.kinds[kind].attributes, f"r[{i}]", rest, things, frozenset(), f"n[{i}]")
+        if found is not None and rest == ["pose"] and "robot" in self.schema.families[kind]:
+            code = f"(c.here if n[{i}] == c.me else r[{i}]['pose'])"
+            return Meaning("pose", code, things, owner=found.owner, attribute="pose")
+        return found
+
+    def _of_edge(self, j: int, rest: list[str]) -> Meaning | None:
+        if not rest:
+            return Meaning("edge", f"e[{j}]", links=frozenset({j}))
+        declared = self.pattern.links[j].relation.attributes
+        return self._attribute(declared, f"e[{j}]", rest, frozenset(), frozenset({j}), "")
+
+    def _attribute(
+        self,
+        declared: Mapping[str, Attribute],
+        row: str,
+        rest: list[str],
+        things: frozenset[int],
+        links: frozenset[int],
+        owner: str,
+    ) -> Meaning | None:
+        name = rest[0]
+        if rest == ["t"]:
+            return Meaning("number", f"{row}['t']", things, links, TIME)
+        if rest == ["revision"]:
+            return Meaning("number", f"{row}['revision']", things, links)
+        if name not in declared:
+            return None
+        attribute = declared[name]
+        meaning = Meaning(
+            _SORTS[attribute.type], f"{row}[{name!r}]", things, links, attribute.dimensions[0], attribute.size,
+            owner, name, whole=attribute.type is int,
+        )  # fmt: skip
+        return self._within(meaning, rest[1:])
+
+    def _within(self, meaning: Meaning, rest: list[str]) -> Meaning | None:
+        """What stands behind the dots: of a pose x, y and yaw."""
+        if not rest:
+            return meaning
+        if meaning.sort != "pose" or len(rest) > 1 or rest[0] not in _POSE:
+            return None
+        code = f"(None if {meaning.code} is None else {meaning.code}.{rest[0]})"
+        return Meaning("number", code, meaning.things, meaning.links, _POSE[rest[0]], 0, meaning.owner, "pose")
+
+    def _parameter(self, name: str) -> Meaning:
+        kind = self.parameters[name]
+        return Meaning("path" if kind.type is tuple else _SORTS[kind.type], f"c.p[{name!r}]", dimension=kind.dimension)
+
+    def _signal(self, name: str) -> Meaning | None:
+        if self.signals is None or name not in self.signals.names:
+            return None
+        self.read_signals[name] = None
+        spec = self.signals.spec(name)
+        code = f"c.s[{name!r}]"
+        if spec.size == 1:
+            return Meaning("number", f"{code}[0]", dimension=spec.dimensions[0])
+        if spec.dimension is None:
+            raise Misuse(f"the signal '{name}' has {spec.size} values of different units; use `robot` for its pose.")
+        return Meaning("numbers", code, dimension=spec.dimension, size=spec.size)
+
+    def unknown(self, names: list[str]) -> str:
+        """What to say of a name that means nothing."""
+        things = {self.pattern.things[i].name: i for i in self.pattern.shown}
+        edges = {link.name: link for link in self.pattern.links if link.name}
+        if len(names) > 1 and names[0] in things:
+            kind = self.pattern.things[things[names[0]]].kind or ""
+            return f"a {kind} has no '{names[1]}'. {self._hint(names[1], self.schema.kinds[kind].attributes, kind)}"
+        if len(names) > 1 and names[0] in edges:
+            return f"'{names[0]}' has no '{names[1]}'. {did_you_mean(names[1], edges[names[0]].relation.attributes)}"
+        shown = self.pattern.shown
+        own = self.pattern.things[shown[0]].kind if shown else None
+        attributes = self.schema.kinds[own].attributes if own is not None else {}
+        signals = self.signals.names if self.signals is not None else ()
+        known = {*attributes, *things, *edges, *self.parameters, *signals, "robot", "now"}
+        if own is not None and (elsewhere := self._hint(names[0], attributes, own)).startswith("It is"):
+            return f"nothing is named '{'.'.join(names)}' here. {elsewhere}"
+        return f"nothing is named '{'.'.join(names)}' here. {did_you_mean(names[0], known, 'The query')}"
+
+    def _hint(self, name: str, attributes: Mapping[str, Attribute], kind: str) -> str:
+        """Which kinds that extend this one have the attribute, if it has not; else what it has."""
+        having = [k for k in self.schema.families[kind] if name in self.schema.kinds[k].attributes]
+        if having:
+            return f"It is an attribute of: {', '.join(sorted(having))}."
+        return did_you_mean(name, attributes, "It")

@@ -1,0 +1,244 @@
+"""The pattern of a query: which things, and which relations between them.
+
+object                                    any object
+robot pursues goal                        who pursues what
+place a connects place b connects goal    two of one kind need names
+strategy falls_back_to+ strategy last     over one or more edges; * for none or more
+place a connects(road) place b            an edge whose attributes are asked for twice needs a name
+goal, no peer pursues goal                what must not be
+"home" connects place                     a thing by its name
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from ...errors import InputError, did_you_mean
+from ...expression import FUNCTIONS
+from ..declaration import Relation
+from ..schema import Schema
+from .sections import Section
+
+_TOKEN = re.compile(r"""\s*([A-Za-z_]\w*|"[^"]*"|'[^']*'|\S)""")
+_RESERVED = frozenset({"and", "or", "not", "if", "else", "inf", "True", "False", "no", "now", "ago", "descending"})
+MOST = 12
+"""Things that a pattern may have."""
+
+
+@dataclass(frozen=True)
+class Thing:
+    """What a query looks for.
+
+    Attributes:
+        name: What the query calls it; its kind's name where it has none of its own; a text in quotes stands for itself.
+        kind: Of which kind, or one that extends it; None for the one node that a text in quotes names.
+        node: That node.
+        hidden: Whether it stands in a `no` alone, so that no answer has it.
+    """
+
+    name: str
+    kind: str | None
+    node: str | None = None
+    hidden: bool = False
+
+
+@dataclass(frozen=True)
+class Link:
+    """A relation between two things of a pattern, by their places in it.
+
+    Attributes:
+        source: Where its edge starts.
+        relation: The relation.
+        target: Where it ends.
+        name: What the query calls the edge.
+        steps: Least and most edges on the way, (1, 1) for a plain one; None for any number.
+    """
+
+    source: int
+    relation: Relation
+    target: int
+    name: str
+    steps: tuple[int, int | None] = (1, 1)
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is one edge, whose attributes can be asked for."""
+        return self.steps == (1, 1)
+
+
+@dataclass
+class Pattern:
+    """Things and links, in the order in which they are mentioned.
+
+    Attributes:
+        things: All of them, the hidden ones too.
+        links: What must be.
+        absent: Groups of links of which no group may be, each with the things that are hidden in it.
+    """
+
+    things: list[Thing] = field(default_factory=list)
+    links: list[Link] = field(default_factory=list)
+    absent: list[tuple[tuple[int, ...], list[Link]]] = field(default_factory=list)
+
+    @property
+    def shown(self) -> list[int]:
+        """The things that an answer has."""
+        return [i for i, thing in enumerate(self.things) if not thing.hidden and thing.node is None]
+
+
+def read_pattern(section: Section, schema: Schema) -> Pattern:
+    """The pattern of a query.
+
+    Raises:
+        InputError: A kind, a relation or a name that does not exist, a relation that does not join such kinds, or
+            something that is no pattern.
+    """
+    pattern = Pattern()
+    if not section.words:
+        return pattern
+    clauses = [_Clause(part, schema, pattern) for part in section.split()]
+    # What must be is read first: a `no` may name a thing that a later clause introduces.
+    for clause in sorted(clauses, key=lambda each: each.negative):
+        clause.read()
+    if len(pattern.things) > MOST:
+        raise section.fault(f"a query has at most {MOST} things, found {len(pattern.things)}.")
+    if not pattern.shown and not any(thing.node for thing in pattern.things):
+        raise section.fault("a query that only says what must not be has no answer.", "Name what you look for first.")
+    return pattern
+
+
+class _Clause:
+    """Reads one clause, such as `no peer pursues goal`, into the pattern."""
+
+    def __init__(self, section: Section, schema: Schema, pattern: Pattern) -> None:
+        self._section = section
+        self._schema = schema
+        self._pattern = pattern
+        self._tokens = [(m[1], m.start(1)) for m in _TOKEN.finditer(section.text, section.start)]
+        self._at = 0
+        self.negative = bool(self._tokens) and self._tokens[0][0] == "no"
+
+    def read(self) -> None:
+        if not self._tokens:
+            raise self._section.fault("a clause is empty.", "Drop a comma.")
+        before = len(self._pattern.things)
+        self._at = int(self.negative)
+        links, left = [], self._thing()
+        while self._at < len(self._tokens):
+            place = self._tokens[self._at][1]
+            relation, name, steps = self._relation()
+            right = self._thing()
+            link = Link(left, relation, right, name, steps)
+            self._join(link, place)
+            links.append(link)
+            left = right
+        if not self.negative:
+            self._pattern.links += links
+        elif not links:
+            raise self._section.fault("'no' needs a relation, such as: no peer pursues goal.")
+        else:
+            hidden = range(before, len(self._pattern.things))
+            self._pattern.absent.append((tuple(i for i in hidden if self._pattern.things[i].node is None), links))
+
+    def _thing(self) -> int:
+        token, place = self._next("a kind or a name")
+        if token[0] in "\"'":
+            return self._known(Thing(token, None, token[1:-1], self.negative))
+        names = [thing.name for thing in self._pattern.things]
+        if token in names and not self._named(token):
+            return names.index(token)
+        if token not in self._schema.kinds:
+            there = [*self._schema.kinds, *names]
+            raise self._fault(
+                f"'{token}' is neither a kind nor a name of this query.", did_you_mean(token, there), place
+            )
+        name = token
+        if self._named(token):
+            name, place = self._next("a name")
+            if name in names:
+                kind = self._pattern.things[names.index(name)].kind
+                if kind != token:
+                    raise self._fault(f"'{name}' is a {kind or 'node'} already, not a {token}.", at=place)
+                return names.index(name)
+        return self._known(Thing(name, token, None, self.negative))
+
+    def _named(self, kind: str) -> bool:
+        """Whether a name of its own follows a kind."""
+        if kind not in self._schema.kinds or self._at >= len(self._tokens):
+            return False
+        token, place = self._tokens[self._at]
+        if not re.match(r"[A-Za-z_]", token) or token in self._schema.relations:
+            return False
+        if token in self._schema.kinds or token in FUNCTIONS or token in _RESERVED:
+            hint = did_you_mean(token, self._schema.relations, "The schema")
+            raise self._fault(f"'{token}' is neither a relation nor free for a name.", hint, place)
+        following = self._tokens[self._at + 1][0] if self._at + 1 < len(self._tokens) else None
+        if following is not None and following not in self._schema.relations:
+            hint = did_you_mean(token, self._schema.relations, "The schema")
+            raise self._fault(f"there is no relation named '{token}'.", hint, place)
+        return True
+
+    def _known(self, thing: Thing) -> int:
+        """The place of a thing, which is added where there is none of that name."""
+        things = self._pattern.things
+        for i, other in enumerate(things):
+            if other.name == thing.name or (thing.node is not None and other.node == thing.node):
+                return i
+        things.append(thing)
+        return len(things) - 1
+
+    def _relation(self) -> tuple[Relation, str, tuple[int, int | None]]:
+        token, place = self._next("a relation")
+        if token not in self._schema.relations:
+            hint = did_you_mean(token, self._schema.relations, "The schema")
+            raise self._fault(f"there is no relation named '{token}'.", hint, place)
+        relation, following = self._schema.relations[token], self._peek()
+        if following in ("+", "*"):
+            self._at += 1
+            return relation, "", (int(following == "+"), None)
+        if following != "(":
+            return relation, token, (1, 1)
+        self._at += 1
+        name, place = self._next("a name")
+        taken = {*self._schema.kinds, *self._schema.relations, *FUNCTIONS, *_RESERVED}
+        taken |= {thing.name for thing in self._pattern.things} | {link.name for link in self._pattern.links}
+        if not re.match(r"[A-Za-z_]", name) or name in taken:
+            raise self._fault(f"'{name}' is not free for the name of an edge.", at=place)
+        closing, place = self._next("')'")
+        if closing != ")":
+            raise self._fault(f"a name of an edge ends with ')', found '{closing}'.", at=place)
+        return relation, name, (1, 1)
+
+    def _join(self, link: Link, place: int) -> None:
+        """Check that the relation can join such kinds."""
+        sides = (
+            ("starts at", self._pattern.things[link.source], link.relation.sources),
+            ("ends at", self._pattern.things[link.target], link.relation.targets),
+        )
+        for end, thing, kinds in sides:
+            possible = {kind for each in kinds for kind in self._schema.families[each]}
+            if thing.kind is not None and not self._schema.families[thing.kind] & possible:
+                raise self._fault(
+                    f"'{link.relation.name}' never {end} a {thing.kind}.", f"It {end}: {', '.join(kinds)}.", place
+                )
+
+    def _peek(self) -> str | None:
+        return self._tokens[self._at][0] if self._at < len(self._tokens) else None
+
+    def _next(self, wanted: str) -> tuple[str, int]:
+        if self._at >= len(self._tokens):
+            raise self._fault(f"{wanted} is missing at the end.", at=len(self._section.text.rstrip()))
+        self._at += 1
+        return self._tokens[self._at - 1]
+
+    def _fault(self, message: str, hint: str = "", at: int | None = None) -> InputError:
+        return self._section.fault(message, hint, at)
+
+
+def all_links(pattern: Pattern) -> Iterator[Link]:
+    """The links that must be, and those that must not."""
+    yield from pattern.links
+    for _, links in pattern.absent:
+        yield from links

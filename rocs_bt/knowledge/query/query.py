@@ -1,0 +1,190 @@
+"""Query: a question to the graph, compiled once.
+
+query = compile_query("object where moves and distance(pose, robot) < 2 m order by distance(pose, robot) limit 3")
+query.ask(graph, asker).names
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, TypeAlias
+
+from ...errors import KnowledgeError
+from ..readable import Readable
+from ..schema import Schema
+from .answers import Answers
+from .asker import Asker, Context
+from .parameter import Parameter, read_parameters
+from .steps import Code, State, Step, walk
+
+NOBODY = Asker()
+Found: TypeAlias = tuple[tuple[str, ...], tuple[Any, ...]]  # a row, and the values beside it
+
+
+@dataclass(frozen=True)
+class Moment:
+    """When a query looks at the graph.
+
+    Attributes:
+        value: The time [s], or the name of the parameter that holds it.
+        ago: Whether it counts back from now.
+    """
+
+    value: float | str
+    ago: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """A compiled query; made by `compile_query`. It keeps nothing of what it was asked.
+
+    Attributes:
+        text: How it was written.
+        schema: What the graphs that it is put to must be made by.
+        things: What it looks for.
+        columns: What it gives beside them.
+        parameters: The types of what must be handed over.
+        as_of: The moment that it asks for; None for the present.
+    """
+
+    text: str
+    schema: Schema
+    things: tuple[str, ...]
+    columns: tuple[str, ...]
+    parameters: Mapping[str, Parameter]
+    as_of: Moment | None
+    _count: tuple[int, int]
+    _shown: tuple[int, ...]
+    _edges: tuple[int, ...]
+    _steps: Sequence[Step]
+    _order: tuple[Code, bool] | None
+    _nearest: Code | None
+    _limit: int | None
+    _give: Sequence[Code]
+    _since: int | str | None
+    _texts: Sequence[str]
+    _signals: Mapping[str, int]
+
+    def ask(self, graph: Readable, asker: Asker = NOBODY, **parameters: Any) -> Answers:
+        """All answers, at one moment.
+
+        Args:
+            graph: What is asked; a query `as of` a time asks the asker's past instead.
+            asker: Who asks.
+            parameters: What the text calls by these names.
+
+        Raises:
+            KnowledgeError: A parameter is missing, too many or of another type, the graph has another schema, or nobody
+                keeps the past that is asked for.
+        """
+        graph, state = self._begin(graph, asker, parameters)
+        with graph.held():
+            found = self._found(state)
+            near = self._nearest is not None and self._nearest(state) is not None
+            if near and not self._give:  # the nearest come first as they are
+                return Answers(self.things, tuple(islice(found, self._limit)), self.columns)
+            rows = self._ordered(self._with_values(found, state), near, state)
+        return Answers(
+            self.things,
+            tuple([row for row, _ in rows]),
+            self.columns,
+            tuple([values for _, values in rows]) if self._give else (),
+        )
+
+    def holds(self, graph: Readable, asker: Asker = NOBODY, **parameters: Any) -> bool:
+        """Whether there is any answer; stops at the first.
+
+        Raises:
+            KnowledgeError: As `ask`.
+        """
+        graph, state = self._begin(graph, asker, parameters)
+        with graph.held():
+            found = self._found(state)
+            return next(found, None) is not None
+
+    def _begin(self, graph: Readable, asker: Asker, given: Mapping[str, Any]) -> tuple[Readable, State]:
+        types, values = read_parameters(given) if given else ({}, {})
+        if types != self.parameters:
+            raise KnowledgeError(
+                f"the query '{self.text}' needs the parameters {_listed(self.parameters)}; found {_listed(types)}."
+            )
+        if self.as_of is not None:
+            t = self._time(self.as_of, asker.t, values)
+            graph, asker = asker.past.as_of(t), asker._replace(pose=None, t=t, signal=NOBODY.signal)
+        if graph.schema is not self.schema and graph.schema != self.schema:
+            raise KnowledgeError(f"the query '{self.text}' was compiled for another schema; compile it for this one.")
+        context = Context(graph, asker, values, self._texts, self._signals)
+        return graph, State(*self._count, context)
+
+    def _time(self, moment: Moment, now: float, values: Mapping[str, Any]) -> float:
+        value: float = values[moment.value] if isinstance(moment.value, str) else moment.value
+        return now - value if moment.ago else value
+
+    def _found(self, state: State) -> Iterator[tuple[str, ...]]:
+        """The rows that fit, as they are found; the state holds each while one looks at it."""
+        names, shown, since = state.n, self._shown, self._since
+        ways = walk(self._steps, state)
+        if since is not None:
+            revision = int(state.c.p[since]) if isinstance(since, str) else since
+            ways = filter(lambda _: self._changed(state, revision), ways)
+        only = shown[0] if len(shown) == 1 else -1
+
+        def row(_: None) -> tuple[str, ...]:
+            return (names[only],) if only >= 0 else tuple([names[i] for i in shown])
+
+        return map(row, ways)  # quicker than one more generator
+
+    def _changed(self, state: State, since: int) -> bool:
+        """Whether a thing or an edge of what was found is newer than a revision."""
+        return any(state.r[i]["revision"] > since for i in self._shown) or any(
+            state.e[j] is not None and state.e[j]["revision"] > since for j in self._edges
+        )
+
+    def _with_values(self, found: Iterator[tuple[str, ...]], state: State) -> Iterator[Found]:
+        give = self._give
+        for row in found:
+            yield row, tuple([_plain(code(state)) for code in give]) if give else ()
+
+    def _ordered(self, found: Iterator[Found], near: bool, state: State) -> list[Found]:
+        """The rows and their values, in order, as many as wanted."""
+        limit = self._limit
+        if near:
+            return list(islice(found, limit))
+        if self._order is None:
+            rows = list(found)
+            rows.sort(key=_by_name)
+            return rows[:limit]
+        keyed = [(self._key(state), *each) for each in found]
+        keyed.sort(key=_by_key)
+        return [(row, values) for _, row, values in keyed[:limit]]
+
+    def _key(self, state: State) -> float:
+        if self._order is None:
+            return 0.0
+        code, descending = self._order
+        value = code(state)
+        if value is None:
+            return math.nan
+        return -float(value) if descending else float(value)
+
+
+def _by_name(each: Found) -> tuple[str, ...]:
+    return each[0]
+
+
+def _by_key(each: tuple[float, tuple[str, ...], tuple[Any, ...]]) -> tuple[bool, float, tuple[str, ...]]:
+    key, row, _ = each
+    unknown = math.isnan(key)
+    return unknown, 0.0 if unknown else key, row
+
+
+def _listed(parameters: Mapping[str, Parameter]) -> str:
+    return ", ".join(f"{name} ({kind})" for name, kind in parameters.items()) or "none"
+
+
+def _plain(value: Any) -> Any:
+    """A value as it is given out: what nobody can change, a live view as it is now."""
+    return tuple(value.tolist()) if hasattr(value, "tolist") else value

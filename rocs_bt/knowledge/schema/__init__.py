@@ -1,0 +1,19 @@
+"""The schema: what may stand in the knowledge graph, as data; the shipped one is the TOML files beside this one.
+
+A project adds to it in files of `scenarios/schema/`, or in code:
+
+    schema = SCHEMA.extended(
+        kinds=[Kind("charger", {"power": Attribute(float, (FORCE * SPEED,))}, extends="place")],
+        relations=[Relation("docks_at", ("robot",), ("charger",), single=True)],
+    )
+"""
+
+from pathlib import Path
+
+from .load import FORMAT, POSE, load_schema
+from .schema import Schema
+from .write import schema_text
+
+__all__ = ["FORMAT", "POSE", "SCHEMA", "Schema", "load_schema", "schema_text"]
+
+SCHEMA = load_schema(sorted(Path(__file__).parent.glob("*.toml")))

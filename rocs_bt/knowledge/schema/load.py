@@ -1,0 +1,230 @@
+"""Schema files: TOML with `format = "schema/1"`, read into a Schema; all faults at once, each at its line.
+
+[kind.charger]
+doc = "Where a robot fills its battery"
+extends = "place"
+
+[kind.charger.attributes]
+power = { type = "number", unit = "W", low = "0 W", doc = "that it gives" }
+
+[relation.docks_at]
+sources = ["robot"]
+targets = ["charger"]
+single = true
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+from ...document import Table, read_toml
+from ...errors import Fault, InputError, KnowledgeError, UnitError
+from ...geometry import Pose2
+from ...units import ANGLE, LENGTH, NONE, Dimension, convert, parse_unit
+from ..attribute import Attribute, Live
+from ..declaration import Kind, Relation
+from .link import faults_of, joined_kind, joined_relation
+from .schema import Schema
+
+FORMAT = "schema/1"
+POSE = (LENGTH, LENGTH, ANGLE)
+TYPES: Mapping[str, type] = {
+    "number": float,
+    "integer": int,
+    "flag": bool,
+    "text": str,
+    "numbers": tuple,
+    "pose": Pose2,
+    "live": Live,
+}
+# What the language of queries says itself (docs/knowledge.md), so that no kind, relation or attribute can be named so.
+WORDS = frozenset(
+    [
+        "and",
+        "or",
+        "not",
+        "if",
+        "else",
+        "inf",
+        "True",
+        "False",
+        "no",
+        "where",
+        "order",
+        "by",
+        "descending",
+        "limit",
+        "give",
+        "as",
+        "of",
+        "changed",
+        "since",
+    ]
+)
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def load_schema(files: Iterable[Path], base: Schema | None = None) -> Schema:
+    """The schema that files declare, together with what a base has.
+
+    Args:
+        files: They may name each other's kinds. One may add attributes to a kind, and endpoints to a relation, that
+            another or the base has.
+        base: What is there already.
+
+    Raises:
+        InputError: With every fault of every file, each at its line.
+    """
+    reader = _Reader(Schema.of((), ()) if base is None else base)
+    faults: list[Fault] = []
+    for file in files:
+        try:
+            table = read_toml(file)
+        except InputError as error:
+            faults += error.faults
+            continue
+        reader.read(table)
+        try:
+            table.done()
+        except InputError as error:
+            faults += error.faults
+    if faults := [*faults, *reader.unlinked()]:
+        raise InputError(*faults)
+    return Schema.of(reader.kinds.values(), reader.relations.values())
+
+
+class _Reader:
+    """Lays files over a schema one after the other; who declared what, so that later faults find their place."""
+
+    def __init__(self, base: Schema) -> None:
+        self.kinds: dict[str, Kind] = dict(base.declared)
+        self.relations: dict[str, Relation] = dict(base.relations)
+        self._places: dict[tuple[str, ...], tuple[Path, int, int]] = {}
+
+    def read(self, table: Table) -> None:
+        """Read one file; notes the faults that show in it alone."""
+        table.choice("format", [FORMAT])
+        table.text("doc", "")
+        for name, each in table.named_tables("kind").items():
+            if (kind := _read(name, each, _kind)) is not None:
+                with _blaming(each):
+                    self.kinds[name] = joined_kind(self.kinds.get(name), kind)
+                self._remember(("kind", name), each, kind.attributes)
+        for name, each in table.named_tables("relation").items():
+            if (relation := _read(name, each, _relation)) is not None:
+                with _blaming(each):
+                    self.relations[name] = joined_relation(self.relations.get(name), relation)
+                self._remember(("relation", name), each, relation.attributes)
+
+    def _remember(self, path: tuple[str, str], table: Table, attributes: Iterable[str]) -> None:
+        for key in table.data:
+            self._places[*path, key] = table.file, *table.place(key)
+        for key in attributes:
+            place = table.places.get((*table.key, "attributes", key), table.place())
+            self._places[*path, "attributes", key] = table.file, *place
+
+    def unlinked(self) -> list[Fault]:
+        """The faults between declarations, each where it was declared."""
+        return [Fault(message, *self._places[path]) for path, message in faults_of(self.kinds, self.relations)]
+
+
+@contextmanager
+def _blaming(table: Table, key: str | None = None) -> Iterator[None]:
+    """What a declaration refuses is a fault of this place."""
+    try:
+        yield
+    except KnowledgeError as error:
+        table.fault(key, str(error))
+
+
+T = TypeVar("T")
+
+
+def _read(name: str, table: Table, read: Callable[[str, Table], T]) -> T | None:
+    """What a table declares; None where it cannot be told, which is noted."""
+    if not _NAME.fullmatch(name) or name in WORDS:
+        table.fault(None, f"'{name}' is no name.", hint="Write small letters, digits and _, and no word of queries.")
+    before = len(table.faults)
+    declared = None
+    with _blaming(table):
+        declared = read(name, table)
+    return declared if len(table.faults) == before else None
+
+
+def _kind(name: str, table: Table) -> Kind:
+    extends = table.text("extends", "") or None
+    return Kind(name, _attributes(table), table.text("doc", ""), extends)
+
+
+def _relation(name: str, table: Table) -> Relation:
+    return Relation(
+        name,
+        tuple(table.texts("sources")),
+        tuple(table.texts("targets")),
+        _attributes(table),
+        table.flag("single", False),
+        table.text("doc", ""),
+        table.integer("max_targets", 0, low=1) or None,
+        table.integer("max_sources", 0, low=1) or None,
+    )
+
+
+def _attributes(table: Table) -> dict[str, Attribute]:
+    found = {name: _read(name, each, _attribute) for name, each in table.named_tables("attributes").items()}
+    return {name: attribute for name, attribute in found.items() if attribute is not None}
+
+
+def _attribute(name: str, table: Table) -> Attribute:
+    word = table.choice("type", TYPES)
+    kind = TYPES.get(word, float)
+    dimensions = (_unit(table),) if kind in (float, tuple) else POSE if kind is Pose2 else (NONE,)
+    low, high = -math.inf, math.inf
+    if kind in (float, int, tuple):
+        low = table.quantity("low", dimensions[0], -math.inf, high=math.inf)
+        high = table.quantity("high", dimensions[0], math.inf, high=math.inf)
+    return Attribute(
+        kind,
+        dimensions,
+        required=table.flag("required", False),
+        low=low,
+        high=high,
+        default=_default(table, kind, dimensions),
+        size=table.integer("size", 0, low=1) if kind is tuple else 0,
+        choices=tuple(table.texts("choices", [])) if kind is str else (),
+        doc=table.text("doc", ""),
+    )
+
+
+def _unit(table: Table) -> Dimension:
+    """The dimension that `unit` names: a base unit, since all that the graph holds is SI."""
+    text = table.text("unit", "1")
+    try:
+        unit = parse_unit(text)
+    except UnitError as error:
+        table.adopt("unit", error)
+        return NONE
+    if unit.value != 1.0:
+        table.fault("unit", f"the graph holds SI units, and '{text}' is none.", hint=f"Write '{unit.dimension}'.")
+    return unit.dimension
+
+
+def _default(table: Table, kind: type, dimensions: tuple[Dimension, ...]) -> Any:
+    """The default as it is stored; None where there is none. Whether it fits is the Attribute's to say."""
+    value = table.raw("default", None)
+    try:
+        if kind is float and value is not None:
+            return convert(value, dimensions[0], "default")
+        if kind in (tuple, Pose2) and isinstance(value, list):
+            each = dimensions if kind is Pose2 else dimensions * len(value)
+            numbers = [convert(v, d, "default") for v, d in zip(value, each, strict=True)]
+            return Pose2(*numbers) if kind is Pose2 else tuple(numbers)
+    except UnitError as error:
+        table.adopt("default", error)
+    except ValueError:
+        table.fault("default", f"default must have {len(each)} values, found {len(value)}.")
+    return value

@@ -1,0 +1,159 @@
+"""Keys of a group: who has a folder of them may share with the others; who has not is turned away.
+
+Each member has a key and a certificate of its own, signed by the group's authority, for mutual TLS; and all have one
+secret, with which every message is sealed. The authority's own key signs new members, and stays at home.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
+    from cryptography.x509 import Certificate
+
+AUTHORITY, AUTHORITY_KEY, SECRET = "authority.pem", "authority.key", "group.key"
+CERTIFICATE, KEY = "member.pem", "member.key"
+VALID = timedelta(days=3650)
+
+_SECRET_SIZE = 32  # [bytes]
+
+
+@dataclass(frozen=True)
+class Keys:
+    """A member's.
+
+    Attributes:
+        authority: The group's certificate.
+        certificate: The member's.
+        key: The member's private key.
+        secret: The group's, which seals messages.
+    """
+
+    authority: Path
+    certificate: Path
+    key: Path
+    secret: bytes
+
+    @classmethod
+    def read(cls, folder: Path) -> Keys:
+        """A member's keys.
+
+        Raises:
+            InputError: A file is missing, or the secret is none.
+        """
+        if missing := [n for n in (AUTHORITY, CERTIFICATE, KEY, SECRET) if not (folder / n).is_file()]:
+            what = f"the folder of keys '{folder}' lacks {', '.join(missing)}."
+            raise InputError(Fault(what, hint="Make keys with `rocs-bt share keys NAME...` and copy the folder NAME."))
+        secret = (folder / SECRET).read_bytes()
+        if len(secret) != _SECRET_SIZE:
+            raise InputError(f"'{folder / SECRET}' must hold {_SECRET_SIZE} bytes, found {len(secret)}.")
+        return cls(folder / AUTHORITY, folder / CERTIFICATE, folder / KEY, secret)
+
+
+def make_keys(folder: Path, members: Sequence[str], now: datetime) -> list[Path]:
+    """Make keys for members, and for the group where it has none; the folders to copy to the members.
+
+    Args:
+        folder: Where the group's keys are, or are to be.
+        members: Names, such as those of the agents.
+        now: The date; the keys are valid for ten years from it.
+
+    Raises:
+        InputError: A member has keys already, or has no name for a folder.
+    """
+    for member in members:
+        if not member.isidentifier():
+            raise InputError(f"'{member}' cannot name a member. Use letters, digits and '_', beginning with a letter.")
+        if (folder / member).exists():
+            raise InputError(f"'{folder / member}' exists: '{member}' has keys already. Remove it to make new ones.")
+    folder.mkdir(parents=True, exist_ok=True)
+    key, certificate = _authority(folder, now)
+    return [_member(folder, member, key, certificate, now) for member in members]
+
+
+def _authority(folder: Path, now: datetime) -> tuple[EllipticCurvePrivateKey, Certificate]:
+    from cryptography import x509
+    from cryptography.hazmat.primitives.asymmetric import ec
+    from cryptography.hazmat.primitives.serialization import load_pem_private_key
+
+    if (folder / AUTHORITY_KEY).exists():
+        key = load_pem_private_key((folder / AUTHORITY_KEY).read_bytes(), None)
+        if not isinstance(key, ec.EllipticCurvePrivateKey):
+            raise InputError(f"'{folder / AUTHORITY_KEY}' is not a key that was made here.")
+        return key, x509.load_pem_x509_certificate((folder / AUTHORITY).read_bytes())
+    key = ec.generate_private_key(ec.SECP256R1())
+    certificate = _certificate("rocs_bt group", key, None, now)
+    _keep(folder / AUTHORITY_KEY, _pem(key))
+    _keep(folder / AUTHORITY, _public(certificate))
+    _keep(folder / SECRET, secrets.token_bytes(_SECRET_SIZE))
+    return key, certificate
+
+
+def _member(
+    folder: Path, member: str, authority: EllipticCurvePrivateKey, certificate: Certificate, now: datetime
+) -> Path:
+    from cryptography.hazmat.primitives.asymmetric import ec
+
+    own = folder / member
+    own.mkdir()
+    key = ec.generate_private_key(ec.SECP256R1())
+    _keep(own / KEY, _pem(key))
+    _keep(own / CERTIFICATE, _public(_certificate(member, key, (authority, certificate), now)))
+    _keep(own / AUTHORITY, _public(certificate))
+    _keep(own / SECRET, (folder / SECRET).read_bytes())
+    return own
+
+
+def _certificate(
+    name: str,
+    key: EllipticCurvePrivateKey,
+    issuer: tuple[EllipticCurvePrivateKey, Certificate] | None,
+    now: datetime,
+) -> Certificate:
+    """A certificate signed by the issuer, or by itself; it serves both who calls and who is called."""
+    from cryptography import x509
+    from cryptography.hazmat.primitives import hashes
+    from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+    signer, issued_by = (key, subject) if issuer is None else (issuer[0], issuer[1].subject)
+    uses = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH])
+    builder = (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issued_by)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - timedelta(days=1))  # the clocks of robots are wrong
+        .not_valid_after(now + VALID)
+        .add_extension(x509.BasicConstraints(ca=issuer is None, path_length=None), critical=True)
+        .add_extension(x509.SubjectAlternativeName([x509.DNSName(name.replace(" ", "-").replace("_", "-"))]), False)
+    )
+    if issuer is not None:
+        builder = builder.add_extension(uses, critical=False)
+    return builder.sign(signer, hashes.SHA256())
+
+
+def _pem(key: EllipticCurvePrivateKey) -> bytes:
+    from cryptography.hazmat.primitives import serialization as form
+
+    return key.private_bytes(form.Encoding.PEM, form.PrivateFormat.PKCS8, form.NoEncryption())
+
+
+def _public(certificate: Certificate) -> bytes:
+    from cryptography.hazmat.primitives.serialization import Encoding
+
+    return certificate.public_bytes(Encoding.PEM)
+
+
+def _keep(file: Path, content: bytes) -> None:
+    file.touch(mode=0o600)
+    file.write_bytes(content)

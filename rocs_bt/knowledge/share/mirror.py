@@ -1,0 +1,313 @@
+"""The graph and its replica kept equal: own changes go out, what peers wrote comes in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ...errors import KnowledgeError
+from ...event import KnowledgeChanged
+from ...geometry import Pose2, Twist2, along_arc
+from ..knowledge import Knowledge
+from .inbox import Counts
+from .replica import Entry, Key, Plain, Replica
+from .scope import PEER, Scope, agent_of, frozen, thawed
+from .wire import fits
+
+STATE = ("pose", "speed", "turn_rate", "spread")
+"""What a robot tells of itself all the time."""
+
+CARRIED_ON = 5.0
+"""[s] For how long at most a robot is taken to have gone on as it said."""
+
+FASTEST = 1e6
+"""[m/s, rad/s] Who says that it is faster is not believed to go on so."""
+
+_Dirty = tuple[str, ...]  # (node,), (node, attribute) or (source, relation, target), as the graph calls them
+
+
+class Mirror:
+    """Between one agent's graph and its replica.
+
+    Args:
+        knowledge: The agent's.
+        replica: What is shared.
+        scope: How much of it.
+        counts: What could not be told or taken.
+        wake: Called when something waits to be told.
+
+    Attributes:
+        speakers: The other agents that tell of themselves; what this one sees of them is its own affair.
+    """
+
+    def __init__(
+        self,
+        knowledge: Knowledge,
+        replica: Replica,
+        scope: Scope,
+        counts: Counts,
+        wake: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.speakers: dict[str, None] = {}
+        self._knowledge = knowledge
+        self._graph = knowledge.graph
+        self._agent = knowledge.agent
+        self._replica = replica
+        self._scope = scope
+        self._counts = counts
+        self._wake = wake
+        self._state: dict[str, Plain] = {}
+        self._state_at = -math.inf  # [s] when it was so
+        self._silent: set[str] = set()
+        self._forgotten: set[str] = set()
+        self._dirty: dict[_Dirty, None] = {}
+        self._subscription = self._graph.subscribe(self._changed)
+        for node in self._graph.nodes():
+            self._dirty[(node,)] = None
+            for name in self._graph.attributes(node):
+                self._dirty[node, name] = None
+        for source, target, relation in list(self._graph.view.edges(keys=True)):
+            self._dirty[source, relation, target] = None
+
+    @property
+    def pending(self) -> bool:
+        """Whether something waits to be told."""
+        return bool(self._dirty)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._subscription.close()
+
+    # -- out --------------------------------------------------------------------------------------------------------
+
+    def tell_state(self, t: float, *, halted: bool = False) -> None:
+        """Note where this robot is and how it moves, as it knows it itself; `halted` for no longer at all."""
+        robot, signals = self._knowledge.robot, self._knowledge.signals
+        pose = robot.pose(t)
+        spread = signals.value("pose_spread", t) if "pose_spread" in signals else math.nan
+        known = all(map(math.isfinite, pose))
+        self._state_at = signals.stamp("pose") if known else t
+        self._state["pose"] = list(pose) if known else None
+        for name, value in (("speed", robot.speed(t)), ("turn_rate", robot.turn_rate(t)), ("spread", spread)):
+            moves = name != "spread" and halted
+            self._state[name] = (0.0 if moves else value) if known and (moves or math.isfinite(value)) else None
+        self._dirty.update(dict.fromkeys((self._agent, name) for name in STATE))
+        if self._shown((self._agent,)) != self._scope.kind("robot"):  # others took us for something else
+            self._dirty[(self._agent,)] = None
+
+    def collect(self, t: float, most: int, *, first: bool = False) -> list[Entry]:
+        """Write what changed in the graph into the replica, as much as asked for; the writes, to be told."""
+        written: list[Entry] = []
+        come: dict[Key, Plain] = {}
+        for dirty in list(self._dirty)[:most]:
+            self._dirty.pop(dirty)  # before the graph is read: a change from now on is noted anew
+            for key in self._keys(dirty):
+                value = self._look(key)
+                if value == self._shown(key) or (key[0] in self.speakers and len(key) == 3):
+                    continue
+                if len(key) == 1 and value is not None:
+                    come.update(dict.fromkeys(self._replica.about(key[0])))
+                state = key[0] == self._agent and key[-1] in STATE
+                entry = self._replica.write(key, value, self._state_at if state else t, first=first)
+                if fits(entry):
+                    written.append(entry)
+                else:
+                    self._counts.untold += 1
+        if come:  # what peers told of a node that was not here yet
+            self.apply(come, t)
+        self._counts.written += len(written)
+        return written
+
+    def _changed(self, change: KnowledgeChanged) -> None:
+        if change.what == "attribute":
+            self._dirty[change.subject, change.name] = None
+        elif change.what.startswith("node"):
+            self._dirty[(change.subject,)] = None
+        else:
+            self._dirty[change.subject, change.name, str(change.value)] = None
+        self._wake()
+
+    def _keys(self, dirty: _Dirty) -> list[Key]:
+        """The shared keys that a change is about; none where it is private."""
+        names = [self._outside(node) for node in (dirty[0], *dirty[2:])]
+        if not self._scope.shares(*dirty[0:1], *dirty[2:], *names):
+            return []
+        if len(dirty) == 3:
+            return [(names[0], dirty[1], names[1], "")] if dirty[1] in self._scope.relations else []
+        there = self._graph.has(dirty[0])
+        if len(dirty) == 1:
+            return [(names[0],), *(key for key in self._replica.about(names[0]) if len(key) == 3 and not there)]
+        if not there:
+            return []
+        kind = self._scope.kind(self._graph.kind(dirty[0]))
+        return [] if kind is None or self._scope.attribute(kind, dirty[1]) is None else [(names[0], kind, dirty[1])]
+
+    def _look(self, key: Key) -> Plain:
+        """What the graph says of a key."""
+        graph, node = self._graph, self._inside(key[0])
+        if not graph.has(node) or (kind := self._scope.kind(graph.kind(node))) is None:
+            return None
+        if len(key) == 1:
+            return kind
+        if len(key) == 4:
+            other = self._inside(key[2])
+            if not graph.has(other) or not self._scope.joins(key[1], kind, self._scope.kind(graph.kind(other))):
+                return None
+            attributes = graph.edge(node, key[1], other)
+            return None if attributes is None else {name: frozen(v) for name, v in attributes.items()}  # type: ignore[misc]
+        if kind != key[1]:
+            return None
+        if node == self._agent and key[2] in STATE:
+            return self._state.get(key[2])
+        return frozen(graph.attributes(node).get(key[2]))
+
+    # -- in ---------------------------------------------------------------------------------------------------------
+
+    def apply(self, shown: Mapping[Key, Plain], t: float) -> None:
+        """Bring into the graph what peers wrote.
+
+        Args:
+            shown: The keys under which they did, and what was known under each before. Where the graph says otherwise
+                by now, the robot itself has written meanwhile; that is newer, and is told next.
+            t: Now [s].
+        """
+        edges = {key: None for key in shown if len(key) == 4}
+        with self._graph.held():
+            for node in dict.fromkeys(key[0] for key in shown if len(key) != 4):
+                if self._node(node, shown, t):
+                    edges.update({key: None for key in self._replica.about(node) if len(key) == 4})
+            for key in edges:
+                self._edges(key)
+
+    def shown(self, key: Key) -> Plain:
+        """What the replica says of a key, but for what has aged."""
+        return self._shown(key)
+
+    def age(self, silent: set[str], forgotten: set[str], t: float) -> None:
+        """Drop from the graph what the state of silent agents was, and all that forgotten ones told; or bring it back.
+
+        The replica keeps it: who comes back, or asks, finds it.
+        """
+        affected = (silent ^ self._silent) | (forgotten ^ self._forgotten)
+        if not affected:
+            return
+        keys = [k for k, e in self._replica.entries.items() if agent_of(e.origin) in affected or k[0] in affected]
+        before = {key: self._shown(key) for key in keys}
+        self._silent, self._forgotten = set(silent), set(forgotten)
+        self.apply({key: value for key, value in before.items() if value != self._shown(key)}, t)
+
+    def _shown(self, key: Key) -> Plain:
+        entry = self._replica.entries.get(key)
+        if entry is None or entry.value is None:
+            return None
+        agent = agent_of(entry.origin)
+        if agent in self._forgotten or (agent in self._silent and key[0] == agent and key[-1] in STATE):
+            return None
+        if len(key) == 4 and self._crowded_out(key):
+            return None
+        return entry.value
+
+    def _node(self, name: str, shown: Mapping[Key, Plain], t: float) -> bool:
+        """Make a node what it is to be; True where it came into being."""
+        node, graph = self._inside(name), self._graph
+        wanted = self._shown((name,))
+        if node == self._agent or node != name:  # what I am nobody else tells me
+            return False
+        if (node,) in self._dirty:  # it came or went here just now, which is told next
+            return False
+        there = self._look((name,)) if graph.has(node) else None
+        if graph.has(node) and there is None:
+            self._counts.clashed += 1  # a node of a kind that is not shared has its name
+            return False
+        if there is not None and there != wanted and there == shown.get((name,), there):
+            graph.remove(node)
+            there = None
+        if wanted is None:
+            return False
+        values = self._values(name, str(wanted), t)
+        if there is None:
+            return self._add(node, str(wanted), values)
+        if there == wanted:
+            told = name in self.speakers
+            mine = {
+                k[2] for k in shown if len(k) == 3 and k[:2] == (name, wanted) and (told or self._look(k) == shown[k])
+            }
+            self._try(lambda: graph.set(node, **{n: values.get(n) for n in sorted(mine)}))
+        return False
+
+    def _values(self, name: str, kind: str, t: float) -> dict[str, Any]:
+        """The attributes of a node as the graph holds them; a speaker's pose as it is by now."""
+        values: dict[str, Any] = {}
+        for key in self._replica.about(name):
+            if len(key) == 3 and key[1] == kind and (value := self._shown(key)) is not None:
+                declared = self._scope.attribute(kind, key[2])
+                values[key[2]] = value if declared is None else thawed(declared, value)
+        if name in self.speakers and isinstance(pose := values.get("pose"), Pose2):
+            age = min(max(0.0, t - self._replica.since[name, PEER, "pose"]), CARRIED_ON)
+            twist = Twist2(values.get("speed") or 0.0, values.get("turn_rate") or 0.0)
+            if all(abs(rate) < FASTEST for rate in twist):
+                values["pose"] = along_arc(pose, twist, age)
+        return values
+
+    def _add(self, node: str, kind: str, values: dict[str, Any]) -> bool:
+        declared = self._graph.schema.kinds[kind].attributes
+        if any(a.required and name not in values for name, a in declared.items()):
+            return False  # until the rest has come
+        return self._try(lambda: self._graph.add(node, kind, **values))
+
+    def _edges(self, key: Key) -> None:
+        """Make an edge, and those that there is only room for one of, what they are to be."""
+        graph = self._graph
+        among = [key] if self._scope.limits(key[1]) == (None, None) else self._rivals(key)
+        wanted = [(each, self._shown(each)) for each in among]
+        for each, value in sorted(wanted, key=lambda pair: pair[1] is not None):  # first those that go
+            source, target = self._inside(each[0]), self._inside(each[2])
+            if not (graph.has(source) and graph.has(target)) or (source, each[1], target) in self._dirty:
+                continue
+            there = graph.edge(source, each[1], target)
+            if value is None and there is not None:
+                graph.unrelate(source, each[1], target)
+            elif isinstance(value, dict) and value != self._look(each):
+                self._relate(source, each[1], target, {**dict.fromkeys(there or ()), **value})
+
+    def _relate(self, source: str, relation: str, target: str, values: Mapping[str, Plain]) -> None:
+        declared = self._graph.schema.relations[relation].attributes
+        found = {name: thawed(declared[name], value) for name, value in values.items()}
+        self._try(lambda: self._graph.relate(source, relation, target, **found))
+
+    def _rivals(self, key: Key) -> list[Key]:
+        """The known edges of one relation with the same source, or the same target."""
+        about = (*self._replica.about(key[0]), *self._replica.about(key[2]))
+        return list(
+            dict.fromkeys(k for k in about if len(k) == 4 and k[1] == key[1] and (k[0] == key[0] or k[2] == key[2]))
+        )
+
+    def _crowded_out(self, key: Key) -> bool:
+        """Whether two wrote edges where there is room for one alone, and this one is the older."""
+        limits = self._scope.limits(key[1])
+        if limits == (None, None):
+            return False
+        entry, entries = self._replica.entries[key], self._replica.entries
+        rivals = [k for k in self._rivals(key) if entries[k].value is not None and entries[k].after(entry)]
+        by_end = [sum(k[0] == key[0] for k in rivals), sum(k[2] == key[2] for k in rivals)]
+        return any(most is not None and newer >= most for most, newer in zip(limits, by_end, strict=True))
+
+    def _try(self, write: Callable[[], None]) -> bool:
+        try:
+            write()
+        except KnowledgeError:  # not by what was written, which was checked, but by what stands here already
+            self._counts.clashed += 1
+            return False
+        return True
+
+    def _outside(self, node: str) -> str:
+        graph = self._graph
+        if graph.has(node):
+            return self._scope.outside(self._agent, node, graph.kind(node))
+        qualified = f"{self._agent}/{node}"
+        return qualified if (qualified,) in self._replica.entries else node
+
+    def _inside(self, name: str) -> str:
+        owner, _, own = name.partition("/")
+        return own if own and owner == self._agent else name

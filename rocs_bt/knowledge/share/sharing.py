@@ -1,0 +1,368 @@
+"""Sharing: the block that keeps an agent's knowledge and that of its peers the same (paper, 4.2).
+
+Once a turn it tells what changed here, takes what came from others, answers who asked, and says that it is there.
+Nothing in it waits, and what a turn takes in and sends out is bounded, so that it never delays who thinks or acts.
+What was lost on the way is asked for again when a peer's beat tells that it has seen more.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ...event import EventSink, PeerCame, PeerVanished
+from ..knowledge import Knowledge
+from .inbox import Counts, Inbox
+from .messenger import Messenger
+from .mirror import Mirror
+from .network import Network
+from .presence import BEAT, Presence
+from .replica import Entry, Key, Plain, Replica
+from .scope import PEER, Scope, agent_of, is_origin
+from .wire import Beat, Bye, Delta, Have, Heard, Message, Say, Want, encode, parts
+
+TURN_IN = 2000
+"""Messages and entries that a turn takes in, about."""
+
+TURN_OUT = 64
+"""Frames that a turn sends at most."""
+
+TURN_DELTAS = 8
+"""Frames with entries among them: no faster than others take them in."""
+
+TURN_TOLD = 2000
+"""Changes of the graph that a turn tells at most."""
+
+PEERS = 1024
+"""Peers that are remembered at most."""
+
+SYNCS = 256
+"""Answers of several parts that come in at the same time, at most."""
+
+PARTS = 4096
+"""Parts of one of them, at most."""
+
+PATIENCE = 0.3
+"""[s] After which somebody else is asked for what one lacks."""
+
+PRUNE = 10.0
+"""[s] Between two looks for what may be forgotten."""
+
+MEMORY = 3600.0
+"""[s] For how long removals are remembered for the sake of a peer that is gone."""
+
+
+@dataclass(frozen=True)
+class Ageing:
+    """What becomes of what vanished peers told.
+
+    Attributes:
+        state: After which nobody knows any more where such a robot is [s].
+        rest: After which all else that it told is no longer taken for true [s].
+    """
+
+    state: float = 3.0
+    rest: float = math.inf
+
+
+class Sharing:
+    """One agent's part in sharing.
+
+    Args:
+        knowledge: The agent's.
+        scope: What it shares.
+        network: Through which.
+        origin: `agent#start`; a start that no earlier one of this agent had.
+        sink: Where events go.
+        calendar: The time that peers share [s]; it may be wrong.
+        key: The group's.
+        ageing: What becomes of what vanished peers told.
+        gap: The shortest time between two turns [s].
+
+    Attributes:
+        counts: What was told, taken and turned away.
+        messenger: Sends messages.
+        replica: What is shared.
+        awake: Set when there is something to do.
+    """
+
+    def __init__(
+        self,
+        knowledge: Knowledge,
+        scope: Scope,
+        network: Network,
+        *,
+        origin: str,
+        sink: EventSink,
+        calendar: Callable[[], float],
+        key: bytes = b"",
+        ageing: Ageing = Ageing(),
+        gap: float = 0.02,
+    ) -> None:
+        self.counts = Counts()
+        self.replica = Replica(origin, calendar)
+        self.awake = threading.Event()
+        self._gap = gap
+        self.presence = Presence()
+        self.messenger = Messenger(knowledge.agent, lambda: self.presence.starts)
+        self._agent = knowledge.agent
+        self._scope = scope
+        self._sink = sink
+        self._key = key
+        self._ageing = ageing
+        self._mirror = Mirror(knowledge, self.replica, scope, self.counts, self.awake.set)
+        self._inbox = Inbox(key, self.counts, self.awake.set)
+        self._lost: deque[str] = deque()
+        self._out: deque[tuple[str | None, Message]] = deque()
+        self._syncs = 0
+        self._parts: dict[tuple[str, int], set[int]] = {}
+        self._asked: tuple[str, float] = ("", -math.inf)
+        self._owed: dict[str, int] = {}  # by origin, up to which of its writes we tell it that we hold them
+        self._held: dict[str, int] = {}  # by peer, up to which of our writes it told us that it holds them
+        self._beat_at = self._pruned_at = self._ran_at = -math.inf
+        self._first = True
+        self._link = network.join(origin, self._inbox.put, self._lost.append)
+
+    # -- for others -------------------------------------------------------------------------------------------------
+
+    @property
+    def peers(self) -> list[str]:
+        """The other agents that are there now."""
+        return self.messenger.others()
+
+    @property
+    def written(self) -> int:
+        """How many writes were told since the start."""
+        return self.replica.seen.get(self.replica.origin, 0)
+
+    @property
+    def acknowledged(self) -> int:
+        """Up to which of them every peer that is there holds them; 0 while nobody is."""
+        here = [p for p in list(self.presence.peers.values()) if p.present]  # the block may note another meanwhile
+        held = (max(self._held.get(p.origin, 0), p.seen.get(self.replica.origin, 0)) for p in here)
+        return min(self.written, min(held, default=0))
+
+    def told(self) -> dict[str, int]:
+        """What came of it, for summary.json: all counts, and how many own writes are acknowledged."""
+        return {**self.counts.as_dict(), "acknowledged": self.acknowledged}
+
+    @property
+    def pending(self) -> bool:
+        """Whether something waits to be told, sent or taken."""
+        return self._mirror.pending or self._inbox.pending or bool(self._out)
+
+    @property
+    def due_at(self) -> float:
+        """When there may be another turn [s]."""
+        return self._ran_at + self._gap
+
+    def due(self, t: float) -> bool:
+        """Whether there may be another turn at time t [s]."""
+        return t >= self.due_at - 5e-7
+
+    def run(self, t: float) -> None:
+        """One turn, at time t [s]."""
+        self._ran_at = t
+        self.awake.clear()
+        self._link.poll()
+        self._mirror.tell_state(t)
+        self._tell(t)
+        changed: dict[Key, Plain] = {}
+        for sender, message in self._inbox.take(TURN_IN):
+            self._take(sender, message, t, changed)
+        if changed:
+            self._mirror.apply(changed, t)
+        self._look_round(t)
+        for peer, say in self.messenger.outgoing(t, self.presence.starts):
+            self._out.append((peer, say))
+        self._finish(t)
+
+    def halt(self, t: float) -> None:
+        """Tell that the robot stands from time t on [s]: its mind has stopped, and its wheels with it."""
+        self._mirror.tell_state(t, halted=True)
+        self._tell(t)
+        self._finish(t)
+
+    def close(self) -> None:
+        """Say good-bye and leave."""
+        self._mirror.close()
+        self._link.send(encode(self.replica.origin, Bye(), self._key))
+        self._link.close()
+
+    # -- telling ----------------------------------------------------------------------------------------------------
+
+    def _tell(self, t: float) -> None:
+        if self._busy(4):
+            return  # what changes meanwhile is told once
+        base = self.written
+        entries = self._mirror.collect(t, TURN_TOLD, first=self._first)
+        self._first = False
+        if entries:
+            me = self.replica.origin
+            self._send_entries(None, entries, {me: base}, {me: self.written}, t)
+
+    def _send_entries(
+        self, to: str | None, entries: list[Entry], base: dict[str, int], upto: dict[str, int], t: float
+    ) -> None:
+        self._syncs += 1
+        portions, since = parts(entries), self.replica.since
+        for index, portion in enumerate(portions):
+            ages = [round(max(0.0, t - since.get(entry.key, t)), 4) for entry in portion]
+            delta = Delta(self._syncs, index, len(portions), self._scope.digest, base, upto, portion, ages)
+            self._out.append((to, delta))
+
+    def _finish(self, t: float) -> None:
+        """Say that we are there when it is time, and send what waits, as far as one turn may."""
+        if t >= self._beat_at + BEAT:
+            self._beat_at = t
+            self._out.append((None, self._beat()))
+        for origin, number in self._owed.items():
+            self._out.append((origin, Have(number)))
+        self._owed.clear()
+        deltas = 0
+        for _ in range(min(TURN_OUT, len(self._out))):
+            deltas += isinstance(self._out[0][1], Delta)
+            if deltas > TURN_DELTAS:
+                break
+            to, message = self._out.popleft()
+            self._link.send(encode(self.replica.origin, message, self._key), to)
+        if self.pending:
+            self.awake.set()
+
+    def _busy(self, turns: int) -> bool:
+        """Whether what waits to be sent takes more than so many turns."""
+        return len(self._out) > turns * TURN_OUT
+
+    def _beat(self) -> Beat:
+        return Beat(dict(self.replica.seen), self.replica.sum, self._scope.digest)
+
+    # -- taking -----------------------------------------------------------------------------------------------------
+
+    def _take(self, sender: str, message: Message, t: float, changed: dict[Key, Plain]) -> None:
+        if agent_of(sender) == self._agent and sender == self.replica.origin:
+            return  # an echo of ours
+        if isinstance(message, Bye):
+            self._vanished(sender, t)
+            return
+        if sender not in self.presence.peers and len(self.presence.peers) >= PEERS:
+            self.counts.flooded += 1
+            return
+        peer, came = self.presence.hear(sender, t)
+        if came:
+            self._sink.emit(PeerCame(t=t, agent=self._agent, peer=agent_of(sender), start=sender))
+            if not self._busy(2):
+                self._out.append((sender, self._beat()))
+        match message:
+            case Beat():
+                peer.seen = message.seen
+                self._compare(sender, message, t)
+            case Delta():
+                self._merge(sender, message, t, changed)
+            case Want():
+                self._answer(sender, message, t)
+            case Have():
+                self._held[sender] = max(self._held.get(sender, 0), message.number)
+            case Say() if self._busy(2):
+                self.counts.flooded += 1  # it is said again
+            case Say():
+                self._out.append((sender, self.messenger.said(sender, message)))
+            case Heard():
+                self.messenger.heard(sender, message)
+
+    def _compare(self, sender: str, beat: Beat, t: float) -> None:
+        """Ask for what this peer has and we lack; for everything where both saw the same and yet differ."""
+        asked, at = self._asked
+        if asked and t < at + PATIENCE:
+            return
+        mine = self.replica
+        if mine.lacks(beat.seen):
+            self._ask(sender, dict(mine.seen), t)
+        elif beat.scope == self._scope.digest and beat.seen == mine.seen and beat.sum != mine.sum:
+            self._ask(sender, {}, t)
+
+    def _ask(self, peer: str, seen: dict[str, int], t: float) -> None:
+        self._asked = (peer, t)
+        self._out.append((peer, Want(seen)))
+
+    def _answer(self, sender: str, want: Want, t: float) -> None:
+        if self._busy(1):
+            return  # still busy with earlier answers; who lacks something asks again
+        mine = self.replica.seen
+        base = {origin: min(number, mine[origin]) for origin, number in want.seen.items() if origin in mine}
+        self._send_entries(sender, self.replica.missing(want.seen), base, dict(self.replica.seen), t)
+
+    def _merge(self, sender: str, delta: Delta, t: float, changed: dict[Key, Plain]) -> None:
+        if len(delta.ages) != len(delta.entries) or not 0 <= delta.part < delta.parts <= PARTS:
+            self.counts.malformed += 1
+            return
+        for entry, age in zip(delta.entries, delta.ages, strict=True):
+            if self._scope.refuses(entry) or not math.isfinite(age) or not self.replica.admits(entry):
+                self.counts.refused += 1
+                continue
+            before = self._mirror.shown(entry.key)
+            if self.replica.merge(entry, t - max(0.0, age)):
+                self.counts.merged += 1
+                changed.setdefault(entry.key, before)
+                self._hear_of(entry)
+        if self._asked[0] == sender:
+            self._asked = (sender, t)  # it is at it
+        self._learn(sender, delta, t)
+
+    def _learn(self, sender: str, delta: Delta, t: float) -> None:
+        """Count the writes as seen when all parts have come; and those of others only from who shares the same."""
+        parts_seen = self._parts.setdefault((sender, delta.sync), set())
+        parts_seen.add(delta.part)
+        if len(self._parts) > SYNCS:  # of the oldest some part was lost: it is asked for again
+            del self._parts[next(iter(self._parts))]
+        if len(parts_seen) < delta.parts:
+            return
+        self._parts.pop((sender, delta.sync), None)
+        if self._asked[0] == sender:
+            self._asked = ("", t)
+        if self.replica.lacks(delta.base):
+            if not self._asked[0]:
+                self._ask(sender, dict(self.replica.seen), t)
+            return
+        same = delta.scope == self._scope.digest
+        me, here = self.replica.origin, self.presence.starts.values()
+        upto = {o: n for o, n in delta.upto.items() if (same or o == sender) and o != me and is_origin(o)}
+        for origin in self.replica.learn(upto, set(here)):
+            if len(self.presence.peers) < PEERS:
+                self.presence.hear_of(origin, t)
+        if sender in self.replica.seen:
+            self._owed[sender] = self.replica.seen[sender]
+
+    def _hear_of(self, entry: Entry) -> None:
+        """Note an agent that tells of itself."""
+        agent = agent_of(entry.origin)
+        if agent != self._agent and entry.key[0] == agent and entry.key[1:2] in ((), (PEER,)):
+            self._mirror.speakers[agent] = None
+
+    # -- who is there -----------------------------------------------------------------------------------------------
+
+    def _look_round(self, t: float) -> None:
+        while self._lost:
+            self._vanished(self._lost.popleft(), t)
+        for origin in self.presence.overdue(t):
+            self._vanished(origin, t)
+        unheard = self.presence.unheard(t)
+        unheard.pop(self._agent, None)
+        silent = {agent for agent, age in unheard.items() if age > self._ageing.state}
+        self._mirror.age(silent, {agent for agent, age in unheard.items() if age > self._ageing.rest}, t)
+        if t >= self._pruned_at + PRUNE:
+            self._pruned_at = t
+            for origin in self.presence.forget(t, MEMORY):
+                self._held.pop(origin, None)
+                self.messenger.gone(origin)
+            for key in [key for key in self._parts if key[0] not in self.presence.peers]:
+                del self._parts[key]
+            self.replica.prune(self.presence.stable(self.replica.seen))
+
+    def _vanished(self, origin: str, t: float) -> None:
+        if self.presence.vanish(origin):
+            if self._asked[0] == origin:
+                self._asked = ("", t)
+            self._sink.emit(PeerVanished(t=t, agent=self._agent, peer=agent_of(origin), start=origin))

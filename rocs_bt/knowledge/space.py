@@ -1,0 +1,148 @@
+"""Space: which nodes are where, so that the nearest are found without a look at the others.
+
+A grid of square cells, hashed by their indices; the side follows the number and the density of the points, so that an
+occupied cell holds about two. A search walks rings of cells around a point, and stops when no farther ring can hold a
+nearer one (J. L. Bentley, B. W. Weide, A. C. Yao, "Optimal Expected-Time Algorithms for Closest Point Problems", 1980).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+Batch = list[tuple[float, str]]
+Cell = tuple[int, int]
+
+_FULL = 2.0  # points in an occupied cell, about
+_SAMPLE = 512  # points that are looked at to choose the side
+_SHORTEST, _LONGEST = 1e-3, 1e6  # side of a cell [m]
+_FAR = 1e9  # beyond it points are kept in no cell [m]
+
+
+class Space:
+    """Named points in the plane."""
+
+    def __init__(self) -> None:
+        self._side = 1.0
+        self._points: dict[str, tuple[float, float]] = {}
+        self._home: dict[str, Cell | None] = {}  # the cell of each point; None of those that are too far for any
+        self._cells: dict[Cell, dict[str, tuple[float, float]]] = {}
+        self._far: dict[str, tuple[float, float]] = {}
+        self._built = 32  # how many points the side was chosen for, at least
+
+    def __len__(self) -> int:
+        return len(self._points)
+
+    def put(self, name: str, x: float, y: float) -> None:
+        """Add a point, or move it [m]."""
+        side = self._side
+        cell = (math.floor(x / side), math.floor(y / side)) if abs(x) <= _FAR and abs(y) <= _FAR else None
+        if name in self._points and self._home[name] != cell:
+            self._leave(name)
+        self._points[name] = point = (x, y)
+        self._home[name] = cell
+        if cell is None:
+            self._far[name] = point
+            return
+        try:
+            self._cells[cell][name] = point
+        except KeyError:
+            self._cells[cell] = {name: point}
+        if len(self._points) > 2 * self._built:
+            self._build()
+
+    def drop(self, name: str) -> None:
+        """Take a point away; none of that name is well."""
+        if name in self._points:
+            self._leave(name)
+            del self._points[name], self._home[name]
+
+    def rings(self, x: float, y: float, within: float = math.inf) -> Iterator[Batch]:
+        """The points around (x, y), in batches of (distance, name) [m], sorted, none before one of an earlier batch.
+
+        Between two batches points may come, go and move; one that does may be missed, or told twice.
+        """
+        if not (abs(x) <= _FAR and abs(y) <= _FAR) or not self._points:
+            yield sorted(_measured(self._points.items(), x, y, within))
+            return
+        side, cells, hypot = self._side, self._cells, math.hypot
+        u, v = math.floor(x / side), math.floor(y / side)
+        border = min(x - u * side, (u + 1) * side - x, y - v * side, (v + 1) * side - y)
+        waiting = _measured(self._far.items(), x, y, within) if self._far else []
+        ring, looked = 1, 0
+        while looked <= len(cells) and ring * side <= within + side:
+            for cell in _ring(u, v, ring):
+                if (points := cells.get(cell)) is not None:
+                    for name, (px, py) in points.items():
+                        if (distance := hypot(px - x, py - y)) <= within:
+                            waiting.append((distance, name))
+            # Rounding can put a point that stands on a border into the next cell: a little less is safe.
+            safe = (border + ring * side) * (1.0 - 1e-9)
+            if waiting:
+                waiting.sort()
+                if waiting[0][0] < safe:
+                    ready = [found for found in waiting if found[0] < safe]
+                    waiting = waiting[len(ready) :]
+                    yield ready
+            looked += 8 * ring + (ring == 1)
+            ring += 1
+        if ring * side <= within + side:  # fewer cells are left than rings would ask for
+            for (a, b), points in [*cells.items()]:
+                if max(abs(a - u), abs(b - v)) >= ring:
+                    waiting += _measured([*points.items()], x, y, within)
+        yield sorted(waiting)
+
+    def _leave(self, name: str) -> None:
+        cell = self._home[name]
+        if cell is None:
+            del self._far[name]
+            return
+        points = self._cells[cell]
+        del points[name]
+        if not points:
+            del self._cells[cell]
+
+    def _build(self) -> None:
+        """Choose the side anew, and put all points into new cells: a search that is under way keeps the old ones."""
+        self._built = len(self._points)
+        near = {name: point for name, point in self._points.items() if self._home[name] is not None}
+        self._side = side = _chosen_side([*near.values()])
+        cells: dict[Cell, dict[str, tuple[float, float]]] = {}
+        for name, point in near.items():
+            cell = self._home[name] = math.floor(point[0] / side), math.floor(point[1] / side)
+            cells.setdefault(cell, {})[name] = point
+        self._cells = cells
+
+
+def _measured(points: Iterable[tuple[str, tuple[float, float]]], x: float, y: float, within: float) -> Batch:
+    found = ((math.hypot(px - x, py - y), name) for name, (px, py) in points)
+    return [(distance, name) for distance, name in found if distance <= within]
+
+
+def _ring(u: int, v: int, ring: int) -> Iterable[Cell]:
+    """The cells so many steps away; the first ring has its centre with it, whose own points are rarely enough."""
+    if ring > 1:
+        return _far_ring(u, v, ring)
+    return (
+        (u, v), (u - 1, v - 1), (u, v - 1), (u + 1, v - 1), (u - 1, v),
+        (u + 1, v), (u - 1, v + 1), (u, v + 1), (u + 1, v + 1),
+    )  # fmt: skip
+
+
+def _far_ring(u: int, v: int, ring: int) -> Iterator[Cell]:
+    for i in range(u - ring, u + ring + 1):
+        yield i, v - ring
+        yield i, v + ring
+    for j in range(v - ring + 1, v + ring):
+        yield u - ring, j
+        yield u + ring, j
+
+
+def _chosen_side(points: list[tuple[float, float]]) -> float:
+    """The side at which an occupied cell holds about `_FULL` points, told from a sample."""
+    sample = points[:: max(1, len(points) // _SAMPLE)]
+    side = _LONGEST
+    while side > _SHORTEST and len({(x // side, y // side) for x, y in sample}) < len(sample) / _FULL:
+        side /= 2.0
+    # A sample of one in k points of a plane has them sqrt(k) times as far apart.
+    return max(_SHORTEST, side * math.sqrt(len(sample) / max(1, len(points))))

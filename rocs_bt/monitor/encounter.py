@@ -1,0 +1,188 @@
+"""Encounters: how near other robots come, and where a robot goes from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from ..geometry import Pose2, Twist2, along_arc, arc
+from ..knowledge import Knowledge
+
+STEP = 0.1
+"""Time between two looks ahead at a peer [s]."""
+
+NEAR = 0.2
+"""Gap to a peer below which the robot must go from it, or stand [m]."""
+
+ASIDE, BEHIND = 0.22, 0.27
+"""Gaps beside and behind that are no reason to flinch [m]."""
+
+TOUCH = 0.05
+"""Gap that a way off must keep, or it is none [m]."""
+
+AWAY = 0.35
+"""Speed at which it would go [m/s]."""
+
+SLOW = 0.15
+"""Time lost until it is that fast [s]."""
+
+FAR = (0.1, 0.4, 0.8, 1.2, 1.6, 2.0)
+"""When it looks how that came out [s]."""
+
+SURE = 0.12
+"""By so much it keeps more than the safety distance, since it only estimates where its leader is [m]."""
+
+DUTY = 60.0
+"""For so long it keeps its distance after it was told to follow [s]: a reflex interrupts the one, not the other."""
+
+PINNED = 1.5
+"""Who was all but touched for so long goes wherever it comes no nearer than if it stood [s]."""
+
+SCRAPES = -0.04
+"""Gap to a peer's circle at which that peer may touch the hull, whichever way it looks [m]."""
+
+LEAST = 0.1
+"""Room that is worth going for [m]."""
+
+Motion = tuple[float, Pose2, Twist2]
+"""How a peer moves: since how long [s], from where, and how fast."""
+
+Groups = tuple[float, float, float, float]
+"""What peers add to front, left_gap, right_gap and rear [m]."""
+
+NOBODY: Groups = (math.inf,) * 4
+
+
+class Gap(NamedTuple):
+    """How near a peer comes in the next moments."""
+
+    least: float  # [m] from hull to hull, where that is least
+    bearing: float  # [rad] of the peer's centre at that moment, left positive
+
+
+class Encounters:
+    """Tells the standard groups of the peers that a robot knows, so that rules which know ranges alone keep clear.
+
+    Args:
+        knowledge: The robot's.
+        half: Half its hull's length and width [m].
+        radius: Of a circle around a peer's base that holds its hull [m].
+        reaction: From a reading to wheels that begin to brake [s].
+        deceleration: Of braking wheels [m/s2].
+        horizon: How far to look ahead at least [s].
+    """
+
+    def __init__(
+        self,
+        knowledge: Knowledge,
+        half: tuple[float, float],
+        *,
+        radius: float,
+        reaction: float,
+        deceleration: float,
+        horizon: float,
+    ) -> None:
+        self._knowledge = knowledge
+        self._half = half
+        self._radius = radius
+        self._reaction = reaction
+        self._deceleration = deceleration
+        self._horizon = horizon
+        self._pinned = math.inf  # since when somebody touches it, or all but [s]
+        self._duty = (-math.inf, "", 0.0, 0.0)  # until when [s], to keep what distance from whom
+
+    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: tuple[float, float]) -> Groups:
+        """What the peers add to each group, with so much room straight ahead and behind [m]."""
+        if not motions:
+            return NOBODY
+        way = list(self._way(pose, now))
+        gaps = [self._gap(way, motion) for motion in motions.values()]
+        left = min((g.least for g in gaps if 0.0 <= g.bearing <= 0.5 * math.pi), default=math.inf)
+        right = min((g.least for g in gaps if -0.5 * math.pi <= g.bearing < 0.0), default=math.inf)
+        rear = min((g.least for g in gaps if abs(g.bearing) > 0.5 * math.pi), default=math.inf)
+        left, right, rear = max(left, ASIDE), max(right, ASIDE), max(rear, BEHIND)
+        if self._must_stand(way, motions):
+            return TOUCH, left, right, TOUCH
+        least = min(g.least for g in gaps)
+        if least >= NEAR:
+            return math.inf, left, right, rear
+        escape = self._escape(pose, motions, room)
+        return (math.inf if escape > 0 else least), left, right, (rear if escape < 0 else least)
+
+    def _must_stand(self, way: Sequence[tuple[float, Pose2]], motions: Mapping[str, Motion]) -> bool:
+        """Whether the robot would drive nearer to whom it follows than it may, or is as near already."""
+        for name, _, safety in self._followed():
+            if safety and name in motions:
+                since, place, twist = motions[name]
+                there = along_arc(place, twist, since)
+                return min(mine.distance(there) for _, mine in way) < safety + SURE
+        return False
+
+    def _followed(self) -> Iterator[tuple[str, float, float]]:
+        """Whom the robot follows, at which distance, and nearer than what it must not drive [m]."""
+        agent, graph, now = self._knowledge.agent, self._knowledge.graph, self._knowledge.clock.now()
+        for name in graph.related(agent, "follows"):
+            edge = graph.edge(agent, "follows", name) or {}
+            self._duty = now + DUTY, name, edge.get("distance", 0.0), edge.get("safety", 0.0)
+        if self._duty[0] > now:
+            yield self._duty[1:]
+
+    def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: tuple[float, float]) -> int:
+        """Where to go from peers that come near: 1 ahead, -1 back, 0 nowhere."""
+        ways = {name: arc(place, twist, (since + t for t in FAR)) for name, (since, place, twist) in motions.items()}
+        kept = [(ways[name], distance) for name, distance, _ in self._followed() if name in ways]
+
+        def course(sign: float, room: float) -> list[float]:
+            mine = arc(pose, Twist2(sign), (min(AWAY * max(t - SLOW, 0.0), room) for t in FAR))
+            if any(pose.distance(way[-1]) > mine[-1].distance(way[-1]) < least for way, least in kept):
+                return [-1.0] * len(FAR)  # out of one's way into that of whom it follows
+            return [min(self._apart(here, way[k]) for way in ways.values()) for k, here in enumerate(mine)]
+
+        stand = course(1.0, 0.0)
+        least = self._least(stand)
+        courses = {sign: course(sign, free) for sign, free in zip((1, -1), room, strict=True) if free > LEAST}
+        good = {
+            sign: gaps[-1]
+            for sign, gaps in courses.items()
+            if gaps[-1] > stand[-1] + TOUCH and all(gap >= low for gap, low in zip(gaps, least, strict=True))
+        }
+        return max(good, key=lambda sign: good[sign], default=0)
+
+    def _least(self, stand: Sequence[float]) -> list[float]:
+        """The gaps that a way off must keep at each look, given those that standing would keep [m]."""
+        now = self._knowledge.clock.now()
+        self._pinned = min(self._pinned, now) if stand[0] < TOUCH else math.inf
+        if now - self._pinned <= PINNED:
+            return [TOUCH] * len(stand)
+        gained = 0.02 if stand[0] < SCRAPES else -0.01  # from who may touch it, it goes straight off or not at all
+        return [stand[0] - 0.01, *(gap + gained for gap in stand[1:])]
+
+    def _way(self, pose: Pose2, now: float) -> Iterator[tuple[float, Pose2]]:
+        """Where the robot is in the next moments, by time from now on [s], if it brakes as soon as it can."""
+        robot = self._knowledge.robot
+        twist = Twist2(robot.speed(now), robot.turn_rate(now))
+        if math.isnan(twist.forward + twist.turn):
+            twist = Twist2(0.0)
+        rim = max(map(abs, robot.drive.wheel_speeds(twist).tolist()))
+        braking = rim / self._deceleration
+        horizon = max(self._horizon, self._reaction + braking)
+        for i in range(math.ceil(horizon / STEP - 1e-9) + 1):
+            t = i * STEP
+            slow = min(max(t - self._reaction, 0.0), braking)
+            driven = min(t, self._reaction) + (slow - 0.5 * slow * slow / braking if braking > 0.0 else 0.0)
+            yield t, along_arc(pose, twist, driven)
+
+    def _gap(self, way: Sequence[tuple[float, Pose2]], motion: Motion) -> Gap:
+        """How near a peer comes in the next moments."""
+        since, place, twist = motion
+        places = arc(place, twist, (since + t for t, _ in way))
+        least, k = min((self._apart(mine, places[k]), k) for k, (_, mine) in enumerate(way))
+        return Gap(max(0.0, least), way[k][1].bearing(places[k]))
+
+    def _apart(self, pose: Pose2, other: Pose2) -> float:
+        """Between the hull, a rectangle, and a peer's circle [m]; negative where the circle is over the hull's edge."""
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        dx, dy = other.x - pose.x, other.y - pose.y
+        ahead, aside = abs(c * dx + s * dy) - self._half[0], abs(c * dy - s * dx) - self._half[1]
+        return math.hypot(max(ahead, 0.0), max(aside, 0.0)) - self._radius

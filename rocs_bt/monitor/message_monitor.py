@@ -1,0 +1,49 @@
+"""MessageMonitor: what other robots said."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..channel import Signals
+from ..device import Reading
+from ..errors import Fault, InputError
+from ..knowledge.share import Letter, unpacked
+from ..signal import Signal
+from ..units import NONE
+from .monitor import Monitor
+
+
+class MessageMonitor(Monitor):
+    """Writes `messages`, how many have come so far, from a mailbox; what they say becomes `message` nodes.
+
+    Args:
+        remembered: How many of the newest stay in Knowledge.
+    """
+
+    def __init__(self, *args: Any, remembered: int = 32, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        if remembered < 1:
+            raise InputError(Fault(f"remembered of monitor '{self.name}' must be at least 1, found {remembered}."))
+        self._remembered = remembered
+        self._count = 0
+        self._nodes: deque[str] = deque()
+
+    def signals(self) -> Sequence[Signal]:
+        return [Signal("messages", 1, (NONE,), (0.0, math.inf), self.max_age, "How many messages have come.")]
+
+    def interpret(self, readings: Mapping[str, Reading]) -> Signals:
+        for reading in readings.values():
+            for letter in unpacked(reading.values):
+                self._remember(letter)
+        return {"messages": [float(self._count)]}
+
+    def _remember(self, letter: Letter) -> None:
+        self._count += 1
+        graph, node = self.knowledge.graph, f"message {self._count}"
+        graph.add(node, "message", sender=letter.sender, text=letter.text, number=self._count)
+        self._nodes.append(node)
+        if len(self._nodes) > self._remembered and graph.has(old := self._nodes.popleft()):
+            graph.remove(old)

@@ -1,0 +1,131 @@
+"""ScanMonitor: a lidar's scan, and the standard groups that rules use."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..channel import Signals
+from ..device import Reading
+from ..errors import Fault, InputError
+from ..signal import Signal
+from ..units import LENGTH
+from .monitor import Monitor
+
+Array = npt.NDArray[np.float64]
+
+MOST_BEAMS = 4000
+"""Rays of one scan: each is a number in every snapshot."""
+
+
+@dataclass(frozen=True)
+class _Sector:
+    first: int
+    last: int  # one past
+    weight: float
+
+
+class ScanMonitor(Monitor):
+    """Writes a lidar's ranges as the signal `scan`, and of its sectors the standard groups (docs/architecture.md).
+
+    A group's value for a sector is the least gap [m] between the robot's hull and what the sector's rays hit, over the
+    sector's weight in (0, 1]: an obstacle in a gap g counts as one at g / weight straight ahead. So rules that were
+    written for a ring of sonars on the hull hold for a scanner in the middle of the robot. The hull is the box of
+    [body], centred on the axles. A ray that says NaN makes its sectors NaN: who cannot see must not drive.
+
+    Args:
+        beams: Rays of a scan, from the right to the left.
+        span: From the first ray to the last [rad]; centred ahead.
+        mount: Where they begin and look: x [m], y [m] and yaw [rad] in the body frame.
+        group: By name: `sectors`, pairs of bearings [rad] from the scanner's axis, left positive, and `weights`
+            (default 1); or `blind = true` where no ray looks.
+    """
+
+    def __init__(
+        self,
+        *args: Any,
+        beams: int,
+        span: float,
+        mount: Sequence[float],
+        group: Mapping[str, Mapping[str, Any]] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(*args, **kwargs)
+        if not 2 <= beams <= MOST_BEAMS or not 0.0 < span <= math.tau + 1e-9 or len(mount) != 3:
+            raise InputError(
+                Fault(
+                    f"monitor '{self.name}' takes 2 to {MOST_BEAMS} beams, a span of up to 360 deg and a mount of x, y "
+                    f"and yaw, found {beams}, {math.degrees(span):.4g} deg and {list(mount)}."
+                )
+            )
+        self._beams = int(beams)
+        self._bearings = np.linspace(-0.5 * span, 0.5 * span, self._beams)
+        self._hull = _to_hull(self._bearings, mount, self._half_sizes())
+        self._groups = {name: self._sectors(name, given) for name, given in (group or {}).items()}
+
+    def signals(self) -> Sequence[Signal]:
+        def declare(name: str, size: int, doc: str) -> Signal:
+            return Signal(name, size, (LENGTH,) * size, (0.0, math.inf), self.max_age, doc)
+
+        raw = declare("scan", self._beams, "Range by ray, from the right to the left; +inf without an echo.")
+        groups = (
+            declare(name, len(sectors), "Gap between hull and echo by sector, each over its weight.")
+            if sectors
+            else declare(name, 1, "No ray looks there: +inf, never an echo.")
+            for name, sectors in self._groups.items()
+        )
+        return [raw, *groups]
+
+    def expects(self) -> Mapping[str, int]:
+        return {self.watched[0].sensor.name: self._beams}
+
+    def interpret(self, readings: Mapping[str, Reading]) -> Signals:
+        values = list(next(iter(readings.values())).values)
+        gaps = np.maximum(np.array(values) - self._hull, 0.0)
+        written: dict[str, Sequence[float]] = {"scan": values}
+        for name, sectors in self._groups.items():
+            written[name] = [float(gaps[s.first : s.last].min()) / s.weight for s in sectors] or [math.inf]
+        return written
+
+    def _half_sizes(self) -> tuple[float, float]:
+        body = self.knowledge.graph.attributes(self.knowledge.agent)
+        if not (body.get("length") and body.get("width")):
+            raise InputError(Fault(f"monitor '{self.name}' needs the robot's length and width in its [body] table."))
+        return 0.5 * body["length"], 0.5 * body["width"]
+
+    def _sectors(self, name: str, group: Mapping[str, Any]) -> tuple[_Sector, ...]:
+        where = f"group '{name}' of monitor '{self.name}'"
+        sectors = group.get("sectors", ())
+        weights = group.get("weights", (1.0,) * len(sectors))
+        if group.get("blind", False) is True and not sectors:
+            return ()
+        if not sectors or len(weights) != len(sectors) or any(not 0.0 < w <= 1.0 for w in weights):
+            hint = "" if sectors else "If no ray looks there, write blind = true instead."
+            message = f"{where} needs sectors, and one weight in (0, 1] for each, found {len(sectors)} and {weights}."
+            raise InputError(Fault(message, hint=hint))
+        return tuple(self._sector(where, *pair) for pair in zip(sectors, weights, strict=True))
+
+    def _sector(self, where: str, edges: Sequence[float], weight: float) -> _Sector:
+        inside = np.flatnonzero((self._bearings >= min(edges) - 1e-9) & (self._bearings <= max(edges) + 1e-9))
+        if len(edges) != 2 or not len(inside):
+            told = [f"{math.degrees(edge):.4g} deg" for edge in edges]
+            raise InputError(Fault(f"a sector of {where} must be two bearings with rays between them, found {told}."))
+        return _Sector(int(inside[0]), int(inside[-1]) + 1, float(weight))
+
+
+def _to_hull(bearings: Array, mount: Sequence[float], half: tuple[float, float]) -> Array:
+    """(beams,) How far each ray goes until it leaves the hull's box [m]; 0 where it begins outside of it."""
+    x, y, yaw = mount
+    if abs(x) > half[0] or abs(y) > half[1]:
+        return np.zeros_like(bearings)
+    c, s = np.cos(bearings + yaw), np.sin(bearings + yaw)
+    with np.errstate(divide="ignore", over="ignore"):
+        along = np.where(c != 0.0, (np.copysign(half[0], c) - x) / c, math.inf)
+        aside = np.where(s != 0.0, (np.copysign(half[1], s) - y) / s, math.inf)
+    out: Array = np.minimum(along, aside)
+    return out

@@ -1,0 +1,199 @@
+"""PythonPlanner: a planner that is no tree joins through two functions, `reset` and `act`."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ..control.drive import Drive
+from ..errors import Fault, InputError
+from ..geometry import Pose2
+from ..knowledge import Knowledge
+from ..pipeline import Ticket
+from .mission import Mission
+from .plan import SUCCESS, Plan
+from .route import RoutePlanner
+
+Array = npt.NDArray[np.float64]
+
+
+def no_routes(name: str) -> RoutePlanner:
+    """What a task without content says of every route planner.
+
+    Raises:
+        InputError: Always.
+    """
+    raise InputError(Fault(f"there is no route planner '{name}', as no content is at hand."))
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a planner is told before it begins.
+
+    Attributes:
+        goals: By name, where each goal is, world frame; yaw is 0 where it does not matter.
+        tolerances: By name, how near counts as there [m].
+        drive: What the wheels do, and their limits.
+        knowledge: All that the robot knows: the graph, its own model, its signals.
+        told: What only an oracle is told; empty for everybody else.
+        route: Makes a route planner of planners/routes by its name.
+    """
+
+    goals: Mapping[str, Pose2]
+    tolerances: Mapping[str, float]
+    drive: Drive
+    knowledge: Knowledge
+    told: Mapping[str, Any] = field(default_factory=dict)
+    route: Callable[[str], RoutePlanner] = no_routes
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a planner sees at one moment.
+
+    Attributes:
+        t: The time since the episode began [s].
+        pose: Where the robot takes itself to be, world frame; NaN where it does not know.
+        signals: All of its signals by name, SI units; NaN where a value is stale or broken.
+    """
+
+    t: float
+    pose: Pose2
+    signals: Mapping[str, Array]
+
+
+class PythonPlanner(Protocol):
+    """A planner that is no tree. Its class's parameters are keyword-only and annotated, as those of a mission.
+
+    @dataclass(kw_only=True)
+    class Straight:
+        speed: PositiveMetresPerSecond = 0.3
+
+        def reset(self, task, rng):
+            (self.goal,) = task.goals.values()
+
+        def act(self, observation):
+            if observation.pose.distance(self.goal) < 0.1:
+                return None
+            return self.speed, self.speed
+    """
+
+    def reset(self, task: Task, rng: np.random.Generator) -> None:
+        """An episode begins.
+
+        Args:
+            task: What is to be done, and with what.
+            rng: Random numbers; the scenario and the seed key them.
+        """
+        ...
+
+    def act(self, observation: Observation) -> Sequence[float] | None:
+        """Decide, once a period of the plan. Must not block.
+
+        Returns:
+            Rim speeds in the drive's order [m/s], which hold until the next call; None for one that holds itself to
+            have arrived, after which it is not asked again.
+        """
+        ...
+
+
+class PythonPlan(Plan):
+    """Plays a PythonPlanner: what it decides becomes SetWheelSpeed, submitted with NORMAL priority.
+
+    Reflexes pre-empt it as they pre-empt a tree; while one is active it is not asked.
+
+    Args:
+        planner: The planner.
+        mission: The context of the agent.
+    """
+
+    def __init__(self, planner: PythonPlanner, mission: Mission) -> None:
+        super().__init__(
+            mission.name,
+            knowledge=mission.knowledge,
+            pipeline=mission.pipeline,
+            actions=mission.actions,
+            clock=mission.clock,
+            sink=mission.sink,
+        )
+        self._planner = planner
+        self._mission = mission
+        self._ticket: Ticket | None = None
+        self._begun = False
+
+    def run(self, t: float) -> None:
+        self.changes()
+        if self.status == SUCCESS or self.pipeline.held:
+            return
+        if not self._begun:
+            self._begun = True
+            self._planner.reset(self._task(), self._mission.rng(self.name))
+        speeds = self._planner.act(self._look(t))
+        if self._ticket is not None:
+            self.pipeline.cancel(self._ticket, by=self.name)
+            self._ticket = None
+        if speeds is None:
+            self.status = SUCCESS
+        else:
+            self._ticket = self.submit("SetWheelSpeed", speeds=self._rim_speeds(speeds))
+
+    def _rim_speeds(self, decided: Any) -> list[float]:
+        """What a planner decided, if the drive can take it; if not its episode ends with an error that says so."""
+        wheels = self.knowledge.robot.drive.wheels
+        try:
+            speeds = np.array(decided, dtype=float)
+        except (TypeError, ValueError):
+            speeds = np.zeros(0)
+        if speeds.shape == (len(wheels),) and np.isfinite(speeds).all():
+            return [float(speed) for speed in speeds]
+        message = f"act of {type(self._planner).__name__} gives {decided!r:.200}, which the drive cannot do."
+        hint = f"It takes {len(wheels)} rim speeds in m/s ({', '.join(wheels)}), or None at the end."
+        raise InputError(Fault(message, hint=hint))
+
+    def _task(self) -> Task:
+        world, graph = self.knowledge.world, self.knowledge.graph
+        goals = {name: pose for name in world.goals() if (pose := world.pose_of(name)) is not None}
+        return Task(
+            goals=goals,
+            tolerances={name: float(graph.get(name, "tolerance")) for name in goals},
+            drive=self.knowledge.robot.drive,
+            knowledge=self.knowledge,
+            told=self._mission.told,
+            route=lambda name: self._mission.content.load_route(name)(self.knowledge),
+        )
+
+    def _look(self, t: float) -> Observation:
+        table = self.knowledge.signals
+        row = table.snapshot(t)
+        signals = {name: row[table.slice_of(name)] for name in table.names}
+        return Observation(t, self.knowledge.robot.pose(t), signals)
+
+
+def python_mission(cls: type[Any]) -> Callable[..., PythonPlan]:
+    """The `build` of a mission that plays a class's planner, with the class's parameters.
+
+    Raises:
+        InputError: The class has no `reset` or no `act`.
+    """
+    for method in ("reset", "act"):
+        if not callable(getattr(cls, method, None)):
+            hint = "A planner has reset(task, rng) and act(observation)."
+            raise InputError(Fault(f"the class '{cls.__name__}' has no '{method}'.", hint=hint))
+
+    def build(mission: Mission, **parameters: Any) -> PythonPlan:
+        return PythonPlan(cls(**parameters), mission)
+
+    taken = [p for name, p in inspect.signature(cls).parameters.items() if name != "self"]
+    first = inspect.Parameter("mission", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    vars(build)["__signature__"] = inspect.Signature([first, *taken])
+    hints = typing.get_type_hints(cls.__init__, vars(sys.modules[cls.__module__]), include_extras=True)
+    build.__annotations__ = {p.name: hints[p.name] for p in taken if p.name in hints}
+    build.__module__, build.__doc__ = cls.__module__, cls.__doc__
+    return build

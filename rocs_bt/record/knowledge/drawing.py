@@ -1,0 +1,134 @@
+"""A graph as SVG: nodes in the colours of their kinds, relations as arrows; colours follow light and dark."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+
+from ...knowledge import Readable
+from .layout import Point, layout
+
+COLORS = ("robot-1", "reactive", "place", "robot-2", "robot-3", "deliberative", "worst", "good", "idle")
+"""Names of the page's colours, for kinds in the order in which they appear."""
+CROWD = 250
+"""So many nodes are drawn without their names, which would cover each other."""
+_STYLE = """
+.knowledge { --ink: #1d2733; --muted: #66717f; --wall: #c3cad3; --paper: #ffffff; --robot-1: #7b3fb5;
+  --reactive: #1c62c4; --place: #1d8a4e; --robot-2: #c26a00; --robot-3: #0f7a72; --deliberative: #c9302c;
+  --worst: #a8610a; --good: #1d8a4e; --idle: #98a2ae; }
+@media (prefers-color-scheme: dark) { .knowledge { --ink: #e4e9ef; --muted: #93a0af; --wall: #45505d;
+  --paper: #12161b; --robot-1: #c79bf2; --reactive: #6ea8ff; --place: #4cc38a; --robot-2: #f0a94a;
+  --robot-3: #4fc9bf; --deliberative: #ff6b63; --worst: #f0a94a; --good: #4cc38a; --idle: #7c8896; } }
+"""
+LOOK = """
+.knowledge { font: 13px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif; }
+.knowledge .node circle { fill: var(--c); stroke: var(--paper); stroke-width: 2; }
+.knowledge .node text { fill: var(--ink); paint-order: stroke; stroke: var(--paper); stroke-width: 3.5px; }
+.knowledge .edge path { fill: none; stroke: var(--wall); stroke-width: 1.4; }
+.knowledge .edge text { fill: var(--muted); font-size: 10.5px; text-anchor: middle; paint-order: stroke;
+  stroke: var(--paper); stroke-width: 3px; }
+.knowledge marker path { fill: var(--wall); }
+.knowledge.crowd .node text, .knowledge.crowd .edge text { display: none; }
+"""
+_MARGIN, _DOT = 40.0, 7.0
+_LETTER, _LONGEST = 7.6, 28  # [px] a letter's width, and how many of a name are shown
+Edge = tuple[str, str, str]
+
+
+def draw(graph: Readable, root: str) -> str:
+    """A graph as an SVG document that needs nothing else.
+
+    Args:
+        graph: What is drawn.
+        root: The node in the middle.
+    """
+    kinds = {name: graph.kind(name) for name in graph.nodes()}
+    return picture(kinds, graph.edges(), root, style=_STYLE + LOOK)
+
+
+def picture(kinds: Mapping[str, str], edges: Sequence[Edge], root: str, style: str = "") -> str:
+    """The SVG of nodes and edges; `data-n` and `data-e` count them as they are given.
+
+    Args:
+        kinds: The nodes and their kinds.
+        edges: Source, relation and target of each edge.
+        root: The node in the middle.
+        style: What stands in it as a style sheet.
+    """
+    places = layout(kinds, [(source, target) for source, _, target in edges], root)
+    colors = colors_of(kinds.values())
+    left, top, width, height = _frame(places)
+    lines = "".join(_edge(i, edge, places, bend) for i, (edge, bend) in enumerate(_bends(edges)))
+    dots = "".join(_node(i, name, kind, places[name], colors[kind]) for i, (name, kind) in enumerate(kinds.items()))
+    crowd = " crowd" if len(kinds) > CROWD else ""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="knowledge{crowd}" role="img" '
+        f'aria-label="What {_text(root)} knows" viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}">'
+        f"<style>{style}</style>"
+        '<defs><marker id="arrow" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" '
+        'orient="auto-start-reverse"><path d="M0 0L8 4L0 8z"/></marker></defs>'
+        f'<g class="edges">{lines}</g><g class="nodes">{dots}</g></svg>\n'
+    )
+
+
+def _frame(places: Mapping[str, Point]) -> tuple[float, float, float, float]:
+    """Left, top, width and height of all nodes with their names."""
+    wide = {name: 24.0 + _LETTER * min(len(name), _LONGEST) for name in places}
+    left = min((x - (wide[n] if x < -1.0 else 20.0) for n, (x, _) in places.items()), default=0.0)
+    right = max((x + (20.0 if x < -1.0 else wide[n]) for n, (x, _) in places.items()), default=1.0)
+    ys = [y for _, y in places.values()] or [0.0]
+    return left, min(ys) - _MARGIN, right - left, max(ys) - min(ys) + 2.0 * _MARGIN
+
+
+def colors_of(kinds: Iterable[str]) -> dict[str, str]:
+    """A colour for each kind, in the order in which they appear."""
+    return {kind: COLORS[i % len(COLORS)] for i, kind in enumerate(dict.fromkeys(kinds))}
+
+
+def _bends(edges: Sequence[Edge]) -> Iterable[tuple[Edge, float]]:
+    """Each edge with how far it bends aside [px], so that several between the same two are seen."""
+    count: dict[frozenset[str], int] = {}
+    for edge in edges:
+        pair = frozenset((edge[0], edge[2]))
+        number = count[pair] = count.get(pair, -1) + 1
+        yield edge, 14.0 * number
+
+
+def _edge(number: int, edge: Edge, places: Mapping[str, Point], bend: float) -> str:
+    source, relation, target = edge
+    (x0, y0), (x1, y1) = places[source], places[target]
+    length = math.hypot(x1 - x0, y1 - y0)
+    if length < 1e-9:  # to itself
+        path, x, y = f"M{x0 - 5:.1f} {y0 - 5:.1f}c-34 -34 44 -34 10 0", x0, y0 - 30.0
+    else:
+        along, across = (x1 - x0) / length, (y1 - y0) / length
+        gap = _DOT + 3.0
+        x, y = (x0 + x1) / 2.0 - across * bend, (y0 + y1) / 2.0 + along * bend
+        path = (
+            f"M{x0 + along * gap:.1f} {y0 + across * gap:.1f}"
+            f"Q{x - across * bend:.1f} {y + along * bend:.1f} {x1 - along * gap:.1f} {y1 - across * gap:.1f}"
+        )
+    title = f"<title>{_text(source)} {_text(relation)} {_text(target)}</title>"
+    return (
+        f'<g class="edge" data-e="{number}"><path d="{path}" marker-end="url(#arrow)"/>'
+        f'<text x="{x:.1f}" y="{y + 3.0:.1f}">{_text(relation)}</text>{title}</g>'
+    )
+
+
+def _node(number: int, name: str, kind: str, place: Point, color: str) -> str:
+    x, y = place
+    shown = name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…"
+    beside = 'x="-11" text-anchor="end"' if x < -1.0 else 'x="11"'  # away from the middle, where the edges are
+    return (
+        f'<g class="node" data-n="{number}" style="--c: var(--{color})" transform="translate({x:.1f} {y:.1f})">'
+        f'<title>{_text(name)}, {_text(kind)}</title><circle r="{_DOT:g}"/>'
+        f'<text {beside} y="4.5">{_text(shown)}</text></g>'
+    )
+
+
+def _text(text: str) -> str:
+    """Escaped, and without what XML cannot hold."""
+    return escape(
+        "".join(c if c >= " " and not "\ud800" <= c <= "\udfff" and c not in "\ufffe\uffff" else "�" for c in text)
+    )

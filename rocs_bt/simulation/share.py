@@ -1,0 +1,84 @@
+"""Letting the agents of a scenario share, as its `[share]` table says."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Callable
+from functools import partial
+
+from ..catalog import ScenarioSpec, ShareSpec
+from ..clock import Clock, SimulatedClock
+from ..errors import Fault, InputError, blame
+from ..event import EventSink
+from ..knowledge import Knowledge, Schema
+from ..knowledge.share import Ageing, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork, Trouble
+from ..knowledge.share.keys import Keys
+from ..knowledge.share.zenoh_network import ZenohNetwork, check_address
+from .streams import scenario_content, stream
+
+Join = Callable[[Knowledge], Sharing]
+"""Makes an agent share its knowledge."""
+
+
+def sharing_of(scenario: ScenarioSpec, clock: Clock, sink: EventSink, seed: int) -> dict[str, Join]:
+    """How each agent joins those that share; empty where nobody does.
+
+    In lockstep agents of one process share alone, on a network that is simulated like the rest, so that a run repeats.
+    On wall time they share with other processes too, where the table says at which address.
+
+    Raises:
+        InputError: A kind or relation does not exist, or the address cannot be used.
+    """
+    spec = scenario.share
+    if spec is None:
+        return {}
+    repeats = isinstance(clock, SimulatedClock)
+    with blame(scenario.file, spec.line):
+        network, key = _network(scenario, spec, clock, seed)
+
+    def join(knowledge: Knowledge) -> Sharing:
+        with blame(scenario.file, spec.line):
+            scope = Scope(knowledge.graph.schema, spec.kinds, spec.relations, spec.private)
+        return Sharing(
+            knowledge,
+            scope,
+            network,
+            origin=f"{knowledge.agent}#{'0' if repeats else secrets.token_hex(8)}",
+            sink=sink,
+            calendar=clock.now if repeats else time.time,
+            key=key,
+            ageing=Ageing(spec.lost_after, spec.forget_after),
+            gap=1.0 / spec.rate,
+        )
+
+    return dict.fromkeys(spec.agents, join)
+
+
+def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
+    """What is wrong with a scenario's `[share]` that only the schema and the network tell."""
+    spec, faults = scenario.share, list[Fault]()
+    if spec is None:
+        return faults
+    checks: list[Callable[[], object]] = [lambda: Scope(schema, spec.kinds, spec.relations, spec.private)]
+    addresses = [spec.listen, *spec.peers] if spec.listen else []
+    checks += [partial(check_address, address, private=spec.keys is not None) for address in addresses]
+    for check in checks:
+        try:
+            check()
+        except InputError as error:
+            faults += error.at(scenario.file, spec.line).faults
+    return faults
+
+
+def _network(scenario: ScenarioSpec, spec: ShareSpec, clock: Clock, seed: int) -> tuple[Network, bytes]:
+    """The network, and the key of whoever is on it."""
+    if isinstance(clock, SimulatedClock):
+        trouble = Trouble(spec.loss, spec.latency, spec.jitter)
+        if trouble == Trouble():
+            return LocalNetwork(), b""
+        return SimulatedNetwork(clock.now, stream(scenario_content(scenario), seed, "", "network"), trouble), b""
+    if not spec.listen:
+        return LocalNetwork(), b""
+    keys = None if spec.keys is None else Keys.read(spec.keys)
+    return ZenohNetwork(spec.listen, spec.peers, keys=keys, group=spec.group), b"" if keys is None else keys.secret

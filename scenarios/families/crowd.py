@@ -1,0 +1,96 @@
+"""A hall in which people walk about; from one end to the other, without a map."""
+
+from dataclasses import dataclass
+from math import dist
+
+import numpy as np
+
+from rocs_bt import Pose2
+from rocs_bt.compare import Block, Family, Ground, Post, Scene, as_speed, goal_scenario, metres, walls_around
+from rocs_bt.errors import InputError
+from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
+
+RADIUS, HEIGHT = 0.25, 1.7  # [m] of a person
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crowd(Family):
+    """A hall in which people walk about; from one end to the other, without a map.
+
+    `motion` is `social_force` (they make way for each other, for walls and, if `polite`, for the robot), `polynomial`
+    (as in DynaBARN: they make way for nobody) or `mixed`. Difficulty: `people`, `density` [1/m2], `speed` [m/s] that
+    they like, `length` of the way without them [m].
+    """
+
+    people: Count = 8
+    motion: str = "mixed"
+    polite: Count = 1
+    speed: PositiveMetresPerSecond = 0.8
+    long: PositiveMetres = 12.0
+    wide: PositiveMetres = 7.0
+
+    def __post_init__(self) -> None:
+        if self.motion not in ("social_force", "polynomial", "mixed"):
+            raise InputError(f"motion must be social_force, polynomial or mixed, found '{self.motion}'.")
+
+    def scene(self, index: int) -> Scene:
+        """The hall of an index."""
+        rng = self.rng(index)
+        ground = Ground((-0.5, -0.5), (self.long + 0.5, self.wide + 0.5), [*self.hall(rng)])
+        start, goal = (
+            (1.0, float(rng.uniform(1.2, self.wide - 1.2))),
+            (self.long - 1.0, float(rng.uniform(1.2, self.wide - 1.2))),
+        )
+        walks = [self.walk(rng, ground, i, start) for i in range(self.people)]
+        ground.movers += [Post(str(w["name"]), float(x), float(y), RADIUS, HEIGHT) for w, (x, y) in walks]
+        way = ground.grid(0.1).shortest(start, goal, 0.32)
+        if way is None:
+            raise InputError(f"a hall of {self.long} x {self.wide} m is too small.")
+        name, doc = self.scene_name(index), f"Through a hall in which {self.people} people walk about."
+        tables = [("mover", walk) for walk, _ in walks]
+        text = goal_scenario(self, name, doc, Pose2(*start, 0.0), goal, tolerance=0.5, duration=90.0, tables=tables)
+        difficulty = {
+            "people": float(self.people),
+            "density": self.people / (self.long * self.wide),
+            "speed": self.speed,
+            "length": way.length,
+        }
+        return Scene(name, text, ground.world(name, doc), difficulty, way.points, way.length, {"ground": ground})
+
+    def hall(self, rng: np.random.Generator) -> list[Block | Post]:
+        """Four walls and a few pillars."""
+        things = walls_around((0.0, 0.0), (self.long, self.wide))
+        for i in range(3):
+            x, y = rng.uniform((3.0, 1.5), (self.long - 3.0, self.wide - 1.5)).tolist()
+            things.append(Post(f"pillar_{i}", x, y, 0.2, 2.0))
+        return things
+
+    def walk(
+        self, rng: np.random.Generator, ground: Ground, index: int, start: tuple[float, float]
+    ) -> tuple[dict[str, object], tuple[float, float]]:
+        """One person's mover table, and where it begins: across the hall, not beside the robot or in a pillar."""
+        pillars = [(thing.x, thing.y) for thing in ground.things if isinstance(thing, Post)]
+        script = self.motion if self.motion != "mixed" else ("social_force", "polynomial")[index % 2]
+        while True:
+            x, y, to_x, to_y = rng.uniform((2.8, 1.0) * 2, (self.long - 1.0, self.wide - 1.0) * 2).tolist()
+            # A polynomial makes way for nothing, so nothing may stand where it goes; others need only stand free.
+            kept = (x, y, to_x, to_y) if script == "polynomial" else (x, y, x, y)
+            if dist((x, y), (to_x, to_y)) > 3.0 and dist((x, y), start) > 1.5 and room(kept, pillars) > 1.1:
+                break
+        table: dict[str, object] = {
+            "name": f"P{index}",
+            "script": script,
+            "x": metres(x),
+            "y": metres(y),
+            "to_x": metres(to_x),
+            "to_y": metres(to_y),
+            "speed": as_speed(self.speed * float(rng.uniform(0.7, 1.3))),
+        }
+        own = {"radius": metres(RADIUS), "sees_robots": self.polite} if script == "social_force" else {"bend": "0.6 m"}
+        return {**table, **own}, (x, y)
+
+
+def room(line: tuple[float, float, float, float], places: list[tuple[float, float]]) -> float:
+    """How far a straight line stays from some places [m]."""
+    along = np.linspace(line[:2], line[2:], 30)
+    return float(np.min([np.hypot(*(along - place).T) for place in places]))

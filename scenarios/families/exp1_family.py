@@ -1,0 +1,106 @@
+"""EXP1 anywhere: boxes that nobody told of stand between the robot and its goal, while other robots wander about."""
+
+from dataclasses import dataclass
+from math import atan2, dist, pi
+
+import numpy as np
+
+from rocs_bt import Pose2
+from rocs_bt.compare import Block, Family, Ground, Scene, as_speed, degrees, goal_scenario, metres, walls_around
+from rocs_bt.errors import InputError
+from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
+
+RADIUS = 0.3  # [m] of a disc that has a way in every scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exp1Family(Family):
+    """EXP1 anywhere: boxes that nobody told of stand between the robot and its goal, while other robots wander about.
+
+    The paper's first experiment, start, goal, boxes and wanderers drawn; the first box stands near the straight way.
+    Difficulty: `length` of the shortest way [m], `clearance` along it [m], `detour` over the straight line, `boxes`,
+    `wanderers`.
+    """
+
+    robot: str = "pioneer_p3dx"
+    boxes: Count = 2
+    wanderers: Count = 1
+    side: PositiveMetres = 5.0
+    speed: PositiveMetresPerSecond = 0.3
+
+    def scene(self, index: int) -> Scene:
+        """The arena of an index."""
+        for attempt in range(300):
+            rng = self.rng(index, f"attempt {attempt}")
+            half = self.side / 2.0
+            start, goal = (tuple(rng.uniform(-half + 0.5, half - 0.5, 2).tolist()) for _ in range(2))
+            if dist(start, goal) < 0.45 * self.side:
+                continue
+            ground = Ground(
+                (-half, -half), (half, half), walls_around((-half, -half), (half, half), thick=0.05, height=0.5)
+            )
+            others = self.stand(ground, rng, start, goal)
+            way = ground.grid(0.05).shortest(start, goal, RADIUS)
+            if others is not None and way is not None:
+                break
+        else:
+            raise InputError(f"{self.boxes} boxes and {self.wanderers} wanderers find no room on {self.side} m.")
+        name, doc = self.scene_name(index), f"EXP1 with {self.boxes} unknown boxes, start and goal drawn."
+        heading = atan2(goal[1] - start[1], goal[0] - start[0])
+        tables = [("mover", self.wanderer(i, place, rng)) for i, place in enumerate(others)]
+        pose = Pose2(start[0], start[1], heading)
+        text = goal_scenario(
+            self,
+            name,
+            doc,
+            pose,
+            (goal[0], goal[1]),
+            tolerance=0.1,
+            duration=60.0,
+            tables=tables,
+            end_on_collision=False,
+        )
+        difficulty = {
+            "length": way.length,
+            "clearance": way.clearance,
+            "detour": way.length / dist(start, goal),
+            "boxes": float(self.boxes),
+            "wanderers": float(self.wanderers),
+        }
+        return Scene(name, text, ground.world(name, doc), difficulty, way.points, way.length, {"ground": ground})
+
+    def stand(
+        self, ground: Ground, rng: np.random.Generator, start: tuple[float, ...], goal: tuple[float, ...]
+    ) -> list[tuple[float, float]] | None:
+        """Put the boxes down, and draw where the wanderers begin; None where there is no room."""
+        half, placed = self.side / 2.0, list[tuple[float, float]]()
+        for i in range(self.boxes):
+            if i == 0:  # near the straight way, as the paper's box
+                share, aside = rng.uniform(0.35, 0.65), rng.uniform(-0.2, 0.2, 2)
+                x, y = (np.array(start) + share * (np.array(goal) - start) + aside).tolist()
+            else:
+                x, y = rng.uniform(-half + 0.5, half - 0.5, 2).tolist()
+            if min(dist((x, y), start), dist((x, y), goal), *(dist((x, y), p) - 0.5 for p in placed), 9.0) < 0.75:
+                return None
+            placed.append((x, y))
+            size = rng.uniform(0.3, 0.6, 2).tolist()
+            ground.things.append(Block(f"box_{i}", x, y, size[0], size[1], float(rng.uniform(0.0, pi / 2.0)), 0.5))
+        others = [tuple(rng.uniform(-half + 0.6, half - 0.6, 2).tolist()) for _ in range(self.wanderers)]
+        taken = [start, goal, *placed]
+        for i, place in enumerate(others):
+            if min(dist(place, other) for other in [*taken, *others[:i]]) < 0.8:
+                return None
+        return [(x, y) for x, y in others]
+
+    def wanderer(self, index: int, place: tuple[float, float], rng: np.random.Generator) -> dict[str, object]:
+        """A mover table: a robot that walks at random and yields to nobody."""
+        return {
+            "name": f"W{index + 1}",
+            "robot": "pioneer_p3dx",
+            "script": "random_walk",
+            "x": metres(place[0]),
+            "y": metres(place[1]),
+            "yaw": degrees(float(rng.uniform(-pi, pi))),
+            "jitter": {"x": "0.1 m", "y": "0.1 m", "yaw": "180 deg"},
+            "max_speed": as_speed(self.speed),
+        }

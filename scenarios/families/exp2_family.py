@@ -1,0 +1,72 @@
+"""EXP2 anywhere: a robot drives to a place and tries to remain there, while others wander about and disturb it."""
+
+from dataclasses import dataclass
+from math import atan2, dist, pi
+
+from rocs_bt import Pose2
+from rocs_bt.compare import Family, Ground, Scene, as_speed, degrees, goal_scenario, metres, walls_around
+from rocs_bt.errors import InputError
+from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exp2Family(Family):
+    """EXP2 anywhere: a robot drives to a place and tries to remain there, while others wander about and disturb it.
+
+    The paper's second experiment, its start, place and wanderers drawn. It succeeds if it is there when the time is up.
+    Difficulty: `length` of the straight way [m], `wanderers`, `density` of them [1/m2].
+    """
+
+    robot: str = "summit_xl"
+    wanderers: Count = 1
+    side: PositiveMetres = 5.0
+    speed: PositiveMetresPerSecond = 0.3
+
+    def scene(self, index: int) -> Scene:
+        """The arena of an index."""
+        half = self.side / 2.0
+        for attempt in range(300):
+            rng = self.rng(index, f"attempt {attempt}")
+            places = [tuple(p) for p in rng.uniform(-half + 0.8, half - 0.8, (2 + self.wanderers, 2)).tolist()]
+            (start, goal, *others), apart = places, [dist(a, b) for i, a in enumerate(places) for b in places[:i]]
+            if dist(start, goal) > 0.4 * self.side and min(apart) > 1.0:
+                break
+        else:
+            raise InputError(f"{self.wanderers} wanderers find no room on {self.side} m.")
+        name, doc = self.scene_name(index), "EXP2: drive to a place and remain there, start and place drawn."
+        ground = Ground(
+            (-half, -half), (half, half), walls_around((-half, -half), (half, half), thick=0.05, height=0.5)
+        )
+        tables = [
+            (
+                "mover",
+                {
+                    "name": f"W{i + 1}",
+                    "robot": "pioneer_p3dx",
+                    "script": "random_walk",
+                    "x": metres(x),
+                    "y": metres(y),
+                    "yaw": degrees(float(rng.uniform(-pi, pi))),
+                    "jitter": {"x": "0.1 m", "y": "0.1 m", "yaw": "180 deg"},
+                    "max_speed": as_speed(self.speed),
+                },
+            )
+            for i, (x, y) in enumerate(others)
+        ]
+        text = goal_scenario(
+            self,
+            name,
+            doc,
+            Pose2(start[0], start[1], atan2(goal[1] - start[1], goal[0] - start[0])),
+            (goal[0], goal[1]),
+            tolerance=0.15,
+            duration=60.0,
+            tables=tables,
+            parameters={"goal": "goal", "hold": True, "facing": degrees(atan2(-goal[1], -goal[0]))},
+            success={"goal": "goal", "at": "end"},
+            end_on_collision=False,
+        )
+        length = dist(start, goal)
+        difficulty = {"length": length, "wanderers": float(self.wanderers), "density": self.wanderers / self.side**2}
+        way = ((start[0], start[1]), (goal[0], goal[1]))
+        return Scene(name, text, ground.world(name, doc), difficulty, way, length, {"ground": ground})

@@ -1,0 +1,101 @@
+"""EXP3 anywhere: a robot visits four places in turn, another one follows it, and a third wanders about."""
+
+from dataclasses import dataclass
+from math import atan2, dist, pi
+
+from rocs_bt.compare import Family, Ground, Scene, as_speed, as_toml, degrees, length_of, metres, walls_around
+from rocs_bt.errors import InputError
+from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond
+
+NAMES = ("corner_1", "corner_2", "corner_3", "corner_4")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exp3Family(Family):
+    """EXP3 anywhere: a robot visits four places in turn, another one follows it, and a third wanders about.
+
+    The paper's third experiment, its places, starts and wanderer drawn; success is R's at its last place.
+    Difficulty: `length` of the straight legs [m], `turning` between them [rad].
+    """
+
+    robot: str = "pioneer_p3dx"
+    mission: str = "corners"
+    follower: str = "summit_xl"
+    side: PositiveMetres = 5.0
+    speed: PositiveMetresPerSecond = 0.2
+
+    def scene(self, index: int) -> Scene:
+        """The arena of an index."""
+        half = self.side / 2.0
+        for attempt in range(1000):
+            rng = self.rng(index, f"attempt {attempt}")
+            start, *goals = [(x, y) for x, y in rng.uniform(-half + 0.5, half - 0.5, (5, 2)).tolist()]
+            follower, wanderer = [(x, y) for x, y in rng.uniform(-half + 0.8, half - 0.8, (2, 2)).tolist()]
+            legs = [dist(a, b) for a, b in zip((start, *goals), goals, strict=False)]
+            apart = min(dist(start, follower), dist(start, wanderer), dist(follower, wanderer))
+            if min(legs) > 0.35 * self.side and apart > 1.2 and dist(start, follower) < 0.6 * self.side:
+                break
+        else:
+            raise InputError(f"three robots and four places find no room on {self.side} m.")
+        name, doc = self.scene_name(index), "EXP3: R visits four drawn places, R3 follows it, and W1 wanders about."
+        ground = Ground(
+            (-half, -half), (half, half), walls_around((-half, -half), (half, half), thick=0.05, height=0.5)
+        )
+        way = (start, *goals)
+        turns = [
+            abs((atan2(c[1] - b[1], c[0] - b[0]) - atan2(b[1] - a[1], b[0] - a[0]) + pi) % (2.0 * pi) - pi)
+            for a, b, c in zip(way, way[1:], way[2:], strict=False)
+        ]
+        difficulty = {"length": length_of(way), "turning": sum(turns)}
+        text = self.text(name, doc, way, follower, wanderer, float(rng.uniform(-pi, pi)))
+        return Scene(name, text, ground.world(name, doc), difficulty, way, length_of(way), {"ground": ground})
+
+    def text(
+        self,
+        name: str,
+        doc: str,
+        way: tuple[tuple[float, float], ...],
+        follower: tuple[float, float],
+        wanderer: tuple[float, float],
+        heading: float,
+    ) -> str:
+        """The scenario."""
+        jitter = {"x": "0.05 m", "y": "0.05 m", "yaw": "10 deg"}
+
+        def stands(at: tuple[float, float], towards: tuple[float, float]) -> dict[str, object]:
+            yaw = atan2(towards[1] - at[1], towards[0] - at[0])
+            return {"x": metres(at[0]), "y": metres(at[1]), "yaw": degrees(yaw), "jitter": jitter}
+
+        places = [
+            ("place", {"name": n, "x": metres(x), "y": metres(y), "agents": ["R"]})
+            for n, (x, y) in zip(NAMES, way[1:], strict=True)
+        ]
+        visitor = {
+            "name": "R",
+            "robot": self.robot,
+            "mission": self.mission,
+            "rules": [self.rules] if self.rules else [],
+            **stands(way[0], way[1]),
+            "success": {"goal": NAMES[-1]},
+            "parameters": {"cruise": "0.4 m/s"},
+        }
+        behind = {
+            "name": "R3",
+            "robot": self.follower,
+            "mission": "follow_robot",
+            "rules": ["avoid_collision"],
+            **stands(follower, way[0]),
+            "parameters": {"leader": "R", "distance": "1.4 m", "room": "1.2 m", "cruise": "0.8 m/s", "rest": "8 s"},
+        }
+        wanders = {
+            "name": "W1",
+            "robot": "pioneer_p3dx",
+            "script": "random_walk",
+            "max_speed": as_speed(self.speed),
+            "x": metres(wanderer[0]),
+            "y": metres(wanderer[1]),
+            "yaw": degrees(heading),
+            "jitter": jitter,
+        }
+        root = {"format": "scenario/1", "doc": doc, "world": name, "duration": "90 s", "end_on_collision": False}
+        return as_toml(root, [*places, ("agent", visitor), ("agent", behind), ("mover", wanders)])

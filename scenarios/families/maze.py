@@ -1,0 +1,91 @@
+"""A maze of walls with a few ways around, from one corner to the opposite one, without a map."""
+
+from dataclasses import dataclass
+from math import dist, pi
+
+import numpy as np
+
+from rocs_bt import Pose2
+from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, walls_around
+from rocs_bt.errors import InputError
+from rocs_bt.units import Count, PositiveCount, PositiveMetres
+
+WALL = 0.1  # [m] thick
+STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Maze(Family):
+    """A maze of walls with a few ways around, from one corner to the opposite one, without a map.
+
+    A spanning tree drawn by a depth-first walk, of which some more walls are taken down. Difficulty: `length` of the
+    shortest way [m], `clearance` along it [m], `detour` over the straight line, `dead_ends`, `turns` of the way.
+    """
+
+    columns: PositiveCount = 6
+    rows: PositiveCount = 5
+    cell: PositiveMetres = 1.3
+    loops: Count = 2
+
+    def scene(self, index: int) -> Scene:
+        """The maze of an index."""
+        rng = self.rng(index)
+        open_ = self.passages(rng)
+        ground = self.ground(open_)
+        start, goal = self.middle((0, 0)), self.middle((self.rows - 1, self.columns - 1))
+        way = ground.grid(0.05).shortest(start, goal, 0.32)
+        if way is None:
+            raise InputError(f"cells of {self.cell} m are too narrow for a robot of radius 0.32 m.")
+        name, doc = self.scene_name(index), f"A maze of {self.columns} x {self.rows} cells, without a map."
+        heading = 0.0 if ((0, 0), (0, 1)) in open_ else pi / 2.0
+        text = goal_scenario(self, name, doc, Pose2(*start, heading), goal, tolerance=0.4, duration=120.0)
+        cells = [(r, c) for r in range(self.rows) for c in range(self.columns)]
+        exits = [sum(((r, c), (r + a, c + b)) in open_ for a, b in STEPS) for r, c in cells]
+        difficulty = {
+            "length": way.length,
+            "clearance": way.clearance,
+            "detour": way.length / dist(start, goal),
+            "dead_ends": float(exits.count(1)),
+            "turns": float(len(way.points) - 2),
+        }
+        return Scene(name, text, ground.world(name, doc), difficulty, way.points, way.length, {"ground": ground})
+
+    def passages(self, rng: np.random.Generator) -> set[tuple[tuple[int, int], tuple[int, int]]]:
+        """Between which cells one can pass, both ways round."""
+        seen, walk, open_ = {(0, 0)}, [(0, 0)], set()
+
+        def beside(cell: tuple[int, int]) -> list[tuple[int, int]]:
+            around = ((cell[0] + a, cell[1] + b) for a, b in STEPS)
+            return [(r, c) for r, c in around if 0 <= r < self.rows and 0 <= c < self.columns]
+
+        while walk:
+            new = [cell for cell in beside(walk[-1]) if cell not in seen]
+            if not new:
+                walk.pop()
+                continue
+            chosen = new[int(rng.integers(len(new)))]
+            open_ |= {(walk[-1], chosen), (chosen, walk[-1])}
+            seen.add(chosen)
+            walk.append(chosen)
+        shut = [(a, b) for a in sorted(seen) for b in beside(a) if a < b and (a, b) not in open_]
+        for i in rng.permutation(len(shut))[: self.loops].tolist():
+            a, b = shut[i]
+            open_ |= {(a, b), (b, a)}
+        return open_
+
+    def ground(self, open_: set[tuple[tuple[int, int], tuple[int, int]]]) -> Ground:
+        """The walls: around the maze, and where one cannot pass."""
+        wide, high = self.columns * self.cell, self.rows * self.cell
+        things = walls_around((0.0, 0.0), (wide, high))
+        for r in range(self.rows):
+            for c in range(self.columns):
+                x, y = self.middle((r, c))
+                if c + 1 < self.columns and ((r, c), (r, c + 1)) not in open_:
+                    things.append(Block(f"v{r}_{c}", x + self.cell / 2.0, y, WALL, self.cell + WALL))
+                if r + 1 < self.rows and ((r, c), (r + 1, c)) not in open_:
+                    things.append(Block(f"h{r}_{c}", x, y + self.cell / 2.0, self.cell + WALL, WALL))
+        return Ground((-0.5, -0.5), (wide + 0.5, high + 0.5), things)
+
+    def middle(self, cell: tuple[int, int]) -> tuple[float, float]:
+        """The middle of a cell [m]."""
+        return (cell[1] + 0.5) * self.cell, (cell[0] + 0.5) * self.cell

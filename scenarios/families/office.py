@@ -1,0 +1,108 @@
+"""Rooms on both sides of a corridor, with doorways and furniture; from one room to another, without a map."""
+
+from dataclasses import dataclass
+from math import dist, pi
+
+import numpy as np
+
+from rocs_bt import Pose2
+from rocs_bt.compare import Block, Family, Ground, Post, Scene, goal_scenario
+from rocs_bt.errors import InputError
+from rocs_bt.units import Count, PositiveCount, PositiveMetres
+
+WALL = 0.1  # [m] thick
+ROOMY = 0.32  # [m] from the middle of the robot: every scene has a way for this radius
+
+
+@dataclass(frozen=True, kw_only=True)
+class Office(Family):
+    """Rooms on both sides of a corridor, with doorways and furniture; from one room to another, without a map.
+
+    Difficulty: `length` of the shortest way [m], `clearance` along it [m], `detour` over the straight line, `things` of
+    furniture, `doorway` [m] of the narrower of the two.
+    """
+
+    rooms: PositiveCount = 4
+    depth: PositiveMetres = 3.6
+    width: PositiveMetres = 3.2
+    corridor: PositiveMetres = 1.8
+    furniture: Count = 4
+
+    def scene(self, index: int) -> Scene:
+        """The office of an index."""
+        for attempt in range(200):
+            rng = self.rng(index, f"attempt {attempt}")
+            ground, doors = self.walls(rng)
+            side, other = rng.permutation(2 * self.rooms)[:2].tolist()
+            start, goal = self.middle(side), self.middle(other)
+            self.furnish(ground, rng, (start, goal))
+            if (way := ground.grid(0.05).shortest(start, goal, ROOMY)) is not None:
+                break
+        else:
+            raise InputError(f"no office of these sizes has a way for a robot of radius {ROOMY} m.")
+        name, doc = self.scene_name(index), "From one room of an office to another, without a map."
+        heading = pi / 2.0 if start[1] < 0.0 else -pi / 2.0
+        text = goal_scenario(self, name, doc, Pose2(*start, heading), goal, tolerance=0.5, duration=90.0)
+        difficulty = {
+            "length": way.length,
+            "clearance": way.clearance,
+            "detour": way.length / dist(start, goal),
+            "things": float(len(ground.things)),
+            "doorway": min(doors[side], doors[other]),
+        }
+        return Scene(name, text, ground.world(name, doc), difficulty, way.points, way.length, {"ground": ground})
+
+    def walls(self, rng: np.random.Generator) -> tuple[Ground, list[float]]:
+        """The empty office, and how wide each room's doorway is [m]; rooms count along the south side first."""
+        long, high = self.rooms * self.width, 0.5 * self.corridor + self.depth
+        ground = Ground((-0.5, -high - 0.5), (long + 0.5, high + 0.5))
+        doors = []
+        for row, sign in enumerate((-1.0, 1.0)):
+            near, far = sign * 0.5 * self.corridor, sign * high
+            ground.things.append(Block(f"outer{row}", long / 2.0, far, long + WALL, WALL))
+            for i in range(self.rooms + 1):
+                y, length = (0.5 * (near + far), self.depth) if 0 < i < self.rooms else (far / 2.0, high)
+                ground.things.append(Block(f"between{row}_{i}", i * self.width, y, WALL, length))
+            for i in range(self.rooms):
+                opening = float(rng.uniform(0.9, 1.3))
+                first = i * self.width + float(rng.uniform(0.3, self.width - opening - 0.3))
+                doors.append(opening)
+                for part, (a, b) in enumerate(((i * self.width, first), (first + opening, (i + 1) * self.width))):
+                    ground.things.append(Block(f"door{row}_{i}_{part}", 0.5 * (a + b), near, b - a, WALL))
+        return ground, doors
+
+    def middle(self, room: int) -> tuple[float, float]:
+        """The middle of a room [m]."""
+        row, i = divmod(room, self.rooms)
+        return (i + 0.5) * self.width, (-1.0, 1.0)[row] * 0.5 * (self.corridor + self.depth)
+
+    def furnish(self, ground: Ground, rng: np.random.Generator, free: tuple[tuple[float, float], ...]) -> None:
+        """Put desks and posts into the rooms, and some into the corridor, away from the places that must be free."""
+        for room in range(2 * self.rooms):
+            x0, y0 = self.middle(room)
+            for i in range(self.furniture):
+                x = x0 + float(rng.uniform(-0.5, 0.5)) * (self.width - 0.8)
+                y = y0 + float(rng.uniform(-0.5, 0.5)) * (self.depth - 0.8)
+                self.add(ground, rng, f"thing{room}_{i}", x, y, free)
+        for i in range(self.rooms // 2):
+            x = float(rng.uniform(0.5, self.rooms * self.width - 0.5))
+            y = float(rng.choice([-1.0, 1.0])) * (0.5 * self.corridor - 0.3)
+            self.add(ground, rng, f"corridor_{i}", x, y, free)
+
+    def add(
+        self,
+        ground: Ground,
+        rng: np.random.Generator,
+        name: str,
+        x: float,
+        y: float,
+        free: tuple[tuple[float, float], ...],
+    ) -> None:
+        """One piece of furniture, unless somebody must stand there."""
+        if any(dist((x, y), place) < 1.1 for place in free):
+            return
+        if rng.random() < 0.5:
+            ground.things.append(Post(name, x, y, float(rng.uniform(0.05, 0.25))))
+        else:
+            length, width = (float(v) for v in rng.uniform((0.3, 0.3), (1.2, 0.7)))
+            ground.things.append(Block(name, x, y, length, width, float(rng.uniform(0.0, pi))))

@@ -1,0 +1,95 @@
+"""Where a robot that follows goes: on a string, or out of somebody's way."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rocs_bt.actions.give_way import GiveWay, pulled
+from rocs_bt.control.ways import BENDS
+from rocs_bt.geometry import Pose2
+
+TIMES = 0.1 * np.arange(26)
+FREE, NONE = np.ones(len(BENDS)), np.zeros(len(BENDS))
+HERE = Pose2(0.0, 0.0, 0.0)
+
+
+def made(**given):
+    return GiveWay(**{"length": 1.4, "room": 1.2, "half": (0.35, 0.28), "speed": 0.8, "times": TIMES, **given})
+
+
+def going(x, y, speed=0.0, yaw=0.0):
+    """(26, 3) The way of somebody who keeps speed and heading."""
+    run = speed * TIMES
+    return np.stack([x + run * math.cos(yaw), y + run * math.sin(yaw), np.full_like(run, yaw)], axis=1)
+
+
+def test_a_taut_string_pulls_along_the_tractrix():
+    leader = np.array([(1.2, 0.04 * i, 0.0) for i in range(100)])
+    way = pulled(HERE, leader, 1.2, 1.0)
+    for (x, y, yaw), place in zip(way[50:].tolist(), leader[50:].tolist(), strict=True):
+        assert math.hypot(place[0] - x, place[1] - y) == pytest.approx(1.2)
+        assert yaw == pytest.approx(math.atan2(place[1] - y, place[0] - x), abs=0.05)
+
+
+def test_a_slack_string_does_nothing():
+    way = pulled(Pose2(0.0, 0.0, 1.0), going(1.1, 0.0), 1.2, 0.06)
+    assert way.tolist() == [[0.0, 0.0, 1.0]] * 26
+
+
+def test_a_string_moves_nobody_faster_than_its_stride_and_ends_slack():
+    way = pulled(HERE, going(3.0, 0.0, -0.1), 1.2, 0.06)
+    steps = np.hypot(*np.diff(way[:, :2], axis=0).T)
+    assert steps.max() <= 0.06 + 1e-9
+    assert 3.0 - 0.25 - way[-1, 0] >= 1.2 - 0.25
+
+
+def test_it_is_needed_only_where_somebody_comes_too_near():
+    give_way, way = made(), going(0.0, 0.0)
+    assert not give_way.needed(way, going(1.5, 0.0), [going(0.0, 1.5)])
+    assert give_way.needed(way, going(1.5, 0.0, 0.4, math.pi), [])
+    assert give_way.needed(way, going(1.5, 0.0), [going(0.0, 1.5, 0.3, -math.pi / 2.0)])
+
+
+def test_it_goes_back_from_a_leader_that_comes_as_far_as_the_ground_is_free():
+    leader = going(1.3, 0.0, 0.3, math.pi)
+    back = made().best(HERE, leader, [], FREE, FREE)
+    assert -1.0 <= back[-1, 0] < -0.3
+    boxed = made().best(HERE, leader, [], NONE, 0.2 * FREE)
+    assert boxed[-1, 0] == pytest.approx(-0.2, abs=0.02)
+    assert made().best(HERE, leader, [], FREE, NONE).tolist() == [[0.0, 0.0, 0.0]] * 26
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_it_makes_room_for_who_comes_at_its_flank(side):
+    other = going(0.1, side * 1.0, 0.2, -side * math.pi / 2.0)
+    way = made().best(HERE, going(1.4, 0.0), [other], FREE, FREE)
+    assert np.hypot(*(way[-1, :2] - other[-1, :2])) > np.hypot(*other[-1, :2]) + 0.2
+
+
+def test_it_keeps_to_the_way_that_it_is_on_where_another_is_as_good():
+    give_way = made()
+    ways = [
+        give_way.best(HERE, going(1.4, 0.0), [going(0.0, y, 0.2, -math.copysign(math.pi / 2.0, y))], FREE, FREE)
+        for y in (0.9, 0.9001, 0.9)
+    ]
+    assert np.array_equal(ways[0], ways[1])
+    assert np.array_equal(ways[0], ways[2])
+
+
+@given(
+    st.floats(0.85, 2.5), st.floats(-math.pi, math.pi), st.floats(0.0, 0.4), st.floats(-math.pi, math.pi),
+    st.floats(0.6, 2.0), st.floats(-math.pi, math.pi), st.floats(0.0, 1.0), st.floats(0.0, 1.0),
+)  # fmt: skip
+def test_it_never_crowds_its_leader_and_keeps_to_free_ground(away, at, speed, heading, other, where, ahead, behind):
+    leader = going(away * math.cos(at), away * math.sin(at), speed, heading)
+    others = [going(other * math.cos(where), other * math.sin(where))]
+    way = made().best(HERE, leader, others, ahead * FREE, behind * FREE)
+    apart = np.hypot(way[:, 0] - leader[:, 0], way[:, 1] - leader[:, 1]).min()
+    standing = np.hypot(leader[:, 0], leader[:, 1]).min()
+    assert apart >= min(1.2, standing - 0.02) - 1e-9
+    run = np.hypot(*np.diff(way[:, :2], axis=0).T).sum()
+    assert run <= max(ahead, behind) + 1e-9
+    assert np.hypot(*np.diff(way[:, :2], axis=0).T).max() <= 0.08 + 1e-9

@@ -1,0 +1,135 @@
+"""`[[fact]]`: what agents know at the start."""
+
+import pytest
+
+from rocs_bt.agent.facts import examine_queries, tell_facts
+from rocs_bt.catalog import Catalog
+from rocs_bt.catalog.facts import read_facts
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.document import read_toml
+from rocs_bt.errors import InputError
+from rocs_bt.event import NullSink
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import Knowledge
+
+GOOD = """
+[[fact]]
+node = "hall"
+kind = "place"
+pose = { x = "1 m", y = "200 cm" }
+connects = [{ to = "store", width = "1.2 m", both_ways = true }, "yard"]
+
+[[fact]]
+node = "store"
+kind = "place"
+pose = { x = "2 m", y = "2 m", yaw = "90 deg" }
+
+[[fact]]
+node = "yard"
+kind = "place"
+pose = { x = "5 m", y = "2 m" }
+
+[[fact]]
+node = "hatch"
+kind = "door"
+open = false
+leads_to = ["hall", "store"]
+
+[[fact]]
+node = "R2"
+mode = "patrol"
+pursues = "home"
+
+[[fact]]
+node = "home"
+kind = "goal"
+pose = { x = "0 m", y = "0 m" }
+tolerance = "20 cm"
+"""
+
+
+def told(tmp_path, text, agents=("R2", "R3"), agent="R2"):
+    root = read_toml(tmp_path / "s.toml", text)
+    facts = read_facts(root, agents)
+    root.done()
+    knowledge = Knowledge(agent, SimulatedClock(0.05), NullSink())
+    tell_facts(knowledge, [fact for fact in facts if agent in fact.agents])
+    return knowledge
+
+
+def test_facts_become_nodes_attributes_and_relations(tmp_path):
+    graph = told(tmp_path, GOOD).graph
+    assert graph.get("hall", "pose") == Pose2(1.0, 2.0, 0.0)
+    assert graph.get("store", "pose").yaw == pytest.approx(1.5707963)
+    assert graph.edge("hall", "connects", "store")["width"] == 1.2
+    assert graph.edge("store", "connects", "hall")["width"] == 1.2
+    assert graph.related("hall", "connects") == ["store", "yard"]
+    assert graph.related("yard", "connects") == []
+    assert graph.get("hatch", "open") is False
+    assert graph.related("hatch", "leads_to") == ["hall", "store"]
+    assert graph.get("home", "tolerance") == pytest.approx(0.2)
+    assert (graph.get("R2", "mode"), graph.related("R2", "pursues")) == ("patrol", ["home"])
+
+
+def test_only_those_who_are_told_know(tmp_path):
+    text = '[[fact]]\nnode = "hall"\nkind = "place"\npose = { x = "1 m", y = "2 m" }\nagents = ["R3"]\n'
+    assert not told(tmp_path, text).graph.has("hall")
+    assert told(tmp_path, text, agent="R3").graph.has("hall")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('kind = "door"', 'kind = "doors"', r":20:1: no kind is named 'doors'.*Did you mean 'door'"),
+        ("open = false", "open = 3", r":18:1: attribute 'open' of 'door hatch' must be True or False, found 3"),
+        ("open = false", "opn = false", r":21:1: a door has no attribute and no relation 'opn'. Did you mean 'open'"),
+        ('"20 cm"', '"20 s"', r":33:1: tolerance must be in m"),
+        ('"20 cm"', '"-1 cm"', r":29:1: attribute 'tolerance' of 'goal home' .*-0.01"),
+        ('width = "1.2 m"', 'wide = "1.2 m"', r":6:1: connects has no attribute 'wide'"),
+        ('["hall", "store"]', '["hall", "stor"]', r":22:1: there is no node named 'stor'. Did you mean 'store'"),
+        ('leads_to = ["hall"', 'pursues = ["hall"', r":22:1: 'pursues' cannot start from 'hatch' of kind door"),
+        ('pursues = "home"', "pursues = 3", r":27:1: pursues leads to names, or to tables with 'to', found 3"),
+        ('node = "R2"', 'node = "R9"', r":25:1: nothing is named 'R9' yet"),
+        ('node = "store"', 'node = "hall"', r":8:1: node 'hall' exists already"),
+        ('pursues = "home"', 'pursues = ["home", "home"]', r":27:1: pursues leads to one node alone, found 2"),
+        ('yaw = "90 deg"', 'yew = "90 deg"', r":11:1: a pose has no 'yew'. Did you mean 'yaw'"),
+        ('agents = []', "", None),
+    ],
+)  # fmt: skip
+def test_mistakes_are_told_at_their_place(tmp_path, old, new, message):
+    if message is None:
+        with pytest.raises(InputError, match="no agent is named 'R7'"):
+            told(tmp_path, GOOD + 'agents = ["R7"]\n')
+        return
+    assert old in GOOD
+    with pytest.raises(InputError, match=message):
+        told(tmp_path, GOOD.replace(old, new, 1))
+
+
+def test_all_faults_are_told_at_once(tmp_path):
+    text = GOOD.replace("open = false", "opn = false").replace('"20 cm"', '"20 s"').replace('to = "store"', 'to = "x"')
+    with pytest.raises(InputError) as caught:
+        told(tmp_path, text)
+    assert [fault.line for fault in caught.value.faults] == [21, 33, 6]
+
+
+def test_no_shipped_scenario_knows_what_its_robots_cannot(tmp_path):
+    for entry in Catalog().list("scenario"):
+        assert isinstance(Catalog().load_scenario(entry.name).facts, tuple)
+
+
+@pytest.mark.parametrize(
+    ("key", "kind", "text", "message"),
+    [
+        ("guard", "strategy", "door were open", r":5:1: the guard 'door were open': "),
+        ("query", "question", "dor where open", r":5:1: the query 'dor where open': .*dor.*Did you mean 'door'"),
+    ],
+)
+def test_what_is_no_query_is_told_before_anybody_asks_it(tmp_path, key, kind, text, message):
+    file = f'\n[[fact]]\nnode = "a"\nkind = "{kind}"\n{key} = "{text}"\n'
+    root = read_toml(tmp_path / "s.toml", file)
+    facts = read_facts(root, ["R2"])
+    knowledge = Knowledge("R2", SimulatedClock(0.05), NullSink())
+    tell_facts(knowledge, facts)
+    with pytest.raises(InputError, match=message):
+        examine_queries(knowledge, facts)

@@ -1,0 +1,140 @@
+"""LocalMap: what a lidar sees, drawn from where it was seen, and the time of the next contact."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rocs_bt.analyze import ANALYZERS
+from rocs_bt.channel import AnalyzeSubscriber, Publisher
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.errors import InputError
+from rocs_bt.event import ListSink
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, Knowledge
+from rocs_bt.signal import Signal
+from rocs_bt.units import SPEED, TURN_RATE
+
+FIELD, BEAMS, AHEAD = math.radians(270.0), 541, 0.1
+ORIGIN = Pose2(0.0, 0.0)
+WALL = 2.0  # [m] x of a wall without end
+
+
+class Bench:
+    """A LocalMap, and a robot in a world that is one wall."""
+
+    def __init__(self, **parameters):
+        self.clock, self.sink = SimulatedClock(0.05), ListSink()
+        self.knowledge = Knowledge("R", self.clock, self.sink)
+        self.knowledge.graph.set("R", length=0.5, width=0.4)
+        self.analyze = ANALYZERS["LocalMap"]("map", self.knowledge, self.sink, ahead=AHEAD, **parameters)
+        for signal in self.analyze.signals():
+            self.knowledge.signals.declare(signal)
+        self.knowledge.signals.declare(Signal("speed", 1, (SPEED,)))
+        self.knowledge.signals.declare(Signal("turn_rate", 1, (TURN_RATE,)))
+        self.knowledge.signals.freeze()
+        self.plan = AnalyzeSubscriber()
+        self.analyze.attach(self.plan)
+        self.publisher = Publisher("monitor")
+        self.publisher.connect(self.analyze.inbox)
+
+    def scan(self, pose, wall=WALL):
+        angles = np.linspace(-0.5 * FIELD, 0.5 * FIELD, BEAMS) + pose.yaw
+        x, _ = pose.transform(AHEAD, 0.0)
+        with np.errstate(divide="ignore"):
+            ranges = (wall - x) / np.cos(angles)
+        return np.where((ranges > 0.0) & (ranges < 10.0), ranges, math.inf).tolist()
+
+    def look(self, place=ORIGIN, /, speed=0.0, turn=0.0, **samples):
+        self.clock.advance()
+        now = self.clock.now()
+        self.knowledge.signals.update({"speed": [speed], "turn_rate": [turn]}, now)
+        for sample in ({"scan": self.scan(place)}, {"pose": list(place)}) if not samples else (samples,):
+            self.publisher.publish(now, sample)
+        self.analyze.run(now)
+        return self.knowledge.signals.value("contact_time", now)
+
+    def state(self, x, y):
+        return self.knowledge.world.occupancy.state(x, y)
+
+
+def test_it_draws_what_stands_there_what_is_free_and_leaves_the_rest():
+    bench = Bench()
+    bench.look()
+    assert bench.state(WALL + 0.01, 0.5) == OCCUPIED
+    assert bench.state(1.0, 0.5) == FREE
+    assert bench.state(WALL + 0.5, 0.0) == UNKNOWN  # behind the wall
+    assert bench.state(-1.0, 0.0) == UNKNOWN  # behind the robot, where no beam looks
+
+
+@pytest.mark.parametrize("pose", [Pose2(0.31, -1.2, 0.5), Pose2(-2.0, 0.4, -0.3), Pose2(1.0, 1.0, 1.2)])
+def test_from_wherever_it_looks_the_wall_stands_in_the_same_place(pose):
+    bench = Bench()
+    for _ in range(3):
+        bench.look(pose)
+    points = bench.knowledge.world.occupancy.window((-5.0, -5.0), (5.0, 5.0)).points()
+    assert len(points) > 20
+    assert points[:, 0] == pytest.approx(np.full(len(points), WALL), abs=1e-6)
+
+
+def test_a_change_is_told_when_something_new_stands_somewhere_and_only_then():
+    bench = Bench()
+    bench.look()
+    (change,) = [sample.value for sample in bench.plan.inbox.drain()]
+    assert change.kind == "map"
+    bench.look()
+    assert bench.plan.inbox.drain() == []
+
+
+def test_what_is_seen_no_more_is_forgotten_and_what_is_out_of_view_is_kept():
+    bench = Bench()
+    for _ in range(5):
+        bench.look()
+    for _ in range(12):
+        bench.look(Pose2(0.0, 0.0, math.pi))  # it looks away
+    assert bench.state(WALL + 0.01, 0.0) == OCCUPIED
+    for _ in range(12):
+        bench.look(scan=bench.scan(Pose2(0.0, 0.0), wall=4.0), pose=[0.0, 0.0, 0.0])
+    assert bench.state(WALL + 0.01, 0.0) == FREE
+
+
+def test_a_scan_is_drawn_from_the_pose_of_its_moment():
+    bench = Bench()
+    bench.clock.advance()
+    turned = Pose2(0.0, 0.0, 0.4)
+    bench.publisher.publish(0.10, {"scan": bench.scan(Pose2(0.0, 0.0, 0.2))})
+    for t, pose in ((0.05, Pose2(0.0, 0.0)), (0.15, turned)):  # half-way between the two
+        bench.publisher.publish(t, {"pose": list(pose)})
+    bench.analyze.run(0.15)
+    points = bench.knowledge.world.occupancy.window((-5.0, -5.0), (5.0, 5.0)).points()
+    assert points[:, 0] == pytest.approx(np.full(len(points), WALL), abs=1e-6)
+
+
+def test_without_a_pose_nothing_is_drawn_and_nothing_told():
+    bench = Bench()
+    bench.look(scan=bench.scan(Pose2(0.0, 0.0)), pose=[math.nan] * 3)
+    assert len(bench.knowledge.world.occupancy.occupied()) == 0
+    assert math.isnan(bench.knowledge.signals.value("contact_time", bench.clock.now()))
+
+
+def test_a_beam_that_says_nan_draws_nothing_and_nobody_tells_of_contact():
+    bench = Bench()
+    assert math.isnan(bench.look(scan=[math.nan] * BEAMS, pose=[0.0, 0.0, 0.0]))
+    assert bench.state(1.0, 0.0) == UNKNOWN
+
+
+def test_contact_is_told_by_how_the_wheels_turn():
+    bench = Bench()
+    pose = Pose2(1.25, 0.0)  # 0.5 m before the wall
+    assert bench.look(pose) == math.inf
+    assert bench.look(pose, speed=1.0) == pytest.approx(0.5, abs=0.06)
+    assert bench.look(pose, speed=0.2) == math.inf  # not within what it looks ahead
+    assert bench.look(pose, speed=-1.0) == math.inf
+    near = Pose2(WALL - 0.27, 0.0)
+    assert bench.look(near, turn=1.0) < 0.3  # its corners sweep the wall
+    assert math.isnan(bench.look(pose, speed=math.nan))
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(InputError, match="cell, side of 'map' must be finite and above 0"):
+        Bench(cell=0.0, side=-1.0)

@@ -1,0 +1,78 @@
+"""`rocs-bt compare`: what it tells, and what it refuses before anything is played."""
+
+from __future__ import annotations
+
+import pytest
+
+SHORT = """format = "scenario/1"
+base = "exp1"
+duration = "0.5 s"
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["tree"], "nothing was said of where"),
+        (["nonsense", "--scenario", "exp1"], "no planner is named 'nonsense'"),
+        (["tree", "--family", "nonsense"], "no family is named 'nonsense'"),
+        (["tree", "--scenario", "nonsense"], "no scenario 'nonsense'"),
+        (["tree", "--scenario", "exp1", "--agent", "R9"], "no agent is named 'R9'"),
+        (["tree", "--scenario", "exp1", "--metric", "speed"], "no metric is named 'speed'"),
+        (["tree", "--scenario", "exp1", "--early"], "one planner alone cannot be told apart"),
+        (["tree", "tree", "--scenario", "exp1"], "two planners are named 'tree'"),
+        (["tree", "--family", "barn_like", "--set", "robot"], "--set takes NAME=VALUE"),
+        (["tree", "--family", "barn_like", "--set", "nonsense=1"], "nonsense"),
+        (["tree", "--family", "crowd", "--set", "people=-1"], "people must be 0 or more and finite, found -1"),
+        (["tree", "--family", "office", "--set", "rooms=0"], "rooms must be positive and finite, found 0"),
+        (["tree", "--scenario", "exp1", "--report", "/dev/null/page.html"], "'/dev/null/page.html' cannot be written"),
+        (["tree", "--scenario", "exp1", "--markdown", "/dev/null/a.md"], "'/dev/null/a.md' cannot be written"),
+    ],
+)
+def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, words):
+    told = rocs_bt("compare", *arguments, "--workers", 1)
+    assert told.code == 2
+    assert words in told.err
+    assert "Traceback" not in told.err
+
+
+def test_a_comparison_tells_estimates_outcomes_and_verdicts(rocs_bt, tmp_path):
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "scenarios" / "brief.toml").write_text(SHORT)
+    told = rocs_bt("compare", "tree", "none", "--scenario", "brief", "--seeds", 2, "--metric", "success")
+    assert told.code == 0, told.err
+    assert "2 seeds; 4 played now, 0 before" in told.out
+    head, *rows = [
+        line.split() for line in told.out.splitlines() if line.strip().startswith(("planner", "tree", "none"))
+    ]
+    assert head[-1] == "timeout"
+    assert {row[0]: row[-1] for row in rows} == {"tree": "2", "none": "2"}
+    assert "none in success" in told.out
+    again = rocs_bt("compare", "tree", "none", "--scenario", "brief", "--seeds", 2, "--metric", "success")
+    assert "0 played now, 4 before" in again.out
+    assert (tmp_path / "runs" / "compare" / "episodes.sqlite").exists()
+
+
+def test_an_error_is_told_with_the_command_that_plays_it_again(rocs_bt, tmp_path):
+    for folder in ("scenarios", "planners"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "scenarios" / "brief.toml").write_text(SHORT)
+    (tmp_path / "planners" / "bad.py").write_text(
+        '"""Bad."""\n\n\nclass Bad:\n    def reset(self, task, rng):\n        pass\n\n'
+        "    def act(self, observation):\n        return 1 / 0\n"
+    )
+    (tmp_path / "planners" / "bad.toml").write_text('format = "planner/1"\ndoc = "Bad."\npython = "bad.py:Bad"\n')
+    told = rocs_bt("compare", "bad", "--scenario", "brief", "--seeds", 1, "--workers", 1)
+    assert told.code == 1
+    assert "ZeroDivisionError" in told.err
+    assert "rocs-bt episode bad brief --seed 1" in told.err
+
+
+def test_a_wrong_parameter_is_told_at_its_place_in_the_planners_file(rocs_bt, tmp_path):
+    (tmp_path / "planners").mkdir()
+    file = tmp_path / "planners" / "odd.toml"
+    file.write_text('format = "planner/1"\ndoc = "Odd."\nmission = "go_to"\n\n[parameters]\nspede = 1\n')
+    told = rocs_bt("compare", "odd", "--family", "exp1_family", "--workers", 1)
+    assert told.code == 2
+    assert f"{file}:5" in told.err
+    assert "no parameter is named 'spede'" in told.err

@@ -1,0 +1,23 @@
+"""`rocs-bt compare --report --markdown`, and `rocs-bt episode`."""
+
+import re
+import shlex
+
+
+def test_a_comparison_writes_its_page_and_its_tables(project, rocs_bt):
+    command = "compare brisk careful --scenario first --seeds 2 --workers 1 --report out/page.html --markdown page.md"
+    told = rocs_bt(*shlex.split(command))
+    assert told.code == 0, told.err
+    assert told.out.rstrip().endswith("Report: out/page.html")
+    page, tables = (project / "out" / "page.html").read_text(), (project / "page.md").read_text()
+    assert f"<pre>rocs-bt {command}</pre>" in page
+    assert "It cannot be told whether brisk or careful is better." in page
+    assert "| brisk | 100.0 %" in tables
+    again = rocs_bt("episode", "brisk", "first", "--seed", "2")
+    assert again.code == 0
+    assert re.search(r"Report: runs/brisk-first-2/report.html", again.out)
+
+
+def test_a_planner_or_a_scene_that_is_not_there_is_told(project, rocs_bt):
+    assert "'quick'" in rocs_bt("episode", "quick", "first").err
+    assert "no scenario 'second'" in rocs_bt("episode", "brisk", "second").err

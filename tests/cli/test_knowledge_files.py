@@ -1,0 +1,71 @@
+"""`rocs-bt run --knowledge` and `rocs-bt knowledge show|export|import`, through the front door."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A short run of exp1 that kept its knowledge beside its recording."""
+    from rocs_bt.catalog import Catalog
+    from rocs_bt.simulation import run
+
+    out = tmp_path_factory.mktemp("finished")
+    run("exp1", Catalog(), out=out, duration=2.0, report=False, knowledge=out / "knowledge.sqlite")
+    return out
+
+
+def test_a_run_tells_what_it_remembered_and_where_it_keeps_it(rocs_bt, tmp_path):
+    for expected in ("Knowledge: k.sqlite", "R2 remembered 0 things and 0 relations of earlier runs."):
+        told = rocs_bt("run", "exp1", "--for", "0.2", "--no-report", "--out", tmp_path / "r", "--knowledge", "k.sqlite")
+        assert told.code == 1
+        assert expected in told.out
+
+
+def test_show_draws_a_page_a_picture_and_a_list(rocs_bt, finished, tmp_path):
+    told = rocs_bt("knowledge", "show", finished)
+    assert (told.code, told.out) == (0, f"What R2 knew: {finished / 'knowledge.html'}\n")
+    assert "What R2 knows" in (finished / "knowledge.html").read_text()
+    told = rocs_bt("knowledge", "show", finished / "run.mcap", "--format", "svg", "--at", "1", "--out", "a.svg")
+    assert told.code == 0
+    assert (tmp_path / "a.svg").read_text().startswith("<svg")
+    told = rocs_bt("knowledge", "show", finished, "--format", "text", "--at", "0")
+    assert "R2 pursues goal\n" in told.out
+    assert "goal goal: pose (0, 0, 0), tolerance 0.1\n" in told.out
+
+
+def test_export_import_export_is_the_same_to_the_byte(rocs_bt, finished, tmp_path):
+    first = rocs_bt("knowledge", "export", finished, "--at", "1.5")
+    assert first.code == 0
+    (tmp_path / "a.json").write_text(first.out)
+    assert rocs_bt("knowledge", "import", "a.json", "k.sqlite").code == 0
+    assert rocs_bt("knowledge", "export", "k.sqlite").out == first.out
+    assert rocs_bt("knowledge", "export", "a.json").out == first.out
+    assert rocs_bt("knowledge", "export", "k.sqlite", "--format", "graphml", "--out", "a.graphml").code == 0
+    told = rocs_bt("knowledge", "import", "a.graphml", "k.sqlite", "--agent", "R9")
+    assert told.code == 0
+    assert "of R9" in told.out
+    runs = rocs_bt("knowledge", "export", "k.sqlite", "--agent", "R9")
+    assert json.loads(runs.out)["agent"] == "R9"
+
+
+def test_what_cannot_be_read_is_told(rocs_bt, finished, tmp_path):
+    (tmp_path / "bad.json").write_text('{"format": "knowledge/1",\n"nodes": [{"name": 3}]}')
+    (tmp_path / "bad.graphml").write_bytes(b"\xff\xfe\x00")
+    for arguments, expected in (
+        (("import", "bad.json", "k.sqlite"), "there is no 'agent'"),
+        (("import", "bad.graphml", "k.sqlite"), "this is no text"),
+        (("import", "none.json", "k.sqlite"), "none.json"),
+        (("show", "nowhere"), "there is no knowledge 'nowhere'"),
+        (("show", finished, "--agent", "R7"), "R2"),
+        (("export", finished, "--run-number", "7"), "It has: 1 (exp1-1)"),
+        (("export", finished, "--at", "-3"), "-3"),
+        (("query", finished, "place", "--at", "nan"), "found nan"),
+    ):
+        told = rocs_bt("knowledge", *arguments)
+        assert told.code == 2, told
+        assert expected in told.err
+    assert not (tmp_path / "k.sqlite").exists()

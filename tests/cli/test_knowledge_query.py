@@ -1,0 +1,53 @@
+"""`rocs-bt knowledge query`: of a run, of a file of knowledge, of an export."""
+
+import json
+
+import pytest
+
+from rocs_bt.cli.main import call
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.event import NullSink
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import KnowledgeGraph
+from rocs_bt.knowledge.history import Journal
+
+
+@pytest.fixture
+def kept(tmp_path):
+    clock = SimulatedClock(0.05)
+    graph = KnowledgeGraph(clock, NullSink(), "R2")
+    file = tmp_path / "mind.sqlite"
+    with Journal(file, "a run") as journal:
+        journal.attach(graph)
+        graph.add("box", "object", pose=Pose2(1.0, 0.0), moves=True)
+        for _ in range(20):
+            clock.advance()
+        graph.set("box", moves=False, pose=Pose2(3.0, 0.0))
+        graph.add("anna", "person", pose=Pose2(2.0, 0.0))
+    return str(file)
+
+
+def test_answers_are_a_table_or_json(kept, capsys):
+    assert call(["knowledge", "query", kept, "object give pose, moves"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "object  pose       moves",
+        "anna    (2, 0, 0)  -",
+        "box     (3, 0, 0)  false",
+    ]
+    assert call(["knowledge", "query", kept, "object where object == 'box' give pose", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == [{"object": "box", "pose": [3.0, 0.0, 0.0]}]
+
+
+def test_as_of_an_earlier_time(kept, capsys):
+    for arguments in (["object where moves", "--at", "0.5"], ["object where moves as of 0.5 s"]):
+        assert call(["knowledge", "query", kept, *arguments]) == 0
+        assert capsys.readouterr().out.split() == ["object", "box"]
+
+
+def test_no_answer_and_no_query(kept, capsys):
+    assert call(["knowledge", "query", kept, "goal"]) == 1
+    assert capsys.readouterr().out == "nothing answers.\n"
+    assert call(["knowledge", "query", kept, "where distance('box', 'anna') < 2 m"]) == 0
+    assert capsys.readouterr().out == "yes.\n"
+    assert call(["knowledge", "query", kept, "object whre moves"]) == 2
+    assert "query:1:8: there is no relation named 'whre'" in capsys.readouterr().err

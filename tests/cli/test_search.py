@@ -1,0 +1,83 @@
+"""`rocs-bt search`: what it tells, keeps, refuses, and exits with."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+BARE = '''"""Nothing but a goal."""
+
+from dataclasses import dataclass
+
+from rocs_bt import Pose2
+from rocs_bt.compare import Family, Ground, Post, Scene, goal_scenario
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bare(Family):
+    """Nothing but a goal."""
+
+    robot: str = "pioneer_p3dx"
+
+    def scene(self, index):
+        ground = Ground((-2.0, -2.0), (2.0, 2.0), [Post("post", 1.5, 1.5, 0.1)])
+        name = self.scene_name(index)
+        text = goal_scenario(self, name, "Bare.", Pose2(0.0, 0.0), (1.5, 0.0), tolerance=0.2, duration=1.0)
+        return Scene(name, text, ground.world(name, "Bare."))
+'''
+
+
+@pytest.fixture
+def bare(tmp_path):
+    """A project with a family of its own."""
+    (tmp_path / "scenarios" / "families").mkdir(parents=True)
+    (tmp_path / "scenarios" / "families" / "bare.py").write_text(BARE)
+    return "--family", "bare", "--workers", 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nonsense", "--family", "maze"], "no planner is named 'nonsense'"),
+        (["tree", "--family", "nonsense"], "no family is named 'nonsense'"),
+        (["tree"], "--family"),
+        (["tree", "--family", "maze", "--set", "rows"], "--set takes NAME="),
+        (["tree", "--family", "maze", "--vary", "rows=3"], "no range of rows"),
+        (["tree", "--family", "maze", "--failure", "success"], "success"),
+        (["oracle", "--family", "maze"], "is told the map"),
+        (["tree", "--family", "maze", "--keep", ".", "--name", "a b"], "cannot name a scenario"),
+    ],
+)
+def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, words):
+    told = rocs_bt("search", *arguments)
+    assert told.code == 2
+    assert words in told.err
+    assert "Traceback" not in told.err
+
+
+def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare):
+    told = rocs_bt("search", "none", *bare, "--budget", 12, "--keep", ".")
+    assert told.code == 1, told.err
+    assert "none fails in bare-" in told.out
+    assert "0 things" in told.out
+    assert "rocs-bt episode none none_in_bare --seed 1" in told.out
+    assert (tmp_path / "scenarios" / "worlds" / "none_in_bare.xml").exists()
+    plain = rocs_bt("search", "none", *bare, "--budget", 12, "--json")
+    scenario = (tmp_path / "scenarios" / "none_in_bare.toml").read_text()
+    assert json.loads(plain.out)["smallest"]["scenario"] == scenario
+    taken = rocs_bt("search", "none", *bare, "--keep", ".")
+    assert taken.code == 2
+    assert "'none_in_bare' is there already" in taken.err
+    test = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--compare-workers", "1", "tests"]
+    done = subprocess.run(test, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "{'timeout': 1} == {'success': 1}" in done.stdout
+
+
+def test_a_planner_that_fails_nowhere_ends_with_0(rocs_bt, bare):
+    told = rocs_bt("search", "none", *bare, "--failure", "collision", "--budget", 2)
+    assert told.code == 0, told.err
+    assert told.out == "none failed in none of 2 scenes of bare.\n"

@@ -1,0 +1,300 @@
+"""Search for trouble: the smallest scene, the same each time, fair to whoever fails in it."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor, Future
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt import Pose2
+from rocs_bt.catalog import Catalog, KeepingCatalog
+from rocs_bt.compare import (
+    Block,
+    EpisodeRecord,
+    Ground,
+    Post,
+    Scene,
+    Store,
+    goal_scenario,
+    load_family,
+    place_named,
+    play_again,
+)
+from rocs_bt.compare.search import Draft, Fairness, Player, Shrinking, Space, keep, search
+from rocs_bt.control.footprint import Footprint
+from rocs_bt.errors import InputError
+
+BODY = Footprint(0.5, 0.4)
+FAMILY = '''"""Posts here and there, and one in the way."""
+
+from dataclasses import dataclass
+
+from rocs_bt import Pose2
+from rocs_bt.compare import Family, Ground, Post, Scene, goal_scenario
+from rocs_bt.units import PositiveMetres
+
+
+@dataclass(frozen=True, kw_only=True)
+class Posts(Family):
+    """Posts here and there, and one in the way."""
+
+    robot: str = "pioneer_p3dx"
+    posts: int = 4
+    size: PositiveMetres = 0.2
+    blocked: int = 1
+
+    def scene(self, index):
+        rng = self.rng(index)
+        ground = Ground((-3.0, -3.0), (3.0, 3.0))
+        ground.things += [Post(f"p{i}", x, 2.5, 0.1) for i, x in enumerate(rng.uniform(-2, 2, self.posts).tolist())]
+        if self.blocked:
+            ground.things.append(Post("middle", float(rng.uniform(0.1, 0.2)), 0.03, self.size))
+        name = self.scene_name(index)
+        text = goal_scenario(
+            self, name, "Posts.", Pose2(-1.0, 0.0, 0.0), (1.1, 0.0), tolerance=0.2, duration=3.0
+        )
+        return Scene(name, text, ground.world(name, "Posts."), {}, (), 3.1)
+'''
+
+
+class Here(Executor):
+    """Plays everything at once, in this process, and notes what."""
+
+    workers = 1
+
+    def __init__(self, most=math.inf):
+        self.played, self._most = [], most
+
+    def submit(self, fn, /, *args, **kwargs):
+        if len(self.played) == self._most:
+            raise KeyboardInterrupt
+        self.played.append(args[0].key)
+        future: Future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:  # noqa: BLE001 - as executors do
+            future.set_exception(error)
+        return future
+
+
+@pytest.fixture
+def yard(tmp_path):
+    (tmp_path / "scenarios" / "families").mkdir(parents=True)
+    (tmp_path / "scenarios" / "families" / "posts.py").write_text(FAMILY)
+    return tmp_path
+
+
+def sought(yard, planner="tree_no_reflexes", **more):
+    catalog = Catalog(yard)
+    fixed = more.pop("fixed", {})
+    space = Space.of(load_family(catalog, "posts", fixed), fixed, {})
+    return search(catalog.load_planner(planner), space, catalog=catalog, **{"executor": Here(), **more})
+
+
+def scene_of(things, start=(-2.0, 0.0), goal=(2.0, 0.0), movers=()):
+    driver = load_family(Catalog(), "exp1_family")
+    text = goal_scenario(driver, "made", "Made.", Pose2(*start, 0.1234), goal, tolerance=0.1, duration=5.0)
+    ground = Ground((-4.0, -4.0), (4.0, 4.0), list(things), list(movers))
+    return Scene("made", text, ground.world("made", "Made."))
+
+
+class Judged(Player):
+    """Plays nothing: fails where it is told to, and notes what was tried."""
+
+    def __init__(self, fails, budget=10_000):
+        super().__init__(None, None, None, None, None, budget, 0.0, lambda done: None)
+        self._judge, self.tried = fails, []
+
+    def _play(self, drafts, fails, doubtful):
+        found = []
+        for draft in drafts:
+            self.tried.append(draft)
+            found.append(episode("collision" if self._judge(draft) else "success"))
+            if fails(found[-1]):
+                break
+        return found
+
+
+def episode(outcome):
+    track = np.array([[0.0, 0.0], [0.5, 0.0]], np.float32).tobytes()
+    return EpisodeRecord(key="", planner="p", family="f", scene="s", seed=1, outcome=outcome, track=track)
+
+
+def shrunk(draft, fails, budget=10_000):
+    player = Judged(fails, budget)
+    shrinking = Shrinking(player, draft, episode("collision"), BODY)
+    shrinking.run()
+    return shrinking.draft, player
+
+
+NUMBERS = st.floats(-3.5, 3.5).map(lambda v: round(v, 3))
+
+
+@st.composite
+def fields(draw):
+    """Things around a straight way that is free, and some of them that are to blame."""
+    things = []
+    for i in range(draw(st.integers(0, 12))):
+        x, side, away = draw(NUMBERS), draw(st.sampled_from([-1.0, 1.0])), draw(st.floats(0.8, 3.0))
+        if draw(st.booleans()):
+            things.append(Post(f"t{i}", x, side * away, draw(st.floats(0.05, 0.2))))
+        else:
+            yaw = draw(st.floats(0.0, math.pi))
+            things.append(Block(f"t{i}", x, side * away, draw(st.floats(0.1, 0.3)), draw(st.floats(0.1, 0.3)), yaw))
+    names = [thing.name for thing in things]
+    return things, set(draw(st.lists(st.sampled_from(names), unique=True, max_size=3))) if names else set()
+
+
+@settings(max_examples=10, deadline=None)
+@given(fields())
+def test_what_is_left_is_exactly_what_is_needed(field):
+    things, needed = field
+    draft = Draft.of(scene_of(things), "small", "Small.")
+    left, player = shrunk(draft, lambda d: needed <= set(d.things))
+    assert set(left.things) == needed
+    assert math.dist(left.start, left.goal) == pytest.approx(1.0, abs=0.35)  # as near as is fair
+    assert Fairness.of(draft, BODY).holds(left)
+    assert len({(d.scenario, d.world) for d in player.tried}) == len(player.tried) == player.count
+
+
+def test_things_that_only_matter_together_are_told_from_all_others():
+    things = [Post(f"t{i}", -3.0 + 0.2 * i, 2.0, 0.05) for i in range(30)]
+    draft = Draft.of(scene_of(things), "small", "Small.")
+    left, player = shrunk(draft, lambda d: "t3" in d.things and ("t29" in d.things or len(d.things) > 20))
+    assert set(left.things) == {"t3", "t29"}
+    assert player.count < 120
+
+
+def test_numbers_become_as_simple_as_the_failure_allows():
+    draft = Draft.of(scene_of([Post("post", 0.4321, 1.2345, 0.1234)]), "small", "Small.")
+    left, _ = shrunk(draft, lambda d: "post" in d.things and abs(d.things["post"][0] - 0.4321) < 0.05)
+    (post,) = left.ground.things
+    assert (post.x, post.y, post.radius) == (0.4, 1.2, 0.1)  # 0.4 is the coarsest; a post is rounded as one
+    assert 'yaw = "0 deg"' in left.scenario
+
+
+def test_the_budget_bounds_what_is_played_and_the_smallest_so_far_is_kept():
+    draft = Draft.of(scene_of([Post(f"t{i}", -3.0 + 0.4 * i, 2.0, 0.05) for i in range(16)]), "small", "Small.")
+    left, player = shrunk(draft, lambda d: "t5" in d.things, budget=3)
+    assert player.count == len(player.tried) == 3
+    assert 1 < len(left.things) < 16
+
+
+def test_nobody_ends_in_a_thing_and_no_mover_begins_on_the_start():
+    post, walker = Post("post", 1.0, 0.7, 0.3), Post("walker", 0.5, -1.2, 0.25)
+    mover = '\n[[mover]]\nname = "walker"\nscript = "slide"\nx = "0.5 m"\ny = "-1.2 m"\nto_x = "0 m"\nto_y = "0 m"\n'
+    scene = scene_of([post], movers=[walker])
+    draft = Draft.of(replace(scene, scenario=scene.scenario + mover), "small", "Small.")
+    left, player = shrunk(draft, lambda d: len(d.things) == 2)
+    fair = Fairness.of(draft, BODY)
+    for each in (left, *player.tried):
+        grid = each.ground.grid(0.01)
+        assert min(grid.room()[grid.at(each.start)], grid.room()[grid.at(each.goal)]) > 0.29
+        assert math.dist(each.things.get("walker", (9, 9)), each.start) >= fair.apart == 1.0
+    inside = draft.between(draft.start, (1.0, 0.6))
+    assert not fair.holds(inside)
+
+
+@pytest.mark.parametrize("entry", Catalog().list("family"), ids=lambda entry: entry.name)
+def test_every_familys_scene_can_be_taken_apart(entry, tmp_path):
+    """A draft stands where its family's ground stands, is an ordinary scenario, and so is what is left of it."""
+    scene = load_family(Catalog(), entry.name).scene(3)
+    draft = Draft.of(scene, "small", "Small.")
+    ground = {thing.name: thing for thing in scene.extras["ground"].things}
+    assert {thing.name for thing in draft.ground.things} == set(ground)
+    for thing in draft.ground.things:
+        truth = ground[thing.name]
+        turned = getattr(thing, "yaw", 0.0) - getattr(truth, "yaw", 0.0)
+        assert (thing.x, thing.y) == pytest.approx((truth.x, truth.y), abs=1e-4)
+        assert math.remainder(turned, math.pi) == pytest.approx(0, abs=1e-4)
+    bare = draft.without(draft.things).rounded(1.0, 90.0, [""])
+    assert not bare.things
+    for i, each in enumerate((draft, draft.rounded(0.1, 15.0, ["", *draft.things]), bare)):
+        folder = tmp_path / str(i)
+        file = each.scene.write(folder)
+        loaded = KeepingCatalog().with_scenes(folder).load_scenario(str(file))
+        assert (loaded.name, loaded.agents[0].jitter) == ("small", Pose2(0.0, 0.0, 0.0))
+
+
+def test_a_search_finds_the_post_in_the_way_and_leaves_nothing_else(yard):
+    trouble = sought(yard, fixed={"blocked": 1})
+    assert trouble.searched == 1
+    assert (trouble.first.outcome, trouble.last.outcome, trouble.done) == ("collision", "collision", True)
+    assert len(trouble.found.things) > 1
+    assert list(trouble.smallest.things) == ["middle"]
+    assert math.dist(trouble.smallest.start, trouble.smallest.goal) < 2.0
+    scenario, test = keep(trouble.smallest, "tree_no_reflexes", yard)
+    again = play_again("tree_no_reflexes", trouble.smallest.name, 1, Catalog(yard), yard / "out")
+    assert again.summary["trajectory_hash"] == trouble.last.trajectory_hash
+    assert again.summary["agents"]["R"]["outcome"] == "collision"
+    assert place_named(scenario.stem, Catalog(yard)).name == scenario.stem
+    compile(test.read_text(), str(test), "exec")
+
+
+def test_the_same_seed_finds_the_same_scene_and_plays_nothing_twice(yard):
+    here, again, other = Here(), Here(), Here()
+    with Store() as store:
+        first = sought(yard, executor=here, store=store, budget=7)
+        assert sought(yard, executor=again, store=store, budget=7) == first
+    assert again.played == []
+    assert len(here.played) == len(set(here.played))
+    assert sought(yard, executor=other, budget=7, seed=2).drawn != first.drawn
+
+
+def test_a_search_that_was_killed_goes_on_where_it_was(yard):
+    whole, before, after = Here(), Here(most=6), Here()
+    undisturbed = sought(yard, executor=whole, budget=7, fixed={"blocked": 1})
+    with Store() as store:
+        with pytest.raises(KeyboardInterrupt):
+            sought(yard, executor=before, store=store, budget=7, fixed={"blocked": 1})
+        kept = store.count()
+        assert sought(yard, executor=after, store=store, budget=7, fixed={"blocked": 1}) == undisturbed
+    assert len(after.played) <= len(whole.played) - kept
+
+
+def test_only_the_failure_that_is_sought_counts(yard):
+    assert sought(yard, fixed={"blocked": 1}, failures=("stuck",), budget=3).found is None
+    trouble = sought(yard, planner="none", fixed={"blocked": 0, "posts": 3}, budget=9)
+    assert trouble.first.outcome == "timeout"  # it stands from the beginning to the end
+    assert not trouble.smallest.things
+    assert math.dist(trouble.smallest.start, trouble.smallest.goal) > 0.95
+
+
+def test_an_oracle_is_not_searched(yard):
+    with pytest.raises(InputError, match="'oracle' is told the map"):
+        sought(yard, planner="oracle")
+
+
+def test_numbers_are_drawn_from_half_to_twice_and_flags_are_flags(yard):
+    family = load_family(Catalog(yard), "posts", {"posts": 3})
+    space = Space.of(family, {"posts": 3}, {"size": "0.1 m..20 cm"})
+    assert space.ranges == {"size": (0.1, 0.2), "blocked": (0, 1)}
+    assert Space.of(family, {}, {}).ranges == {"posts": (1, 6), "size": (0.1, 0.4), "blocked": (0, 1)}
+    rng = np.random.default_rng(1)
+    drawn = [space.draw(rng) for _ in range(40)]
+    assert {d.parameters["blocked"] for d in drawn} == {0, 1}
+    assert all(0.1 <= d.parameters["size"] <= 0.2 for d in drawn)
+    assert len({d.index for d in drawn}) == 40
+    assert drawn[0].scene == replace(family, **drawn[0].parameters).scene(drawn[0].index)
+
+
+@pytest.mark.parametrize(
+    ("told", "fault"),
+    [
+        ({"size": "3"}, "'3' is no range of size"),
+        ({"size": "1..2"}, "needs a unit"),
+        ({"size": "1 s..2 s"}, "must be in m"),
+        ({"size": "-1 m..2 m"}, "size must be"),
+        ({"size": "2 m..1 m"}, "ends before it begins"),
+        ({"posts": "1.5..3"}, "no whole number"),
+        ({"robot": "a..b"}, "no number is named 'robot'"),
+    ],
+)
+def test_a_range_that_is_none_is_refused(yard, told, fault):
+    with pytest.raises(InputError, match=fault):
+        Space.of(load_family(Catalog(yard), "posts"), {}, told)

@@ -1,0 +1,374 @@
+"""Sweeps: each episode once, whoever plays it, however often it is interrupted."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.compare import (
+    Bench,
+    Cost,
+    EpisodeRecord,
+    Keys,
+    PlannerSpec,
+    ScenarioScene,
+    Store,
+    Trial,
+    decode_record,
+    encode_record,
+    sweep,
+)
+from rocs_bt.errors import InputError, RocsError
+from rocs_bt.simulation import run
+
+
+class Here(Executor):
+    """Plays everything at once, in this process, and counts."""
+
+    def __init__(self):
+        self.played = []
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.played.append(args[0])
+        future: Future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:  # noqa: BLE001 - as executors do
+            future.set_exception(error)
+        return future
+
+
+def bytes_of(found):
+    return b"\n".join(encode_record(record) for record in found.records())
+
+
+def test_a_sweep_has_every_planner_scene_and_seed_once_and_in_order(catalog):
+    told = []
+    here = Here()
+    found = sweep(["none", "tree"], ["short"], (1, 2), catalog=catalog, executor=here, progress=told.append)
+    records = list(found.records())
+    assert [(r.planner, r.scene, r.seed) for r in records] == [
+        (planner, "short", seed) for planner in ("none", "tree") for seed in (1, 2)
+    ]
+    assert (found.played, told) == (4, [0, 1, 2, 3, 4])
+    again = sweep(["none", "tree"], ["short"], (1, 2, 3), catalog=catalog, executor=here, store=found.store)
+    assert again.played == 2  # seed 3 of both
+    assert len(here.played) == 6
+
+
+def test_a_record_is_what_the_run_was(catalog, project):
+    (record,) = sweep(["tree"], ["short"], (4,), catalog=catalog, executor=Here()).records()
+    tree = catalog.load_planner("tree")
+    summary = run(tree.drives(catalog.load_scenario("short"), "R2"), catalog, seed=4).summary
+    agent = summary["agents"]["R2"]
+    assert record.trajectory_hash == summary["trajectory_hash"]
+    assert (record.outcome, record.sim_time, record.time_limit) == (agent["outcome"], summary["sim_time"], 2.0)
+    assert record.metrics["path_length"] == agent["path_length"]
+    assert record.metrics["min_clearance"] == agent["min_clearance"]
+    assert record.metrics["time"] == 2.0  # it did not arrive: T_max
+    assert record.path[0] == pytest.approx(record.path[-1], abs=1.0)
+    assert decode_record(encode_record(record)) == record
+
+
+def test_caches_change_nothing(project):
+    """Whatever a bench has played before, an episode comes out as one of a fresh bench, and as one without a bench."""
+    tree, none = (Catalog().load_planner(name) for name in ("tree", "none"))
+    trials = [
+        Trial("", planner, ScenarioScene(scene), seed)
+        for seed in (1,)
+        for scene in ("exp1", "exp1_localised", "dock")
+        for planner in (tree, none)
+    ]
+    trials = [replace(trial, project=project) for trial in trials]
+    bench = Bench(project)
+    shortened = _Short(bench)
+    kept = [shortened.play(trial) for trial in trials]
+    random.Random(1).shuffle(trials)
+    again = {(t.planner.name, t.place.name, t.seed): shortened.play(t) for t in trials}
+    for record in kept:
+        assert again[record.planner, record.scene, record.seed] == record
+        trial = next(t for t in trials if (t.planner.name, t.place.name, t.seed) == _place(record))
+        assert _Short(Bench(project)).play(trial) == record
+        plain = Catalog(project)
+        spec = trial.planner.drives(plain.load_scenario(record.scene), "R2")
+        summary = run(replace(spec, duration=3.0), plain, seed=trial.seed).summary
+        assert (summary["trajectory_hash"], summary["content_hash"]) == (record.trajectory_hash, record.content)
+
+
+def _place(record):
+    return record.planner, record.scene, record.seed
+
+
+class _Short:
+    """A bench whose scenarios end after three seconds."""
+
+    def __init__(self, bench):
+        self._bench = bench
+
+    def play(self, trial):
+        setting = self._bench.setting(trial.place)
+        short = replace(setting, scenario=replace(setting.scenario, duration=3.0))
+        self._bench._settings[trial.place] = short, self._bench._settings[trial.place][1]
+        return self._bench.play(trial)
+
+
+def test_what_an_episode_depends_on_makes_its_key_and_nothing_else(project, catalog, planner):
+    planner("told", "return 0.0, 0.0")
+    told, tree = catalog.load_planner("told"), catalog.load_planner("tree")
+    place = ScenarioScene("short")
+
+    def key(who=tree, where=place, seed=1):
+        return Keys(Catalog(project)).of(who, where, seed)
+
+    same = [key(), key(replace(tree, doc="Other words.", source="x"))]
+    assert same[0] == same[1]
+    others = [
+        key(told),
+        key(seed=2),
+        key(where=ScenarioScene("exp1")),
+        key(where=ScenarioScene("short", "R2")),
+        key(replace(tree, parameters={"cruise": "0.3 m/s"})),
+        key(replace(tree, latency=0.1)),
+        key(replace(tree, latency=None)),
+        key(replace(tree, rules=())),
+        key(replace(tree, name="other")),
+    ]
+    assert len({*others, same[0]}) == len(others) + 1
+    before = key(told)
+    file = project / "planners" / "told.py"
+    file.write_text(file.read_text().replace("0.0, 0.0", "0.0, 0.1"))
+    assert key(told) != before
+    before = key()
+    scenario = project / "scenarios" / "short.toml"
+    scenario.write_text(scenario.read_text().replace('"2 s"', '"3 s"'))
+    assert key() != before
+    before = key()
+    (project / "rules").mkdir()
+    text = catalog.find("rules", "avoid_collision").path.read_text()
+    (project / "rules" / "avoid_collision.toml").write_text(text + "\n# Another byte.\n")
+    assert key() != before
+
+
+def test_the_store_holds_what_was_put_and_exports_it_sorted(tmp_path):
+    def record(key, planner, seed):
+        return EpisodeRecord(key=key, planner=planner, family="f", scene="f-1", seed=seed, outcome="success")
+
+    records = [record("3", "b", 1), record("1", "a", 2), record("2", "a", 1)]
+    with Store(tmp_path / "store") as store:
+        for each in records:
+            store.put(each, Cost(1.0, 0.5))
+        store.put(records[0], Cost(2.0, 1.0))
+        assert store.count() == 3
+    with Store(tmp_path / "store") as store:
+        assert list(store.records(["1", "9", "3"])) == [records[1], records[0]]
+        assert store.get("9") is None
+        assert (store.outcome("3"), store.outcome("9")) == ("success", "")
+        assert store.cost(["1", "3", "9"]) == Cost(3.0, 1.5)
+        assert store.export(tmp_path / "lines.jsonl", ["3", "2"]) == 2
+        lines = (tmp_path / "lines.jsonl").read_bytes().splitlines()
+        assert [decode_record(line) for line in lines] == [records[2], records[0]]
+
+
+def test_two_stores_on_one_file_see_each_others_episodes(tmp_path):
+    one, other = Store(tmp_path), Store(tmp_path)
+    record = EpisodeRecord(key="1", planner="a", family="f", scene="f-1", seed=1, outcome="stuck")
+    one.put(record, Cost(0.0, 0.0))
+    assert other.get("1") == record
+    one.close()
+    other.close()
+
+
+def test_an_episode_that_breaks_is_a_record_and_is_tried_again_only_when_asked(project, catalog, planner):
+    planner("told", "return 0.0, 0.0")
+    (project / "planners" / "broken.toml").write_text('format = "planner/1"\npython = "told.py:Told"\n')
+    here = Here()
+    broken = _Breaking(here)
+    first = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=broken)
+    assert [r.outcome for r in first.records()] == ["error", "error"]
+    assert all("RuntimeError: no more memory" in r.reason for r in first.records())
+    assert not any(r.reproducible for r in first.records())
+    assert all(r.metrics["success"] == 0.0 and r.metrics["min_clearance"] is None for r in first.records())
+    second = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=here, store=first.store)
+    assert second.played == 0
+    third = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=here, store=first.store, retry_errors=True)
+    assert [r.outcome for r in third.records()] == ["timeout", "timeout"]
+
+
+class _Breaking(Executor):
+    def __init__(self, inner):
+        self._inner = inner
+
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        future.set_exception(RuntimeError("no more memory"))
+        return future
+
+
+def test_wrong_content_ends_a_sweep_and_says_what(project, catalog):
+    wrong = PlannerSpec(name="wrong", mission="go_to", parameters={"speed": "1 m/s"})
+    with pytest.raises(InputError, match="no parameter is named 'speed'"):
+        sweep([wrong], ["short"], catalog=catalog, executor=Here())
+    with pytest.raises(InputError, match="two planners are named 'tree'"):
+        sweep(["tree", "tree"], ["short"], catalog=catalog, executor=Here())
+    with pytest.raises(InputError, match="no agent is named 'R9'"):
+        sweep(["tree"], [ScenarioScene("short", "R9")], catalog=catalog, executor=Here())
+
+
+def test_without_code_no_worker_runs_any(project, planner):
+    planner("told", "return 0.0, 0.0")
+    with pytest.raises(InputError, match="--no-code"):
+        sweep(["told"], ["short"], catalog=Catalog(project, code=False), workers=1)
+
+
+def test_an_executor_that_is_shut_down_is_said_so(catalog):
+    class Shut(Executor):
+        def submit(self, fn, /, *args, **kwargs):
+            future: Future = Future()
+            future.cancel()
+            future.set_running_or_notify_cancel()
+            return future
+
+    with pytest.raises(RocsError, match="the executor broke down"):
+        sweep(["none"], ["short"], catalog=catalog, executor=Shut())
+
+
+def test_a_sweep_ends_after_the_first_scene_that_is_enough_and_repeats(project, catalog):
+    text = (project / "scenarios" / "short.toml").read_text()
+    names = [f"short_{i}" for i in range(6)]
+    for name in names:
+        (project / "scenarios" / f"{name}.toml").write_text(text.replace('"2 s"', '"1 s"'))
+    asked = []
+
+    def enough(records):
+        asked.append(len(records))
+        return len(records) >= 6
+
+    found = [sweep(["none", "tree"], names, catalog=Catalog(project), executor=Here(), enough=enough)]
+    with ThreadPoolExecutor(3) as threads:
+        found.append(sweep(["none", "tree"], names, catalog=Catalog(project), executor=threads, enough=enough))
+    assert asked == [2, 4, 6, 2, 4, 6]
+    assert [r.scene for r in found[0].records()] == names[:3] * 2
+    assert bytes_of(found[0]) == bytes_of(found[1])
+    assert 6 <= found[0].played <= 12
+
+
+@pytest.fixture
+def hung(project, planner):
+    """A planner that hangs in C, holding the interpreter's lock, with seed 2 and no other."""
+    return planner(
+        "hung",
+        "return 0.0, 0.0",
+        reset="x = rng.integers(0, 2**62); import pathlib; p = pathlib.Path(os.environ['ROCS_HANG']); "
+        "(re.match('(a+)+$', 'a' * 60 + 'b') if str(x) == p.read_text() else None)",
+        top="import re",
+    )
+
+
+def test_a_hung_c_call_is_ended_by_the_wall_limit_and_the_sweep_goes_on(project, catalog, hung, monkeypatch, tmp_path):
+    file = tmp_path / "draw"
+    monkeypatch.setenv("ROCS_HANG", str(file))
+    # What the planner draws with seed 2 is told by a run in this process.
+    from rocs_bt.simulation.streams import scenario_content, stream
+
+    content = scenario_content(catalog.load_scenario("short"))
+    rng = stream(content, 2, "R2", "hung.py:Told")
+    file.write_text(str(rng.integers(0, 2**62)))
+    found = sweep(["hung", "none"], ["short"], (1, 2, 3), catalog=catalog, workers=2, wall_limit=5.0)
+    outcomes = {(r.planner, r.seed): r.outcome for r in found.records()}
+    assert outcomes.pop(("hung", 2)) == "error"
+    assert set(outcomes.values()) == {"timeout"}
+    (record,) = [r for r in found.records() if r.outcome == "error"]
+    assert "wall limit of 5 s" in record.reason
+    assert (record.metrics["success"], record.metrics["time"], record.time_limit) == (0.0, 2.0, 2.0)
+    assert not record.reproducible
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from rocs_bt.catalog import Catalog
+from rocs_bt.compare import Store, sweep
+
+if __name__ == "__main__":
+    project, store, seeds, planners = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]), sys.argv[4].split(",")
+    with Store(store) as kept:
+        found = sweep(planners, ["short"], range(1, seeds + 1), catalog=Catalog(project), store=kept, workers=2)
+        print(found.played)
+        kept.export(store / "lines.jsonl", found.keys)
+"""
+
+
+def kill_often(project, tmp_path, kills, seeds, planners):
+    """Start a sweep, kill it with all its processes, again and again; what is there after each kill; the last lines.
+
+    Every third is killed while it starts, the others after a random number of episodes and some more time.
+    """
+    script = tmp_path / "sweep.py"
+    script.write_text(SCRIPT)
+    draw, counts = random.Random(7), []
+    store = tmp_path / "killed"
+    command = [sys.executable, str(script), str(project), str(store), str(seeds), planners]
+    with Store(store) as kept:
+        for kill in range(kills):
+            process = subprocess.Popen(
+                command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+            )
+            wanted = kept.count() + (draw.randint(1, seeds // 6) if kill % 3 else 0)
+            while kept.count() < wanted and process.poll() is None:
+                time.sleep(0.02)
+            time.sleep(draw.uniform(0.0, 0.3 if kill % 3 else 3.0))
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            counts.append(kept.count())
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return counts, int(done.stdout), (store / "lines.jsonl").read_bytes()
+
+
+def undisturbed(project, tmp_path, seeds, planners):
+    found = sweep(planners.split(","), ["short"], range(1, seeds + 1), catalog=Catalog(project), workers=2)
+    found.store.export(tmp_path / "lines.jsonl", found.keys)
+    return (tmp_path / "lines.jsonl").read_bytes()
+
+
+def test_a_sweep_that_is_killed_goes_on_where_it_was(project, tmp_path):
+    counts, left, lines = kill_often(project, tmp_path, 2, 30, "none,tree")
+    assert counts == sorted(counts)
+    assert 0 < left == 60 - counts[-1] < 60
+    assert lines == undisturbed(project, tmp_path, 30, "none,tree")
+
+
+@pytest.mark.soak
+def test_a_sweep_that_is_killed_twenty_times_ends_as_an_undisturbed_one(project, tmp_path):
+    counts, left, lines = kill_often(project, tmp_path, 20, 300, "none,tree,random")
+    sys.stdout.write(f"episodes after each kill: {counts}; left for the last sweep: {left}\n")
+    assert counts == sorted(counts)
+    assert 0 < left == 900 - counts[-1] < 900
+    assert lines == undisturbed(project, tmp_path, 300, "none,tree,random")
+
+
+def test_the_command_gives_the_same_bytes_for_the_same_content(project, monkeypatch, capsys):
+    from rocs_bt.cli.main import call
+
+    monkeypatch.chdir(project)
+    told = []
+    for store, workers in (("a", "1"), ("b", "2"), ("b", "2")):
+        arguments = ["tree", "none", "--scenario", "short", "--seeds", "2", "--store", store, "--workers", workers]
+        assert call(["compare", *arguments, "--json", "--export", f"{store}.jsonl"]) == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1] == told[2]
+    assert (project / "a.jsonl").read_bytes() == (project / "b.jsonl").read_bytes()
+    found = json.loads(told[0])
+    assert set(found) == {"results", "verdicts"}
+    assert [(r["planner"], r["seed"]) for r in found["results"]] == [("tree", 1), ("tree", 2), ("none", 1), ("none", 2)]
+    assert not {"wall", "cpu", "track", "wall_time"} & set(found["results"][0])
+    assert {v["metric"] for v in found["verdicts"]} == {"success", "collision", "time"}

@@ -1,0 +1,65 @@
+"""Pages of the world and of strategies: their files load, and what they tell is what happens."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.agent.facts import tell_facts
+from rocs_bt.catalog import Catalog
+from rocs_bt.catalog.facts import read_facts
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.document import read_toml
+from rocs_bt.event import NullSink
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import Knowledge
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENARIO = (ROOT / "scenarios" / "exp1.toml").read_text("utf-8")
+
+
+def blocks(page, language):
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / "docs" / page).read_text("utf-8"), re.DOTALL)
+
+
+def told(page, **more):
+    """What a robot knows that is told what a page tells from the start."""
+    facts = read_facts(read_toml(Path("page.toml"), "\n".join(blocks(page, "toml"))), ["R2"])
+    knowledge = Knowledge("R2", SimulatedClock(0.05), NullSink())
+    tell_facts(knowledge, [fact for fact in facts if not fact.at])
+    return knowledge
+
+
+@pytest.mark.parametrize("page", ["world.md", "strategies.md"])
+def test_its_facts_are_those_of_a_scenario(page, tmp_path):
+    (tmp_path / "scenarios").mkdir()
+    file = tmp_path / "scenarios" / "told.toml"
+    file.write_text("\n".join([SCENARIO, *blocks(page, "toml")]), "utf-8")
+    assert Catalog(tmp_path).load_scenario("told").facts
+
+
+@pytest.mark.parametrize("page", ["world.md", "strategies.md"])
+def test_its_mission_loads(page, tmp_path):
+    (text,) = blocks(page, "xml")
+    (tmp_path / "planners" / "missions").mkdir(parents=True)
+    (tmp_path / "planners" / "missions" / "told.xml").write_text(text, "utf-8")
+    assert callable(Catalog(tmp_path).load_mission("told"))
+
+
+def test_its_roads_lead_where_it_says():
+    knowledge = told("world.md")
+    planner, goal = Catalog().load_route("astar")(knowledge), knowledge.world.pose_of("store")
+    assert planner.route(knowledge.world.pose_of("hall"), goal, 0.1) == [(-1.2, 1.2), (1.2, 1.2)]
+    knowledge.graph.set("hatch", open=False)
+    assert len(planner.route(Pose2(-1.2, 1.2, 0.0), goal, 0.1)) == 3
+
+
+def test_its_strategies_are_chosen_as_it_says():
+    knowledge = told("strategies.md")
+    assert knowledge.strategy.choose().best == "around", "no door is known to be open"
+    knowledge.graph.add("hatch", "door", open=True)
+    assert knowledge.strategy.choose().best == "through"
+    for _ in range(9):
+        knowledge.strategy.end(knowledge.strategy.begin("around"), "success")
+    through, around = sorted(knowledge.strategy.choose().candidates, key=lambda c: c.name)[::-1]
+    assert (through.score, around.score) == pytest.approx((0.5, 2.0 * (10 / 11 - 0.5)))

@@ -1,0 +1,182 @@
+"""The laser scanner, in MuJoCo and as a mock, and motors that answer late."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.catalog import Catalog, load_robot
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.drive import make_drive
+from rocs_bt.drivers.mock import MockRobot, MockWorld
+from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld, Placed, SensorMount, compose_world, make_actuator, make_sensor
+from rocs_bt.errors import InputError
+from rocs_bt.geometry import Pose2
+
+ROBOT = load_robot(Catalog().find("robot", "jackal").path)
+GIVEN = {"site": "lidar", "rays": 181, "span": math.radians(270.0), "range": [0.06, 10.0]}
+BEARINGS = np.linspace(-math.radians(135.0), math.radians(135.0), 181)
+MOUNT = Pose2(0.12, 0.0, 0.0)
+EMPTY = """<mujoco><worldbody><geom name="floor" type="plane" size="20 20 0.1"/>{}</worldbody></mujoco>"""
+
+
+def make(tmp_path: Path, geoms: str = "", step: float = 0.005) -> MujocoWorld:
+    arena = tmp_path / "arena.xml"
+    arena.write_text(EMPTY.format(geoms))
+    assert ROBOT.model is not None
+    return compose_world(arena, [Placed("R", ROBOT.model, [SensorMount("lidar", "lidar", GIVEN)])], step=step)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    pose=st.builds(Pose2, st.floats(-0.7, 0.7), st.floats(-0.7, 0.7), st.floats(-3.1, 3.1)),
+    posts=st.lists(st.tuples(st.floats(1.6, 12.0), st.floats(-3.1, 3.1), st.floats(0.05, 0.4)), max_size=6),
+)
+def test_agrees_with_plane_geometry(tmp_path: Path, pose: Pose2, posts: list[tuple[float, float, float]]) -> None:
+    circles = [((d * math.cos(a), d * math.sin(a)), r) for d, a, r in posts]
+    geoms = "".join(f'<geom type="cylinder" size="{r} .5" pos="{x} {y} .5"/>' for (x, y), r in circles)
+    world = make(tmp_path, geoms)
+    world.place("R", pose)
+    found = np.array(make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values)
+    drive = make_drive("skid", effective_track=0.55, max_wheel_speed=2.0, max_wheel_acceleration=2.5)
+    mock = MockRobot(MockWorld(SimulatedClock(0.1), circles=circles), drive, pose, {"lidar": MOUNT})
+    wanted = np.array(make_mock_sensor(mock, "lidar", "lidar", GIVEN).read().values)
+    for ray in np.flatnonzero(
+        ~np.isclose(found, wanted, rtol=0.0, atol=1e-6)
+    ):  # where they differ, the ray touches a post's edge or its end
+        begin = pose.compose(MOUNT)
+        angle = begin.yaw + BEARINGS[ray]
+        offs = [
+            abs(abs((x - begin.x) * math.sin(angle) - (y - begin.y) * math.cos(angle)) - r) for (x, y), r in circles
+        ]
+        assert min(offs) < 1e-4 or min(abs(found[ray] - 10.0), abs(wanted[ray] - 10.0)) < 1e-6
+
+
+def test_looks_from_the_right_to_the_left_and_turns_with_the_robot(tmp_path: Path) -> None:
+    world = make(
+        tmp_path, '<geom type="box" size=".1 1 .5" pos="3 0 .5"/><geom type="box" size="1 .1 .5" pos="0 2 .5"/>'
+    )
+    world.place("R", Pose2(0.0, 0.0, 0.0))
+    values = make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values
+    assert values[90] == pytest.approx(2.9 - 0.12)  # straight ahead
+    assert values[150] == pytest.approx(1.9)  # 90 deg to the left
+    assert values[30] == math.inf  # nothing to the right
+    world.place("R", Pose2(0.0, 0.0, math.pi / 2.0))
+    assert make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values[90] == pytest.approx(1.9 - 0.12)
+
+
+def test_no_echo_is_infinite_and_what_is_too_near_is_the_least_range(tmp_path: Path) -> None:
+    near = '<geom type="cylinder" size=".05 .05" pos="{} 0 .32"/>'
+    world = make(tmp_path, near.format(0.12 + 0.07))
+    world.place("R", Pose2(0.0, 0.0))
+    values = make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values
+    assert values[90] == 0.06
+    assert values[0] == math.inf
+    world = make(tmp_path, '<geom type="box" size=".1 9 .5" pos="10.3 0 .5"/>')
+    world.place("R", Pose2(0.0, 0.0))
+    assert make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values[90] == math.inf  # 10.08 m
+
+
+def test_its_noise_is_its_own_and_one_instant_says_one_thing(tmp_path: Path) -> None:
+    world = make(tmp_path, '<geom type="box" size=".1 9 .5" pos="3 0 .5"/>')
+    world.place("R", Pose2(0.0, 0.0))
+    made = [
+        make_sensor(world, "R", "lidar", "lidar", GIVEN, noise=0.02, rng=np.random.default_rng(seed))
+        for seed in (1, 1, 2)
+    ]
+    first, same, other = ([*sensor.read().values] for sensor in made)
+    assert first == same != other
+    assert [*made[0].read().values] == first
+    clean = np.array(make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values)
+    seen = np.isfinite(clean)
+    assert np.std(np.array(first)[seen] - clean[seen]) == pytest.approx(0.02, rel=0.3)
+    assert np.isinf(np.array(first)[~seen]).all()
+    world.advance(1)
+    assert [*made[0].read().values] != first
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"rays": 1}, "rays must be 2 to 4000"),
+        ({"span": 7.0}, "span must be up to 360 deg"),
+        ({"range": [1.0, 0.5]}, "range must be two distances"),
+        ({"range": [0.0, math.inf]}, "range must be two distances"),
+        ({"site": "nose"}, "no site for sensor 'lidar' is named 'nose'"),
+    ],
+)
+def test_says_what_is_wrong(tmp_path: Path, wrong: dict[str, object], message: str) -> None:
+    assert ROBOT.model is not None
+    arena = tmp_path / "arena.xml"
+    arena.write_text(EMPTY.format(""))
+    mount = SensorMount("lidar", "lidar", {**GIVEN, **wrong})
+    with pytest.raises(InputError, match=message):
+        compose_world(arena, [Placed("R", ROBOT.model, [mount])])
+
+
+WHEELS = {
+    "motors": ["front_left_motor", "front_right_motor", "rear_left_motor", "rear_right_motor"],
+    "wheel_radius": 0.098,
+}
+
+
+def driven(tmp_path: Path, delay: float, steps: int, step: float = 0.005) -> list[float]:
+    """How far the robot has come after each physics step, when it is told to drive at once and to stop at 0.25 s."""
+    world = make(tmp_path, step=step)
+    world.place("R", Pose2(0.0, 0.0))
+    wheels = make_actuator(world, "R", "wheels", "velocity", {**WHEELS, "max_acceleration": 5.0, "delay": delay})
+    wheels.command([0.5] * 4)
+    way = []
+    for i in range(steps):
+        if i == 50:
+            wheels.neutral()
+        world.advance(1)
+        way.append(world.pose("R").x)
+    return way
+
+
+def test_motors_with_a_delay_do_the_same_later(tmp_path: Path) -> None:
+    prompt, late = driven(tmp_path, 0.0, 150), driven(tmp_path, 0.1, 170)
+    assert max(map(abs, late[:20])) < 1e-4
+    assert late[20:] == pytest.approx(prompt, abs=2e-3)
+    assert late == driven(tmp_path, 0.1, 170)
+    assert late[-1] > 0.1
+
+
+def test_who_has_a_command_coming_is_commanded(tmp_path: Path) -> None:
+    world = make(tmp_path)
+    world.place("R", Pose2(0.0, 0.0))
+    wheels = make_actuator(world, "R", "wheels", "velocity", {**WHEELS, "delay": 0.1})
+    assert not world.commanded("R")
+    wheels.command([0.5] * 4)
+    assert world.commanded("R")
+    wheels.neutral()
+    world.advance(200)
+    assert not world.commanded("R")
+
+
+def test_a_delay_is_a_whole_number_of_steps(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"the delay of R's motors, 7 ms, is no whole number of physics steps of 5 ms"):
+        make_actuator(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": 0.007})
+    with pytest.raises(InputError, match="delay must be 0 to 10 s"):
+        make_actuator(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": -0.1})
+
+
+def test_the_jackal_drives_and_turns_as_its_file_says() -> None:
+    from rocs_bt.simulation.identify import identify
+
+    found = identify(ROBOT, Catalog())
+    told = ROBOT.drive.parameters
+    assert found.effective_track == pytest.approx(told["effective_track"], rel=0.01)
+    assert found.wheel_lag == pytest.approx(told["wheel_lag"], abs=0.003)
+    assert found.top_speed == pytest.approx(2.0, rel=0.01)
+    assert found.track_error < 0.02
+    wheels = next(m for m in ROBOT.monitors if m.name == "wheels").parameters
+    assert wheels["deceleration"] == pytest.approx(found.deceleration, rel=0.01)
+    assert wheels["latency"] == pytest.approx(0.05 + found.brake_delay, abs=0.002)

@@ -1,0 +1,131 @@
+"""What holds for every family that we ship, and that barn_like is as hard as BARN."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rocs_bt import Catalog, run
+from rocs_bt.check import check_content
+from rocs_bt.compare import Family, Scene, family_parameters, load_family
+from rocs_bt.errors import InputError
+
+CATALOG = Catalog()
+FAMILIES = [entry.name for entry in CATALOG.list("family")]
+
+
+@pytest.fixture(scope="module", params=FAMILIES)
+def scenes(request: pytest.FixtureRequest) -> tuple[Family, list[Scene]]:
+    family = load_family(CATALOG, request.param)
+    return family, [family.scene(i) for i in range(4)]
+
+
+def test_a_scene_is_told_wholly(scenes: tuple[Family, list[Scene]]) -> None:
+    family, made = scenes
+    assert [scene.name for scene in made] == [f"{family.name}-{i}" for i in range(4)]
+    assert len({scene.world for scene in made}) == 4
+    for scene in made:
+        assert scene.difficulty
+        assert all(math.isfinite(value) for value in scene.difficulty.values())
+        assert scene.difficulty.keys() == made[0].difficulty.keys()
+        assert scene.reference_length == pytest.approx(sum(map(math.dist, scene.reference, scene.reference[1:])))
+        assert all(f"`{name}`" in (type(family).__doc__ or "") for name in scene.difficulty)
+
+
+def test_scenes_are_the_same_wherever_they_are_made() -> None:
+    code = (
+        "from hashlib import sha256\nfrom rocs_bt import Catalog\nfrom rocs_bt.compare import load_family\n"
+        "c = Catalog()\n"
+        "for e in c.list('family'):\n"
+        "    s = load_family(c, e.name).scene(3); print(e.name, sha256((s.scenario + s.world).encode()).hexdigest())"
+    )
+    seeds = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=env).stdout
+        for env in ({"PYTHONHASHSEED": "7"}, {"PYTHONHASHSEED": "8"})
+    ]
+    assert len(seeds[0].splitlines()) == len(FAMILIES)
+    assert seeds[0] == seeds[1]
+
+
+def test_a_scene_is_a_project_that_checks_and_runs(scenes: tuple[Family, list[Scene]], tmp_path: Path) -> None:
+    _, made = scenes
+    made[0].write(tmp_path)
+    found = check_content([tmp_path])
+    assert not found.faults, found.faults
+    assert len(found.files) == 2
+    catalog = Catalog(tmp_path)
+    first = run(catalog.load_scenario(made[0].name), catalog, seed=1, duration=0.5, report=False).summary
+    agents = {name: agent["outcome"] for name, agent in first["agents"].items()}
+    assert "R" in agents
+    assert not {"error", "collision"} & set(agents.values())
+
+
+def test_who_drives_has_no_part_in_the_world(scenes: tuple[Family, list[Scene]]) -> None:
+    family, made = scenes
+    other = load_family(CATALOG, family.name, {"rules": "", "robot": "summit_xl"}).scene(0)
+    assert other.world == made[0].world
+    assert other.scenario != made[0].scenario
+
+
+def test_other_parameters_make_other_worlds() -> None:
+    family = load_family(CATALOG, "maze", {"loops": 3})
+    assert family.scene(0).reference != load_family(CATALOG, "maze").scene(0).reference
+
+
+def test_parameters_are_typed_and_held_to_their_bounds() -> None:
+    family = load_family(CATALOG, "crowd", {"people": 3, "speed": "50 cm/s"})
+    assert family.parameters["people"] == 3
+    assert family.parameters["speed"] == pytest.approx(0.5)
+    assert family_parameters(type(family))["wide"].default == 7.0
+    with pytest.raises(InputError) as caught:
+        load_family(CATALOG, "crowd", {"peple": 3, "speed": "-1 m/s", "wide": 3, "people": "many"})
+    told = [fault.message for fault in caught.value.faults]
+    assert [text.split()[0] for text in told] == ["no", "speed", "wide", "people"]
+    with pytest.raises(InputError, match="motion must be social_force, polynomial or mixed"):
+        load_family(CATALOG, "crowd", {"motion": "waltz"})
+
+
+def test_a_family_that_is_none_is_told(tmp_path: Path) -> None:
+    folder = tmp_path / "scenarios" / "families"
+    folder.mkdir(parents=True)
+    (folder / "odd_one.py").write_text('"""Odd."""\n\n\nclass OddOne:\n    """Nothing."""\n')
+    (folder / "empty.py").write_text('"""Empty."""\n')
+    catalog = Catalog(tmp_path)
+    with pytest.raises(InputError, match="'OddOne' is no dataclass that derives from Family"):
+        load_family(catalog, "odd_one")
+    with pytest.raises(InputError, match="no class is named 'Empty'"):
+        load_family(catalog, "empty")
+    with pytest.raises(InputError, match="no family is named 'barn'"):
+        load_family(catalog, "barn")
+
+
+@pytest.mark.parametrize("count", [75, pytest.param(300, marks=pytest.mark.soak)])
+def test_barn_like_is_as_hard_as_barn(count: int) -> None:
+    """Its first worlds and the 300 published ones: none beyond their range; medians, means, shares within 5 %."""
+    family = load_family(CATALOG, "barn_like")
+    made = [family.scene(i) for i in range(count)]
+    assert len({scene.world for scene in made}) == count
+    published = {"cylinders": (87, 166, 271), "length": (10.05, 11.23, 13.74), "clearance": (0.181, 0.225, 0.975)}
+    found = {name: np.array([scene.difficulty[name] for scene in made]) for name in published}
+    for name, (least, median, most) in published.items():
+        assert least <= found[name].min()
+        assert found[name].max() <= most
+        assert np.median(found[name]) == pytest.approx(median, rel=0.05), name
+    assert found["cylinders"].mean() == pytest.approx(169.1, rel=0.05)
+    assert found["length"].mean() / 2.0 == pytest.approx(5.71, rel=0.05)  # [s] at 2 m/s
+    assert (found["clearance"] < 0.333).mean() == pytest.approx(222 / 300, rel=0.05)
+    assert (found["clearance"] < 0.215).mean() <= 6 / 300  # published: 2, too few for a share
+    # Published: the same corridor of 94 cylinders everywhere, all of 0.075 m.
+    for scene in itertools.islice(made, 0, None, count // 6):
+        posts = [g for g in ET.fromstring(scene.world).iter("geom") if g.get("type") == "cylinder"]
+        assert len(posts) == 94 + scene.difficulty["cylinders"]
+        assert {g.get("size") for g in posts} == {"0.075 0.5"}
+        rows = [float((g.get("pos") or "").split()[1]) for g in posts]
+        assert sum(y < 5.0 for y in rows) == 94

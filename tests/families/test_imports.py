@@ -1,0 +1,298 @@
+"""Reading other benchmarks' files: small ones made here, and what is broken in them is told, never raised otherwise."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rocs_bt import Catalog, run
+from rocs_bt.check import check_content
+from rocs_bt.cli.main import call
+from rocs_bt.compare import Block, Driver, Ground, Post
+from rocs_bt.compare.imports import read_barn, read_movingai, read_mrpb
+from rocs_bt.compare.imports.barn import read_world
+from rocs_bt.compare.imports.movingai import read_movingai_map
+from rocs_bt.compare.imports.raster import read_map, read_pgm
+from rocs_bt.errors import InputError
+
+CYLINDER = """<model name='{0}'><pose>{1} {2} 0 0 0 0</pose><static>1</static><link name='link'><collision name='c'>
+<geometry><cylinder><radius>0.075</radius><length>1</length></cylinder></geometry></collision></link></model>"""
+WORLD = """<sdf version='1.6'><world name='default'><model name='ground_plane'><link name='link'><collision name='c'>
+<geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link></model>
+{0}<state world_name='default'>{0}</state></world></sdf>"""
+POSTS = [(-4.0, 6.0), (-1.5, 7.25), (-2.9, 8.0)]
+
+
+def clone(folder: Path, worlds: int = 2) -> Path:
+    """A clone as the challenge lays it out, with a few cylinders."""
+    place = folder / "jackal_helper" / "worlds" / "BARN"
+    (place / "path_files").mkdir(parents=True)
+    for i in range(worlds):
+        models = "".join(CYLINDER.format(f"unit_cylinder_{k}", x, y) for k, (x, y) in enumerate(POSTS[: i + 2]))
+        (place / f"world_{i}.world").write_text(WORLD.format(models))
+        np.save(place / "path_files" / f"path_{i}.npy", np.array([[15, 0], [15, 10], [16, 29]]))
+    (place / "world_odd.world").write_text("no world of the challenge")
+    return folder
+
+
+def test_barn_is_read_as_the_challenge_plays_it(tmp_path: Path) -> None:
+    made = list(read_barn(clone(tmp_path / "clone")))
+    assert [scene.name for scene in made] == ["barn-0", "barn-1"]
+    ground = made[1].extras["ground"]
+    assert [(p.x, p.y, p.radius, p.height) for p in ground.things] == [(x, y, 0.075, 1.0) for x, y in POSTS]
+    assert made[1].reference[0] == (-2.25, 3.0)
+    assert made[1].reference[-1] == (-2.25, 13.0)
+    assert made[1].reference[1] == pytest.approx((0.15 * 15 - 4.575, 5.075))
+    assert made[1].reference_length == pytest.approx(sum(map(math.dist, made[1].reference, made[1].reference[1:])))
+    assert made[1].difficulty["cylinders"] == 3.0
+    inner = read_barn(tmp_path / "clone" / "jackal_helper" / "worlds" / "BARN")
+    assert [scene.world for scene in inner] == [scene.world for scene in made]
+
+
+def test_barn_scenes_check_and_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    clone(tmp_path / "clone")
+    assert call(["import", "barn", str(tmp_path / "clone"), "--out", str(tmp_path / "mine"), "--limit", "1"]) == 0
+    assert "1 scenarios: barn-0 to barn-0." in capsys.readouterr().out
+    found = check_content([tmp_path / "mine"])
+    assert not found.faults, found.faults
+    catalog = Catalog(tmp_path / "mine")
+    summary = run(catalog.load_scenario("barn-0"), catalog, seed=1, duration=0.5, report=False).summary
+    assert summary["agents"]["R"]["outcome"] == "timeout"
+
+
+def test_poses_of_model_link_and_collision_are_put_together(tmp_path: Path) -> None:
+    file = tmp_path / "w.world"
+    file.write_text(
+        "<world><model name='m'><pose>1 2 0 0 0 1.5707963267948966</pose><link name='l'><pose>1 0 0 0 0 0</pose>"
+        "<collision name='c'><pose>0 1 0 0 0 0.5</pose><geometry><box><size>1 2 3</size></box></geometry></collision>"
+        "</link></model></world>"
+    )
+    (box,) = read_world(file)
+    assert isinstance(box, Block)
+    assert (box.x, box.y, box.yaw) == pytest.approx((0.0, 3.0, math.pi / 2.0 + 0.5))
+    assert (box.length, box.width, box.height) == (1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<sdf><world>", "not valid XML: no element found"),
+        ("<sdf/>", "the file has no <world>"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><sdf><world/></sdf>', "needs no document type"),
+        (WORLD.format(CYLINDER.format("a", "x", 1)), "a <pose> must be 6 numbers, found 'x 1 0 0 0 0'"),
+        (WORLD.format(CYLINDER.format("a", "nan", 1)), "a <pose> must be 6 numbers"),
+        (WORLD.format(CYLINDER.format("a", 1, 1).replace("0.075", "-1")), "sizes must be positive"),
+        (
+            WORLD.format(CYLINDER.format("a", 1, 1).replace("<radius>0.075</radius>", "")),
+            "a <radius> must be 1 numbers",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_world_is_told(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "world_0.world"
+    file.write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        read_world(file)
+    assert caught.value.faults[0].file == file
+
+
+@pytest.mark.parametrize(
+    "cells", [np.zeros((3, 3)), np.zeros((0, 2)), np.array([[np.nan, 1.0]]), np.array([["a", "b"]]), np.array(1.0)]
+)
+def test_what_is_wrong_with_a_reference_way_is_told(tmp_path: Path, cells: object) -> None:
+    clone(tmp_path, worlds=1)
+    file = tmp_path / "jackal_helper" / "worlds" / "BARN" / "path_files" / "path_0.npy"
+    np.save(file, np.asarray(cells))
+    with pytest.raises(InputError, match="reference way"):
+        list(read_barn(tmp_path))
+    for data in (b"", b"\x93NUMPY junk", b"no array"):
+        file.write_bytes(data)
+        with pytest.raises(InputError, match="the reference way cannot be read"):
+            list(read_barn(tmp_path))
+    file.unlink()
+    with pytest.raises(InputError, match="the reference way cannot be read"):
+        list(read_barn(tmp_path))
+
+
+ROOM = np.full((60, 80), 254)
+ROOM[[0, -1], :] = ROOM[:, [0, -1]] = 0
+ROOM[20:40, 40] = 0
+YAML = """image: {0}.pgm
+resolution: 0.1  # [m]
+origin: [-1.0, -2.0, 0.0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.2
+"""
+
+
+def save_map(folder: Path, name: str = "office01", kind: str = "P5", text: str = YAML) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    header = f"{kind}\n# made here\n{ROOM.shape[1]} {ROOM.shape[0]}\n255\n".encode()
+    body = ROOM.astype(np.uint8).tobytes() if kind == "P5" else " ".join(map(str, ROOM.ravel())).encode()
+    (folder / f"{name}.pgm").write_bytes(header + body)
+    (folder / f"{name}.yaml").write_text(text.format(name))
+    return folder / f"{name}.yaml"
+
+
+@pytest.mark.parametrize("kind", ["P5", "P2"])
+def test_a_map_is_read_with_its_place(tmp_path: Path, kind: str) -> None:
+    grid = read_map(save_map(tmp_path, kind=kind))
+    assert (grid.cell, grid.low, grid.taken.shape) == (0.1, (-1.0, -2.0), (60, 80))
+    assert (grid.taken == (ROOM == 0)[::-1]).all()
+    negated = read_map(save_map(tmp_path, text=YAML.replace("negate: 0", "negate: 1")))
+    assert (negated.taken == ~grid.taken).all()
+
+
+def test_mrpb_maps_become_scenes_that_check(tmp_path: Path) -> None:
+    save_map(tmp_path / "clone" / "maps")
+    (tmp_path / "clone" / "params.yaml").write_text("speed: 1\n")
+    made = list(read_mrpb(tmp_path / "clone", pairs=2))
+    assert [scene.name for scene in made] == ["mrpb_office01-0", "mrpb_office01-1"]
+    assert [s.scenario for s in read_mrpb(tmp_path / "clone", pairs=2)] == [s.scenario for s in made]
+    for scene in made:
+        assert math.dist(scene.reference[0], scene.reference[-1]) >= 4.0
+        scene.write(tmp_path / "mine")
+    found = check_content([tmp_path / "mine"])
+    assert not found.faults, found.faults
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("resolution: 0.1\n", "the map lacks image, origin"),
+        (YAML.replace("0.1 ", "fast "), "resolution must be a number from 0.001 to 10, found 'fast'"),
+        (YAML.replace("[-1.0, -2.0, 0.0]", "[1]"), "origin must be"),
+        (YAML.replace("[-1.0, -2.0, 0.0]", "[1, 2, 0.3]"), "a map that is turned"),
+        (YAML.replace("{0}.pgm", "../{0}.pgm"), "a file beside the map"),
+        (YAML.replace("{0}.pgm", "none.pgm"), "the picture cannot be read"),
+    ],
+)
+def test_what_is_wrong_with_a_map_is_told(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_map(save_map(tmp_path, text=text))
+
+
+MAP = "type octile\nheight 12\nwidth 20\nmap\n" + "\n".join(
+    "".join("@" if c in (0, 19) or r in (0, 11) or (c == 10 and r > 4) else "." for c in range(20)) for r in range(12)
+)
+SCEN = "version 1\n0\tmaps/one.map\t20\t12\t2\t9\t17\t9\t19.14213562\n0\tone.map\t20\t12\t0\t9\t17\t9\t20\n"
+
+
+def save_movingai(folder: Path, text: str = MAP, problems: str = SCEN) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "one.map").write_text(text)
+    (folder / "one.map.scen").write_text(problems)
+    return folder
+
+
+def test_movingai_problems_become_scenes_that_check(tmp_path: Path) -> None:
+    made = list(read_movingai(save_movingai(tmp_path / "theirs"), cell=0.5, every=1))
+    assert [scene.name for scene in made] == ["movingai_one-0"]  # the second one starts in a wall
+    (scene,) = made
+    assert scene.reference[0] == (2.5 * 0.5, (12 - 1 - 9 + 0.5) * 0.5)
+    # Theirs goes by eight directions and cuts no corners; ours goes straight, and keeps off walls.
+    assert 0.95 * scene.difficulty["optimal"] < scene.reference_length < scene.difficulty["optimal"]
+    assert scene.difficulty["optimal"] == pytest.approx(19.14213562 * 0.5)
+    scene.write(tmp_path / "mine")
+    found = check_content([tmp_path / "mine"])
+    assert not found.faults, found.faults
+
+
+@pytest.mark.parametrize(
+    ("text", "problems", "message"),
+    [
+        ("", SCEN, "a map begins with"),
+        (MAP.replace("height 12", "height 13"), SCEN, "the map has 12 rows, not 13"),
+        (MAP.replace("height 12", "height -1"), SCEN, "height and width must be whole numbers"),
+        (MAP.replace("width 20", "width 21"), SCEN, "this row has 20 cells, not 21"),
+        (MAP.replace("@.", "@X", 1), SCEN, "cells that are none"),
+        (MAP, "version 1\n1 2 3\n", "a problem has 9 words, found 3"),
+        (MAP, SCEN.replace("\t2\t9\t17", "\t2\tx\t17"), "must be whole numbers"),
+        (MAP, SCEN.replace("\t2\t9\t17", "\t2\t99\t17"), "outside of the map"),
+        (MAP, SCEN.replace("19.14213562", "nan"), "the optimal length must be a number"),
+    ],
+)
+def test_what_is_wrong_with_movingai_is_told(tmp_path: Path, text: str, problems: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        list(read_movingai(save_movingai(tmp_path, text, problems), every=1))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["barn", "nowhere"], "there is no folder 'nowhere'"),
+        (["barn", "."], "there is no world_0.world"),
+        (["mrpb", "."], "there is no map in it"),
+        (["movingai", "."], "there is no .scen file in it"),
+        (["movingai", ".", "--cell", "1 s"], "--cell must be in m"),
+        (["movingai", ".", "--cell", "100 m"], "--cell must be 5 cm to 10 m"),
+    ],
+)
+def test_the_command_says_what_is_missing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert call(["import", *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+def broken(data: bytes) -> st.SearchStrategy[bytes]:
+    """A file with a piece cut out, doubled, or overwritten."""
+    spots = st.integers(0, len(data))
+    return st.builds(
+        lambda a, b, middle: data[: min(a, b)] + middle + data[max(a, b) :], spots, spots, st.binary(max_size=12)
+    )
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    world=broken(WORLD.format(CYLINDER.format("a", 1, 2)).encode()),
+    text=broken(MAP.encode()),
+    yaml=broken(YAML.format("m").encode()),
+    picture=broken(b"P5 4 3 255\n" + bytes(range(12))),
+)
+def test_broken_files_are_told_or_read(tmp_path: Path, world: bytes, text: bytes, yaml: bytes, picture: bytes) -> None:
+    for name, data, reader in (
+        ("w.world", world, read_world),
+        ("m.map", text, lambda file: read_movingai_map(file, 0.5)),
+        ("m.pgm", picture, read_pgm),
+        ("m.yaml", yaml, read_map),
+    ):
+        file = tmp_path / name
+        file.write_bytes(data)
+        try:
+            reader(file)
+        except InputError as error:
+            assert error.faults[0].file is not None
+            assert len(str(error)) < 1000
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data(), st.integers(1, 12), st.integers(1, 12))
+def test_the_boxes_of_a_grid_are_its_taken_cells(data: st.DataObject, rows: int, columns: int) -> None:
+    line = st.lists(st.booleans(), min_size=columns, max_size=columns)
+    taken = np.array(data.draw(st.lists(line, min_size=rows, max_size=rows)))
+    grid = Ground((1.0, -2.0), (1.0 + 0.5 * columns, -2.0 + 0.5 * rows)).grid(0.5)
+    grid.taken[:] = taken
+    blocks = grid.blocks()
+    again = Ground(grid.low, (1.0 + 0.5 * columns, -2.0 + 0.5 * rows), blocks).grid(0.5)
+    assert (again.taken == taken).all()
+    assert all(isinstance(b, Block) for b in blocks)
+    assert sum(b.length * b.width for b in blocks if isinstance(b, Block)) == pytest.approx(0.25 * taken.sum())
+
+
+def test_who_drives_is_the_users_choice(tmp_path: Path) -> None:
+    (scene, _) = read_barn(clone(tmp_path), Driver(robot="pioneer_p3dx", rules=""))
+    assert 'robot = "pioneer_p3dx"' in scene.scenario
+    assert "rules = []" in scene.scenario
+    assert isinstance(scene.extras["ground"].things[0], Post)

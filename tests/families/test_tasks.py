@@ -1,0 +1,162 @@
+"""Families that test deliberation: what each asks is really asked, and a mission that thinks does it."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt import Catalog, Pose2, run
+from rocs_bt.compare import Building, gate_name, load_family, room_name
+from rocs_bt.drivers.mujoco import compose_world
+from rocs_bt.simulation import Goal, Judge
+
+SMALL = {"rows": 2, "columns": 2}
+
+
+def play(tmp_path: Path, family: str, index: int, duration: float = 30.0, **parameters: object) -> Any:
+    scene = load_family(Catalog(), family, parameters).scene(index)
+    scene.write(tmp_path)
+    return run(scene.name, Catalog(tmp_path), seed=1, report=False, duration=duration).summary
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 1000), st.integers(1, 4), st.integers(2, 4), st.data())
+def test_the_shortest_way_over_the_roads_is_networkxs(seed: int, rows: int, columns: int, data: st.DataObject) -> None:
+    building = Building.drawn(np.random.default_rng(seed), rows, columns, 4.0, 1.0)
+    shut = data.draw(st.sets(st.sampled_from(building.doors()), max_size=4))
+    graph = nx.Graph()
+    graph.add_nodes_from(map(room_name, building.rooms))
+    for door in set(building.doors()) - shut:
+        for room in door:
+            length = math.dist(building.doorway(door), building.middle(room))
+            graph.add_edge(gate_name(door), room_name(room), weight=length)
+    start, goal = data.draw(st.sampled_from(building.rooms)), data.draw(st.sampled_from(building.rooms))
+    found = building.shortest(start, goal, shut)
+    if not nx.has_path(graph, room_name(start), room_name(goal)):
+        assert found is None
+        return
+    assert found is not None
+    assert found[1] == pytest.approx(nx.dijkstra_path_length(graph, room_name(start), room_name(goal)))
+    way = building.way(found[0])
+    assert sum(map(math.dist, way, way[1:])) == pytest.approx(found[1])
+    assert (way[0], way[-1]) == (building.middle(start), building.middle(goal))
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 1000))
+def test_a_door_fills_its_doorway_and_opens_into_the_wall(seed: int) -> None:
+    building = Building.drawn(np.random.default_rng(seed), 2, 2, 3.6, 1.1)
+    open_way = building.ground().grid(0.05)
+    for door in building.doors():
+        ground = building.ground()
+        leaf = building.leaf(door, shut=True)
+        assert not open_way.taken[open_way.at(building.doorway(door))]
+        grid = ground.grid(0.05)
+        grid.add(leaf)
+        x, y = building.doorway(door)
+        aside = [(x, y + d) if leaf.width > leaf.length else (x + d, y) for d in np.linspace(-0.5, 0.5, 21)]
+        assert all(grid.taken[grid.at(point)] for point in aside)
+        before = ground.grid(0.05)
+        before.add(building.leaf(door, shut=False))
+        free = [before.taken[before.at(point)] for point in aside]
+        assert not any(free[1:-1])
+
+
+def test_doors_really_shut_and_a_thinking_mission_goes_round(tmp_path: Path) -> None:
+    """The roads are all that `astar` knows: without the news it drives into a shut door."""
+    wanted = {**SMALL, "doors": 1, "until": "0.5 s"}
+    assert play(tmp_path, "blocked_doors", 0, **wanted)["agents"]["R"]["outcome"] == "success"
+    untold = play(tmp_path / "b", "blocked_doors", 0, told=0, **wanted)["agents"]["R"]
+    assert untold["outcome"] != "success"
+    assert "door_" in untold["reason"] or untold["min_clearance"] < 0.1
+    scene = load_family(Catalog(), "blocked_doors", wanted).scene(0)
+    told = tomllib.loads(scene.scenario)
+    world = compose_world(tmp_path / "scenarios" / "worlds" / f"{scene.name}.xml", [])
+    assert set(world.things) == {mover["name"] for mover in told["mover"]}
+    news = {fact["node"]: fact["at"] for fact in told["fact"] if fact.get("at")}
+    assert news == {mover["name"]: mover["at"] for mover in told["mover"]}
+
+
+def test_whether_one_is_told_changes_neither_building_nor_doors() -> None:
+    told, untold = (load_family(Catalog(), "blocked_doors", {"told": n}).scene(5) for n in (1, 0))
+    assert told.world == untold.world
+    assert told.reference == untold.reference
+
+
+def test_only_knowledge_tells_of_a_closed_road(tmp_path: Path) -> None:
+    wanted = {**SMALL, "closed": 1}
+    by_road = play(tmp_path / "a", "closed_edges", 0, **wanted)["agents"]["R"]
+    by_eye = play(tmp_path / "b", "closed_edges", 0, planner="grid_astar", **wanted)["agents"]["R"]
+    assert [agent["outcome"] for agent in (by_road, by_eye)] == ["success", "success"]
+    assert [agent["requirements"][0]["verdict"] for agent in (by_road, by_eye)] == ["satisfied", "violated"]
+
+
+@pytest.mark.parametrize("index", range(12))
+def test_nobody_is_where_a_goal_is_before_it_moves(index: int) -> None:
+    scene = load_family(Catalog(), "moved_goals").scene(index)
+    told = tomllib.loads(scene.scenario)
+
+    def at(pose: dict[str, str]) -> tuple[float, float]:
+        return float(pose["x"].split()[0]), float(pose["y"].split()[0])
+
+    start = at(told["agent"][0])
+    news = [fact for fact in told["fact"] if fact["node"] == "goal"]
+    places = [at(told["place"][0]), *(at(fact["pose"]) for fact in news)]
+    assert len(news) == 2
+    for place, fact in zip(places, news, strict=False):
+        assert math.dist(start, place) > 0.5
+        assert float(fact["at"].split()[0]) * 2.0 < 2.0 * math.hypot(10.8, 10.8)
+    assert scene.reference[-1] == pytest.approx(places[-1])
+
+
+def test_errands_are_done_in_their_order(tmp_path: Path) -> None:
+    summary = play(tmp_path, "priorities", 0, rows=2, errands=1)["agents"]["R"]
+    assert summary["outcome"] == "success"
+    # A mission that knows nothing of tasks drives home, and that is no success.
+    other = play(tmp_path / "b", "priorities", 0, 12.0, rows=2, errands=1, mission="navigate")["agents"]["R"]
+    assert other["outcome"] == "timeout" or "it was not at 'urgent'" in other["reason"]
+
+
+def test_who_does_not_charge_in_time_is_stuck(tmp_path: Path) -> None:
+    assert play(tmp_path, "low_battery", 0, rows=2)["agents"]["R"]["outcome"] == "success"
+    late = play(tmp_path / "b", "low_battery", 0, rows=2, spare=0.01)["agents"]["R"]
+    assert late["outcome"] == "stuck"
+    assert "it was not at 'charger' by" in late["reason"]
+
+
+class Asked:
+    """A mind that says what a test wants."""
+
+    status, reason, failure = "RUNNING", "", None
+
+
+def test_success_only_after_the_goals_before_it() -> None:
+    end, first, second = (Goal(name, Pose2(x, 0.0), 0.2) for name, x in (("end", 0.0), ("first", 1.0), ("second", 2.0)))
+    mind = Asked()
+    judge = Judge(end, after=[(first, 5.0), (second, math.inf)])
+    judge.update(0.0, Pose2(1.1, 0.0), mind, commanded=False)
+    mind.status = "SUCCESS"
+    assert not judge.update(1.0, Pose2(0.0, 0.0), mind, commanded=False)
+    assert judge.verdict().reason == "it never was at 'second'"
+    judge.update(6.0, Pose2(2.0, 0.1), mind, commanded=False)
+    assert judge.update(7.0, Pose2(0.0, 0.0), mind, commanded=False)
+    assert judge.verdict().outcome == "success"
+    assert judge.verdict().time_to_goal == 7.0
+
+
+def test_too_late_is_stuck_and_a_goal_that_moves_is_visited_where_it_is() -> None:
+    end, first = Goal("end", Pose2(0.0, 0.0), 0.2), Goal("first", Pose2(1.0, 0.0), 0.2)
+    judge = Judge(end, after=[(first, 5.0)])
+    judge.move_goal("first", Pose2(3.0, 0.0))
+    assert not judge.update(5.0, Pose2(1.0, 0.0), Asked(), commanded=False)
+    assert judge.update(5.05, Pose2(1.0, 0.0), Asked(), commanded=False)
+    assert judge.verdict().outcome == "stuck"
+    assert judge.verdict().reason == "it was not at 'first' by 5 s"

@@ -1,0 +1,99 @@
+"""OccupancyGrid: evidence by cell, a mean echo in each, and a square that rolls along."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.errors import KnowledgeError
+from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+NONE = np.empty((0, 2))
+NO_CELLS = np.empty((0, 2), dtype=np.intp)
+
+
+def seen(grid, *points, times=1):
+    for _ in range(times):
+        grid.look(np.array(points), NO_CELLS)
+
+
+def test_nothing_is_known_then_something_stands_there_then_it_is_gone():
+    grid, place = OccupancyGrid(0.1, 4.0), np.array([[0.52, -0.31]])
+    assert grid.state(0.52, -0.31) == UNKNOWN
+    assert grid.look(place, NO_CELLS) == 1
+    assert grid.state(0.52, -0.31) == OCCUPIED
+    looks = 0
+    while grid.state(0.52, -0.31) != FREE:
+        grid.look(NONE, grid.cells(place))
+        looks += 1
+    assert 1 < looks < 10
+
+
+def test_an_echo_outweighs_the_beams_that_pass_it_in_the_same_look():
+    grid, place = OccupancyGrid(0.1, 4.0), np.array([[0.5, 0.5]])
+    for _ in range(30):
+        grid.look(place, grid.cells(place))
+    assert grid.state(0.5, 0.5) == OCCUPIED
+
+
+def test_what_was_sure_for_long_goes_as_fast_as_what_was_sure_for_short():
+    short, long, place = OccupancyGrid(0.1, 4.0), OccupancyGrid(0.1, 4.0), np.array([[0.5, 0.5]])
+    seen(short, (0.5, 0.5), times=5)
+    seen(long, (0.5, 0.5), times=500)
+    for _ in range(12):
+        short.look(NONE, short.cells(place)), long.look(NONE, long.cells(place))
+    assert short.state(0.5, 0.5) == long.state(0.5, 0.5) == FREE
+
+
+def test_echoes_are_averaged_within_their_cell():
+    grid, rng = OccupancyGrid(0.1, 4.0), np.random.default_rng(1)
+    for _ in range(200):
+        grid.look(np.array([[0.53, 0.56]]) + rng.normal(0.0, 0.008, (1, 2)), NO_CELLS)
+    (point,) = grid.window((0.0, 0.0), (1.0, 1.0)).points()
+    assert point == pytest.approx((0.53, 0.56), abs=0.006)
+
+
+def test_only_changes_of_what_is_occupied_count():
+    grid = OccupancyGrid(0.1, 4.0)
+    seen(grid, (0.5, 0.5))
+    before = grid.revision
+    seen(grid, (0.5, 0.5))
+    grid.look(NONE, grid.cells(np.array([[1.0, 1.0]])))
+    assert grid.revision == before
+
+
+@settings(max_examples=30)
+@given(st.lists(st.tuples(st.floats(-6, 6), st.floats(-6, 6)), min_size=1, max_size=6))
+def test_what_stays_inside_is_kept_when_it_rolls_and_the_rest_forgotten(path):
+    grid, known = OccupancyGrid(0.25, 4.0), {}
+    for x, y in path:
+        grid.centre_on(x, y)
+        seen(grid, (x, y))
+        row, column = grid.cells(np.array([[x, y]]))[0]
+        known = {cell for cell in known if tuple(cell) in set(map(tuple, grid.occupied().tolist()))} | {(row, column)}
+        corner = grid._corner
+        assert all((np.array(cell) - corner >= 0).all() and (np.array(cell) - corner < 16).all() for cell in known)
+    assert known == set(map(tuple, grid.occupied().tolist()))
+
+
+def test_a_window_reaches_beyond_the_grid_and_knows_nothing_there():
+    grid = OccupancyGrid(0.1, 2.0)
+    seen(grid, (0.95, 0.05))
+    window = grid.window((0.9, 0.0), (1.55, 0.05))
+    assert window.states.shape == (1, 7)
+    assert window.states[0].tolist() == [OCCUPIED, *[UNKNOWN] * 6]
+    assert window.points() == pytest.approx(np.array([[0.95, 0.05]]))
+
+
+def test_a_place_is_forgotten_on_request():
+    grid = OccupancyGrid(0.1, 4.0)
+    seen(grid, (0.5, 0.5), (-1.0, -1.0))
+    grid.clear(0.5, 0.5, 0.3)
+    assert grid.state(0.5, 0.5) == UNKNOWN
+    assert grid.state(-1.0, -1.0) == OCCUPIED
+
+
+@pytest.mark.parametrize(("cell", "side"), [(0.0, 1.0), (0.1, 0.05), (0.001, 100.0), (float("nan"), 1.0)])
+def test_sizes_that_make_no_grid_are_refused(cell, side):
+    with pytest.raises(KnowledgeError, match="grid"):
+        OccupancyGrid(cell, side)

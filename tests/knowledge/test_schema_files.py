@@ -1,0 +1,339 @@
+"""Schema files: what they declare, what they may not, and where it is told."""
+
+from __future__ import annotations
+
+import math
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.errors import InputError, KnowledgeError
+from rocs_bt.event import NullSink
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import (
+    POSE,
+    SCHEMA,
+    Attribute,
+    Kind,
+    KnowledgeGraph,
+    Relation,
+    Schema,
+    load_schema,
+    schema_text,
+)
+from rocs_bt.units import LENGTH, NONE, SPEED, TIME, TURN_RATE
+
+CHARGER = """
+format = "schema/1"
+[kind.charger]
+doc = "Where a robot fills its battery"
+extends = "place"
+[kind.charger.attributes]
+power = { type = "number", unit = "W", low = "0 W", high = "2000 W", default = "50 W", doc = "that it gives" }
+plug = { type = "text", choices = ["A", "B"] }
+[kind.robot.attributes]
+battery = { type = "number", low = 0, high = 1 }
+[relation.docks_at]
+sources = ["robot"]
+targets = ["charger"]
+max_sources = 1
+"""
+
+
+def load(tmp_path: Path, text: str, base: Schema | None = SCHEMA) -> Schema:
+    file = tmp_path / "own.toml"
+    file.write_text(text, encoding="utf-8")
+    return load_schema([file], base)
+
+
+def graph_of(schema: Schema) -> KnowledgeGraph:
+    return KnowledgeGraph(SimulatedClock(0.05), NullSink(), "R2", schema)
+
+
+def test_a_project_adds_kinds_attributes_and_relations(tmp_path: Path) -> None:
+    graph = graph_of(load(tmp_path, CHARGER))
+    graph.add("R2", "robot", battery=0.5)
+    graph.add("R3", "robot")
+    graph.add("dock", "charger", pose=Pose2(1.0, 2.0), plug="A")
+    assert graph.attributes("dock") == {"pose": Pose2(1.0, 2.0), "tolerance": 0.1, "power": 50.0, "plug": "A"}
+    assert graph.nodes("place") == graph.nodes("thing")[-1:] == ["dock"]
+    graph.relate("R2", "at", "dock")  # as at any place
+    graph.relate("R2", "docks_at", "dock")
+    with pytest.raises(KnowledgeError, match="'docks_at' gives 'dock' at most 1 sources, and it has R2; unrelate one"):
+        graph.relate("R3", "docks_at", "dock")
+    with pytest.raises(KnowledgeError, match="'plug' of 'charger dock' must be one of A, B, found 'C'"):
+        graph.set("dock", plug="C")
+    with pytest.raises(KnowledgeError, match=r"'power' of 'charger dock' must be a number .* in \[0, 2000\]"):
+        graph.set("dock", power=3000.0)
+    assert "charger" not in SCHEMA.kinds
+
+
+def test_files_may_name_each_others_kinds(tmp_path: Path) -> None:
+    for name, text in {"a": '[kind.tail]\nextends = "leg"\n', "b": "[kind.leg]\n"}.items():
+        (tmp_path / f"{name}.toml").write_text(f'format = "schema/1"\n{text}', encoding="utf-8")
+    schema = load_schema([tmp_path / "a.toml", tmp_path / "b.toml"])
+    assert schema.lineages["tail"] == ("tail", "leg")
+    assert schema.families["leg"] == {"leg", "tail"}
+
+
+def test_cardinality_holds_in_both_directions() -> None:
+    schema = Schema.of(
+        [Kind("a"), Kind("b")],
+        [Relation("two", ("a",), ("b",), max_targets=2), Relation("one", ("a",), ("b",), single=True, max_sources=1)],
+    )
+    graph = graph_of(schema)
+    for name in ("a1", "a2", "b1", "b2", "b3"):
+        graph.add(name, name[0])
+    for target in ("b1", "b2", "b1"):  # the last one is there already
+        graph.relate("a1", "two", target)
+    with pytest.raises(KnowledgeError, match="'two' gives 'a1' at most 2 targets, and it has b1, b2"):
+        graph.relate("a1", "two", "b3")
+    graph.relate("a1", "one", "b1")
+    with pytest.raises(KnowledgeError, match="'one' gives 'b1' at most 1 sources, and it has a1"):
+        graph.relate("a2", "one", "b1")
+    graph.relate("a1", "one", "b2")  # lets go of b1
+    graph.relate("a2", "one", "b1")
+    assert graph.related("a1", "one") == ["b2"]
+    assert graph.relating("b1", "one") == ["a2"]
+
+
+def test_a_kind_may_narrow_what_it_inherits() -> None:
+    wide = Kind("wide", {"v": Attribute(float, low=0.0), "w": Attribute(str)})
+    narrow = Kind("narrow", {"v": Attribute(float, required=True, low=1.0, high=2.0)}, extends="wide")
+    graph = graph_of(Schema.of([narrow, wide], []))
+    with pytest.raises(KnowledgeError, match="narrow 'x' needs v"):
+        graph.add("x", "narrow")
+    graph.add("x", "narrow", v=1.5, w="text")
+    assert graph.nodes("wide") == ["x"]
+
+
+WRONG = [
+    ('format = "schema/2"', 1, "'schema/2' is no format"),
+    ("[kind.Robot]", 1, "'Robot' is no name"),
+    ("[kind.where]", 1, "'where' is no name"),
+    ('[kind.a]\nextends = "thng"', 2, "no kind named 'thng'. Did you mean 'thing'"),
+    ('[kind.a]\nextends = "b"\n[kind.b]\nextends = "a"', 2, "of itself: a is a b is a a."),
+    ('[kind.robot]\nextends = "place"', 1, "kind 'robot' exists and extends body; keep it so"),
+    ('[kind.a.attributes]\nx = { type = "numbr" }', 2, "'numbr' is no type"),
+    ("[kind.a.attributes]\nx = {}", 2, "has no 'type'"),
+    ('[kind.a.attributes]\nx = { type = "number", unit = "cm" }', 2, "SI units, and 'cm' is none"),
+    ('[kind.a.attributes]\nx = { type = "number", unit = "m", low = 0 }', 2, "low needs a unit"),
+    ('[kind.a.attributes]\nx = { type = "number", unit = "m", low = "1 s" }', 2, "low must be in m"),
+    ('[kind.a.attributes]\nx = { type = "number", low = 1, default = 0 }', 2, "in [1, inf], found 0"),
+    ('[kind.a.attributes]\nx = { type = "text", low = 1 }', 2, "has no use for 'low'"),
+    ('[kind.a.attributes]\nx = { type = "text", choices = ["b"], default = "c" }', 2, "must be one of b, found 'c'"),
+    ('[kind.a.attributes]\nx = { type = "pose", default = ["1 m", "2 m"] }', 2, "default must have 3 values"),
+    ('[kind.a.attributes]\nx = { type = "numbers", size = 2, default = [1] }', 2, "2 numbers [1], found 1"),
+    ('[kind.a.attributes]\nrevision = { type = "text" }', 1, "which the graph uses itself"),
+    ('[kind.a.attributes]\nv = { type = "live" }', 1, "no text attribute 'signal'"),
+    ('[kind.robot.attributes]\nradius = { type = "integer" }', 2, "has 'radius' from 'body', as a number [m]"),
+    ('[kind.robot.attributes]\ntrack = { type = "integer" }', 1, "has 'track' already, as a number [m] in [0, inf]"),
+    ('[relation.r]\nsources = ["robot"]', 1, "has no 'targets'"),
+    ('[relation.r]\nsources = ["robt"]\ntargets = ["goal"]', 2, "Did you mean 'robot'"),
+    ('[relation.r]\nsources = ["robot"]\ntargets = ["goal"]\nmax_targets = 0', 4, "must be at least 1"),
+    ('[relation.r]\nsources = ["robot"]\ntargets = ["goal"]\nsingle = true\nmax_targets = 2', 1, "is single"),
+    ('[relation.at]\nsources = ["robot"]\ntargets = ["goal"]\nsingle = true', 1, "exists with single=False"),
+    ("[kinds.a]", 1, "no use for 'kinds'. Did you mean 'kind'"),
+    ("[kind.a\n", 1, "not valid TOML"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "message"), WRONG, ids=[w[2] for w in WRONG])
+def test_a_fault_is_told_with_its_place(tmp_path: Path, text: str, line: int, message: str) -> None:
+    head = "" if text.startswith("format") else 'format = "schema/1"\n'
+    with pytest.raises(InputError) as caught:
+        load(tmp_path, head + text)
+    places = [f"{tmp_path}/own.toml:{line + (1 if head else 0)}:" in str(f) for f in caught.value.faults]
+    told = [message in str(f) for f in caught.value.faults]
+    assert (True, True) in zip(places, told, strict=True), str(caught.value)
+
+
+def test_all_faults_of_all_files_are_told_at_once(tmp_path: Path) -> None:
+    for name, text in {"a": '[kind.x]\nextends = "nothing"', "b": "[kind.A]\n[kind.y]\nzzz = 1"}.items():
+        (tmp_path / f"{name}.toml").write_text(f'format = "schema/1"\n{text}', encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_schema([tmp_path / "a.toml", tmp_path / "missing.toml", tmp_path / "b.toml"], SCHEMA)
+    told = sorted((fault.file.name, fault.line) for fault in caught.value.faults if fault.file is not None)
+    assert told == [("a.toml", 3), ("b.toml", 2), ("b.toml", 4), ("missing.toml", 0)]
+
+
+NAMES = [f"n{i}" for i in range(8)]
+UNITS = [NONE, LENGTH, SPEED, TIME, TURN_RATE, LENGTH * LENGTH, NONE / TIME]
+
+
+def random_schema(rng: random.Random) -> Schema:
+    kinds = [
+        Kind(
+            f"k{i}",
+            {f"a{i}_{j}": random_attribute(rng) for j in range(rng.randrange(4))},
+            rng.choice(["", 'says "so"', "ü\n\x7f\\"]),
+            rng.choice([None, f"k{rng.randrange(i)}"]) if i else None,
+        )
+        for i in range(rng.randrange(1, 6))
+    ]
+    names = [kind.name for kind in kinds]
+    relations = [
+        Relation(
+            f"r{i}",
+            tuple(rng.sample(names, rng.randint(1, len(names)))),
+            tuple(rng.sample(names, rng.randint(1, len(names)))),
+            {f"b{j}": random_attribute(rng) for j in range(rng.randrange(3))},
+            single=(single := rng.random() < 0.3),
+            max_targets=None if single else rng.choice([None, 1, 2]),
+            max_sources=rng.choice([None, 1, 2]),
+        )
+        for i in range(rng.randrange(4))
+    ]
+    return Schema.of(kinds, relations)
+
+
+def random_attribute(rng: random.Random) -> Attribute:
+    unit = rng.choice(UNITS)
+    low = rng.choice([-math.inf, 0.0, -1.5])
+    match rng.randrange(6):
+        case 0:
+            return Attribute(float, (unit,), low=low, high=rng.choice([math.inf, 2.0]), default=rng.choice([None, 0.5]))
+        case 1:
+            return Attribute(int, low=low, default=rng.choice([None, 3]))
+        case 2:
+            return Attribute(bool, default=rng.choice([None, True, False]), doc="yes or no")
+        case 3:
+            choices = rng.choice([(), ("a", "b'")])
+            return Attribute(str, choices=choices, default=rng.choice([None, *choices]))
+        case 4:
+            return Attribute(tuple, (unit,), low=low, size=rng.choice([0, 2]), default=rng.choice([None, (0.25, 1.0)]))
+    return Attribute(Pose2, POSE, required=rng.random() < 0.2, default=rng.choice([None, Pose2(1.0, -2.0, 0.5)]))
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 10**9))
+def test_what_is_written_is_read_again(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:
+    schema = random_schema(random.Random(seed))
+    folder = tmp_path_factory.mktemp("schema")
+    again = load(folder, schema_text(schema), None)
+    assert again == schema
+    assert again.declared == schema.declared
+    assert schema_text(again) == schema_text(schema)
+
+
+def test_the_shipped_schema_is_written_and_read_again(tmp_path: Path) -> None:
+    assert load(tmp_path, schema_text(SCHEMA), None) == SCHEMA
+
+
+class Naive:
+    """What the schema allows, told as plainly as can be."""
+
+    def __init__(self, schema: Schema) -> None:
+        self.schema = schema
+        self.kinds: dict[str, str] = {}
+        self.edges: list[tuple[str, str, str]] = []
+
+    def ancestors(self, kind: str | None) -> list[str]:
+        return [] if kind is None else [kind, *self.ancestors(self.schema.declared[kind].extends)]
+
+    def declared(self, kind: str) -> dict[str, Attribute]:
+        found: dict[str, Attribute] = {}
+        for each in reversed(self.ancestors(kind)):
+            found |= self.schema.declared[each].attributes
+        return found
+
+    def allows(self, attribute: Attribute, value: Any) -> bool:
+        if value is None:
+            return not attribute.required
+        numbers: list[float] = [*value] if isinstance(value, tuple) else [value]
+        types = {float: (float, int), int: (int,), bool: (bool,), str: (str,), tuple: (tuple, Pose2), Pose2: (Pose2,)}
+        if type(value) not in types[attribute.type] or not self.sized(attribute, value):
+            return False
+        if attribute.type is str:
+            return not attribute.choices or value in attribute.choices
+        return attribute.type is bool or all(attribute.low <= number <= attribute.high for number in numbers)
+
+    def sized(self, attribute: Attribute, value: Any) -> bool:
+        return attribute.type is not tuple or attribute.size in (0, len(value))
+
+    def may_add(self, name: str, kind: str, values: dict[str, Any]) -> bool:
+        declared = self.declared(kind) if kind in self.schema.declared else {}
+        needed = {n for n, a in declared.items() if a.required and n not in values}
+        fits = all(n in declared and self.allows(declared[n], v) for n, v in values.items())
+        return kind in self.schema.declared and name not in self.kinds and fits and not needed
+
+    def may_relate(self, source: str, relation: str, target: str) -> bool:
+        declared = self.schema.relations[relation]
+        for end, kinds in ((source, declared.sources), (target, declared.targets)):
+            if end not in self.kinds or not set(self.ancestors(self.kinds[end])) & set(kinds):
+                return False
+        if (source, relation, target) in self.edges:
+            return True
+        out = [e for e in self.edges if e[:2] == (source, relation)]
+        into = [e for e in self.edges if e[1:] == (relation, target)]
+        return not (
+            (declared.max_targets is not None and len(out) >= declared.max_targets)
+            or (declared.max_sources is not None and len(into) >= declared.max_sources)
+        )
+
+    def relate(self, source: str, relation: str, target: str) -> None:
+        edge = source, relation, target
+        if edge not in self.edges:
+            if self.schema.relations[relation].single:
+                self.edges = [e for e in self.edges if e[:2] != (source, relation)]
+            self.edges.append(edge)
+
+
+VALUES = [None, 0.5, -1.0, 9.0, 3, True, "a", "zzz", (0.5, 0.5), (1.0,), Pose2(0.5, 1.0, 0.25)]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 10**9))
+def test_a_write_is_refused_exactly_when_the_schema_says_so(seed: int) -> None:
+    rng = random.Random(seed)
+    schema = random_schema(rng)
+    graph, naive = graph_of(schema), Naive(schema)
+    for _ in range(30):
+        name, kind = rng.choice(NAMES), rng.choice([*schema.kinds, "nothing"])
+        attributes = [*schema.kinds[kind].attributes, "zzz"] if kind in schema.kinds and rng.random() < 0.9 else ["zzz"]
+        values = {a: rng.choice(VALUES) for a in rng.sample(attributes, rng.randrange(min(3, len(attributes)) + 1))}
+        if kind in schema.kinds and rng.random() < 0.6:
+            values |= {n: Pose2(0.0, 0.0) for n, a in schema.kinds[kind].attributes.items() if a.required}
+        before = graph.revision
+        if naive.may_add(name, kind, values):
+            graph.add(name, kind, **values)
+            naive.kinds[name] = kind
+        else:
+            with pytest.raises(KnowledgeError):
+                graph.add(name, kind, **values)
+            assert graph.revision == before
+    for _ in range(40 if schema.relations else 0):
+        edge = rng.choice(NAMES), rng.choice([*schema.relations]), rng.choice(NAMES)
+        required = any(a.required for a in schema.relations[edge[1]].attributes.values())
+        if naive.may_relate(*edge) and not required:
+            graph.relate(*edge)
+            naive.relate(*edge)
+        elif not naive.may_relate(*edge):
+            with pytest.raises(KnowledgeError):
+                graph.relate(*edge)
+    assert graph.nodes() == list(naive.kinds)
+    assert set(graph.edges()) == set(naive.edges)
+
+
+SNIPPETS = st.sampled_from(
+    ["[kind.a]", "[kind.b.attributes]", "[relation.r]", 'extends = "a"', 'extends = "thing"', "single = true", "x = 1",
+     'x = { type = "number", unit = "m" }', 'x = { type = "pose" }', 'x = { type = 3 }', 'sources = ["a"]', "y = []",
+     'targets = ["robot"]', "sources = 1", "max_sources = -1", 'doc = ""', "[[kind]]", "[kind]", "kind = 1", "{", '"']
+)  # fmt: skip
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(SNIPPETS, max_size=8).map("\n".join) | st.text(max_size=80))
+def test_any_text_is_a_schema_or_is_refused_with_its_place(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    folder = tmp_path_factory.getbasetemp()
+    try:
+        schema = load(folder, f'format = "schema/1"\n{text}')
+    except InputError as error:
+        assert all(fault.file is not None and fault.message for fault in error.faults)
+    else:
+        assert schema_text(schema)

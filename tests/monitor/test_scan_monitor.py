@@ -1,0 +1,105 @@
+"""ScanMonitor: a scan, and the gaps between hull and echoes in the groups that rules use."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rocs_bt.clock import Rate, SimulatedClock
+from rocs_bt.device import Reading, Sensor
+from rocs_bt.errors import InputError
+from rocs_bt.event import ListSink
+from rocs_bt.knowledge import Knowledge
+from rocs_bt.monitor import ScanMonitor, Watched
+
+BEAMS, SPAN = 271, math.radians(270.0)  # a degree each
+GROUPS = {
+    "front": {
+        "sectors": [[0.0, math.radians(20.0)], [math.radians(-40.0), math.radians(-20.0)]],
+        "weights": [1.0, 0.8],
+    },
+    "rear": {"blind": True},
+}
+
+
+class Scanner(Sensor):
+    """Says what the test wants."""
+
+    def __init__(self, values: list[float]) -> None:
+        super().__init__("lidar")
+        self.values = values
+
+    def read(self) -> Reading:
+        return Reading(0.0, self.values)
+
+
+def interpreted(values: list[float], mount: tuple[float, float, float] = (0.1, 0.0, 0.0), **given: Any) -> Any:
+    clock = SimulatedClock(0.05)
+    knowledge = Knowledge("R", clock, ListSink())
+    knowledge.graph.set("R", length=0.5, width=0.4)
+    watched = [Watched(Scanner(values), Rate(1, 0.05))]
+    parameters = {"beams": BEAMS, "span": SPAN, "mount": mount, "group": GROUPS, **given}
+    monitor = ScanMonitor("scan", watched, knowledge, ListSink(), **parameters)
+    for signal in monitor.signals():
+        knowledge.signals.declare(signal)
+    monitor.run(0.0, 0)
+    return {name: knowledge.signals.read(name, 0.0).tolist() for name in knowledge.signals.names}
+
+
+def ray(degrees: float) -> int:
+    return round(degrees) + 135
+
+
+def test_an_obstacle_counts_from_the_hull_and_over_its_weight() -> None:
+    values = [math.inf] * BEAMS
+    values[ray(0)], values[ray(-30)], values[ray(90)] = 1.15, 1.0, 0.3
+    found = interpreted(values)
+    assert found["scan"] == values
+    to_side = 0.2 / math.sin(math.radians(30.0))  # leaves the hull by its front, before its side
+    to_front = 0.15 / math.cos(math.radians(30.0))
+    assert found["front"] == pytest.approx([1.0, (1.0 - min(to_side, to_front)) / 0.8])
+    assert found["rear"] == [math.inf]
+
+
+def test_what_is_within_the_hull_is_at_its_surface_and_a_dead_ray_blinds_its_sector() -> None:
+    values = [2.0] * BEAMS
+    values[ray(10)], values[ray(-30)] = 0.06, math.nan
+    front = interpreted(values)["front"]
+    assert front[0] == 0.0
+    assert math.isnan(front[1])
+
+
+@given(st.floats(-0.2, 0.2), st.floats(-0.15, 0.15), st.floats(-3.0, 3.0))
+def test_a_ray_that_ends_on_the_hull_has_no_gap(x: float, y: float, yaw: float) -> None:
+    # The hull's outline as seen from the scanner, by an independent way: bisection along each ray.
+    bearings = np.linspace(-SPAN / 2, SPAN / 2, BEAMS) + yaw
+    low, high = np.zeros(BEAMS), np.full(BEAMS, 2.0)
+    for _ in range(50):
+        middle = (low + high) / 2
+        inside = (abs(x + middle * np.cos(bearings)) <= 0.25) & (abs(y + middle * np.sin(bearings)) <= 0.2)
+        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    sectors = {"all": {"sectors": [[b, b] for b in (0.0, 1.0471975511965976, -2.0943951023931953)]}}
+    found = interpreted((low + 0.3).tolist(), (x, y, yaw), group=sectors)["all"]
+    assert found == pytest.approx([0.3] * 3, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"beams": 1}, "takes 2 to 4000 beams"),
+        ({"span": 7.0}, "a span of up to 360 deg"),
+        ({"mount": (0.0, 0.0)}, "a mount of x, y and yaw"),
+        ({"group": {"front": {}}}, "group 'front' of monitor 'scan' needs sectors.*blind = true"),
+        ({"group": {"front": {"sectors": [[0.0, 1.0]], "weights": [2.0]}}}, "one weight in"),
+        ({"group": {"front": {"sectors": [[3.0, 3.1]]}}}, "two bearings with rays between them"),
+        ({"group": {"front": {"sectors": [[0.1, 0.2, 0.3]]}}}, "two bearings with rays between them"),
+    ],
+)
+def test_says_what_is_wrong(wrong: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        interpreted([1.0] * BEAMS, **wrong)

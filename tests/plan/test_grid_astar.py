@@ -1,0 +1,137 @@
+"""GridAstar: its search against networkx on the same graph, and the ways that it draws."""
+
+import itertools
+import math
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.footprint import Footprint
+from rocs_bt.control.rod import Surroundings
+from rocs_bt.event import NullSink
+from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import Knowledge, OccupancyGrid
+from rocs_bt.plan import NoRoute
+
+PLANNER = Catalog.here().load_route("grid_astar")
+MODULE = PLANNER.route.__globals__
+HULL = Footprint(0.5, 0.4)
+START, GOAL = Pose2(0.0, 0.0), Pose2(5.0, 0.0)
+
+
+def post(x, y, radius=0.1):
+    angles = np.linspace(0.0, math.tau, 40)
+    return np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
+
+
+class Bench:
+    def __init__(self, *things):
+        self.clock = SimulatedClock(0.05)
+        self.knowledge = Knowledge("R", self.clock, NullSink())
+        self.knowledge.graph.set("R", length=HULL.length, width=HULL.width)
+        self.grid = self.knowledge.world.occupancy = OccupancyGrid(0.05, 30.0)
+        self.planner = PLANNER(self.knowledge)
+        self.see(*things)
+
+    def see(self, *things):
+        for thing in things:
+            self.grid.look(thing, np.empty((0, 2), dtype=np.intp))
+        for _ in range(5):
+            self.clock.advance()
+
+    def route(self, start=START, goal=GOAL, clearance=0.02):
+        return self.planner.route(start, goal, clearance)
+
+    def gaps(self, way):
+        points = np.array(way)
+        chord = np.gradient(points, axis=0)
+        poses = np.column_stack([points, np.arctan2(chord[:, 1], chord[:, 0])])
+        return HULL.clearance(poses, self.grid.window((-9.0, -9.0), (9.0, 9.0)).points())
+
+
+def dijkstra(cost, start, goal):
+    graph = nx.Graph()
+    for cell in np.ndindex(cost.shape):
+        for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
+            other = (cell[0] + step[0], cell[1] + step[1])
+            if 0 <= other[0] < cost.shape[0] and 0 <= other[1] < cost.shape[1]:
+                weight = 0.5 * math.hypot(*step) * (cost[cell] + cost[other])
+                if weight < math.inf:
+                    graph.add_edge(cell, other, weight=weight)
+    return nx.dijkstra_path_length(graph, start, goal) if nx.has_path(graph, start, goal) else math.inf
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_search_finds_a_cheapest_way_as_networkx_does(seed):
+    rng = np.random.default_rng(seed)
+    shape = tuple(rng.integers(8, 30, 2))
+    cost = 1.0 + rng.exponential(2.0, shape)
+    cost[rng.random(shape) < rng.choice([0.0, 0.2, 0.45])] = math.inf
+    start, goal = (0, int(rng.integers(shape[1]))), (shape[0] - 1, int(rng.integers(shape[1])))
+    cost[start] = cost[goal] = 1.0
+    field = MODULE["Field"](Surroundings(0.0, 0.0, 1.0, cost, np.empty((0, 2))), cost, 0.2, 0)
+    found = MODULE["_search"](field, cost, (start[1] + 0.5, start[0] + 0.5), (goal[1] + 0.5, goal[0] + 0.5))
+    expected = dijkstra(cost, start, goal)
+    if found is None:
+        assert expected == math.inf
+        return
+    cells = [(int(y), int(x)) for x, y in found]
+    assert (cells[0], cells[-1]) == (start, goal)
+    paid = sum(0.5 * math.dist(a, b) * (cost[a] + cost[b]) for a, b in itertools.pairwise(cells))
+    assert paid == pytest.approx(expected, rel=1e-6)
+
+
+def test_where_nothing_stands_it_goes_straight():
+    way = np.array(Bench().route())
+    assert np.abs(way[:, 1]).max() < 0.03
+    assert way[0] == pytest.approx((0.0, 0.0))
+    assert way[-1] == pytest.approx((5.0, 0.0))
+
+
+def test_it_goes_through_the_middle_of_a_gap_that_just_fits():
+    gap = 0.25  # from the middle to either side: 5 cm beside the hull
+    bench = Bench(*(post(2.5, sign * (gap + 0.1 + 0.2 * k)) for sign in (-1, 1) for k in range(20)))
+    way = bench.route()
+    assert bench.gaps(way).min() >= 0.02
+    assert min(math.dist(p, (2.5, 0.0)) for p in way) < 0.1
+
+
+def test_a_gap_that_is_too_narrow_is_gone_round_and_where_there_is_no_other_there_is_no_way():
+    narrow = [post(2.5, sign * (0.19 + 0.1 + 0.15 * k)) for sign in (-1, 1) for k in range(8)]
+    bench = Bench(*narrow)
+    way = np.array(bench.route())
+    assert np.abs(way[:, 1]).max() > 1.0
+    ring = [post(5.0 + 1.2 * math.cos(a), 1.2 * math.sin(a)) for a in np.linspace(0.0, math.tau, 60)]
+    with pytest.raises(NoRoute, match="no way leads"):
+        Bench(*ring).route()
+
+
+def test_a_way_is_kept_to_the_object_until_something_new_stands_in_it():
+    bench = Bench(post(2.5, 1.5))
+    way = bench.route()
+    bench.see(post(2.5, 3.0))
+    assert bench.route(Pose2(0.3, 0.0)) is way
+    bench.see(post(2.5, 0.0))
+    new = bench.route(Pose2(0.3, 0.0))
+    assert new is not way
+    assert bench.gaps(new).min() > 0.02
+
+
+def test_a_robot_that_stands_too_near_to_something_may_drive_off():
+    bench = Bench(post(0.0, 0.32))
+    assert bench.route()[-1] == pytest.approx((5.0, 0.0))
+
+
+def test_a_far_goal_is_approached_through_what_the_window_holds():
+    way = Bench().route(goal=Pose2(20.0, 3.0))
+    assert 6.0 < way[-1][0] < 9.0
+
+
+def test_without_a_map_it_says_what_is_missing():
+    bench = Bench()
+    bench.knowledge.world.occupancy = None
+    with pytest.raises(NoRoute, match="LocalMap"):
+        bench.route()

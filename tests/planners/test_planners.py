@@ -1,0 +1,74 @@
+"""Every planner we ship: it plays, repeats, knows only what it may know; and those that drive come to an easy goal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from rocs_bt import Pose2
+from rocs_bt.catalog import Catalog
+from rocs_bt.compare import (
+    Bench,
+    Block,
+    FamilyScene,
+    Ground,
+    Post,
+    ScenarioScene,
+    Scene,
+    Trial,
+    goal_scenario,
+    load_family,
+)
+
+OFFICE = FamilyScene("office", 3)
+NAMES = [entry.name for entry in Catalog().list("planner")]
+
+
+def played(name, told=True):
+    """Two seconds in an office, on a bench of its own."""
+    bench = Bench()
+    setting = bench.setting(OFFICE)
+    short = replace(setting, scenario=replace(setting.scenario, duration=2.0), told=setting.told if told else {})
+    bench._settings[OFFICE] = short, bench._settings[OFFICE][1]
+    try:
+        return bench.play(Trial("key", bench.catalog.load_planner(name), OFFICE, 1))
+    finally:
+        bench.close()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_plays_repeats_and_is_told_only_what_it_may_be_told(name):
+    """A planner that looked at the true ground would drive otherwise, or break down, where nobody tells of it."""
+    record = played(name)
+    assert record.outcome != "error", record.reason
+    assert record.reproducible
+    if Catalog().load_planner(name).oracle:
+        blind = played(name, told=False)
+        assert (blind.outcome, "needs a scene that tells its ground" in blind.reason) == ("error", True)
+        assert played(name).trajectory_hash == record.trajectory_hash
+    else:
+        assert played(name, told=False).trajectory_hash == record.trajectory_hash
+
+
+def test_only_the_oracle_is_one():
+    assert [name for name in NAMES if Catalog().load_planner(name).oracle] == ["oracle"]
+
+
+@pytest.fixture
+def easy(tmp_path):
+    """A room of 6 m with two posts and a wall end beside the way: a Jackal is to come from one side to the other."""
+    ground = Ground((-1.0, -3.0), (6.0, 3.0))
+    ground.things += [Post("left", 2.0, 1.0, 0.15), Post("right", 3.0, -0.9, 0.15), Block("wall", 2.5, 2.2, 0.1, 1.0)]
+    driver = load_family(Catalog(), "office")
+    text = goal_scenario(driver, "easy", "Easy.", Pose2(0.0, 0.0, 0.3), (4.0, 0.3), tolerance=0.4, duration=20.0)
+    file = Scene("easy", text, ground.world("easy", "Easy.")).write(tmp_path)
+    return ScenarioScene(str(file), folder=tmp_path)
+
+
+@pytest.mark.parametrize("name", sorted({"pure_pursuit", "dynamic_window", "mppi", "hybrid"} & set(NAMES)))
+def test_those_that_drive_with_a_map_of_their_own_come_to_an_easy_goal(name, easy):
+    bench = Bench()
+    record = bench.play(Trial("key", bench.catalog.load_planner(name), easy, 1))
+    assert (record.outcome, record.reason) == ("success", "")
+    assert record.metrics["path_length"] < 6.0
