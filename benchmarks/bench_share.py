@@ -87,7 +87,7 @@ def _sharing(knowledge: Knowledge, network: object) -> Sharing:
     return Sharing(
         knowledge,
         Scope(knowledge.graph.schema),
-        network,  # type: ignore[arg-type]
+        network,
         origin=f"{knowledge.agent}#{os.urandom(8).hex()}",
         sink=NullSink(),
         calendar=time.time,
@@ -180,7 +180,7 @@ def _travel(count: int) -> list[Row]:
         told = [_heard(worker) for worker in workers]
     finally:
         for worker in workers:
-            worker.stdin.close()  # type: ignore[union-attr]
+            worker.stdin.close()
             worker.wait(30)
     name = f"{count} peers, each a process:"
     return [
@@ -252,22 +252,22 @@ def _work(name: str, listen: str, *peers: str) -> None:
 
 
 def _write(graph: object) -> int:
-    graph.add("clock", "object")  # type: ignore[attr-defined]
+    graph.add("clock", "object")
     for _ in range(WRITES):
         time.sleep(0.02)
-        graph.set("clock", radius=time.time())  # type: ignore[attr-defined]
+        graph.set("clock", radius=time.time())
     time.sleep(1.0)
     return WRITES
 
 
 def _race(name: str, graph: object, sharing: Sharing) -> float:
     for i in range(BATCH):
-        graph.add(f"{name} {i}", "object")  # type: ignore[attr-defined]
+        graph.add(f"{name} {i}", "object")
     begun, first, value = time.monotonic(), sharing.acknowledged, 0.0
     while time.monotonic() < begun + SECONDS:
         value += 1.0
         for i in range(BATCH):
-            graph.set(f"{name} {i}", radius=value)  # type: ignore[attr-defined]
+            graph.set(f"{name} {i}", radius=value)
         while sharing.acknowledged < sharing.written and time.monotonic() < begun + SECONDS:
             time.sleep(0.001)
         time.sleep(0.001)

@@ -79,13 +79,13 @@ def _cpu(catalog: Catalog, scenario: str, seed: int) -> tuple[float, float]:
         turn(sharing, t)
         turns[0] += time.thread_time() - start
 
-    Sharing.run = timed  # type: ignore[method-assign]
+    Sharing.run = timed
     try:
         start = time.process_time()
         play(scenario, catalog, seed=seed, duration=SECONDS, report=False)
         return time.process_time() - start, turns[0]
     finally:
-        Sharing.run = turn  # type: ignore[method-assign]
+        Sharing.run = turn
 
 
 # -- on wall time -----------------------------------------------------------------------------------------------------

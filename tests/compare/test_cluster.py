@@ -10,7 +10,7 @@ import pytest
 from rocs_bt.compare import Store, dask_executor, encode_record, sweep
 from rocs_bt.errors import InputError
 
-dask = pytest.importorskip("dask")
+dask = pytest.importorskip("dask", reason="the extra 'cluster' is not installed")
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own, of a worker that was killed
 

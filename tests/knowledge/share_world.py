@@ -93,7 +93,7 @@ class Peers:
             self.written.append(write(*args, **kwargs))
             return self.written[-1]
 
-        sharing.replica.write = noted  # type: ignore[method-assign]
+        sharing.replica.write = noted
 
 
 def picture(knowledge: Knowledge, scope: Scope) -> Mapping[str, Any]:

@@ -98,7 +98,7 @@ class TestParameters:
             mission_parameters(3)
 
     def test_an_annotation_that_means_nothing_is_told(self):
-        def build(mission: Mission, *, goal: "Nowhere" = 1): ...  # noqa: F821
+        def build(mission: Mission, *, goal: "Nowhere" = 1): ...  # noqa: F821 - that it means nothing is the point
 
         with pytest.raises(InputError, match="Nowhere"):
             mission_parameters(build)

@@ -159,8 +159,8 @@ class Journal:
                 writer.append(connection, tape.stretch, changes)
                 writer.compact(connection, tape.graph.agent, self._keep)
             connection.execute("COMMIT")
-        except Exception:
-            connection.close()  # nothing of this flush is kept
+        except Exception:  # whatever it is, nothing of this flush is kept, and it goes on
+            connection.close()
             raise
 
 

@@ -27,8 +27,8 @@ def to_sql(value: Value) -> Stored:
         return value  # type: ignore[return-value]  # mypy does not narrow by the type itself
     if isinstance(value, str):
         return value if value.isascii() or _is_unicode(value) else _JSON + dump(to_json(value))
-    if value is None or (kind is int and -_INT64 <= value < _INT64):  # type: ignore[operator]
-        return value  # type: ignore[return-value]
+    if value is None or (kind is int and -_INT64 <= value < _INT64):  # type: ignore[operator]  # an int, by its kind
+        return value  # type: ignore[return-value]  # None, or that int
     if isinstance(value, list) and all(type(v) is float for v in value):
         return _NUMBERS + pack(value)
     return _JSON + dump(to_json(value))
@@ -41,7 +41,7 @@ def from_sql(stored: Stored) -> Value:
         ValueError: It is none of ours.
     """
     if type(stored) is not bytes:
-        return stored  # type: ignore[return-value]
+        return stored  # type: ignore[return-value]  # SQLite gives back the types that it took
     kind, data = stored[:1], stored[1:]
     if kind == _NUMBERS and len(data) % 8 == 0:
         return unpack(data)
@@ -87,9 +87,9 @@ def from_json(value: Any) -> Value:
         ValueError: It is none of ours.
     """
     if isinstance(value, list):
-        return [from_json(v) for v in value]  # type: ignore[misc]
+        return [from_json(v) for v in value]  # type: ignore[misc]  # lists in JSON are of numbers here
     if not isinstance(value, dict):
-        return value  # type: ignore[no-any-return]
+        return value  # type: ignore[no-any-return]  # a JSON value, checked by the schema later
     match value:
         case {"float": "inf" | "-inf" | "nan" as text} if len(value) == 1:
             return float(text)

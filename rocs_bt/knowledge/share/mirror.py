@@ -155,7 +155,10 @@ class Mirror:
             if not graph.has(other) or not self._scope.joins(key[1], kind, self._scope.kind(graph.kind(other))):
                 return None
             attributes = graph.edge(node, key[1], other)
-            return None if attributes is None else {name: frozen(v) for name, v in attributes.items()}  # type: ignore[misc]
+            if attributes is None:
+                return None
+            # No attribute of an edge is a mapping, so no frozen one is.
+            return {name: frozen(v) for name, v in attributes.items()}  # type: ignore[misc]
         if kind != key[1]:
             return None
         if node == self._agent and key[2] in STATE:

@@ -64,7 +64,7 @@ class ZenohNetwork:
     def _left(self) -> None:
         self._links -= 1
         if not self._links:
-            self._session.close()  # type: ignore[no-untyped-call]
+            self._session.close()  # type: ignore[no-untyped-call]  # zenoh has no types
 
 
 class _ZenohLink:
