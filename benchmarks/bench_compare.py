@@ -1,9 +1,10 @@
 """Sweeps: episodes a second, what store and engine cost on top of playing, two workers against one, memory.
 
-EXP1 with the planner `tree`, recording off. *Playing* is what `Bench.play` takes in this process, in CPU time. The
-engine's share is what a sweep takes besides playing, in this process and in its workers: keys, messages, the store. Two
-workers against one is wall time, so it means something on an idle machine with two cores only. Memory is this
-process's growth over a sweep of episodes that are over at once, for every 1,000 of them.
+EXP1 with the planner `tree`, recording off, and scenes of barn_like with `hybrid` and its lidar. *Playing* is what
+`Bench.play` takes in this process, in CPU time, the making of the scenes included. The engine's share is what a sweep
+takes besides playing, in this process and in its workers: keys, messages, the store. Two workers against one is wall
+time, so it means something on an idle machine with two cores only. Memory is this process's growth over a sweep of
+episodes that are over at once, for every 1,000 of them.
 
 Run it with `python benchmarks/bench_compare.py [EPISODES]`, or all benchmarks with `make bench`.
 """
@@ -14,15 +15,17 @@ import resource
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from pathlib import Path
 
 from row import Row
 
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import Bench, ScenarioScene, Store, Trial, cores, sweep
+from rocs_bt.compare import Bench, Place, ScenarioScene, Store, Trial, cores, scenes_of, sweep
 
 SEEDS = range(1, 25)
+FIELDS = 8
 MANY = 1000
 
 
@@ -37,11 +40,12 @@ class Here(Executor):
         return future
 
 
-def playing() -> float:
-    """CPU time of an episode [s]."""
-    bench, tree = Bench(), Catalog().load_planner("tree")
-    trials = [Trial("", tree, ScenarioScene("exp1"), seed) for seed in SEEDS]
-    bench.play(trials[0])
+def playing(name: str, places: Sequence[Place], seeds: Sequence[int]) -> float:
+    """CPU time of an episode of a planner [s]."""
+    bench, planner = Bench(), Catalog().load_planner(name)
+    trials = [Trial("", planner, place, seed) for place in places for seed in seeds]
+    bench.play(trials[0])  # what is loaded once
+    bench.close()
     begun = time.process_time()
     for trial in trials:
         bench.play(trial)
@@ -91,10 +95,12 @@ def growth(episodes: int) -> float:
 
 def run(episodes: int = MANY) -> list[Row]:
     """The rows of the table."""
-    play = playing()
+    play = playing("tree", [ScenarioScene("exp1")], SEEDS)
+    barn = playing("hybrid", scenes_of("barn_like", FIELDS), SEEDS[:2])
     whole, counted = swept()
     rows = [
         Row("sweep: EXP1, one core", 1.0 / play, "episodes/s", budget=">= 3", holds=1.0 / play >= 3.0),
+        Row("sweep: barn_like with lidar, one core", 1.0 / barn, "episodes/s", budget=">= 1", holds=1.0 / barn >= 1.0),
         Row("sweep: store and engine", 100.0 * (whole - counted) / whole, "%", budget="< 5 %",
             holds=whole - counted < 0.05 * whole),
         Row(f"sweep: memory, {episodes} episodes", growth(episodes), "MB/1000", budget="< 5", holds=None),

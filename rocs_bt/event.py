@@ -59,10 +59,10 @@ class SensorFailed(Event, frozen=True, kw_only=True):
     detail: str
 
 
-class SignalsWritten(Event, frozen=True, kw_only=True):
+class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
     """A monitor, or an Analyze, wrote signals to Knowledge: names, sizes, and the packed values one after the other.
 
-    `stamp` is when they were true [s], where that was not `t`.
+    `stamp` is when they were true [s], where that was not `t`; else it is not recorded.
     """
 
     monitor: str

@@ -62,6 +62,14 @@ def along_arc(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
 
 def arc(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> list[Pose2]:
     """Where `along_arc` leads in each of some whiles [s], to the bit; in half the time for many of them."""
+    yaw, turn = pose.yaw, twist.turn
+    whiles = list(durations)
+    places = arc_positions(pose, twist, whiles)
+    return [Pose2(x, y, wrap_angle(yaw + turn * t)) for (x, y), t in zip(places, whiles, strict=True)]
+
+
+def arc_positions(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> list[tuple[float, float]]:
+    """The positions alone of `arc` [m]."""
     x, y, yaw = pose
     forward, turn, left = twist
     c, s = math.cos(yaw), math.sin(yaw)
@@ -71,5 +79,5 @@ def arc(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> list[Pose2]:
         along, across = (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle) if abs(angle) > 1e-9 else (1.0, 0.0)
         ahead, aside = forward * duration, left * duration
         dx, dy = along * ahead - across * aside, across * ahead + along * aside
-        found.append(Pose2(x + c * dx - s * dy, y + s * dx + c * dy, wrap_angle(yaw + angle)))
+        found.append((x + c * dx - s * dy, y + s * dx + c * dy))
     return found

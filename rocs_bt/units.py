@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated
 
 from .errors import Fault, UnitError, did_you_mean
@@ -32,17 +33,20 @@ class Dimension:
         return Dimension(tuple(a * power for a in self.exponents))
 
     def __str__(self) -> str:
-        def side(sign: int) -> list[str]:
-            return [
-                name if abs(e) == 1 else f"{name}{abs(e)}"
-                for name, e in zip(_BASE, self.exponents, strict=True)
-                if e * sign > 0
-            ]
+        return _written(self.exponents)
 
-        above, below = side(1), side(-1)
-        if not above and not below:
-            return "1"
-        return ("*".join(above) or "1") + "".join(f"/{b}" for b in below)
+
+@lru_cache(maxsize=256)  # as for parse_unit: a scan's signal has one for each beam
+def _written(exponents: tuple[int, ...]) -> str:
+    def side(sign: int) -> list[str]:
+        return [
+            name if abs(e) == 1 else f"{name}{abs(e)}" for name, e in zip(_BASE, exponents, strict=True) if e * sign > 0
+        ]
+
+    above, below = side(1), side(-1)
+    if not above and not below:
+        return "1"
+    return ("*".join(above) or "1") + "".join(f"/{b}" for b in below)
 
 
 def _base(name: str) -> Dimension:
@@ -107,6 +111,7 @@ def unit_names() -> tuple[str, ...]:
     return tuple(_UNITS)
 
 
+@lru_cache(maxsize=256)  # a scan's signal names its unit once for each beam
 def parse_unit(text: str) -> Quantity:
     """The SI factor and the dimension of a unit such as `m/s2`, `deg`, `1`.
 

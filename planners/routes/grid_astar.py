@@ -4,8 +4,8 @@ The way runs over the cells of `knowledge.world.occupancy`, from each to its eig
 counts as free. A metre costs the time that it takes at the speed which its clearance allows, so that the way keeps to
 the middle of gaps and goes round tight ones if that is not far. It is found by A* (Hart, Nilsson and Raphael, IEEE
 Transactions on Systems Science and Cybernetics 4, 1968), as SciPy's Dijkstra on reduced costs, and then drawn smooth as
-an elastic band (Quinlan and Khatib, ICRA 1993). A way is kept while nothing new comes near it, and a new one begins
-with what is driven of the old one before anybody can turn.
+an elastic band (Quinlan and Khatib, ICRA 1993). A way is kept while nothing new comes near it, bent by what does,
+and a new one begins with what is driven of the old one before anybody can turn.
 """
 
 from functools import lru_cache
@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.control.rod import STEP, Surroundings, headings, relaxed
-from rocs_bt.geometry import Pose2
+from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NoRoute, Point, RoutePlanner
 
@@ -29,17 +29,21 @@ BLOCK = 32  # Cells by which a window grows, so that few shapes need be prepared
 
 EASE = 0.5  # [m] Clearance beyond which nothing costs speed any more.
 SLOWEST = 0.15  # Of the full speed, at the least clearance.
-PINCH = 15.0  # What a metre costs more where there is no clearance at all.
-TIGHT = 40.0  # What a metre costs, at 1 for a free one, where only a finer look can tell whether the hull fits.
+PINCH = 60.0  # What a metre costs more where there is no clearance at all.
+TIGHT = 100.0  # What a metre costs, at 1 for a free one, where only a finer look can tell whether the hull fits.
 BACK, NEAR = 3.0, 1.0  # What a metre straight back costs more, to who must turn for it, within NEAR [m] of the robot.
 FIRST = 0.8  # By how much more than a free straight line, as a share, the first search is bounded; the next by 4 times.
 
 TRIES = 6  # How many ways it looks at in one search until the hull fits everywhere.
 SHUT = 0.15  # [m] Around a place where it did not fit nothing goes any more.
 AHEAD = 0.25  # [s] What is driven in this time, and until the robot could stand, is driven on the old way.
+BESIDE = 0.2  # [m] Some cells more than what stands beside a way is told of.
 LOOK = 0.15  # [s] So often a way is held against a map that has changed.
-DEARER = 1.2  # A way is kept until it costs so much more than when it was found,
+CHANGED = 0.3  # A way is bent anew where a metre costs so much more than when it was drawn.
+DEARER = 1.2  # A way is kept until, bent or not, it costs so much more than when it was found,
 LESS = 0.01  # [m] or the hull has so much less than the clearance.
+ALIGNED = 0.2  # [m] Over which a robot that looks elsewhere turns into the way, but for a third;
+TURN_FIRST = 0.6  # [rad] by more than this it turns on the spot, as FollowRoute has it.
 OFF = 0.3  # [m] Farther from it than this nobody is on a way.
 TURN = 6  # A way turns back if so many cells from its beginning it is behind.
 SHORT = 3.0  # [m] A way that ends before the goal is renewed when so much is left.
@@ -73,11 +77,13 @@ class GridAstar(RoutePlanner):
             return kept.path
         self._looked = now
         self._way = None
+        if kept is not None:
+            beside = self._beside(grid, kept.points[kept.nearest(start) :])
+            self._way = kept.bent(beside, self._footprint, start, self._ahead(), clearance)
+            if self._way is not None:
+                return self._way.path
         for around in WINDOWS:
             field = self._field(grid, start, goal, around)
-            if kept is not None and kept.still_good(field, self._footprint, start, clearance):
-                self._way = kept._replace(revision=field.revision)
-                return kept.path
             self._way = self._new(field, start, goal, clearance, kept)
             if self._way is not None:
                 return self._way.path
@@ -93,10 +99,18 @@ class GridAstar(RoutePlanner):
         low = np.floor(low / grid.cell) * grid.cell + 0.25 * grid.cell
         return Field.of(grid.window(tuple(low), tuple(low + size)), self._footprint.inner)
 
+    def _beside(self, grid, points):
+        """No more of the map than tells about a way: what its price and its room depend on."""
+        reach = self._footprint.inner + EASE + BESIDE
+        window = grid.window(tuple(points.min(axis=0) - reach), tuple(points.max(axis=0) + reach))
+        return Field.of(window, self._footprint.inner)
+
     def _new(self, field, start, goal, clearance, kept):
         """A way on which the hull fits everywhere; None without one."""
         begun = self._begin(kept, field, start)
-        cost = _turning(field, _with_a_way_out(field, begun[-1]), start)
+        cost = field.cost.copy()
+        _let_out(field, cost, begun[-1])
+        _turning(field, cost, start)
         for place in self._shut:
             field.close(cost, place)
         for _ in range(TRIES):
@@ -104,21 +118,26 @@ class GridAstar(RoutePlanner):
             if cells is None:
                 return None
             if _turns_back(begun, cells):  # who turns round stands first, and begins where it is
-                begun, cells = begun[:1], np.vstack([begun[::-1], cells])
+                begun = np.array([start[:2]])
+                _let_out(field, cost, begun[-1])
+                continue
             way = _drawn(field, self._footprint, begun, cells, goal)
-            place = _too_tight(field, self._footprint, way.points, clearance)
+            place = _too_tight(field, self._footprint, way.points, start, clearance)
             if place is None:
                 return way
             field.close(cost, place)
             self._shut.append(place)
         return None
 
-    def _begin(self, kept, field, start):
-        """(k, 2) What will be driven before a new way can begin, from where the robot is [m]."""
+    def _ahead(self):
+        """How far the robot drives before it could turn off [m]."""
         speed = self.knowledge.robot.speed()
         speed = 0.0 if isnan(speed) else max(speed, 0.0)
-        ahead = speed * AHEAD + speed * speed / (2.0 * self._brake)
-        here = np.array(start[:2])
+        return speed * AHEAD + speed * speed / (2.0 * self._brake)
+
+    def _begin(self, kept, field, start):
+        """(k, 2) What will be driven before a new way can begin, from where the robot is [m]."""
+        ahead, here = self._ahead(), np.array(start[:2])
         if kept is not None:
             points = kept.ahead(start, ahead)
         else:
@@ -169,7 +188,8 @@ class Way(NamedTuple):
 
     points: np.ndarray  # (k, 2) [m]
     path: list[Point]  # the same, as missions take it
-    prices: np.ndarray  # (k,) of a metre, when it was found
+    prices: np.ndarray  # (k,) of a metre, when it was drawn
+    found: np.ndarray  # (k,) when it was found, which is before it was bent
     goal: Point
     complete: bool  # whether it ends at the goal
     revision: int  # of the map, when it was last looked at
@@ -184,17 +204,27 @@ class Way(NamedTuple):
         left = STEP * (len(self.points) - nearest)
         return self.goal == goal[:2] and off < OFF and (self.complete or left > SHORT)
 
-    def still_good(self, field, footprint, start, clearance):
-        """Whether it costs about as much as when it was found, and the hull still fits."""
-        nearest = self.nearest(start)
-        now = field.prices(self.points[nearest:])
-        dearer = now.sum() > DEARER * self.prices[nearest:].sum() + SHORT / STEP
-        return not dearer and _too_tight(field, footprint, self.points[nearest:], clearance - LESS) is None
+    def bent(self, field, footprint, start, ahead, clearance):
+        """The way in a map that has changed: as it is, or bent by what has come up beside it; None if it is no good.
+
+        What is driven within `ahead` [m] stays.
+        """
+        first = max(self.nearest(start) - 1, 0)
+        way, now = self, field.prices(self.points[first:])
+        if (now > self.prices[first:] + CHANGED).any():
+            points = relaxed(field.around, footprint, self.points[first:], 2 + int(ahead / STEP))
+            now, found = field.prices(points), self.found[first:]
+            way = self._replace(points=points, path=[tuple(p) for p in points.tolist()], prices=now, found=found)
+            first = 0
+        dearer = now.sum() > DEARER * way.found[first:].sum() + SHORT / STEP
+        if dearer or _too_tight(field, footprint, way.points[first:], start, clearance - LESS) is not None:
+            return None
+        return way._replace(revision=field.revision)
 
     def ahead(self, start, distance):
-        """(k, 2) The robot's place and the next part of the way [m]."""
-        nearest = self.nearest(start)
-        return np.vstack([start[:2], self.points[nearest + 1 : nearest + 1 + int(distance / STEP)]])
+        """(k, 2) The next part of the way [m]; where the robot stands or nearly, its place alone."""
+        nearest, count = self.nearest(start), int(distance / STEP)
+        return self.points[max(nearest - 1, 0) : nearest + 1 + count] if count else np.array([start[:2]])
 
 
 def _search(field, cost, start, goal):
@@ -221,18 +251,17 @@ def _search(field, cost, start, goal):
     return field.around.centres().reshape(-1, 2)[way[::-1]]
 
 
-def _with_a_way_out(field, place):
-    """The costs, such that a robot that stands too near to something may drive off, at a price."""
-    cost, around, here = field.cost.copy(), int(0.5 / field.around.side), field.around.cell(place)
+def _let_out(field, cost, place):
+    """Change the costs such that a robot that stands too near to something may drive off, at a price."""
+    around, here = int(0.5 / field.around.side), field.around.cell(place)
     if cost[here] == inf:
         part = tuple(slice(max(at - around, 0), at + around + 1) for at in here)
         cost[part] = np.where(np.isinf(cost[part]) & (field.around.away[part] > field.around.side), TIGHT, cost[part])
         cost[here] = TIGHT
-    return cost
 
 
 def _turning(field, cost, start):
-    """The costs, and what a turn costs who looks elsewhere."""
+    """Add to the costs what a turn costs who looks elsewhere."""
     reach = int(NEAR / field.around.side)
     row, column = field.around.cell(start)
     part = slice(max(row - reach, 0), row + reach + 1), slice(max(column - reach, 0), column + reach + 1)
@@ -241,7 +270,6 @@ def _turning(field, cost, start):
     away = np.hypot(x, y)
     back = 0.5 - 0.5 * (x * cos(start.yaw) + y * sin(start.yaw)) / np.maximum(away, field.around.side)
     cost[part][:] += np.where(away < NEAR, BACK * back, 0.0)[: cost[part].shape[0], : cost[part].shape[1]]
-    return cost
 
 
 def _reduced(cost, guess):
@@ -288,25 +316,31 @@ def _drawn(field, footprint, begun, cells, goal):
     complete = field.around.cell(goal) is not None
     rough = np.vstack([begun, cells[1:], *([np.array([goal[:2]])] if complete else [])])
     points = relaxed(field.around, footprint, _resampled(rough, len(begun)), len(begun))
-    return Way(points, [tuple(p) for p in points.tolist()], field.prices(points), goal[:2], complete, field.revision)
+    prices = field.prices(points)
+    return Way(points, [tuple(p) for p in points.tolist()], prices, prices, goal[:2], complete, field.revision)
 
 
-def _too_tight(field, footprint, points, clearance):
+def _too_tight(field, footprint, points, start, clearance):
     """The place on a way at which the hull has least, and less than the clearance [m]; None where it fits everywhere.
 
-    Where the robot is now it may have less, if it does not lose more on the next steps.
+    Near where the robot is now it may have less, if it does not lose more on the next steps and does not touch.
     """
     if len(points) < 2:
         return None
     near = np.flatnonzero(field.around.sample(field.around.away, points) < footprint.outer + clearance)
     if len(near) == 0:
         return None
-    poses = np.column_stack([points, headings(points)])[near]
+    yaws = headings(points)
+    off = wrap_angle(start.yaw - float(yaws[0]))
+    if abs(off) < TURN_FIRST:  # it turns into the way while it drives
+        yaws += off * np.exp(-np.hypot(*(points - start[:2]).T) / ALIGNED)
+    poses = np.column_stack([points, yaws])[near]
     low, high = points[near].min(axis=0) - 0.5, points[near].max(axis=0) + 0.5
     things = field.around.points[((field.around.points > low) & (field.around.points < high)).all(axis=1)]
-    gaps = footprint.clearance(poses, things)
-    here = near * STEP < footprint.outer
-    lack = np.where(here, min(clearance, gaps[0] - LESS), clearance) - gaps
+    now, *gaps = footprint.clearance(np.vstack([start, poses]), things)
+    least = min(clearance, max(now - LESS, min(now, 0.0)))
+    here = np.hypot(*(points[near] - start[:2]).T) < footprint.outer
+    lack = np.where(here, least, clearance) - gaps
     return None if lack.max() <= 0.0 else tuple(points[near[lack.argmax()]])
 
 

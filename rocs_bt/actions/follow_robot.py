@@ -121,17 +121,13 @@ class FollowRobot(MacroAction):
 
     def _reference(self, body: Body, pose: Pose2, give_way: GiveWay, least: float) -> Reference | None:
         """Where the robot goes next; None where that is not even `least` away [m]."""
-        world, now = body.knowledge.world, body.clock.now()
-        times = now + give_way.times
-
-        def predicted(name: str) -> Array | None:
-            motion = world.motion_of(name)
-            return None if motion is None else along(*motion[1:], times - motion[0])
-
-        leader = predicted(self.leader)
-        others = [found for name in world.peers() if name != self.leader and (found := predicted(name)) is not None]
-        if leader is None:  # given up just now, by another thread
+        world, times = body.knowledge.world, body.clock.now() + give_way.times
+        names = [self.leader, *(name for name in world.peers() if name != self.leader)]
+        motions = {name: motion for name in names if (motion := world.motion_of(name)) is not None}
+        if self.leader not in motions:  # given up just now, by another thread
             return None
+        since = np.array([[t] for t, _, _ in motions.values()])
+        leader, *others = along([motion[1:] for motion in motions.values()], times - since)
         way = pulled(pose, leader, self.distance, self.cruise * STEP, others, give_way.keep_off)
         if give_way.needed(way, leader, others):
             way = give_way.best(pose, leader, others, *(_room(body, name) for name in ("room_ahead", "room_behind")))
@@ -142,7 +138,7 @@ class FollowRobot(MacroAction):
         here = Pose2(*leader[0].tolist())
         error = pose.bearing(here) if first is None else wrap_angle(first[2] - pose.yaw)
         if abs(error) > TURN_FIRST:
-            return TurnReference(wrap_angle(pose.yaw + error), pose.x, pose.y)
+            return TurnReference(wrap_angle(pose.yaw + error), pose.x, pose.y, pivot=body.drive.pivot)
         return None if first is None else TimedReference(times, way, body.clock.now)
 
 
@@ -151,7 +147,9 @@ def _room(body: Body, name: str) -> Array:
     signals = body.knowledge.signals
     if name not in signals:
         return np.zeros(len(BENDS))
-    return np.nan_to_num(signals.read(name, body.clock.now()))
+    room = signals.read(name, body.clock.now())
+    room[np.isnan(room)] = 0.0
+    return room
 
 
 class _Search:

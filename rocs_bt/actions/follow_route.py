@@ -32,11 +32,17 @@ BEHIND = 1.9
 ROLLING = 0.25
 """A robot that is faster does not turn on the spot [m/s]."""
 
+SWING = 0.03
+"""Nobody turns on the spot where that would bring the hull so near to something [m]: it is left for elsewhere first."""
+
 TURNING = 0.06
 """The gap that a hull needs all around to turn on the spot [m]."""
 
 GRAIN = 5
 """The clearance is asked at each so manieth sample of a path: every 5 cm."""
+
+SWEEP = 9
+"""In so many places a turn on the spot is looked at."""
 
 RENEW = 0.2
 """So often, at most, the speeds are fitted to a map that has changed [s]."""
@@ -52,7 +58,7 @@ class FollowRoute(MacroAction):
     The way may be replaced at any time while it is driven (`points` is live): planning takes its time elsewhere, and
     the robot goes on along what it has. The room is that between its hull and what stands in its own map, at each
     place of the way; `cruise` needs `ease` of it, and at none the robot creeps. A way that leads back is driven
-    backward until there is room to turn.
+    backward until there is room to turn; where a lesser turn on the spot would swing the hull into something it fails.
 
     Attributes:
         points: The way as (x, y) in the world frame, from where the robot is [m].
@@ -115,7 +121,12 @@ class FollowRoute(MacroAction):
                 drive.limit(self._speeds(room.along(path)), self._end(path, goal))
             turning = abs(drive.heading_error) > TURN_FIRST and not drive.backward
             # Who turns on the spot stands first, or it would swing out.
-            yield drive.brake() if turning and abs(body.knowledge.robot.speed()) > ROLLING else drive.step(pose)
+            if turning and abs(body.knowledge.robot.speed()) > ROLLING:
+                yield drive.brake()
+                continue
+            if turning and room.in_the_way(pose, drive.heading_error):
+                raise ActionFailed(Reason.STUCK, f"there is no room to turn by {drive.heading_error:.2f} rad")
+            yield drive.step(pose)
 
     def _speeds(self, room: Array) -> Array:
         """(n,) What the room allows [m/s]."""
@@ -141,6 +152,7 @@ class _Room:
         known = body.knowledge.graph.attributes(body.knowledge.agent)
         length, width = known.get("length"), known.get("width")
         self._footprint = Footprint(length, width) if length and width else None
+        self._pivot = body.drive.pivot
         self._grid = body.knowledge.world.occupancy
         self._revision, self._asked = -1, -np.inf
 
@@ -148,9 +160,21 @@ class _Room:
         """Whether the hull can turn on the spot, all the way round."""
         if self._grid is None or self._footprint is None:
             return True
-        reach = self._footprint.outer + TURNING
+        reach = float(np.hypot(0.5 * self._footprint.length + abs(self._pivot), 0.5 * self._footprint.width)) + TURNING
+        x, y = pose.transform(self._pivot, 0.0)
+        window = self._grid.window((x - reach, y - reach), (x + reach, y + reach))
+        return bool((np.hypot(*(window.points() - (x, y)).T) > reach).all())
+
+    def in_the_way(self, pose: Pose2, turn: float) -> bool:
+        """Whether something is, or nearly, when the hull turns on the spot by an angle [rad]."""
+        if self._grid is None or self._footprint is None or self.to_turn(pose):
+            return False
+        yaws, pivot = pose.yaw + np.linspace(0.0, turn, SWEEP), pose.transform(self._pivot, 0.0)
+        poses = np.column_stack([pivot - self._pivot * np.column_stack([np.cos(yaws), np.sin(yaws)]), yaws])
+        reach = 2.0 * self._footprint.outer
         window = self._grid.window((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach))
-        return bool((np.hypot(*(window.points() - pose[:2]).T) > reach).all())
+        now, *gaps = self._footprint.clearance(poses, window.points()).tolist()
+        return bool(min(gaps) < min(SWING, now))
 
     def changed(self) -> bool:
         """Whether it is worth asking anew."""

@@ -111,7 +111,7 @@ class PathDrive:
             end_speed=end_speed,
             limit=limit,
         )
-        return PathReference(path, profile, turn_first=self._turn_first)
+        return PathReference(path, profile, turn_first=self._turn_first, pivot=self._body.drive.pivot)
 
     def pose(self) -> Pose2 | None:
         """Where the robot is, in the world frame; None while nobody knows, when it must `brake`.
@@ -123,7 +123,7 @@ class PathDrive:
 
     def standing(self) -> bool:
         """Whether the wheels stand; true where nobody measures them."""
-        return not bool(np.any(np.abs(self._body.knowledge.robot.wheel_speeds()) > STANDING))
+        return not any(abs(speed) > STANDING for speed in self._body.knowledge.robot.wheel_speeds().tolist())
 
     def step(self, pose: Pose2) -> Action:
         """This period's command, as the action that gives it; the path must have begun."""

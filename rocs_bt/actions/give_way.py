@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from ..control.drive import Array
-from ..control.ways import BENDS
+from ..control.ways import BENDS, sinc
 from ..geometry import Pose2
 
 SPEEDS = (1.0, 0.6, 0.3)
@@ -45,25 +45,34 @@ def pulled(
         keep_off: As far as that [m].
     """
     x, y, yaw = pose
-    rows = [pose]
-    places = [other[:, :2].tolist() for other in others]
-    for i, (place_x, place_y, _) in enumerate(leader[1:].tolist(), 1):
+    flat = [x, y, yaw]
+    crowds = list(zip(*(other[1:, :2].tolist() for other in others), strict=True)) or [()] * (len(leader) - 1)
+    for (place_x, place_y, _), crowd in zip(leader[1:].tolist(), crowds, strict=True):
         away = math.hypot(place_x - x, place_y - y)
         if away > length:
             step, heading = min(away - length, stride), math.atan2(place_y - y, place_x - x)
-            for angle in (heading + detour for detour in DETOURS):
+            for detour in DETOURS:
+                angle = heading + detour
                 c, s = math.cos(angle), math.sin(angle)
-                if all(_clear(x, y, x + LOOK * c, y + LOOK * s, place[i], keep_off) for place in places):
+                if _clear(x, y, x + LOOK * c, y + LOOK * s, crowd, keep_off):
                     x, y, yaw = x + step * c, y + step * s, angle
                     break
-        rows.append(Pose2(x, y, yaw))
-    return np.array(rows)
+        flat += (x, y, yaw)
+    return np.array(flat).reshape(-1, 3)
 
 
-def _clear(x: float, y: float, to_x: float, to_y: float, at: Sequence[float], keep_off: float) -> bool:
-    """Whether a step comes not too near to somebody, or at least no nearer."""
-    apart = math.hypot(to_x - at[0], to_y - at[1])
-    return apart >= keep_off or apart >= math.hypot(x - at[0], y - at[1])
+def _clear(x: float, y: float, to_x: float, to_y: float, crowd: Iterable[Sequence[float]], keep_off: float) -> bool:
+    """Whether a step comes not too near to anybody, or at least no nearer."""
+    for at_x, at_y in crowd:
+        apart = math.hypot(to_x - at_x, to_y - at_y)
+        if not (apart >= keep_off or apart >= math.hypot(x - at_x, y - at_y)):
+            return False
+    return True
+
+
+def _nearest(way: Array, other: Array) -> float:
+    """How near two ways (k, 3) come, each moment with its own [m]."""
+    return float(np.hypot(way[:, 0] - other[:, 0], way[:, 1] - other[:, 1]).min())
 
 
 class GiveWay:
@@ -90,14 +99,19 @@ class GiveWay:
         self.keep_off = KEEP + half[0]
         self._length, self._room, self._half = length, room, half
         ways = [(sign * share * speed, bend) for sign in (1.0, -1.0) for share in SPEEDS for bend in BENDS]
-        self._speeds, self._bends = np.array([(0.0, 0.0), *ways]).T[:, :, None]  # (n, 1) [m/s], [rad/m]
+        speeds, self._bends = np.array([(0.0, 0.0), *ways]).T[:, :, None]  # (n, 1) [m/s], [rad/m]
+        self._signs, self._runs = np.sign(speeds), np.abs(speeds) * times  # (n, 1), and (n, k) [m]
         self._last = 0
 
     def needed(self, way: Array, leader: Array, others: Sequence[Array]) -> bool:
         """Whether a way (k, 3) comes too near to somebody."""
-        if float(np.hypot(way[:, 0] - leader[:, 0], way[:, 1] - leader[:, 1]).min()) < self._room:
+        if _nearest(way, leader) < self._room:
             return True
-        return any(float(self._gap(way[:, 0], way[:, 1], way[:, 2], other).min()) < KEEP for other in others)
+        far = KEEP + math.hypot(*self._half)  # the gap is no less than the distance without half the diagonal
+        return any(
+            _nearest(way, other) < far and float(self._gap(way[:, 0], way[:, 1], way[:, 2], other).min()) < KEEP
+            for other in others
+        )
 
     def best(self, pose: Pose2, leader: Array, others: Sequence[Array], ahead: Array, behind: Array) -> Array:
         """(k, 3) The way to go.
@@ -110,10 +124,10 @@ class GiveWay:
             behind: (n,) How far back [m].
         """
         reach = np.concatenate([[0.0], *[ahead] * len(SPEEDS), *[behind] * len(SPEEDS)])[:, None]
-        run = np.sign(self._speeds) * np.minimum(np.abs(self._speeds) * self.times, reach)  # (n, k)
+        run = self._signs * np.minimum(self._runs, reach)  # (n, k)
         turned = self._bends * run
         half = 0.5 * turned
-        chord = run * np.sinc(half / math.pi)
+        chord = run * sinc(half / math.pi)
         x, y = pose.x + chord * np.cos(pose.yaw + half), pose.y + chord * np.sin(pose.yaw + half)
         yaw = pose.yaw + turned
         far = np.hypot(x - leader[:, 0], y - leader[:, 1])
@@ -124,8 +138,8 @@ class GiveWay:
             cost += LEVER * (short.mean(axis=1) + short.max(axis=1))
         cost[far.min(axis=1) < min(self._length, far[0].min() - 0.02)] = math.inf
         cost[self._last] -= STICK
-        self._last = int(np.argmin(cost))
-        return np.stack([x[self._last], y[self._last], yaw[self._last]], axis=1)
+        self._last = int(cost.argmin())
+        return np.array([x[self._last], y[self._last], yaw[self._last]]).T
 
     def _gap(self, x: Array, y: Array, yaw: Array, other: Array) -> Array:
         """(..., k) Between the hull on a way and the middle of another robot [m]."""

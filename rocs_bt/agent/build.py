@@ -234,7 +234,7 @@ def describe(
     )
     for sensor in robot.sensors:
         with blame(robot.file, sensor.line):
-            graph.add(sensor.name, "sensor", driver=sensor.driver, signal=sensor.signal, monitor=sensor.monitor)
+            graph.add(sensor.name, "sensor", **sensor.attributes)
             graph.relate(name, "has_sensor", sensor.name)
     for actuator in robot.actuators:
         with blame(robot.file, actuator.line):

@@ -14,7 +14,7 @@ from ..control.drive import Array
 from ..control.footprint import Footprint
 from ..errors import Fault, InputError
 from ..event import Change
-from ..geometry import Pose2, Twist2, wrap_angle
+from ..geometry import Pose2, wrap_angle
 from ..knowledge import OccupancyGrid
 from ..signal import Signal
 from ..units import TIME
@@ -48,8 +48,6 @@ class LocalMap(Analyze):
     broken: who cannot see must not drive.
 
     Args:
-        field: The angle that the beams cover, evenly and symmetrically about straight ahead, rightmost first [rad].
-        ahead: The lidar's place before the base [m].
         reach: How far an echo counts [m].
         horizon: How far free space is drawn [m].
         cell: Side of a cell [m].
@@ -63,8 +61,6 @@ class LocalMap(Analyze):
     def __init__(
         self,
         *args: Any,
-        field: float = math.radians(270.0),
-        ahead: float = 0.0,
         reach: float = 10.0,
         horizon: float = 4.0,
         cell: float = 0.05,
@@ -73,24 +69,28 @@ class LocalMap(Analyze):
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        sizes = {"field": field, "reach": reach, "horizon": horizon, "cell": cell, "side": side, "max_age": max_age}
+        sizes = {"reach": reach, "horizon": horizon, "cell": cell, "side": side, "max_age": max_age}
         if bad := [name for name, value in sizes.items() if not 0.0 < value < math.inf]:
             raise InputError(Fault(f"{', '.join(bad)} of '{self.name}' must be finite and above 0."))
         body = self.knowledge.graph.attributes(self.knowledge.agent)
         if not (body.get("length") and body.get("width")):
             raise InputError(Fault(f"'{self.name}' needs the robot's length and width in its [body] table."))
         self._footprint, self._max_age = Footprint(body["length"], body["width"]), max_age
-        self._field, self._ahead, self._reach = field, ahead, reach
+        self._scanner, self._reach = self.knowledge.robot.scanner(SCAN), reach
         self._grid = self.knowledge.world.occupancy = OccupancyGrid(cell, side)
         self._poses: deque[tuple[float, Pose2]] = deque(maxlen=POSES)
-        self._bearings = np.empty(0)
         around = math.ceil(horizon / cell)
         rows, columns = np.mgrid[-around : around + 1, -around : around + 1]
         away = np.hypot(rows, columns)
         inside = (away <= around) & (away >= NEAREST)
-        self._disc = np.column_stack([rows[inside], columns[inside]]).astype(np.intp)
-        self._away, self._bearing = away[inside] * cell, np.arctan2(rows, columns)[inside]
-        self._unit = np.cos(self._bearing), np.sin(self._bearing)
+        self._disc = rows[inside], columns[inside]
+        self._away, bearing = away[inside] * cell, np.arctan2(rows, columns)[inside]
+        self._unit = np.cos(bearing), np.sin(bearing)
+        self._circle = (
+            bearing / math.tau,
+            self._unit[0] / (math.tau * self._away),
+            self._unit[1] / (math.tau * self._away),
+        )
 
     def expects(self) -> Sequence[str]:
         return (SCAN, "pose")
@@ -116,14 +116,18 @@ class LocalMap(Analyze):
 
     def _contact(self, pose: Pose2, t: float) -> float:
         """When the hull would touch something [s]; NaN while nobody knows how the robot moves."""
-        robot = self.knowledge.robot
-        twist = Twist2(robot.speed(t), robot.turn_rate(t))
+        twist = self.knowledge.robot.twist(t)
         if math.isnan(twist.forward + twist.turn):
             return math.nan
-        reach = self._footprint.outer + abs(twist.forward) * float(AHEAD[-1]) + self._grid.cell
-        window = self._grid.window((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach))
-        away, c, s = window.points() - (pose.x, pose.y), math.cos(pose.yaw), math.sin(pose.yaw)
-        around = np.column_stack([c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0]])
+        until, c, s = float(AHEAD[-1]), math.cos(pose.yaw), math.sin(pose.yaw)
+        ahead = twist.forward * until
+        # An arc leaves the straight line by no more than half its length for each radian that it turns.
+        aside = 0.5 * abs(ahead * twist.turn) * until + abs(twist.left) * until
+        reach = self._footprint.outer + aside + self._grid.cell
+        x, y = sorted((pose.x, pose.x + ahead * c)), sorted((pose.y, pose.y + ahead * s))
+        points = self._grid.points((x[0] - reach, y[0] - reach), (x[1] + reach, y[1] + reach))
+        dx, dy = points[:, 0] - pose.x, points[:, 1] - pose.y
+        around = np.column_stack([c * dx + s * dy, c * dy - s * dx])
         return self._footprint.contact_time(around, twist, AHEAD)
 
     def _pose_at(self, t: float) -> Pose2 | None:
@@ -146,24 +150,28 @@ class LocalMap(Analyze):
 
     def _draw(self, pose: Pose2, ranges: Array) -> int:
         """Draw one scan; tells how many cells changed."""
-        grid, eye = self._grid, Pose2(*pose.transform(self._ahead, 0.0), pose.yaw)
-        if len(self._bearings) != len(ranges):
-            self._bearings = np.linspace(-0.5 * self._field, 0.5 * self._field, len(ranges))
+        grid, eye = self._grid, pose.compose(self._scanner.mount)
         grid.centre_on(eye.x, eye.y)
-        heard = ranges <= self._reach  # false for NaN too
-        angles = self._bearings[heard] + eye.yaw
-        hits = np.array([eye.x, eye.y]) + ranges[heard, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+        heard = np.flatnonzero(ranges <= self._reach)  # none for NaN
+        angles, distances = self._scanner.bearings[heard] + eye.yaw, ranges[heard]
+        hits = np.column_stack([eye.x + distances * np.cos(angles), eye.y + distances * np.sin(angles)])
         reach = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self._reach))
-        here = grid.cells(np.array([[eye.x, eye.y]]))
-        dx, dy = (np.array([eye.x, eye.y]) - grid.centres(here)[0]).tolist()
-        passed = self._disc[self._seen_through(dx, dy, eye.yaw, reach)] + here
-        return grid.look(hits, passed)
+        row, column = math.floor(eye.y / grid.cell), math.floor(eye.x / grid.cell)
+        dx, dy = eye.x - (column + 0.5) * grid.cell, eye.y - (row + 0.5) * grid.cell
+        passed, (rows, columns) = self._seen_through(dx, dy, eye.yaw, reach), self._disc
+        return grid.look(hits, np.stack([rows[passed] + row, columns[passed] + column]).T)
 
     def _seen_through(self, dx: float, dy: float, yaw: float, reach: Array) -> Any:
         """Which cells of the disc the beams go beyond, from an eye beside the centre of its middle cell [m]."""
-        c, s = self._unit  # to first order in the small dx and dy, in place of an arctangent for each cell
-        away = self._away - dx * c - dy * s
-        bearing = self._bearing + (dx * s - dy * c) / self._away
-        step = self._field / (len(reach) - 1)
-        index = (np.mod(bearing - yaw + 0.5 * (self._field + step), math.tau) / step).astype(np.intp)
-        return away + 0.5 * self._grid.cell < np.append(reach, 0.0)[np.minimum(index, len(reach))]
+        (c, s), (share, c_by_away, s_by_away) = self._unit, self._circle
+        # To first order in the small dx and dy, in place of a root and an arctangent for each cell.
+        away = self._away - dx * c
+        away -= dy * s
+        span, step = self._scanner.span, self._scanner.span / (len(reach) - 1)
+        share = share + dx * s_by_away  # of a circle, on from the right edge of the first beam
+        share -= dy * c_by_away
+        share += (0.5 * (span + step) - yaw) / math.tau
+        share -= np.floor(share)
+        share *= math.tau / step
+        limit = np.append(reach - 0.5 * self._grid.cell, [-math.inf])
+        return np.flatnonzero(away < limit.take(share.astype(np.intp), mode="clip"))

@@ -20,6 +20,9 @@ STANDING = 0.08
 SURE = 1.0
 """So does one whose speed is less than so many times its standard deviation [1]."""
 
+GREW = 0.1
+"""Share of its spread by which a peer's must change to be told anew [1]."""
+
 
 @dataclass
 class _Track:
@@ -28,6 +31,7 @@ class _Track:
     yaw: float  # [rad]
     lost: bool = False
     revision: int = 0  # of the pose that was written last
+    spread: float = math.nan  # that was written last [m]
 
 
 class PeerAnalyze(Analyze):
@@ -112,7 +116,9 @@ class PeerAnalyze(Analyze):
             yield self.change(t, "given up", name, unseen=unseen)
             return
         track.filter.predict(t)
-        if not told:
+        if told:
+            track.spread = math.nan  # what stands there is no longer its own
+        else:
             self._write(name, track)
             track.revision = graph.stamp(name, "pose").revision
         if unseen > self._lost_after and not track.lost:
@@ -127,9 +133,11 @@ class PeerAnalyze(Analyze):
             track.yaw = math.atan2(vy, vx)
         else:
             speed = turn = 0.0
-        self.knowledge.graph.set(
-            name, pose=Pose2(x, y, track.yaw), speed=speed, turn_rate=turn, spread=track.filter.spread
-        )
+        written: dict[str, Any] = {"pose": Pose2(x, y, track.yaw), "speed": speed, "turn_rate": turn}
+        spread = track.filter.spread
+        if not abs(spread - track.spread) <= GREW * track.spread:
+            track.spread = written["spread"] = spread
+        self.knowledge.graph.set(name, **written)
 
     def _name(self, tag: int) -> str:
         """Who wears a tag; somebody that nobody has told of gets a name of its own."""

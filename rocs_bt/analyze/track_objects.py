@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..channel import Signals, Stamped
-from ..errors import Fault, InputError
 from ..event import Change
 from ..geometry import Pose2
 from ..knowledge.belief import Belief, BeliefSettings, Sighting, Track
@@ -52,8 +51,7 @@ class TrackObjects(Analyze):
     Args:
         ranges: The signal that holds the ranges.
         mounts: Where each beam begins and looks, in the body frame: x [m], y [m], bearing [rad]; neighbours in turn.
-        field: In place of `mounts`, for a scanner: the angle that its beams cover, rightmost first [rad].
-        ahead: The scanner's place before the base [m].
+            None of a scanner, of which its [[sensor]] table tells.
         half_angle: Of each beam's cone [rad].
         reach: How far they look [m].
         noise: Standard deviation of a range [m].
@@ -64,7 +62,7 @@ class TrackObjects(Analyze):
         peer_radius: Echoes within this of a known peer are its own [m].
 
     Raises:
-        InputError: Neither mounts nor a field are given, or a size is not positive.
+        InputError: Neither mounts are given nor a scanner is known, or a size is not positive.
     """
 
     def __init__(
@@ -72,8 +70,6 @@ class TrackObjects(Analyze):
         *args: Any,
         ranges: str,
         mounts: Sequence[Sequence[float]] = (),
-        field: float = 0.0,
-        ahead: float = 0.0,
         half_angle: float = math.radians(15.0),
         reach: float = 1.0,
         noise: float = 0.02,
@@ -84,11 +80,9 @@ class TrackObjects(Analyze):
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        if bool(mounts) is (field > 0.0):
-            raise InputError(Fault(f"'{self.name}' needs the mounts of its beams, or the field of a scanner."))
-        self._ranges, self._field, self._ahead = ranges, field, ahead
-        self._half_angle, self._reach, self._noise, self._largest = half_angle, reach, noise, largest
-        self._beams = self._made([(float(x), float(y), float(a)) for x, y, a in mounts]) if mounts else None
+        self._ranges = ranges
+        looks = [(float(x), float(y), float(a)) for x, y, a in mounts] or self._of_scanner()
+        self._beams = Beams(looks, half_angle, reach, noise, largest)
         self._peer_radius = peer_radius
         settings = BeliefSettings(half_life=half_life, start_speed=mobility, acceleration=mobility**2 / STEADY)
         self._belief = Belief(settings)
@@ -108,7 +102,7 @@ class TrackObjects(Analyze):
                 yield from self._look(sample.t, self._pose, sample.value[self._ranges])
 
     def _look(self, t: float, pose: Pose2, ranges: Sequence[float]) -> Iterable[Change]:
-        beams = self._beams = self._beams or self._scanner(len(ranges))
+        beams = self._beams
         sightings = [s for s in beams.sightings(pose, ranges) if not self._is_peer(s)]
         seen = self._belief.look(t, sightings, lambda track: beams.in_view(pose, ranges, track))
         things = self._belief.things
@@ -160,12 +154,10 @@ class TrackObjects(Analyze):
         x, y = sighting.position.tolist()
         return any(pose is not None and math.dist(pose[:2], (x, y)) < self._peer_radius for pose in poses)
 
-    def _made(self, mounts: Sequence[tuple[float, float, float]]) -> Beams:
-        return Beams(mounts, self._half_angle, self._reach, self._noise, self._largest)
-
-    def _scanner(self, count: int) -> Beams:
-        step = self._field / max(count - 1, 1)
-        return self._made([(self._ahead, 0.0, -0.5 * self._field + i * step) for i in range(count)])
+    def _of_scanner(self) -> list[tuple[float, float, float]]:
+        scanner = self.knowledge.robot.scanner(self._ranges)
+        x, y, yaw = scanner.mount
+        return [(x, y, yaw + bearing) for bearing in scanner.bearings.tolist()]
 
 
 def _believed(track: Track) -> _Written:

@@ -72,7 +72,8 @@ class Catalog:
         self.project = None if project is None or project.resolve() == self.shipped else project.resolve()
         self.code = code
         self.scenes: Path | None = None  # a folder of scenes that a program made, which are found first
-        self._found: dict[str, dict[str, Entry]] = {}
+        self._standing: dict[str, dict[str, Entry]] = {}  # by kind, what the project and we have
+        self._found: dict[str, dict[str, Entry]] = {}  # and the scenes with it
 
     @staticmethod
     def here(start: Path | None = None, *, code: bool = True) -> Catalog:
@@ -83,7 +84,7 @@ class Catalog:
         """The same catalog, what it keeps included, that finds the scenes in a folder first."""
         other = copy.copy(self)
         other.scenes = folder
-        other._found = {kind: found for kind, found in self._found.items() if kind not in ("scenario", "world")}
+        other._found = {}
         return other
 
     def list(self, kind: str | None = None) -> list[Entry]:
@@ -368,11 +369,13 @@ class Catalog:
     def _entries(self, kind: str) -> dict[str, Entry]:
         if kind not in KINDS:
             raise UnknownName(unknown("kind of content", kind, KINDS))
-        if kind not in self._found:
+        if kind not in self._standing:
             shipped = _by_name(scan(self.shipped, kind, "shipped"))
             own = {} if self.project is None else _by_name(scan(self.project, kind, "project"))
+            self._standing[kind] = {**shipped, **own}
+        if kind not in self._found:
             made = {} if self.scenes is None else _by_name(scan(self.scenes, kind, "project"))
-            self._found[kind] = {**shipped, **own, **made}
+            self._found[kind] = {**self._standing[kind], **made}
         return self._found[kind]
 
     def _by_path(self, kind: str, path: Path) -> Entry:

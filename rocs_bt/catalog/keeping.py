@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from .catalog import Catalog
+from .entry import Entry
+from .planner_file import PlannerSpec
 from .robot_file import RobotSpec
-from .scenario_file import ScenarioSpec
+from .scenario_file import AgentSpec, ScenarioSpec
 
 T = TypeVar("T")
 
@@ -43,6 +45,10 @@ class KeepingCatalog(Catalog):
 
     def load_mission(self, name: str) -> Callable[..., Any]:
         return self.keep(("mission", name), lambda: super(KeepingCatalog, self).load_mission(name))
+
+    def content_of_mind(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
+        key = "mind", mind.mission, mind.rules, repr(mind.parameters)
+        return self.keep(key, lambda: super(KeepingCatalog, self).content_of_mind(mind))
 
     def digest(self, scenario: ScenarioSpec) -> str:
         minds = tuple((a.name, a.mission, a.rules, repr(a.parameters)) for a in scenario.agents)

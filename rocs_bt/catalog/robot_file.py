@@ -12,8 +12,9 @@ from ..analyze import ANALYZERS
 from ..control.drive import DRIVES, Drive, make_drive
 from ..document import Table
 from ..errors import InputError, did_you_mean
+from ..geometry import Pose2
 from ..monitor import MONITORS
-from ..units import FREQUENCY, LENGTH, NONE, TIME, Dimension, parse_unit
+from ..units import ANGLE, FREQUENCY, LENGTH, NONE, TIME, Dimension, parse_unit
 from .inherit import FindBase, no_base, read_inheriting
 from .python_content import classes_in, is_reference
 from .values import drive_parameters, driver_parameters, free_parameters, given_name
@@ -51,6 +52,7 @@ class SensorSpec:
         noise: Standard deviation of each value, in the SI unit of `dimension`.
         dimension: What its values are.
         max_age: How long a reading stays valid [s]; None for three of its periods.
+        mount: Where it sits and looks, in the body frame; None where nothing asks.
         parameters: What the driver takes, in SI units.
         size: How many values a reading has; None where only a user's own driver knows.
         line: Where its table stands in the file.
@@ -64,9 +66,20 @@ class SensorSpec:
     noise: float = 0.0
     dimension: Dimension = NONE
     max_age: float | None = None
+    mount: Pose2 | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
     size: int | None = None
     line: int = 0
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What the knowledge graph says of it: its wiring, and as far as robot.toml tells, how it looks."""
+        told: dict[str, Any] = {"driver": self.driver, "signal": self.signal, "monitor": self.monitor}
+        if self.mount is not None:
+            told["mount"] = self.mount
+        if {"rays", "span"} <= self.parameters.keys():  # it is a scanner
+            told |= {name: self.parameters[name] for name in ("rays", "span")}
+        return told
 
 
 @dataclass(frozen=True)
@@ -252,7 +265,7 @@ def _drive(table: Table, actuators: Sequence[str]) -> DriveSpec:
 
 
 def _sensor(table: Table) -> SensorSpec:
-    known = ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age")
+    known = ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount")
     name = given_name(table)
     dimension = _dimension(table)
     driver = _class(table, "driver")
@@ -266,10 +279,15 @@ def _sensor(table: Table) -> SensorSpec:
         noise=table.quantity("noise", dimension, 0.0, low=0.0),
         dimension=dimension,
         max_age=table.quantity("max_age", TIME, low=0.0, high=math.inf) if "max_age" in table else None,
+        mount=_mount(table.table("mount")) if "mount" in table else None,
         parameters=parameters,
         size=size,
         line=table.place()[0],
     )
+
+
+def _mount(table: Table) -> Pose2:
+    return Pose2(table.quantity("x", LENGTH, 0.0), table.quantity("y", LENGTH, 0.0), table.quantity("yaw", ANGLE, 0.0))
 
 
 def _dimension(table: Table) -> Dimension:

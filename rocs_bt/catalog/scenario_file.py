@@ -57,6 +57,7 @@ class AgentSpec:
         success: The goal at which it must truly be for `success`; None where the mission's word is enough.
         at_end: Whether it must be there when the run ends, whatever its mission says, as for one that never ends.
         after: The goals at which it must truly have been before, each by its time [s].
+        shortest: How long the shortest way to the goal is [m]; None where that is unknown.
         latency: How long its planner thinks [s]; None where that is measured, which does not repeat.
         parameters: The mission's parameters as the file has them; the mission's annotations type them.
         line: Where its table stands in the file.
@@ -72,6 +73,7 @@ class AgentSpec:
     success: str | None = None
     at_end: bool = False
     after: Mapping[str, float] = field(default_factory=dict)
+    shortest: float | None = None
     latency: float | None = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
@@ -253,6 +255,7 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
         success=success.text("goal") if "success" in table else None,
         at_end=success.choice("at", ("once", "end"), "once") == "end",
         after=_after(success.table("after")),
+        shortest=success.quantity("shortest", LENGTH, low=1e-3) if "shortest" in success else None,
         latency=latency_of(table),
         parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
         line=table.place()[0],

@@ -17,6 +17,7 @@ from .python_content import is_reference
 _DRIVE_NUMBERS = {
     "track": LENGTH,
     "effective_track": LENGTH,
+    "pivot": LENGTH,
     "half_length": LENGTH,
     "half_width": LENGTH,
     "wheel_radius": LENGTH,
@@ -73,7 +74,9 @@ def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
     for name in needed:
         if name not in table:
             table.fault(None, f"a '{kind}' drive needs '{name}'.", f"Add a line '{name} = ...'.")
-    return {name: table.quantity(name, of, low=0.0) for name, of in _DRIVE_NUMBERS.items() if name in table}
+    least = {"pivot": -math.inf}  # behind the base
+    told = {name: of for name, of in _DRIVE_NUMBERS.items() if name in table}
+    return {name: table.quantity(name, of, low=least.get(name, 0.0)) for name, of in told.items()}
 
 
 def driver_parameters(table: Table, known: Collection[str], driver: str) -> tuple[dict[str, Any], int | None]:

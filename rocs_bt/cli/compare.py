@@ -16,13 +16,13 @@ import click
 
 from ..catalog import Catalog
 from ..errors import Fault, InputError
+from ..words import counted
 from .progress import Progress
 
 if TYPE_CHECKING:
     from ..compare import Comparison, EpisodeRecord, Metric, Place, Verdict
     from ..compare.statistics import Estimate
 
-METRICS = ("success", "collision", "time")
 _ERRORS = 3  # that are told on the screen
 _WIDE = 1000  # columns, more than any table has
 
@@ -86,10 +86,10 @@ def command(
 
     Killed at any moment and called again, it goes on where it was. Exits with 1 where an episode came to an error.
     """
-    from ..compare import Comparison, Store, dask_executor, metric, sweep
+    from ..compare import JUDGED, Comparison, Store, dask_executor, metric, sweep
 
     catalog = Catalog.here(code=not no_code)
-    judged = metrics or METRICS
+    judged = metrics or JUDGED
     for name in judged:
         metric(name)
     if early and len(planners) < 2:
@@ -232,7 +232,8 @@ def _tell(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Ver
 
 def _interval(found: Estimate, of: Metric) -> str:
     """An estimate and its interval, where there is one; shares in percent."""
-    from ..compare.report import SHARES, number
+    from ..compare import SHARES
+    from ..compare.report import number
 
     if of.name in SHARES:
         told, *ends = [f"{100.0 * found.value:.3g}", f"{100.0 * found.low:.0f}", f"{100.0 * found.high:.0f}"]
@@ -244,7 +245,7 @@ def _interval(found: Estimate, of: Metric) -> str:
 
 
 def _head(of: Metric) -> str:
-    from ..compare.report import SHARES
+    from ..compare import SHARES
 
     unit = "%" if of.name in SHARES else of.unit
     return f"{of.name} [{unit}]" if unit else of.name
@@ -258,4 +259,4 @@ def _tell_errors(records: Sequence[EpisodeRecord]) -> None:
     for record in errors[:_ERRORS]:
         click.echo(f"error: {record.reason}\n  again: {replay_command(record)}", err=True)
     if (more := len(errors) - _ERRORS) > 0:
-        click.echo(f"and {more} more errors", err=True)
+        click.echo(f"and {counted(more, 'more error')}", err=True)

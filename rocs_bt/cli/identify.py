@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def command(robot: str, as_json: bool, no_code: bool) -> None:
     """Drive the model of ROBOT, a name or a file, on an endless plane, and tell what its robot.toml should say.
 
-    Effective track, wheel lag, top speed, and the braking distance by speed. Takes seconds.
+    Effective track, pivot, wheel lag, top speed, and the braking distance by speed. Takes seconds.
     """
     from ..simulation.identify import identify
 
@@ -36,6 +36,7 @@ def _told(found: Identified) -> str:
         f"  effective track  {found.effective_track:.3f} m from true rim speeds; single turns stray from it by up to "
         f"{100.0 * found.track_error:.1f} %, and the load costs up to {100.0 * (1.0 - found.slowest_turn):.0f} % of a "
         "commanded turn",
+        f"  pivot            {found.pivot:.3f} m ahead of the base, in curves",
         f"  wheel lag        {found.wheel_lag:.3f} s on a ramp at the drive's greatest acceleration",
         f"  top speed        {found.top_speed:.2f} m/s",
         f"  braking          {found.brake_delay:.3f} s of delay, then {found.deceleration:.2f} m/s2, which strays by "

@@ -12,6 +12,7 @@ import click
 
 from ..errors import Fault, InputError
 from ..units import LENGTH, convert
+from ..words import counted
 
 if TYPE_CHECKING:
     from ..compare import Driver, Scene
@@ -63,7 +64,8 @@ def command(
     if not names:
         raise InputError(Fault("no scene was found that the robot fits into.", folder, hint="Try a larger --cell."))
     inside = "" if out == Path() else f"cd {shlex.quote(str(out))} && "
-    click.echo(f"{len(names)} scenarios: {names[0]} to {names[-1]}.")
+    which = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
+    click.echo(f"{counted(len(names), 'scenario')}: {which}.")
     click.echo(f"Try next: {inside}rocs-bt run {names[0]}")
 
 

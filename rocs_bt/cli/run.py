@@ -14,6 +14,7 @@ import click
 from ..catalog import Catalog, is_path
 from ..errors import Fault, InputError
 from ..event import Event, RulesReplaced
+from ..words import counted
 from .progress import Progress
 from .requirements import told
 
@@ -156,12 +157,12 @@ def _remembered(kept: Mapping[str, Any]) -> list[str]:
     lines = []
     for name, found in kept["remembered"].items():
         lines.append(
-            f"{name} remembered {_count(found['nodes'], 'thing')} and {_count(found['edges'], 'relation')}"
+            f"{name} remembered {counted(found['nodes'], 'thing')} and {counted(found['edges'], 'relation')}"
             f" of earlier runs{', but not all' if found['refused'] else ''}."
         )
         lines += [f"  not remembered: {reason}" for reason in found["refused"][:_FAULTS]]
     if kept["lost"]:
-        lines.append(f"{_count(kept['lost'], 'change')} of knowledge came faster than the disk took them.")
+        lines.append(f"{counted(kept['lost'], 'change')} of knowledge came faster than the disk took them.")
     file = shlex.quote(kept["file"])
     return [*lines, f"Knowledge: {file}   (rocs-bt knowledge show {file})"]
 
@@ -176,21 +177,17 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
     share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
     clearance = agent["min_clearance"]
     near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
-    struck = f", struck {_count(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
+    struck = f", struck {counted(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
     faults = [f"  fault at {fault}" for fault in agent["faults"][:_FAULTS]]
     if (more := len(agent["faults"]) - _FAULTS) > 0:
-        faults.append(f"  and {_count(more, 'more fault')}: see the report")
+        faults.append(f"  and {counted(more, 'more fault')}: see the report")
     return [
         f"{outcome}{took} ({place}){reason}",
-        f"  drove {agent['path_length']:.2f} m with {_count(agent['collisions'], 'collision')}{struck}{near};"
+        f"  drove {agent['path_length']:.2f} m with {counted(agent['collisions'], 'collision')}{struck}{near};"
         f" {summary['sim_time']:.1f} s simulated in {summary['wall_time']:.1f} s"
         f" ({summary['real_time_factor']:.0f} times real time)",
-        f"  {_count(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time,"
-        f" {_count(agent['replans'], 're-plan')},"
-        f" {_count(agent['route_switches'], 'switch', 'es')} between plan and reflex",
+        f"  {counted(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time,"
+        f" {counted(agent['replans'], 're-plan')},"
+        f" {counted(agent['route_switches'], 'switch', 'es')} between plan and reflex",
         *faults,
     ]
-
-
-def _count(number: int, noun: str, plural: str = "s") -> str:
-    return f"{number} {noun}{'' if number == 1 else plural}"

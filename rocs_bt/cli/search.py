@@ -13,6 +13,7 @@ import click
 
 from ..catalog import Catalog
 from ..errors import Fault, InputError
+from ..words import counted
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ def _tell(planner: str, space: Space, trouble: Trouble) -> None:
     """What was found, and what is left of it."""
     family = space.family.name
     if trouble.drawn is None or trouble.found is None or trouble.first is None:
-        click.echo(f"{planner} failed in none of {trouble.searched} scenes of {family}.")
+        click.echo(f"{planner} failed in none of {counted(trouble.searched, 'scene')} of {family}.")
         return
     told = ", ".join(f"{name}={value:g}" for name, value in trouble.drawn.parameters.items())
     click.echo(f"{planner} fails in {trouble.drawn.scene.name}{f' ({told})' if told else ''}: {_how(trouble.first)}")
@@ -127,7 +128,7 @@ def _tell(planner: str, space: Space, trouble: Trouble) -> None:
     if trouble.smallest is None or trouble.last is None:
         return
     ended = "" if trouble.done else ", where the budget ended"
-    click.echo(f"What is left after {trouble.shrunk} more episodes{ended}: {_size(trouble.smallest)}.")
+    click.echo(f"What is left after {counted(trouble.shrunk, 'more episode')}{ended}: {_size(trouble.smallest)}.")
     click.echo(f"  {_how(trouble.last)}")
     for line in _listed(trouble.smallest):
         click.echo(f"  {line}")
@@ -138,7 +139,7 @@ def _how(record: EpisodeRecord) -> str:
 
 
 def _size(draft: Draft) -> str:
-    return f"{len(draft.things)} things, {math.dist(draft.start, draft.goal):.3g} m from start to goal"
+    return f"{counted(len(draft.things), 'thing')}, {math.dist(draft.start, draft.goal):.3g} m from start to goal"
 
 
 def _listed(draft: Draft) -> list[str]:
@@ -157,7 +158,7 @@ def _listed(draft: Draft) -> list[str]:
             turn = f", turned by {math.degrees(thing.yaw):.3g} deg" if thing.yaw else ""
             lines.append(f"{name}: a box of {thing.length:g} x {thing.width:g} m at {_at(place)}{turn}")
     more = len(draft.things) - _LISTED
-    return [*lines, f"and {more} more things"] if more > 0 else lines
+    return [*lines, f"and {counted(more, 'more thing')}"] if more > 0 else lines
 
 
 def _at(place: tuple[float, float]) -> str:

@@ -3,26 +3,31 @@
 from ..catalog import PlannerSpec
 from ..plan import Observation, PythonPlanner, Task
 from .bench import Bench, Setting
-from .building import Building, door_name, gate_name, room_name
+from .building import Building, Route, door_name, gate_name, position, room_name
 from .cluster import dask_executor
 from .comparison import Comparison, Disagreement
 from .family import AGENT, Driver, Family, Scene, family_parameters, load_family
-from .ground import Block, Grid, Ground, Post, Way, clearance_of, length_of, shortest_cells, walls_around
+from .floor_grid import FloorGrid, Way, shortest_cells
+from .ground import Ground
 from .key import Keys
-from .metric import METRICS, Measured, Metric, measure_all, metric
+from .metric import JUDGED, METRICS, SHARES, Measured, Metric, measure_all, metric
 from .pool import WorkerDied, WorkerPool
 from .record import OUTCOMES, EpisodeRecord, decode_record, encode_record
 from .replay import parameters_given, place_named, play_again, replay_command
 from .scene_text import as_speed, as_toml, degrees, goal_scenario, metres, seconds
 from .store import Cost, Store
 from .sweep import WALL_LIMIT, Sweep, cores, sweep
+from .task_family import TaskFamily
+from .thing import Block, Post, clearance_of, length_of, walls_around
 from .trial import FamilyScene, Place, ScenarioScene, Trial, scenes_of
 from .verdict import Verdict
 
 __all__ = [
     "AGENT",
+    "JUDGED",
     "METRICS",
     "OUTCOMES",
+    "SHARES",
     "WALL_LIMIT",
     "Bench",
     "Block",
@@ -34,7 +39,7 @@ __all__ = [
     "EpisodeRecord",
     "Family",
     "FamilyScene",
-    "Grid",
+    "FloorGrid",
     "Ground",
     "Keys",
     "Measured",
@@ -44,12 +49,14 @@ __all__ = [
     "PlannerSpec",
     "Post",
     "PythonPlanner",
+    "Route",
     "ScenarioScene",
     "Scene",
     "Setting",
     "Store",
     "Sweep",
     "Task",
+    "TaskFamily",
     "Trial",
     "Verdict",
     "Way",
@@ -75,6 +82,7 @@ __all__ = [
     "parameters_given",
     "place_named",
     "play_again",
+    "position",
     "replay_command",
     "room_name",
     "scenes_of",

@@ -159,10 +159,12 @@ class Bench:
         if name not in names:
             raise InputError(unknown("agent", name, names, f"The scenario '{scenario.name}'"))
         (agent,) = (each for each in scenario.agents if each.name == name)
-        return Setting(catalog, scenario, name, _straight(scenario, agent))
+        return Setting(catalog, scenario, name, _shortest(scenario, agent))
 
 
-def _straight(scenario: ScenarioSpec, agent: AgentSpec) -> float:
-    """The straight way from an agent's start to its goal [m], which nothing beats; 0 without a goal."""
+def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
+    """The shortest way from an agent's start to its goal [m]: as the scenario tells, or straight; 0 without a goal."""
+    if agent.shortest is not None:
+        return agent.shortest
     goals = [place.pose for place in scenario.places if place.name == agent.success]
     return agent.pose.distance(goals[0]) if goals else 0.0

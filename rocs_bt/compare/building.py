@@ -9,14 +9,28 @@ from itertools import pairwise
 
 import numpy as np
 
-from .ground import Block, Ground, Point, Post
+from .ground import Ground
 from .scene_text import Table, metres, seconds
+from .thing import Block, Point, Post, walls_around
 
 THICK, LEAF = 0.1, 0.06
 """Of walls, and of door leaves, which open into the wall [m]."""
 
 Door = tuple[int, int]
 """The rooms on its two sides, the lower number first."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """A way over the roads, from room to room.
+
+    Attributes:
+        rooms: Their numbers; none where there is no way.
+        length: How long it is [m]; +inf where there is no way.
+    """
+
+    rooms: tuple[int, ...] = ()
+    length: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -72,13 +86,7 @@ class Building:
         """The walls with their doorways; doors are the scene's."""
         wide, deep = self.columns * self.side, self.rows * self.side
         ground = Ground((-0.5, -0.5), (wide + 0.5, deep + 0.5))
-        for name, x, y, length, width in (
-            ("south", wide / 2.0, 0.0, wide + THICK, THICK),
-            ("north", wide / 2.0, deep, wide + THICK, THICK),
-            ("west", 0.0, deep / 2.0, THICK, deep + THICK),
-            ("east", wide, deep / 2.0, THICK, deep + THICK),
-        ):
-            ground.things.append(Block(f"wall_{name}", x, y, length, width))
+        ground.things += walls_around((0.0, 0.0), (wide, deep), thick=THICK)
         for door in self.doors():
             ground.things += self._wall(door)
         return ground
@@ -109,10 +117,10 @@ class Building:
     def facts(self) -> Iterator[tuple[str, Table]]:
         """What agents know of it: tables of places, roads and doors."""
         for room in self.rooms:
-            yield "fact", {"node": room_name(room), "kind": "place", "pose": _pose(self.middle(room))}
+            yield "fact", {"node": room_name(room), "kind": "place", "pose": position(self.middle(room))}
         for door in self.doors():
             roads = [{"to": room_name(room), "both_ways": True} for room in door]
-            node = {"node": gate_name(door), "kind": "place", "pose": _pose(self.doorway(door)), "connects": roads}
+            node = {"node": gate_name(door), "kind": "place", "pose": position(self.doorway(door)), "connects": roads}
             yield "fact", node
             leads = [gate_name(door), *(room_name(room) for room in door)]
             yield "fact", {"node": door_name(door), "kind": "door", "open": True, "leads_to": leads}
@@ -122,26 +130,34 @@ class Building:
         names = list(rooms)
         points = [self.middle(names[0])]
         for a, b in pairwise(names):
-            points += [self.doorway((min(a, b), max(a, b))), self.middle(b)]
+            points += [self.doorway(_between(a, b)), self.middle(b)]
         return points
 
-    def shortest(self, start: int, goal: int, shut: Iterable[Door] = ()) -> tuple[list[int], float] | None:
-        """The rooms of the shortest way over the roads, and its length [m]; None where shut doors leave none."""
-        closed, best = set(shut), {start: (0.0, [start])}
+    def shortest(self, start: int, goal: int, shut: Iterable[Door] = ()) -> Route:
+        """The shortest way over the roads, some doors being shut."""
+        closed, best = set(shut), {start: Route((start,), 0.0)}
         open_ = [start]
         while open_:
-            here = min(open_, key=lambda room: best[room][0])
+            here = min(open_, key=lambda room: best[room].length)
             open_.remove(here)
             for door in self.doors():
                 if here not in door or door in closed:
                     continue
                 there = door[0] if door[1] == here else door[1]
-                x, y = self.doorway(door)
-                length = best[here][0] + math.dist(self.middle(here), (x, y)) + math.dist((x, y), self.middle(there))
-                if there not in best or length < best[there][0] - 1e-12:
-                    best[there] = length, [*best[here][1], there]
+                gate = self.doorway(door)
+                length = best[here].length + math.dist(self.middle(here), gate) + math.dist(gate, self.middle(there))
+                if there not in best or length < best[there].length - 1e-12:
+                    best[there] = Route((*best[here].rooms, there), length)
                     open_.append(there)
-        return (best[goal][1], best[goal][0]) if goal in best else None
+        return best.get(goal, Route())
+
+    def draw_shut(self, rng: np.random.Generator, start: int, goal: int, count: int) -> list[Door]:
+        """Doors to shut, each of the way that is shortest while those before it are shut; fewer once none is left."""
+        shut: list[Door] = []
+        while len(shut) < count and (rooms := self.shortest(start, goal, shut).rooms):
+            doors = [_between(a, b) for a, b in pairwise(rooms)]
+            shut.append(doors[int(rng.integers(len(doors)))])
+        return shut
 
     def _upright(self, door: Door) -> bool:
         return door[1] == door[0] + 1
@@ -175,5 +191,10 @@ def door_name(door: Door) -> str:
     return f"door_{door[0]}_{door[1]}"
 
 
-def _pose(point: Point) -> Table:
+def position(point: Point) -> Table:
+    """A point as a table has it."""
     return {"x": metres(point[0]), "y": metres(point[1])}
+
+
+def _between(room: int, other: int) -> Door:
+    return min(room, other), max(room, other)

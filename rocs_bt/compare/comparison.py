@@ -11,13 +11,11 @@ from itertools import combinations
 import numpy as np
 
 from ..errors import InputError, UnknownName, unknown
-from .metric import BARN_YEARS, Metric, metric
+from .metric import BARN_YEARS, LOST, SHARES, Metric, metric
 from .record import EpisodeRecord
 from .statistics import LEVEL, Estimate, Floats, Size, lower_bound, mean_over_scenes, rate, sample_size, upper_bound
 from .verdict import Verdict, adjusted, judge
 
-_SHARES = ("success", "collision")  # 0 or 1 in each episode
-_LOST = ("success", "spl", *BARN_YEARS)  # 0 where an episode fails, however it does
 _SPANS = {"success": 1.0, "collision": 1.0, "spl": 1.0, "reflex_share": 1.0} | {
     year: 1.0 / low for year, (low, _) in BARN_YEARS.items()
 }
@@ -119,12 +117,12 @@ class Comparison:
 
     def _broken(self, name: str) -> float | None:
         """What a metric is where an episode broke down before anything could be measured: a failure counts as one."""
-        return self.time_limit if name == "time" else 0.0 if name in _LOST else None
+        return self.time_limit if name == "time" else 0.0 if name in LOST else None
 
     def estimate(self, planner: str, of: str | Metric) -> Estimate:
         """A planner's mean of a metric over all its episodes, with its interval, which ends where the metric does."""
         values, most = self.sample(planner, of), self.span(of)
-        if _metric(of).name in _SHARES:
+        if _metric(of).name in SHARES:
             return rate(values)
         found = mean_over_scenes(values)
         if math.isnan(most):
@@ -141,9 +139,9 @@ class Comparison:
         Raises:
             InputError: The metric is no share.
         """
-        if _metric(of).name not in _SHARES:
+        if _metric(of).name not in SHARES:
             raise InputError(
-                f"only a share has an exact bound, and {_metric(of).name} is none. {' and '.join(_SHARES)} are."
+                f"only a share has an exact bound, and {_metric(of).name} is none. {' and '.join(SHARES)} are."
             )
         values = self.sample(planner, of)
         return lower_bound(values, level), upper_bound(values, level)

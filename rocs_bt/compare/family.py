@@ -19,8 +19,7 @@ from ..action import Parameter
 from ..catalog import Catalog
 from ..errors import Fault, InputError, unknown
 from ..units import convert
-
-Point = tuple[float, float]
+from .thing import Point
 
 AGENT = "R"
 """The agent under test in every family's scenes."""

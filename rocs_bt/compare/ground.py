@@ -1,43 +1,14 @@
-"""Ground: what stands on a plane, as a world's text, as an occupancy grid, and the shortest way between it."""
+"""Ground: a floor and what stands on it, as a world's text and as a grid."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-Point = tuple[float, float]
-Cell = tuple[int, int]
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Post:
-    """An upright cylinder: centre, radius, height [m]."""
-
-    name: str
-    x: float
-    y: float
-    radius: float
-    height: float = 1.0
-
-
-@dataclass(frozen=True)
-class Block:
-    """An upright box: centre, length and width [m], yaw [rad], height [m]."""
-
-    name: str
-    x: float
-    y: float
-    length: float
-    width: float
-    yaw: float = 0.0
-    height: float = 1.0
+from .floor_grid import FloorGrid
+from .thing import Block, Point, Post
 
 
 @dataclass
@@ -76,211 +47,14 @@ class Ground:
             lines += [f"      {_geom(mover, 0.0, 0.0)}", "    </body>"]
         return "\n".join([*lines, "  </worldbody>", "</mujoco>", ""])
 
-    def grid(self, cell: float) -> Grid:
-        """The ground as an occupancy grid of cells [m]: a cell is taken where its centre is in something."""
+    def grid(self, cell: float) -> FloorGrid:
+        """The ground as cells of a size [m]: a cell is taken where its centre is in something."""
         (x0, y0), (x1, y1) = self.low, self.high
         shape = max(math.ceil((y1 - y0) / cell - 1e-9), 1), max(math.ceil((x1 - x0) / cell - 1e-9), 1)
-        grid = Grid(np.zeros(shape, dtype=np.bool_), cell, self.low)
+        grid = FloorGrid(np.zeros(shape, dtype=np.bool_), cell, self.low)
         for thing in self.things:
             grid.add(thing)
         return grid
-
-
-@dataclass(frozen=True)
-class Way:
-    """A way: its corners, its length, and how near it comes to anything [m]."""
-
-    points: tuple[Point, ...]
-    length: float
-    clearance: float
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Which cells of a floor are taken.
-
-    Attributes:
-        taken: (rows, columns) Whether something stands in a cell; row 0 is the lowest y, column 0 the lowest x.
-        cell: Side of a cell [m].
-        low: The outer corner of row 0, column 0 [m].
-    """
-
-    taken: Mask
-    cell: float
-    low: Point
-
-    def add(self, thing: Post | Block) -> None:
-        """Mark the cells whose centres are in a thing."""
-        reach = thing.radius if isinstance(thing, Post) else math.hypot(thing.length, thing.width) / 2
-        rows, columns = (self._range(v, reach, axis) for axis, v in ((1, thing.y), (0, thing.x)))
-        y, x = np.meshgrid(self._centres(rows, 1) - thing.y, self._centres(columns, 0) - thing.x, indexing="ij")
-        if isinstance(thing, Post):
-            inside = x * x + y * y <= thing.radius**2
-        else:
-            c, s = math.cos(thing.yaw), math.sin(thing.yaw)
-            inside = (abs(c * x + s * y) <= thing.length / 2) & (abs(c * y - s * x) <= thing.width / 2)
-        self.taken[rows, columns] |= inside
-
-    def room(self) -> Array:
-        """(rows, columns) How far each cell's centre is from the nearest taken one's [m]; +inf in an empty grid."""
-        from scipy.ndimage import distance_transform_edt
-
-        if not self.taken.any():
-            return np.full(self.taken.shape, math.inf)
-        return np.asarray(distance_transform_edt(~self.taken), dtype=np.float64) * self.cell
-
-    def shortest(self, start: Point, goal: Point, radius: float) -> Way | None:
-        """A shortest way of a disc of this radius [m], within a cell; None where there is none.
-
-        Dijkstra's search over the eight neighbours of each cell, compiled; then corners are cut where the line of sight
-        allows. Ends that are too near to something for the disc are let be: there the way begins at the nearest cell.
-        """
-        room = self.room()
-        free = room > radius
-        found = (
-            shortest_cells(free, self._nearest(free, start), self._nearest(free, goal), self.cell)
-            if free.any()
-            else None
-        )
-        if found is None:
-            return None
-        corners = [self.centre(row, column) for row, column in _cut(found, free)]
-        points = (start, *corners[1:-1], goal)
-        return Way(points, length_of(points), float(min(room[row, column] for row, column in found)))
-
-    def blocks(self, name: str = "wall") -> list[Post | Block]:
-        """Boxes that fill exactly the taken cells: runs along the rows, joined where the next row has the same run."""
-        open_: dict[tuple[int, int], int] = {}  # by its first and last column, the row in which a run began
-        found: list[tuple[int, int, int, int]] = []
-        for row in range(self.taken.shape[0] + 1):
-            here = set(_runs(self.taken[row])) if row < self.taken.shape[0] else set()
-            found += [(*run, first, row) for run, first in open_.items() if run not in here]
-            open_ = {run: open_.get(run, row) for run in sorted(here)}
-        (x, y), cell = self.low, self.cell
-        return [
-            Block(f"{name}_{i}", x + cell * (a + b) / 2.0, y + cell * (c + d) / 2.0, cell * (b - a), cell * (d - c))
-            for i, (a, b, c, d) in enumerate(found)
-        ]
-
-    def centre(self, row: int, column: int) -> Point:
-        """The centre of a cell [m]."""
-        return self.low[0] + (column + 0.5) * self.cell, self.low[1] + (row + 0.5) * self.cell
-
-    def at(self, point: Point) -> Cell:
-        """Row and column of the cell in which a point [m] lies; the nearest one's, outside."""
-        rows, columns = self.taken.shape
-        row, column = (math.floor((point[axis] - self.low[axis]) / self.cell) for axis in (1, 0))
-        return min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)
-
-    def _nearest(self, free: Mask, point: Point) -> Cell:
-        rows, columns = np.nonzero(free)
-        x, y = self.low[0] + (columns + 0.5) * self.cell, self.low[1] + (rows + 0.5) * self.cell
-        best = int(np.argmin((x - point[0]) ** 2 + (y - point[1]) ** 2))
-        return int(rows[best]), int(columns[best])
-
-    def _range(self, centre: float, reach: float, axis: int) -> slice:
-        size = self.taken.shape[1 - axis]
-        first, last = (math.floor((centre + d - self.low[axis]) / self.cell) for d in (-reach, reach))
-        return slice(min(max(first, 0), size), min(max(last + 1, 0), size))
-
-    def _centres(self, place: slice, axis: int) -> Array:
-        return self.low[axis] + (np.arange(place.start, place.stop) + 0.5) * self.cell
-
-
-def walls_around(low: Point, high: Point, *, thick: float = 0.1, height: float = 1.0) -> list[Post | Block]:
-    """Four walls around a rectangle, on its edges, thick and high [m]."""
-    (x0, y0), (x1, y1) = low, high
-    x, y, wide, deep = (x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0 + thick, y1 - y0 + thick
-    return [
-        Block("wall_south", x, y0, wide, thick, 0.0, height),
-        Block("wall_north", x, y1, wide, thick, 0.0, height),
-        Block("wall_west", x0, y, thick, deep, 0.0, height),
-        Block("wall_east", x1, y, thick, deep, 0.0, height),
-    ]
-
-
-def length_of(points: Sequence[Point]) -> float:
-    """How long a polygon is [m]."""
-    return sum(math.dist(a, b) for a, b in pairwise(points))
-
-
-def clearance_of(points: Sequence[Point], posts: Iterable[Post]) -> float:
-    """How near a polygon comes to the surface of any post [m]; +inf without posts."""
-    discs = np.array([(post.x, post.y, post.radius) for post in posts]).reshape(-1, 3)
-    corners = np.array(points)
-    begin, along = corners[:-1, None, :], np.diff(corners, axis=0)[:, None, :]
-    away = discs[None, :, :2] - begin
-    squared = np.maximum((along * along).sum(axis=2), 1e-18)
-    share = np.clip((away * along).sum(axis=2) / squared, 0.0, 1.0)
-    gap = away - share[:, :, None] * along
-    return float((np.sqrt((gap * gap).sum(axis=2)) - discs[:, 2]).min(initial=math.inf))
-
-
-def shortest_cells(free: Mask, start: Cell, goal: Cell, cell: float) -> list[Cell] | None:
-    """The cells of a shortest way over the eight neighbours of each cell, found by Dijkstra's search, compiled.
-
-    Args:
-        free: (rows, columns) Which cells it may use.
-        start: Row and column of one end, which is free.
-        goal: Those of the other.
-        cell: Side of a cell [m].
-
-    Returns:
-        Row and column of each, from start to goal; None where there is no way.
-    """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import dijkstra
-
-    ids = np.full(free.shape, -1, dtype=np.int64)
-    rows, columns = np.nonzero(free)
-    ids[rows, columns] = np.arange(len(rows))
-    heads, tails, costs = [], [], []
-    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        r, c = rows + down, columns + right
-        inside = (r < free.shape[0]) & (c >= 0) & (c < free.shape[1])
-        there = ids[r[inside], c[inside]]
-        here = ids[rows[inside], columns[inside]]
-        heads.append(here[there >= 0])
-        tails.append(there[there >= 0])
-        costs.append(np.full(int((there >= 0).sum()), cell * math.hypot(down, right)))
-    shape = (len(rows), len(rows))
-    graph = coo_matrix((np.concatenate(costs), (np.concatenate(heads), np.concatenate(tails))), shape=shape).tocsr()
-    first, last = int(ids[start]), int(ids[goal])
-    away, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
-    if not math.isfinite(away[last]):
-        return None
-    path = [last]
-    while path[-1] != first:
-        path.append(int(before[path[-1]]))
-    return [(int(rows[i]), int(columns[i])) for i in reversed(path)]
-
-
-def _runs(row: Mask) -> list[tuple[int, int]]:
-    """First column and one past the last of each run of taken cells."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]]).astype(np.int8))).tolist()
-    return list(zip(edges[::2], edges[1::2], strict=True))
-
-
-def _cut(path: Sequence[Cell], free: Mask) -> list[Cell]:
-    """The corners that remain when every stretch in sight is cut straight."""
-    kept, at = [path[0]], 0
-    while at < len(path) - 1:
-        low, high = at + 1, len(path) - 1
-        if not _sees(path[at], path[high], free):
-            while low < high - 1:  # sight is nearly monotone along a shortest way
-                middle = (low + high) // 2
-                low, high = (middle, high) if _sees(path[at], path[middle], free) else (low, middle)
-            high = low
-        kept.append(path[high])
-        at = high
-    return kept
-
-
-def _sees(a: Cell, b: Cell, free: Mask) -> bool:
-    count = 2 * max(abs(a[0] - b[0]), abs(a[1] - b[1])) + 1
-    rows = np.rint(np.linspace(a[0], b[0], count)).astype(int)
-    columns = np.rint(np.linspace(a[1], b[1], count)).astype(int)
-    return bool(free[rows, columns].all())
 
 
 def _geom(thing: Post | Block, x: float, y: float) -> str:

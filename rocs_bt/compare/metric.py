@@ -20,6 +20,15 @@ BARN_SPEED = 2.0  # [m/s] at which the BARN challenge takes the reference way to
 BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn2024": (2.0, 8.0)}
 """By the year that brought them, the bounds within which the time counts, in multiples of the optimal time."""
 
+JUDGED = ("success", "collision", "time")
+"""What planners are judged by, where nothing else is said."""
+
+SHARES = ("success", "collision")
+"""0 or 1 in each episode, so that the mean is a share."""
+
+LOST = ("success", "spl", *BARN_YEARS)
+"""0 where an episode fails, however it does."""
+
 TAIL = 0.05
 """The share of the way that CVaR looks at."""
 

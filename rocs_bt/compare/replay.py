@@ -20,7 +20,12 @@ _FAMILY_SCENE = re.compile(r"(?P<family>[A-Za-z]\w*)(?:\((?P<parameters>.*)\))?-
 
 def replay_command(record: EpisodeRecord) -> str:
     """What a person types to play an episode again and look at it."""
-    return shlex.join(["rocs-bt", "episode", record.planner, record.scene, "--seed", str(record.seed)])
+    return episode_command(record.planner, record.scene, record.seed)
+
+
+def episode_command(planner: str, scene: str, seed: int) -> str:
+    """What a person types to play a planner in a scene, by the names that records have for both."""
+    return shlex.join(["rocs-bt", "episode", planner, scene, "--seed", str(seed)])
 
 
 def place_named(name: str, catalog: Catalog) -> Place:
@@ -59,7 +64,8 @@ def play_again(planner: PlannerSpec | str, scene: str, seed: int, catalog: Catal
         chosen = bench.catalog.load_planner(planner) if isinstance(planner, str) else planner
         setting = bench.setting(place_named(scene, catalog))
         scenario = chosen.drives(setting.scenario, setting.agent)
-        return run(scenario, setting.catalog, seed=seed, out=out, missions=setting.missions(chosen))
+        again = episode_command(chosen.name, scene, seed)
+        return run(scenario, setting.catalog, seed=seed, out=out, missions=setting.missions(chosen), command=again)
     finally:
         bench.close()
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from ..geometry import Pose2
 from .family import AGENT, Driver
-from .ground import Point
+from .thing import Point
 
 Table = Mapping[str, object]
 

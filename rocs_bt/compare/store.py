@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
+import weakref
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,12 +60,13 @@ class Store:
             if folder is not None:
                 folder.mkdir(parents=True, exist_ok=True)
             self._db = sqlite3.connect(place, timeout=_WAIT, isolation_level=None)
+            self._end = weakref.finalize(self, self._db.close)  # a sweep's store in memory goes with the sweep
         except (OSError, sqlite3.Error) as error:
             raise InputError(self._fault(f"cannot be opened: {error}")) from error
         try:
             self._begin()
         except InputError:
-            self._db.close()
+            self.close()
             raise
 
     def _begin(self) -> None:
@@ -97,7 +99,7 @@ class Store:
 
     def close(self) -> None:
         """Let go of the file."""
-        self._db.close()
+        self._end()
 
     def put(self, record: EpisodeRecord, cost: Cost) -> None:
         """Keep an episode; whole, or not at all."""

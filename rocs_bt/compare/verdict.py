@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..words import counted
 from .metric import Metric
 from .statistics import (
     LEVEL,
@@ -71,12 +72,13 @@ class Verdict:
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
-        seeds = f"seed{'s' * (self.episodes != 1)} of one scene"
-        kind, count = ("scenes", self.scenes) if self.scenes > 1 else (seeds, self.episodes)
+        scenes = self.scenes > 1
+        kind = "scenes" if scenes else "seeds"
+        sample = counted(self.scenes, "scene") if scenes else f"{counted(self.episodes, 'seed')} of one scene"
         ends = "" if math.isnan(self.low) else f" [{self.low:+.3g}, {self.high:+.3g}]"
         told = f"{self.difference:+.3g}{unit}{ends}, p {self.p:.2g}"
         more = f"; about {self.needed} {kind} would settle it" if self.needed else ""
-        return f"{self._claim(unit)} in {self.metric}: {told}, {count} {kind}{more}"
+        return f"{self._claim(unit)} in {self.metric}: {told}, {sample}{more}"
 
     def _claim(self, unit: str) -> str:
         by = f" by more than {abs(self.margin):g}{unit}" if self.margin else ""
@@ -148,13 +150,12 @@ def adjusted(verdicts: Sequence[Verdict], level: float = LEVEL) -> list[Verdict]
     return [_worded(verdict, float(each), level) for verdict, each in zip(verdicts, p, strict=True)]
 
 
-def favourable(verdict: Verdict) -> Verdict:
-    """The same verdict, told of the planner that did better: `not better` becomes `better` the other way round."""
-    if verdict.margin or verdict.difference >= 0.0:
-        return verdict
+def turned(verdict: Verdict) -> Verdict:
+    """The same verdict without a margin, told of the other planner: `not better` becomes `better`, and back."""
+    words: dict[Word, Word] = {"better": "not better", "not better": "better"}
     return replace(
         verdict,
-        word="better" if verdict.word == "not better" else verdict.word,
+        word=words.get(verdict.word, verdict.word),
         a=verdict.b,
         b=verdict.a,
         difference=-verdict.difference,
@@ -162,6 +163,11 @@ def favourable(verdict: Verdict) -> Verdict:
         high=-verdict.low,
         superiority=1.0 - verdict.superiority,
     )
+
+
+def favourable(verdict: Verdict) -> Verdict:
+    """The same verdict, told of the planner that did better; one with a margin is left as it is."""
+    return turned(verdict) if verdict.difference < 0.0 and not verdict.margin else verdict
 
 
 def _worded(verdict: Verdict, p: float, level: float) -> Verdict:

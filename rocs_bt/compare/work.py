@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from .bench import Bench
-from .metric import BARN_YEARS, METRICS
+from .metric import LOST, METRICS
 from .record import EpisodeRecord
 from .store import Cost
 from .trial import Trial
@@ -62,7 +62,7 @@ def broken(trial: Trial, reason: str, time_limit: float, *, reproducible: bool) 
         seed=trial.seed,
         outcome="error",
         reason=reason,
-        metrics={**dict.fromkeys(METRICS), **dict.fromkeys(("success", "spl", *BARN_YEARS), 0.0), "time": time},
+        metrics={**dict.fromkeys(METRICS), **dict.fromkeys(LOST, 0.0), "time": time},
         time_limit=time_limit,
         reproducible=reproducible,
     )

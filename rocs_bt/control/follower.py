@@ -107,11 +107,12 @@ class Follower:
         self._rows = np.vstack([self._layout.speed_rows, self._layout.acceleration_rows])
         self._shift, self._shift_period = np.eye(len(self.settings.blocks) + 1), math.nan
         self._program = _Program(self._layout, self.settings)
+        self._rest = np.zeros(len(self.drive.wheels))
         self.reset()
 
     def reset(self) -> None:
         """Forget plan, wheels and history, as for a robot at rest."""
-        self._wheels = np.zeros(len(self.drive.wheels))
+        self._wheels = self._rest
         self._twist = Twist2(0.0)
         self._plan: Array | None = None  # (blocks + 1, n) nodes of q, the first of them the last command
         self._misses = 0
@@ -134,7 +135,7 @@ class Follower:
             raise InputError(f"a control period must be a positive time, found {period} s.")
         start = self._timer() if self._timer else math.nan
         rung: Rung = BRAKING
-        wanted, cross, heading = np.zeros_like(self._wheels), math.nan, math.nan
+        wanted, cross, heading = self._rest, math.nan, math.nan
         if self._take_over(wheel_speeds) and _sound(pose):
             ahead = self._ahead(pose)
             preview = reference.sample(ahead, self._twist, self._times, self.settings.wheel_lag)
@@ -199,14 +200,14 @@ class Follower:
         rung: Rung = SOLVED
         nodes = self._program.solve(pose, q, start, stages)
         with np.errstate(invalid="ignore"):
-            worst = np.abs(self._rows @ nodes.ravel()).max()
+            worst = np.abs(self._rows.dot(nodes.ravel())).max()
         if worst <= TOLERANCE:  # false for NaN too
-            self._misses, self._plan = 0, self._shift @ nodes
+            self._misses, self._plan = 0, self._shift.dot(nodes)
         elif self._plan is not None and self._misses < self.settings.patience:
-            rung, self._misses, self._plan = PREVIOUS, self._misses + 1, self._shift @ self._plan
+            rung, self._misses, self._plan = PREVIOUS, self._misses + 1, self._shift.dot(self._plan)
         else:
-            return BRAKING, np.zeros_like(self._wheels)
-        return rung, self.drive.wheels_from_q @ self._plan[0]
+            return BRAKING, self._rest
+        return rung, self.drive.wheels_from_q.dot(self._plan[0])
 
 
 class _Program:
@@ -233,7 +234,7 @@ class _Program:
         self._input[3 : 3 + self._n] = q
         self._start[:] = start
         self._wanted[:, :3] = stages[:, :3]
-        self._wanted[:, 3:] = stages[:, 3:] @ self._q_from_twist
+        self._wanted[:, 3:] = stages[:, 3:].dot(self._q_from_twist)
         self._output.fill(math.nan)
         self._trigger()
         self._nodes[0] = q

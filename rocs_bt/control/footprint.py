@@ -11,6 +11,9 @@ from ..errors import InputError
 from ..geometry import Twist2
 from .drive import Array
 
+GROUP = 4
+"""Of so many poses in a row the nearest things are sought together."""
+
 CLOSING = 0.008
 """Of a gap that closes by less nothing is said [m]: what is passed closely is no contact."""
 
@@ -58,19 +61,29 @@ class Footprint:
             poses: (k, 3) x [m], y [m], yaw [rad], in the world frame.
             points: (m, 2) In the world frame [m].
         """
-        if len(points) == 0:
+        if len(points) == 0 or len(poses) == 0:
             return np.full(len(poses), np.inf)
-        c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
-        dx, dy = points[:, 0] - poses[:, :1], points[:, 1] - poses[:, 1:2]
+        groups = np.minimum(np.arange(-(-len(poses) // GROUP) * GROUP).reshape(-1, GROUP), len(poses) - 1)
+        middle = poses[groups[:, GROUP // 2]]
+        moved = np.hypot(*(poses[groups] - middle[:, None])[..., :2].transpose(2, 0, 1)).max(axis=1)
+        dx, dy = points[:, 0] - middle[:, :1], points[:, 1] - middle[:, 1:2]
+        away = dx * dx + dy * dy
+        # Beyond that nothing can be the nearest, however the hull is turned.
+        reach = np.sqrt(away.min(axis=1)) + 2.0 * moved + self.outer - self.inner + 1e-9
+        group, near = np.nonzero(away <= (reach * reach)[:, None])
+        at, (x, y) = poses[groups[group]], points[near].T[:, :, None]
+        c, s, dx, dy = np.cos(at[..., 2]), np.sin(at[..., 2]), x - at[..., 0], y - at[..., 1]
         ahead, aside = np.abs(c * dx + s * dy) - 0.5 * self.length, np.abs(c * dy - s * dx) - 0.5 * self.width
         outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
-        least: Array = (outside + np.minimum(np.maximum(ahead, aside), 0.0)).min(axis=1)
-        return least
+        gaps = outside + np.minimum(np.maximum(ahead, aside), 0.0)
+        least: Array = np.minimum.reduceat(gaps, np.searchsorted(group, np.arange(len(groups)))).reshape(-1)
+        return least[: len(poses)]
 
     def contact_time(self, points: Array, twist: Twist2, times: Array, margin: float = 0.0) -> float:
         """The first of some times at which a hull that keeps its twist has a point within a margin [s]; or +inf.
 
-        A point counts only once the motion has brought it nearer, by `CLOSING`: who is close may still leave, or pass.
+        A point that is within the margin already counts once the motion has brought it nearer by `CLOSING`: who is too
+        close may still leave, or pass.
 
         Args:
             points: (m, 2) Around the robot, in its body frame [m].
@@ -85,13 +98,14 @@ class Footprint:
         along, across = np.where(small, 1.0, np.sin(safe) / safe), np.where(small, 0.0, (1.0 - np.cos(safe)) / safe)
         forward, left = twist.forward * times, twist.left * times
         poses = np.column_stack([along * forward - across * left, across * forward + along * left, turn])
-        reach = self.outer + margin + float(np.hypot(poses[:, 0], poses[:, 1]).max(initial=0.0))
-        near = points[np.abs(points).max(axis=1, initial=0.0) <= reach]
+        low, high = poses[:, :2].min(axis=0, initial=0.0), poses[:, :2].max(axis=0, initial=0.0)
+        reach = self.outer + margin
+        near = points[((points >= low - reach) & (points <= high + reach)).all(axis=1)]
         if len(near) == 0:
             return math.inf
         now = self.gaps(near)
         c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
         dx, dy = near[:, 0] - poses[:, :1], near[:, 1] - poses[:, 1:2]
         gaps = self.gaps(np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1))
-        touched = ((gaps < margin) & (gaps < now - CLOSING)).any(axis=1)
+        touched = (gaps < np.where(now > margin, margin, now - CLOSING)).any(axis=1)
         return float(times[touched.argmax()]) if touched.any() else math.inf

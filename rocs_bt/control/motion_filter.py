@@ -3,6 +3,8 @@
 The motion is the coordinated turn: constant speed and turn rate, disturbed by white accelerations of both. Its state
 has velocities along the world's axes, not speed and heading, so that nothing is singular while it stands.
 Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), 11.7.
+
+Matrices are multiplied by `dot`: for ones as small as these it takes half the time of `@`, to the same bits.
 """
 
 from __future__ import annotations
@@ -85,36 +87,36 @@ class MotionFilter:
         )
         slope = np.array(
             [
-                [1.0, 0.0, along, -across, d_along * vx - d_across * vy],
-                [0.0, 1.0, across, along, d_across * vx + d_along * vy],
-                [0.0, 0.0, c, -s, -dt * (s * vx + c * vy)],
-                [0.0, 0.0, s, c, dt * (c * vx - s * vy)],
-                [0.0, 0.0, 0.0, 0.0, kept],
+                1.0, 0.0, along, -across, d_along * vx - d_across * vy,
+                0.0, 1.0, across, along, d_across * vx + d_along * vy,
+                0.0, 0.0, c, -s, -dt * (s * vx + c * vy),
+                0.0, 0.0, s, c, dt * (c * vx - s * vy),
+                0.0, 0.0, 0.0, 0.0, kept,
             ]
-        )
-        self.covariance = slope @ self.covariance @ slope.T + self._disturbance(dt)
+        ).reshape(5, 5)  # fmt: skip
+        self.covariance = slope.dot(self.covariance).dot(slope.T) + self._disturbance(dt)
 
     def update(self, t: float, observer: Pose2, distance: float, bearing: float) -> None:
         """Take a sighting at time t [s]: range [m] and bearing [rad] from an observer in the world frame."""
         self.predict(t)
-        x, y = self.state[:2].tolist()
+        x, y, *_ = self.state.tolist()
         dx, dy = x - observer.x, y - observer.y
         expected = math.hypot(dx, dy)
         if expected < 1e-6:  # no direction: nothing can be learned of one
             return
         slope = np.array(
             [
-                [dx / expected, dy / expected, 0.0, 0.0, 0.0],
-                [-dy / expected**2, dx / expected**2, 0.0, 0.0, 0.0],
+                dx / expected, dy / expected, 0.0, 0.0, 0.0,
+                -dy / expected**2, dx / expected**2, 0.0, 0.0, 0.0,
             ]
-        )
+        ).reshape(2, 5)  # fmt: skip
         error = np.array([distance - expected, wrap_angle(bearing - wrap_angle(math.atan2(dy, dx) - observer.yaw))])
-        across = self.covariance @ slope.T
-        gain = across @ _inverse(slope @ across + self._spread)
-        self.state = self.state + gain @ error
-        rest = _EYE - gain @ slope
+        across = self.covariance.dot(slope.T)
+        gain = across.dot(_inverse(slope.dot(across) + self._spread))
+        self.state = self.state + gain.dot(error)
+        rest = _EYE - gain.dot(slope)
         # Joseph's form: symmetric and positive whatever rounding does.
-        self.covariance = rest @ self.covariance @ rest.T + gain @ self._spread @ gain.T
+        self.covariance = rest.dot(self.covariance).dot(rest.T) + gain.dot(self._spread).dot(gain.T)
 
     @property
     def spread(self) -> float:

@@ -65,6 +65,7 @@ class PathReference(Reference):
         turn_first: Heading error beyond which to turn on the spot [rad].
         turn_rate: Of that turn [rad/s].
         turn_acceleration: Of that turn [rad/s2].
+        pivot: The drive's: how far ahead of its base the place lies about which it turns [m].
 
     Raises:
         InputError: The profile was made for another path.
@@ -81,6 +82,7 @@ class PathReference(Reference):
         turn_first: float = math.pi / 2.0,
         turn_rate: float = TURN_RATE,
         turn_acceleration: float = TURN_ACCELERATION,
+        pivot: float = 0.0,
     ) -> None:
         self.path = path
         self.profile = profile
@@ -92,6 +94,7 @@ class PathReference(Reference):
         self._turn_first = turn_first
         self._turn_rate = turn_rate
         self._turn_acceleration = turn_acceleration
+        self._pivot = pivot
 
     @property
     def remaining(self) -> float:
@@ -107,7 +110,7 @@ class PathReference(Reference):
         cross = c * (pose.y - y) - s_yaw * (pose.x - x)
         if abs(error) > self._turn_first:
             turning = _turn(pose.yaw, -error, twist.turn, self._turn_rate, self._turn_acceleration, times)
-            return Preview(_standing(pose.x, pose.y, *turning), cross, error)
+            return Preview(_standing(pose, *turning, self._pivot), cross, error)
         along = max(0.0, twist.forward * math.cos(error) - twist.left * math.sin(error))
         there = self._grid.at(_advance(self.profile, s, along, math.sqrt(squared), times))
         speeds = np.minimum(np.sqrt(there[:, 4]), along + self.profile.acceleration * times)
@@ -147,25 +150,32 @@ class TimedReference(Reference):
                 f"{self._poses.shape}."
             )
         steps = self._times[1:] - self._times[:-1]
-        if not (np.isfinite(self._times).all() and np.isfinite(self._poses).all() and (steps > 0.0).all()):
+        ends = float(self._times[0]), float(self._times[-1])
+        if not (all(map(math.isfinite, ends)) and (steps > 0.0).all() and np.isfinite(self._poses).all()):
             raise InputError("a timed reference needs finite poses at finite times that ascend.")
-        if (np.abs(self._poses[1:, 2] - self._poses[:-1, 2]) >= math.pi).any():
+        moved = self._poses[1:] - self._poses[:-1]
+        if (np.abs(moved[:, 2]) >= math.pi).any():
             self._poses[:, 2] = np.unwrap(self._poses[:, 2])
+            moved = self._poses[1:] - self._poses[:-1]
         # A row of rest on either side, found by the same search as the velocities between.
         self._velocity = np.zeros((len(self._times) + 1, 3))
-        self._velocity[1:-1] = (self._poses[1:] - self._poses[:-1]) / steps[:, None]
+        self._velocity[1:-1] = moved / steps[:, None]
+        self._since = np.concatenate([self._times[:1], self._times])  # where each row begins
+        self._from = np.concatenate([self._poses[:1], self._poses])
         self._now = now
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
         start = self._now() + lead
-        at = np.concatenate([[start], start + times])
+        at = np.empty(len(times) + 1)
+        at[0], at[1:] = start, start + times
         stages = np.empty((len(at), 6))
-        for column in range(3):
-            stages[:, column] = np.interp(at, self._times, self._poses[:, column])
+        row = self._times.searchsorted(at, "right")  # as np.interp does it, to the bit, for all three at once
+        passed = (at - self._since.take(row))[:, None]
+        stages[:, :3] = self._velocity.take(row, axis=0) * passed + self._from.take(row, axis=0)
         x, y, yaw = stages[0, :3].tolist()
         error = wrap_angle(pose.yaw - yaw)
         cross = math.cos(yaw) * (pose.y - y) - math.sin(yaw) * (pose.x - x)
-        velocity = self._velocity[np.searchsorted(self._times, at)]
+        velocity = self._velocity.take(self._times.searchsorted(at), axis=0)
         c, s = np.cos(stages[:, 2]), np.sin(stages[:, 2])
         stages[:, 3] = c * velocity[:, 0] + s * velocity[:, 1]
         stages[:, 4] = c * velocity[:, 1] - s * velocity[:, 0]
@@ -183,22 +193,30 @@ class TurnReference(Reference):
         y: The spot [m].
         rate: Fastest turn [rad/s].
         acceleration: [rad/s2].
+        pivot: The drive's: how far ahead of its base the place lies about which it turns [m].
     """
 
     def __init__(
-        self, yaw: float, x: float, y: float, rate: float = TURN_RATE, acceleration: float = TURN_ACCELERATION
+        self,
+        yaw: float,
+        x: float,
+        y: float,
+        rate: float = TURN_RATE,
+        acceleration: float = TURN_ACCELERATION,
+        pivot: float = 0.0,
     ) -> None:
         self.yaw = yaw
         self.x = x
         self.y = y
         self._rate = rate
         self._acceleration = acceleration
+        self._pivot = pivot
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
         error = wrap_angle(pose.yaw - self.yaw)
         cross = math.cos(self.yaw) * (pose.y - self.y) - math.sin(self.yaw) * (pose.x - self.x)
         turning = _turn(pose.yaw, -error, twist.turn, self._rate, self._acceleration, times)
-        return Preview(_standing(self.x, self.y, *turning), cross, error)
+        return Preview(_standing(Pose2(self.x, self.y, pose.yaw), *turning, self._pivot), cross, error)
 
 
 def _sharp_corners(path: Path) -> list[float]:
@@ -242,8 +260,12 @@ def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: floa
     return yaw + sign * np.minimum(turned, angle), sign * np.maximum(rates, 0.0)
 
 
-def _standing(x: float, y: float, yaws: Array, rates: Array) -> Array:
-    """(k, 6) Stages of a turn on the spot."""
+def _standing(pose: Pose2, yaws: Array, rates: Array, pivot: float) -> Array:
+    """(k, 6) Stages of a turn on the spot from a pose, about a place that is so far ahead of the base [m]."""
     stages = np.zeros((len(yaws), 6))
-    stages[:, 0], stages[:, 1], stages[:, 2], stages[:, 5] = x, y, yaws, rates
+    stages[:, 0], stages[:, 1], stages[:, 2], stages[:, 5] = pose.x, pose.y, yaws, rates
+    if pivot != 0.0:
+        stages[:, 0] += pivot * (math.cos(pose.yaw) - np.cos(yaws))
+        stages[:, 1] += pivot * (math.sin(pose.yaw) - np.sin(yaws))
+        stages[:, 4] = -pivot * rates
     return stages

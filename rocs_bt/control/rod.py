@@ -66,8 +66,10 @@ class Surroundings:
         u, v = u - j, v - i
         if what.ndim == 3:
             u, v = u[:, None], v[:, None]
-        low = (1.0 - u) * what[i, j] + u * what[i, j + 1]
-        values: Array = (1.0 - v) * low + v * ((1.0 - u) * what[i + 1, j] + u * what[i + 1, j + 1])
+        flat, at = what.reshape(rows * columns, *what.shape[2:]), i * columns + j
+        low = (1.0 - u) * flat.take(at, axis=0) + u * flat.take(at + 1, axis=0)
+        at += columns
+        values: Array = (1.0 - v) * low + v * ((1.0 - u) * flat.take(at, axis=0) + u * flat.take(at + 1, axis=0))
         return values
 
 
@@ -125,25 +127,35 @@ def _fitted(around: Surroundings, footprint: Footprint, band: Array, first: int)
         aside = ahead[:, ::-1] * (-1.0, 1.0)
         low, high = band[near].min(axis=0) - footprint.outer - FIT, band[near].max(axis=0) + footprint.outer + FIT
         things = around.points[((around.points > low) & (around.points < high)).all(axis=1)]
-        offset = things - band[near, None]
-        point = np.stack([(offset * ahead[near, None]).sum(axis=2), (offset * aside[near, None]).sum(axis=2)], axis=2)
-        half = np.array([0.5 * footprint.length, 0.5 * footprint.width])
-        gap, arm = footprint.gaps(point), np.clip(point, -half, half)
-        over = np.abs(point) - half
-        inside = (over < 0.0).all(axis=2)
-        out = np.where(inside[..., None], (over == over.max(axis=2)[..., None]) * np.sign(point), point - arm)
-        out /= np.maximum(np.hypot(out[..., 0], out[..., 1]), 1e-9)[..., None]
-        least = gap.min(axis=1)
-        weight = np.exp(-(gap - least[:, None]) / SHARP)
-        weight *= (FIT_PUSH * np.clip(1.0 - least / FIT, 0.0, 2.0) / weight.sum(axis=1))[:, None]
-        force = -weight[..., None] * out
-        total, turn = np.zeros_like(band), np.zeros(len(band))
-        pushed = force.sum(axis=1)
-        total[near] = pushed[:, :1] * ahead[near] + pushed[:, 1:] * aside[near]
-        turn[near] = _turned(arm, force).sum(axis=1)
-        step = np.clip(_moved(total, turn, aside), -FIT_PUSH, FIT_PUSH)
+        force, turn = np.zeros_like(band), np.zeros(len(band))
+        ahead_push, aside_push, turn[near] = _pushed(footprint, band[near], ahead[near], things)
+        force[near] = ahead_push[:, None] * ahead[near] + aside_push[:, None] * aside[near]
+        step = np.clip(_moved(force, turn, aside), -FIT_PUSH, FIT_PUSH)
         band[first:-1] = cho_solve_banded(factor, (band + step)[first:-1] - bound @ band)
     return band
+
+
+def _pushed(footprint: Footprint, points: Array, ahead: Array, things: Array) -> tuple[Array, Array, Array]:
+    """(k,) How far things push the hull at each of some points: ahead, aside, and about its middle [m, m, m2]."""
+    half_x, half_y = 0.5 * footprint.length, 0.5 * footprint.width
+    dx, dy = (things[:, axis] - points[:, axis, None] for axis in (0, 1))
+    x, y = dx * ahead[:, :1] + dy * ahead[:, 1:], dy * ahead[:, :1] - dx * ahead[:, 1:]
+    arm_x, arm_y = np.clip(x, -half_x, half_x), np.clip(y, -half_y, half_y)
+    out_x, out_y = x - arm_x, y - arm_y  # from the hull; what is in it is driven out by the nearest side
+    away = np.hypot(out_x, out_y)
+    over_x, over_y = np.abs(x) - half_x, np.abs(y) - half_y
+    over = np.maximum(over_x, over_y)
+    gap, inside = away + np.minimum(over, 0.0), np.nonzero(over < 0.0)
+    out_x[inside] = (over_x[inside] == over[inside]) * np.sign(x[inside])
+    out_y[inside] = (over_y[inside] == over[inside]) * np.sign(y[inside])
+    away[inside] = np.hypot(out_x[inside], out_y[inside])
+    least = gap.min(axis=1)
+    weight = np.exp(-(gap - least[:, None]) / SHARP)
+    weight *= (FIT_PUSH * np.clip(1.0 - least / FIT, 0.0, 2.0) / weight.sum(axis=1))[:, None]
+    away = np.maximum(away, 1e-9)
+    x, y = -weight * (out_x / away), -weight * (out_y / away)
+    turn = (arm_x * y - arm_y * x).sum(axis=1)
+    return np.asfortranarray(x).sum(axis=1), np.asfortranarray(y).sum(axis=1), turn  # summed up thing by thing
 
 
 def _turned(arms: Array, forces: Array) -> Array:
@@ -170,9 +182,11 @@ def _stiff(count: int, first: int, stiff: float) -> tuple[tuple[Array, bool], Ar
         I + stiff D'D of the points that are free, as a Cholesky factor, and their rows of it for those that are held.
     """
     from scipy.linalg import cholesky_banded
+    from scipy.sparse import diags_array
 
-    second = np.diff(np.eye(count), 2, axis=0)
-    bending = stiff * second.T @ second
+    # Sparse, as a dense product of this size wakes all threads of BLAS, which costs far more than it takes.
+    second = diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(count - 2, count))
+    bending = stiff * (second.T @ second).toarray()
     free = bending[first:-1, first:-1] + np.eye(count - first - 1)
     bands = np.zeros((3, len(free)))
     for k in range(min(3, len(free))):

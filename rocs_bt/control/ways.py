@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,6 +14,8 @@ BENDS = (-1.5, -0.6, 0.0, 0.6, 1.5)
 """Curvatures, left positive when the robot drives ahead [rad/m]; the signals of room have one value for each."""
 
 STRAIGHT = BENDS.index(0.0)
+
+_EPSILON = float(np.finfo(float).eps)
 
 
 def leading_edges(half: tuple[float, float], runs: Array) -> Array:
@@ -31,10 +34,22 @@ def leading_edges(half: tuple[float, float], runs: Array) -> Array:
     return np.array(found).reshape(2, len(BENDS), len(runs), 5, 2)
 
 
-def along(pose: Pose2, twist: Twist2, durations: Array) -> Array:
-    """(k, 3) Where a constant body twist leads in each of some whiles [s]: `geometry.arc` for many of them."""
-    half = 0.5 * twist.turn * durations
-    chord, yaw = durations * np.sinc(half / math.pi), pose.yaw + half
-    c, s = chord * np.cos(yaw), chord * np.sin(yaw)
-    x, y = pose.x + twist.forward * c - twist.left * s, pose.y + twist.forward * s + twist.left * c
-    return np.stack([x, y, yaw + half], axis=1)
+def along(motions: Sequence[tuple[Pose2, Twist2]], durations: Array) -> Array:
+    """(p, k, 3) Where constant body twists lead in each of some whiles (p, k) [s]: `geometry.arc` for many at once."""
+    x, y, yaw, forward, turn, left = np.array([(*pose, *twist) for pose, twist in motions]).T[:, :, None]
+    half = 0.5 * turn * durations
+    chord, middle = durations * sinc(half / math.pi), yaw + half
+    c, s = chord * np.cos(middle), chord * np.sin(middle)
+    found = np.empty((*durations.shape, 3))
+    found[..., 0] = x + forward * c - left * s
+    found[..., 1] = y + forward * s + left * c
+    found[..., 2] = middle + half
+    return found
+
+
+def sinc(x: Array) -> Array:
+    """sin(pi x) / (pi x), and 1 at 0: `numpy.sinc` to the bit, in half the time for a few dozen numbers."""
+    angle = math.pi * x
+    angle[angle == 0.0] = _EPSILON
+    ratio: Array = np.sin(angle) / angle
+    return ratio

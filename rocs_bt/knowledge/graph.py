@@ -21,7 +21,7 @@ from .schema import SCHEMA, Schema
 from .signals import Array
 from .space import Batch
 from .store import Row, Store
-from .subscription import Callback, Delivery, Followers, SubscriberFailure, Subscribers, Subscription
+from .subscription import Callback, Followers, SubscriberFailure, Subscribers, Subscription
 
 _NONE: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 
@@ -100,10 +100,11 @@ class KnowledgeGraph(Readable):
 
     def stamp(self, node: str, attribute: str | None = None) -> Stamp:
         with self._lock:
-            row = self._row(node)
+            row = self._rows.get(node) or self._row(node)
             if attribute is None:
                 return Stamp(row["t"], row["revision"])
-            self.get(node, attribute)
+            if attribute not in self._stamps[node]:
+                self.get(node, attribute)
             return Stamp(*self._stamps[node].get(attribute, (-math.inf, 0)))
 
     def changed_since(self, revision: int, kind: str | None = None) -> list[str]:
@@ -347,7 +348,7 @@ class KnowledgeGraph(Readable):
         if self.followers.all:
             self.followers.note(change)
         if self._subscribers.all:
-            self._subscribers.pending.append(Delivery(change, (node,), self._lineages[kind]))
+            self._subscribers.queue(change, (node,), self._lineages[kind])
         return revision
 
     def _edge_change(
@@ -363,7 +364,7 @@ class KnowledgeGraph(Readable):
             self.followers.note(change)
         if self._subscribers.all:
             kinds = self._lineages[self.kind(source)] + self._lineages[self.kind(target)]
-            self._subscribers.pending.append(Delivery(change, (source, target), kinds, relation))
+            self._subscribers.queue(change, (source, target), kinds, relation)
 
     def _settle(self) -> None:
         if self.followers.all and not self._held:

@@ -64,7 +64,7 @@ class Window:
 
     def points(self) -> Array:
         """(k, 2) Where things stand: the mean echo of each occupied cell, in the world frame [m]."""
-        points: Array = self.echoes[self.states == OCCUPIED]
+        points: Array = self.echoes.reshape(-1, 2)[np.flatnonzero(self.states == OCCUPIED)]
         return points
 
 
@@ -113,19 +113,18 @@ class OccupancyGrid:
 
     def centre_on(self, x: float, y: float) -> None:
         """Roll so that a place [m] is in the middle; a little off the middle is left as it is."""
-        row, column = math.floor(y / self.cell), math.floor(x / self.cell)
-        wanted = np.array([row, column]) - self._count // 2
-        shift = wanted - self._corner
-        if np.abs(shift).max() <= self._count // 8:
+        wanted = [math.floor(v / self.cell) - self._count // 2 for v in (y, x)]
+        shift = [new - old for new, old in zip(wanted, self._corner.tolist(), strict=True)]
+        if max(map(abs, shift)) <= self._count // 8:
             return
         with self._lock:
-            here, there = zip(*(_overlap(int(s), self._count) for s in shift), strict=True)
+            here, there = zip(*(_overlap(s, self._count) for s in shift), strict=True)
             for name in ("_evidence", "_echoes", "_heard"):
                 old = getattr(self, name)
                 rolled = np.zeros_like(old)
                 rolled[there] = old[here]
                 setattr(self, name, rolled)
-            self._corner = wanted
+            self._corner = np.array(wanted)
             self.revision += 1
 
     def look(self, hits: Array, passed: Cells) -> int:
@@ -146,15 +145,16 @@ class OccupancyGrid:
             (at, inside), (through, _) = self._flat(cells), self._flat(passed)
             hit, which, count = np.unique(at, return_inverse=True, return_counts=True)
             evidence = self._evidence.reshape(-1)
-            touched = np.concatenate([hit, through])
-            before = evidence[touched] > OCCUPIED_ABOVE
-            old = evidence[hit]
-            evidence[through] = np.maximum(evidence[through] + MISS, -SURE)
+            old, sure = evidence[hit], evidence[through]
+            less = np.maximum(sure + MISS, -SURE)
+            evidence[through] = less
             # Once for each cell, so that a near thing is no surer than a far one.
-            evidence[hit] = np.minimum(old + HIT, SURE)
+            new = np.minimum(old + HIT, SURE)
+            evidence[hit] = new
             self._locate(hit, which, count, offsets[inside])
-            now = evidence[touched] > OCCUPIED_ABOVE
-            changed = len(np.unique(touched[before != now]))
+            gone = through[(sure > OCCUPIED_ABOVE) & (less <= OCCUPIED_ABOVE)]
+            gone = np.unique(gone[evidence[gone] <= OCCUPIED_ABOVE])
+            changed = len(gone) + int(np.count_nonzero((old > OCCUPIED_ABOVE) != (new > OCCUPIED_ABOVE)))
             self.revision += changed > 0
         return changed
 
@@ -163,9 +163,8 @@ class OccupancyGrid:
         echoes, heard = self._echoes.reshape(-1, 2), self._heard.reshape(-1)
         known = np.minimum(heard[hit], MEMORY)
         total = known + count
-        for axis in (0, 1):
-            fresh = np.bincount(which, offsets[:, axis], len(hit))
-            echoes[hit, axis] = (echoes[hit, axis] * known + fresh) / total
+        fresh = np.column_stack([np.bincount(which, offsets[:, axis], len(hit)) for axis in (0, 1)])
+        echoes[hit] = (echoes[hit] * known[:, None] + fresh) / total[:, None]
         heard[hit] = np.minimum(total, MEMORY)
 
     def clear(self, x: float, y: float, radius: float) -> None:
@@ -197,33 +196,55 @@ class OccupancyGrid:
         """
         (row, column), (top, right) = self.cells(np.array([low, high])).tolist()
         with self._lock:
-            first = self._corner
-            rows = slice(max(row - first[0], 0), max(top + 1 - first[0], 0))
-            columns = slice(max(column - first[1], 0), max(right + 1 - first[1], 0))
-            inside = _states(self._evidence[rows, columns])
-            states = np.full((top + 1 - row, right + 1 - column), UNKNOWN, np.int8)
-            echoes = np.zeros((*states.shape, 2))
-            low = max(first[0] - row, 0), max(first[1] - column, 0)
-            there = tuple(slice(start, start + n) for start, n in zip(low, inside.shape, strict=True))
-            states[there], echoes[there] = inside, self._echoes[rows, columns]
-            revision = self.revision
+            rows, columns = self._slices(row, top, column, right)
+            states, echoes = _states(self._evidence[rows, columns]), self._echoes[rows, columns].astype(float)
+            first, revision = self._corner.tolist(), self.revision
+        beyond = _beyond(rows, row - first[0], top - first[0]), _beyond(columns, column - first[1], right - first[1])
+        if any(map(any, beyond)):
+            states = np.pad(states, beyond, constant_values=UNKNOWN)
+            echoes = np.pad(echoes, (*beyond, (0, 0)))
         echoes[..., 0] += (np.arange(column, right + 1) + 0.5) * self.cell
         echoes[..., 1] += ((np.arange(row, top + 1) + 0.5) * self.cell)[:, None]
         return Window(states, echoes, column * self.cell, row * self.cell, self.cell, revision)
 
+    def points(self, low: tuple[float, float], high: tuple[float, float]) -> Array:
+        """(k, 2) Where things stand in a rectangle of cells, as the window of these places tells [m]."""
+        (row, column), (top, right) = self.cells(np.array([low, high])).tolist()
+        with self._lock:
+            rows, columns = self._slices(row, top, column, right)
+            taken = self._evidence[rows, columns] > OCCUPIED_ABOVE
+            i, j = np.divmod(np.flatnonzero(taken), max(taken.shape[1], 1))  # sooner than where it is in two dimensions
+            i, j = i + rows.start, j + columns.start
+            echoes = self._echoes[i, j]
+            cells = np.column_stack([i, j]) + self._corner
+        points: Array = echoes + self.centres(cells)
+        return points
+
+    def _slices(self, row: int, top: int, column: int, right: int) -> tuple[slice, slice]:
+        """Those cells of a rectangle, its last row and column included, that are in the grid."""
+        bounds = zip((row, column), (top, right), self._corner.tolist(), strict=True)
+        rows, columns = (
+            slice(*(min(max(at - first, 0), self._count) for at in (start, last + 1))) for start, last, first in bounds
+        )
+        return rows, columns
+
     def _flat(self, cells: Cells) -> tuple[Indices, npt.NDArray[np.bool_]]:
         """Indices into the evidence of those cells that are in the grid, and which of them are."""
-        within = cells - self._corner
-        inside = ((within >= 0) & (within < self._count)).all(axis=1)
-        flat: Indices = (within[:, 0] * self._count + within[:, 1])[inside]
-        return flat, inside
+        rows, columns = cells[:, 0] - self._corner[0], cells[:, 1] - self._corner[1]
+        inside = (rows >= 0) & (rows < self._count) & (columns >= 0) & (columns < self._count)
+        flat: Indices = rows * self._count + columns
+        return flat if inside.all() else flat[inside], inside
 
 
 def _states(evidence: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
-    states = np.full(evidence.shape, UNKNOWN, np.int8)
-    states[evidence < FREE_BELOW] = FREE
-    states[evidence > OCCUPIED_ABOVE] = OCCUPIED
-    return states
+    occupied: npt.NDArray[np.int8] = (evidence > OCCUPIED_ABOVE).view(np.int8)
+    return UNKNOWN + (evidence < FREE_BELOW).view(np.int8) + 2 * occupied
+
+
+def _beyond(inside: slice, start: int, last: int) -> tuple[int, int]:
+    """How many of some rows or columns, the last one included, lie before those inside, and how many after."""
+    before = min(max(-start, 0), last + 1 - start)
+    return before, last + 1 - start - before - (inside.stop - inside.start)
 
 
 def _overlap(shift: int, count: int) -> tuple[slice, slice]:

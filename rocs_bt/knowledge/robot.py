@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import KnowledgeError
+from ..errors import Fault, InputError, KnowledgeError
 from ..geometry import Pose2, Twist2
 from .model import Model
 from .signals import Array
@@ -16,6 +18,26 @@ from .signals import Array
 if TYPE_CHECKING:  # the drive is given by the agent: at run time every arrow points down
     from ..control.drive import Drive
     from .knowledge import Knowledge
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """How a laser scanner looks.
+
+    Attributes:
+        rays: Of one scan, evenly spread, from the right to the left.
+        span: From the first ray to the last [rad].
+        mount: Where they begin, and where the middle one points, in the body frame.
+    """
+
+    rays: int
+    span: float
+    mount: Pose2
+
+    @cached_property
+    def bearings(self) -> Array:
+        """(rays,) Where each ray points, from the mount's axis, left positive [rad]."""
+        return np.linspace(-0.5 * self.span, 0.5 * self.span, self.rays)
 
 
 class RobotModel(Model):
@@ -64,6 +86,16 @@ class RobotModel(Model):
         """Turn rate, left positive [rad/s]."""
         return self._value("turn_rate", t)
 
+    def twist(self, t: float | None = None) -> Twist2:
+        """How it moves by `speed` and `turn_rate`, what it skids sideways in a turn included, in the body frame."""
+        turn = self.turn_rate(t)
+        return Twist2(self.speed(t), turn, -self.pivot * turn)
+
+    @property
+    def pivot(self) -> float:
+        """How far ahead of its base the place lies that moves only along its heading [m]; 0 while it has no drive."""
+        return 0.0 if self._drive is None else self._drive.pivot
+
     def inverse(self, twist: Twist2) -> Array:
         """The rim speeds that make a twist, shape (wheels,) [m/s]."""
         return self.drive.wheel_speeds(twist)
@@ -75,6 +107,19 @@ class RobotModel(Model):
     def sensors(self) -> list[str]:
         """The names of its sensors."""
         return self.graph.related(self.name, "has_sensor")
+
+    def scanner(self, signal: str) -> Scanner:
+        """The scanner whose ranges a signal holds.
+
+        Raises:
+            InputError: No sensor does, or its table in robot.toml does not tell all of how it looks.
+        """
+        for sensor in self.sensors():
+            of, rays, span, mount = (self.graph.get(sensor, key) for key in ("signal", "rays", "span", "mount"))
+            if of == signal and rays is not None and span is not None and mount is not None:
+                return Scanner(rays, span, mount)
+        message = f"no sensor of '{self.name}' with the signal '{signal}' tells its rays, its span and its mount."
+        raise InputError(Fault(message, hint='Write into its [[sensor]] table, such as: mount = { x = "0.12 m" }.'))
 
     def actuators(self) -> list[str]:
         """The names of its actuators."""

@@ -64,14 +64,17 @@ class Subscription:
         self.active = False
         self._subscribers.remove(self)
 
+    def fits(self, nodes: tuple[str, ...], kinds: tuple[str, ...], relation: str | None) -> bool:
+        """Whether every filter that was given fits a change."""
+        return (
+            (self._node is None or self._node in nodes)
+            and (self._kind is None or self._kind in kinds)
+            and (self._relation is None or self._relation == relation)
+        )
+
     def hear(self, delivery: Delivery) -> None:
-        """Call back if every filter that was given fits; one that raises is detached and the writer never notices."""
-        if (
-            self.active
-            and (self._node is None or self._node in delivery.nodes)
-            and (self._kind is None or self._kind in delivery.kinds)
-            and (self._relation is None or self._relation == delivery.relation)
-        ):
+        """Call back if the change fits; one that raises is detached and the writer never notices."""
+        if self.active and self.fits(delivery.nodes, delivery.kinds, delivery.relation):
             try:
                 self._callback(delivery.change)
             except Exception as error:  # noqa: BLE001 - the documented boundary between a writer and those who listen
@@ -106,6 +109,15 @@ class Subscribers:
         """Tell this one no more."""
         with self._changing:
             self.all = tuple(s for s in self.all if s is not subscription)
+
+    def queue(
+        self, change: KnowledgeChanged, nodes: tuple[str, ...], kinds: tuple[str, ...], relation: str | None = None
+    ) -> None:
+        """Keep a change until it can be told, if it fits anybody: nearly none does."""
+        for subscription in self.all:
+            if subscription.fits(nodes, kinds, relation):
+                self.pending.append(Delivery(change, nodes, kinds, relation))
+                return
 
     def deliver(self) -> None:
         """Tell every queued change. A write inside a callback, or one on another thread meanwhile, is told after it."""

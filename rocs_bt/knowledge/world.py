@@ -77,14 +77,15 @@ class WorldModel(Model):
         Raises:
             KnowledgeError: No such peer.
         """
+        get = self.graph.get
         while True:  # until nobody has written in between
             since = self.graph.stamp(peer, "pose")
-            known = self.graph.attributes(peer)
+            pose, speed, turn_rate = get(peer, "pose"), get(peer, "speed"), get(peer, "turn_rate")
             if self.graph.stamp(peer, "pose") == since:
                 break
-        if (pose := known.get("pose")) is None:
+        if pose is None:
             return None
-        return since.t, pose, Twist2(known.get("speed", 0.0), known.get("turn_rate", 0.0))
+        return since.t, pose, Twist2(0.0 if speed is None else speed, 0.0 if turn_rate is None else turn_rate)
 
     def predicted(self, peer: str, t: float) -> Pose2 | None:
         """Where a peer will be at time t [s], world frame, if it keeps its speed and its turn rate.

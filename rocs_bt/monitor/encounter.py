@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ..geometry import Pose2, Twist2, along_arc, arc
+from ..geometry import Pose2, Twist2, along_arc, arc, arc_positions
 from ..knowledge import Knowledge
 
 STEP = 0.1
@@ -96,8 +96,8 @@ class Encounters:
         """What the peers add to each group, with so much room straight ahead and behind [m]."""
         if not motions:
             return NOBODY
-        way = list(self._way(pose, now))
-        gaps = [self._gap(way, motion) for motion in motions.values()]
+        times, way = self._way(pose, now)
+        gaps = [self._gap(times, way, motion) for motion in motions.values()]
         left = min((g.least for g in gaps if 0.0 <= g.bearing <= 0.5 * math.pi), default=math.inf)
         right = min((g.least for g in gaps if -0.5 * math.pi <= g.bearing < 0.0), default=math.inf)
         rear = min((g.least for g in gaps if abs(g.bearing) > 0.5 * math.pi), default=math.inf)
@@ -110,13 +110,13 @@ class Encounters:
         escape = self._escape(pose, motions, room)
         return (math.inf if escape > 0 else least), left, right, (rear if escape < 0 else least)
 
-    def _must_stand(self, way: Sequence[tuple[float, Pose2]], motions: Mapping[str, Motion]) -> bool:
+    def _must_stand(self, way: Sequence[Pose2], motions: Mapping[str, Motion]) -> bool:
         """Whether the robot would drive nearer to whom it follows than it may, or is as near already."""
         for name, _, safety in self._followed():
             if safety and name in motions:
                 since, place, twist = motions[name]
                 there = along_arc(place, twist, since)
-                return min(mine.distance(there) for _, mine in way) < safety + SURE
+                return min(map(there.distance, way)) < safety + SURE
         return False
 
     def _followed(self) -> Iterator[tuple[str, float, float]]:
@@ -130,14 +130,17 @@ class Encounters:
 
     def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: tuple[float, float]) -> int:
         """Where to go from peers that come near: 1 ahead, -1 back, 0 nowhere."""
-        ways = {name: arc(place, twist, (since + t for t in FAR)) for name, (since, place, twist) in motions.items()}
-        kept = [(ways[name], distance) for name, distance, _ in self._followed() if name in ways]
+        ways = {
+            name: arc_positions(place, twist, [since + t for t in FAR])
+            for name, (since, place, twist) in motions.items()
+        }
+        kept = [(Pose2(*ways[name][-1]), distance) for name, distance, _ in self._followed() if name in ways]
 
         def course(sign: float, room: float) -> list[float]:
-            mine = arc(pose, Twist2(sign), (min(AWAY * max(t - SLOW, 0.0), room) for t in FAR))
-            if any(pose.distance(way[-1]) > mine[-1].distance(way[-1]) < least for way, least in kept):
+            mine = arc(pose, Twist2(sign), [min(AWAY * max(t - SLOW, 0.0), room) for t in FAR])
+            if any(pose.distance(goal) > mine[-1].distance(goal) < least for goal, least in kept):
                 return [-1.0] * len(FAR)  # out of one's way into that of whom it follows
-            return [min(self._apart(here, way[k]) for way in ways.values()) for k, here in enumerate(mine)]
+            return [min(self._apart(here, *way[k]) for way in ways.values()) for k, here in enumerate(mine)]
 
         stand = course(1.0, 0.0)
         least = self._least(stand)
@@ -158,8 +161,8 @@ class Encounters:
         gained = 0.02 if stand[0] < SCRAPES else -0.01  # from who may touch it, it goes straight off or not at all
         return [stand[0] - 0.01, *(gap + gained for gap in stand[1:])]
 
-    def _way(self, pose: Pose2, now: float) -> Iterator[tuple[float, Pose2]]:
-        """Where the robot is in the next moments, by time from now on [s], if it brakes as soon as it can."""
+    def _way(self, pose: Pose2, now: float) -> tuple[list[float], list[Pose2]]:
+        """Where the robot is at some times from now on [s], if it brakes as soon as it can."""
         robot = self._knowledge.robot
         twist = Twist2(robot.speed(now), robot.turn_rate(now))
         if math.isnan(twist.forward + twist.turn):
@@ -167,22 +170,29 @@ class Encounters:
         rim = max(map(abs, robot.drive.wheel_speeds(twist).tolist()))
         braking = rim / self._deceleration
         horizon = max(self._horizon, self._reaction + braking)
-        for i in range(math.ceil(horizon / STEP - 1e-9) + 1):
-            t = i * STEP
+        times = [i * STEP for i in range(math.ceil(horizon / STEP - 1e-9) + 1)]
+        driven = []
+        for t in times:
             slow = min(max(t - self._reaction, 0.0), braking)
-            driven = min(t, self._reaction) + (slow - 0.5 * slow * slow / braking if braking > 0.0 else 0.0)
-            yield t, along_arc(pose, twist, driven)
+            braked = slow - 0.5 * slow * slow / braking if braking > 0.0 else 0.0
+            driven.append(min(t, self._reaction) + braked)
+        return times, arc(pose, twist, driven)
 
-    def _gap(self, way: Sequence[tuple[float, Pose2]], motion: Motion) -> Gap:
+    def _gap(self, times: Sequence[float], way: Sequence[Pose2], motion: Motion) -> Gap:
         """How near a peer comes in the next moments."""
         since, place, twist = motion
-        places = arc(place, twist, (since + t for t, _ in way))
-        least, k = min((self._apart(mine, places[k]), k) for k, (_, mine) in enumerate(way))
-        return Gap(max(0.0, least), way[k][1].bearing(places[k]))
+        places = arc_positions(place, twist, [since + t for t in times])
+        gaps = [self._apart(mine, x, y) for mine, (x, y) in zip(way, places, strict=True)]
+        least = min(gaps)
+        k = gaps.index(least)
+        return Gap(max(0.0, least), way[k].bearing(Pose2(*places[k])))
 
-    def _apart(self, pose: Pose2, other: Pose2) -> float:
-        """Between the hull, a rectangle, and a peer's circle [m]; negative where the circle is over the hull's edge."""
-        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-        dx, dy = other.x - pose.x, other.y - pose.y
+    def _apart(self, pose: Pose2, x: float, y: float) -> float:
+        """Between the hull, a rectangle, and a peer's circle at a point [m]; negative: it is over the hull's edge."""
+        here_x, here_y, yaw = pose
+        c, s = math.cos(yaw), math.sin(yaw)
+        dx, dy = x - here_x, y - here_y
         ahead, aside = abs(c * dx + s * dy) - self._half[0], abs(c * dy - s * dx) - self._half[1]
-        return math.hypot(max(ahead, 0.0), max(aside, 0.0)) - self._radius
+        if ahead > 0.0 and aside > 0.0:
+            return math.hypot(ahead, aside) - self._radius
+        return max(ahead, aside, 0.0) - self._radius

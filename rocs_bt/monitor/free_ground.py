@@ -43,15 +43,19 @@ class FreeGround:
     def mark(self, at: Pose2, points: Array, t: float) -> None:
         """Ground was free at a time [s], at points (k, 2) of a frame [m]; at -inf, it is not known to be."""
         ix, iy = self._squares(at, points)
-        inside = (ix >= 0) & (iy >= 0) & (ix < self._size) & (iy < self._size)
+        inside = self._inside(ix, iy)
         self._free[ix[inside], iy[inside]] = t
 
     def free(self, at: Pose2, points: Array, since: float) -> npt.NDArray[np.bool_]:
         """Whether ground was known to be free, at points (..., 2) of a frame [m], no longer ago than a time [s]."""
         ix, iy = self._squares(at, points)
-        inside = (ix >= 0) & (iy >= 0) & (ix < self._size) & (iy < self._size)
-        found: npt.NDArray[np.bool_] = inside & (self._free[ix % self._size, iy % self._size] >= since)
-        return found
+        known: npt.NDArray[np.bool_] = self._free.take(ix * self._size + iy, mode="clip") >= since
+        return known & self._inside(ix, iy)
+
+    def _inside(self, ix: npt.NDArray[np.int64], iy: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """Whether squares are on the map; as a number without a sign a negative one is very large."""
+        inside: npt.NDArray[np.bool_] = (ix.view(np.uint64) < self._size) & (iy.view(np.uint64) < self._size)
+        return inside
 
     def _squares(self, at: Pose2, points: Array) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         c, s = math.cos(at.yaw) / self.cell, math.sin(at.yaw) / self.cell

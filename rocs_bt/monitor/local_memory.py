@@ -104,13 +104,16 @@ class LocalMemory:
 
     def explained(self, pose: Pose2, ranges: Sequence[float], peers: Sequence[Pose2], radius: float) -> list[bool]:
         """Whether each beam's echo is one of a peer of that radius [m]."""
-        beams = [(pose.compose(Pose2(*mount)), distance) for mount, distance in zip(self.mounts, ranges, strict=True)]
-        return [any(self._explains(at, distance, peer, radius) for peer in peers) for at, distance in beams]
+        found = []
+        for mount, distance in zip(self.mounts, ranges, strict=True):
+            at = pose.compose(Pose2(*mount)) if math.isfinite(distance) else None
+            found.append(at is not None and any(self._explains(at, distance, peer, radius) for peer in peers))
+        return found
 
     def around(self, pose: Pose2) -> Array:
         """(k, 2) The echoes that it remembers, in the body frame [m]."""
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-        turned: Array = (self._echoes[:, :2] - (pose.x, pose.y)) @ np.array([[c, -s], [s, c]])
+        turned: Array = (self._echoes[:, :2] - (pose.x, pose.y)).dot(np.array([[c, -s], [s, c]]))
         return turned
 
     def free(self, t: float, pose: Pose2, points: Array) -> npt.NDArray[np.bool_]:

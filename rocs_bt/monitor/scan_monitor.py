@@ -13,11 +13,15 @@ import numpy.typing as npt
 from ..channel import Signals
 from ..device import Reading
 from ..errors import Fault, InputError
+from ..geometry import Pose2
 from ..signal import Signal
 from ..units import LENGTH
 from .monitor import Monitor
 
 Array = npt.NDArray[np.float64]
+
+SCAN = "scan"
+"""The signal that holds the ranges."""
 
 MOST_BEAMS = 4000
 """Rays of one scan: each is a number in every snapshot."""
@@ -38,10 +42,9 @@ class ScanMonitor(Monitor):
     written for a ring of sonars on the hull hold for a scanner in the middle of the robot. The hull is the box of
     [body], centred on the axles. A ray that says NaN makes its sectors NaN: who cannot see must not drive.
 
+    How the scanner looks is what robot.toml says of the sensor with that signal: `rays`, `span` and `mount`.
+
     Args:
-        beams: Rays of a scan, from the right to the left.
-        span: From the first ray to the last [rad]; centred ahead.
-        mount: Where they begin and look: x [m], y [m] and yaw [rad] in the body frame.
         group: By name: `sectors`, pairs of bearings [rad] from the scanner's axis, left positive, and `weights`
             (default 1); or `blind = true` where no ray looks.
     """
@@ -49,30 +52,27 @@ class ScanMonitor(Monitor):
     def __init__(
         self,
         *args: Any,
-        beams: int,
-        span: float,
-        mount: Sequence[float],
         group: Mapping[str, Mapping[str, Any]] | None = None,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        if not 2 <= beams <= MOST_BEAMS or not 0.0 < span <= math.tau + 1e-9 or len(mount) != 3:
-            raise InputError(
-                Fault(
-                    f"monitor '{self.name}' takes 2 to {MOST_BEAMS} beams, a span of up to 360 deg and a mount of x, y "
-                    f"and yaw, found {beams}, {math.degrees(span):.4g} deg and {list(mount)}."
-                )
-            )
-        self._beams = int(beams)
-        self._bearings = np.linspace(-0.5 * span, 0.5 * span, self._beams)
-        self._hull = _to_hull(self._bearings, mount, self._half_sizes())
+        scanner = self.knowledge.robot.scanner(SCAN)
+        if scanner.rays > MOST_BEAMS or not 0.0 < scanner.span <= math.tau + 1e-9:
+            found = f"{scanner.rays} and {math.degrees(scanner.span):.4g} deg"
+            message = f"monitor '{self.name}' takes at most {MOST_BEAMS} rays over at most 360 deg, found {found}."
+            raise InputError(Fault(message))
+        self._beams, self._bearings = scanner.rays, scanner.bearings
+        self._hull = _to_hull(self._bearings, scanner.mount, self._half_sizes())
         self._groups = {name: self._sectors(name, given) for name, given in (group or {}).items()}
+        sectors = [sector for group in self._groups.values() for sector in group]
+        self._edges = [edge for sector in sectors for edge in (sector.first, sector.last)]
+        self._weights = [sector.weight for sector in sectors]
 
     def signals(self) -> Sequence[Signal]:
         def declare(name: str, size: int, doc: str) -> Signal:
             return Signal(name, size, (LENGTH,) * size, (0.0, math.inf), self.max_age, doc)
 
-        raw = declare("scan", self._beams, "Range by ray, from the right to the left; +inf without an echo.")
+        raw = declare(SCAN, self._beams, "Range by ray, from the right to the left; +inf without an echo.")
         groups = (
             declare(name, len(sectors), "Gap between hull and echo by sector, each over its weight.")
             if sectors
@@ -86,11 +86,19 @@ class ScanMonitor(Monitor):
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         values = list(next(iter(readings.values())).values)
-        gaps = np.maximum(np.array(values) - self._hull, 0.0)
-        written: dict[str, Sequence[float]] = {"scan": values}
+        written: dict[str, Sequence[float]] = {SCAN: values}
+        least = iter(self._least(np.maximum(np.array(values) - self._hull, 0.0)))
         for name, sectors in self._groups.items():
-            written[name] = [float(gaps[s.first : s.last].min()) / s.weight for s in sectors] or [math.inf]
+            written[name] = [next(least) for _ in sectors] or [math.inf]
         return written
+
+    def _least(self, gaps: Array) -> list[float]:
+        """The least gap of each sector of all groups, over its weight [m]."""
+        if not self._edges:
+            return []
+        # Of the stretches from each edge to the next every other one is a sector's; none may end beyond the last ray.
+        least = np.minimum.reduceat(np.append(gaps, math.inf), self._edges)[::2].tolist()
+        return [gap / weight for gap, weight in zip(least, self._weights, strict=True)]
 
     def _half_sizes(self) -> tuple[float, float]:
         body = self.knowledge.graph.attributes(self.knowledge.agent)
@@ -118,7 +126,7 @@ class ScanMonitor(Monitor):
         return _Sector(int(inside[0]), int(inside[-1]) + 1, float(weight))
 
 
-def _to_hull(bearings: Array, mount: Sequence[float], half: tuple[float, float]) -> Array:
+def _to_hull(bearings: Array, mount: Pose2, half: tuple[float, float]) -> Array:
     """(beams,) How far each ray goes until it leaves the hull's box [m]; 0 where it begins outside of it."""
     x, y, yaw = mount
     if abs(x) > half[0] or abs(y) > half[1]:

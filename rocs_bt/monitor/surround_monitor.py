@@ -17,7 +17,7 @@ from ..geometry import Pose2, along_arc
 from ..signal import Signal
 from ..units import LENGTH
 from .encounter import ASIDE, BEHIND, Encounters
-from .local_memory import LocalMemory, Mount
+from .local_memory import Array, LocalMemory, Mount
 from .range_monitor import RangeMonitor
 
 GROUPS = ("front", "left_gap", "right_gap", "rear")
@@ -29,11 +29,16 @@ ROOMS = {"room_ahead": "on", "room_behind": "back"}
 SECTORS = ((math.radians(20.0), 1.0), (math.radians(40.0), 0.85), (math.radians(60.0), 0.6))
 """How much counts behind what is so far off the axis [rad]: as with the beams of a ring of sonars."""
 
+_ENDS, _WEIGHTS = np.array(SECTORS).T.copy()
+
 SPARE = 0.3
 """What it leaves to what is ahead [m]."""
 
 STRIDES = np.linspace(0.1, 1.0, 10)
 """How far it looks for free ground, and how fine [m]."""
+
+ROOM = (0.0, *STRIDES.tolist())
+"""How far it may drive once so many strides were found to be free [m]."""
 
 BACKING = -0.02
 """Who is faster than this does not drive back [m/s]."""
@@ -101,7 +106,9 @@ class SurroundMonitor(RangeMonitor):
             raise InputError(Fault(f"monitor '{self.name}' needs the robot's length and width in its [body] table."))
         self._half = 0.5 * body["length"], 0.5 * body["width"]
         self._memory = LocalMemory([Mount(*mount) for mount in mounts], half_angle, reach, memory, self._half)
-        self._edges = leading_edges(self._half, STRIDES)
+        # (5, 2, bends, strides, 2), and in memory x and y apart: so numpy looks them up in two thirds of the time.
+        edges = leading_edges(self._half, STRIDES).transpose(4, 3, 0, 1, 2)
+        self._edges = np.moveaxis(np.ascontiguousarray(edges), 0, -1)
         self._radius = peer_radius
         self._encounters = Encounters(
             self.knowledge,
@@ -133,7 +140,7 @@ class SurroundMonitor(RangeMonitor):
         knowledge = self.knowledge
         now, world = knowledge.clock.now(), knowledge.world
         pose = knowledge.robot.pose(now)
-        blind = bool(np.isnan(knowledge.signals.read("peer_range", now)).any())
+        blind = any(map(math.isnan, knowledge.signals.read("peer_range", now).tolist()))
         if blind or math.isnan(pose.x + pose.yaw):
             unknown = {name: [*written[name], math.nan, math.nan] for name in GROUPS}
             return {**written, **unknown, **{name: [0.0] * len(BENDS) for name in ROOMS}}
@@ -152,10 +159,8 @@ class SurroundMonitor(RangeMonitor):
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
         """How far it may drive on each bend, ahead and back [m]."""
-        free = self._memory.free(now, pose, self._edges).all(axis=-1)  # (2, bends, strides)
-        reached = np.logical_and.accumulate(free, axis=-1).sum(axis=-1)
-        rooms: list[list[float]] = np.concatenate([[0.0], STRIDES])[reached].tolist()
-        return rooms
+        free = np.logical_and.reduce(self._memory.free(now, pose, self._edges))  # (2, bends, strides)
+        return [[ROOM[bend.index(False) if False in bend else -1] for bend in way] for way in free.tolist()]
 
     def _wider(self, signal: Signal) -> Signal:
         doc = f"{signal.doc} Then the nearest peer, and the nearest echo lately."
@@ -176,18 +181,16 @@ class SurroundMonitor(RangeMonitor):
             return (math.inf,) * 4
         outside = np.maximum(np.abs(points) - self._half, 0.0)
         gaps, bearings = np.hypot(outside[:, 0], outside[:, 1]), np.arctan2(points[:, 1], points[:, 0])
-        beside = np.abs(bearings) <= 0.5 * math.pi
-        left = float(gaps[beside & (bearings >= 0.0)].min(initial=math.inf))
-        right = float(gaps[beside & (bearings < 0.0)].min(initial=math.inf))
+        off = np.abs(bearings)
+        beside, to_left = off <= 0.5 * math.pi, bearings >= 0.0
+        left = float(gaps[beside & to_left].min(initial=math.inf))
+        right = float(gaps[beside & ~to_left].min(initial=math.inf))
         # What lies beside the way is passed, and no reason to flinch; a turn would lead there.
-        rear = _along(gaps, math.pi - np.abs(bearings))
+        rear = _along(gaps, math.pi - off)
         return math.inf, max(left, ASIDE), max(right, ASIDE), rear if backing else max(rear, BEHIND)
 
 
-def _along(gaps: np.ndarray[Any, Any], aside: np.ndarray[Any, Any]) -> float:
+def _along(gaps: Array, aside: Array) -> float:
     """The least gap [m] over its sector's weight."""
-    least, inner = math.inf, -1.0
-    for angle, weight in SECTORS:
-        least = min(least, float(gaps[(aside > inner) & (aside <= angle)].min(initial=math.inf)) / weight)
-        inner = angle
-    return least
+    near = aside <= _ENDS[-1]
+    return float((gaps[near] / _WEIGHTS[_ENDS.searchsorted(aside[near])]).min(initial=math.inf))

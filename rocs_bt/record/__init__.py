@@ -2,7 +2,7 @@
 
 from .diverge import WORLD_EVENTS, Divergence, compare
 from .figures import write_figures
-from .header import AgentInfo, Beam, BodyInfo, Outline, Place, RequirementInfo, RunHeader, SignalInfo, TreeNode
+from .header import AgentInfo, Beam, BodyInfo, Fan, Outline, Place, RequirementInfo, RunHeader, SignalInfo, TreeNode
 from .recorder import Recorder
 from .recording import Recording
 from .report import write_report
@@ -16,6 +16,7 @@ __all__ = [
     "Beam",
     "BodyInfo",
     "Divergence",
+    "Fan",
     "Outline",
     "Place",
     "Recorder",

@@ -9,10 +9,11 @@ import numpy as np
 
 from ..event import SensorRead
 from .figures.wheels import wheel_command
-from .header import Beam
+from .header import Beam, Fan
 from .history import AgentHistory, BodyHistory, History
 
 _MOST = 4000  # samples in a series; a longer run is thinned, which the eye does not see
+_RAYS, _ECHOES = 180, 120_000  # of a scanner that are drawn, of one scan and in all
 Json = dict[str, Any]
 
 
@@ -36,8 +37,9 @@ def animation(run: History) -> Json:
 
 
 def _bounds(run: History) -> list[float]:
-    """The world's bounds, wide enough for every path: least x, least y, greatest x, greatest y [m]."""
-    found = np.array([run.header.bounds(), *(_extent(b) for b in run.bodies.values())])
+    """The world's bounds, wide enough for places and paths: least x, least y, greatest x, greatest y [m]."""
+    places = [(p.x - p.radius, p.y - p.radius, p.x + p.radius, p.y + p.radius) for p in run.header.places]
+    found = np.array([run.header.bounds(), *places, *(_extent(b) for b in run.bodies.values())])
     found = found[np.isfinite(found).all(axis=1)]
     if not len(found):
         return [-1.0, -1.0, 1.0, 1.0]
@@ -61,7 +63,9 @@ def _track(body: BodyHistory) -> Json:
 
 
 def _agent(run: History, name: str, agent: AgentHistory) -> Json:
-    beams = {s: b for body in run.header.bodies if body.name == name for s, b in body.beams.items()}
+    own = [body for body in run.header.bodies if body.name == name]
+    beams = {s: b for body in own for s, b in body.beams.items()}
+    fans = {s: f for body in own for s, f in body.fans.items()}
     command = wheel_command(run, name)
     every = 1 if command is None else max(1, math.ceil(len(command.t) / _MOST))
     return {
@@ -80,6 +84,7 @@ def _agent(run: History, name: str, agent: AgentHistory) -> Json:
             for t, v in zip(command.t[::every].tolist(), command.values[::every], strict=True)
         ],
         "beams": [_ranges(beams[s], reads) for s, reads in agent.readings.items() if s in beams],
+        "scans": [_scans(fans[s], reads) for s, reads in agent.readings.items() if s in fans],
     }
 
 
@@ -90,6 +95,18 @@ def _ranges(beams: tuple[Beam, ...], reads: list[SensorRead]) -> Json:
         "beams": [[round(v, 4) for v in (b.x, b.y, b.yaw, b.reach, b.cone)] for b in beams],
         "t": [round(r.t, 3) for r in fits],
         "ranges": [[_range(v) for v in r.values] for r in fits],
+    }
+
+
+def _scans(fan: Fan, reads: list[SensorRead]) -> Json:
+    """A scanner's scans; of many rays and many scans only some of either, evenly."""
+    every = math.ceil(fan.rays / _RAYS)
+    fits = [r for r in reads if len(r.data) == 8 * fan.rays]
+    fits = fits[:: max(1, math.ceil(len(fits) * fan.rays / (every * _ECHOES)))]
+    return {
+        "fan": [round(v, 6) for v in (fan.x, fan.y, fan.yaw, fan.step * every, fan.reach)],
+        "t": [round(r.stamp, 3) for r in fits],
+        "ranges": [[_range(v) for v in r.values[::every]] for r in fits],
     }
 
 

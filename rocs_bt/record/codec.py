@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import operator
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, reduce
 from typing import Any, cast
 
@@ -90,7 +90,9 @@ def encode(event: Event) -> bytes:
     """
     data = _ENCODE(event)
     # Most nulls are a None; only what is no finite number needs its bits beside it.
-    return _exact(event) if b"null" in data and not _finite(event) else data
+    if b"null" in data and not _finite(getattr(event, name) for name in event.__struct_fields__):
+        return _exact(event)
+    return data
 
 
 def encode_all(events: Sequence[Event]) -> list[bytes | None]:
@@ -120,18 +122,22 @@ def decode(data: bytes) -> Event:
         raise RecordingError(f"a message cannot be read back: {error}; it begins with {data[:80]!r}.") from error
 
 
-def _finite(value: Any) -> bool:
-    """Whether no NaN and no infinity is in it; False too where only a closer look can tell."""
-    kind = type(value)
-    if kind is float:
-        return math.isfinite(value)
-    if kind in _WHOLE:
-        return True
-    if kind is list or kind is tuple:
-        return all(map(_finite, value))
-    if kind is dict:
-        return all(map(_finite, value.values()))
-    return isinstance(value, Event) and all(_finite(getattr(value, name)) for name in value.__struct_fields__)
+def _finite(values: Iterable[Any]) -> bool:
+    """Whether no NaN and no infinity is in any of them; False too where only a closer look can tell."""
+    for value in values:
+        kind = type(value)
+        if kind is float:
+            if not math.isfinite(value):
+                return False
+        elif kind is list or kind is tuple:
+            if not _finite(value):
+                return False
+        elif kind is dict:
+            if not _finite(value.values()):
+                return False
+        elif kind not in _WHOLE:
+            return False
+    return True
 
 
 def _exact(event: Event) -> bytes:

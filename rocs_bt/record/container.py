@@ -45,6 +45,9 @@ class Container:
         path: The file; replaced if it exists.
         library: Who writes it.
 
+    Attributes:
+        size: How many bytes the chunk in progress holds.
+
     Raises:
         OSError: It cannot be written; so does each method that writes.
     """
@@ -53,7 +56,7 @@ class Container:
         self._file = path.open("wb", buffering=0)
         self._offset = 0
         self._chunk: list[bytes] = []
-        self._size = 0
+        self.size = 0
         self._index: dict[int, list[int]] = {}
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
@@ -82,8 +85,8 @@ class Container:
         self._counts[number] = 0
         return number
 
-    def message(self, channel: int, sequence: int, time: int, data: bytes) -> int:
-        """Add a message to the chunk in progress; returns how many bytes that now holds.
+    def message(self, channel: int, sequence: int, time: int, data: bytes) -> None:
+        """Add a message to the chunk in progress.
 
         Args:
             channel: The number that `channel` gave.
@@ -91,11 +94,10 @@ class Container:
             time: When it happened [ns].
             data: JSON.
         """
-        size, length = self._size, len(data)
+        length, size = len(data), self.size
         self._index[channel] += (time, size)
         self._chunk += (_MESSAGE.pack(_OPCODE, length + _OVERHEAD, channel, sequence, time, time), data)
-        self._size = size = size + length + _HEAD
-        return size
+        self.size = size + length + _HEAD
 
     def attach(self, name: str, data: bytes, time: int) -> None:
         """Write a JSON attachment, after all messages so far."""
@@ -135,7 +137,7 @@ class Container:
                 self._index[channel] = []
         length = at - begin - len(chunk)
         self._chunks.append(ChunkIndex(len(chunk), begin, "", len(data), last, length, offsets, first, len(data)))
-        self._chunk, self._size = [], 0
+        self._chunk, self.size = [], 0
         self._write(b"".join((chunk, *indexes)))
 
     def finish(self) -> None:
@@ -179,7 +181,7 @@ class Container:
 
     def _append(self, data: bytes) -> None:
         self._chunk.append(data)
-        self._size += len(data)
+        self.size += len(data)
 
     def _write(self, data: bytes) -> None:
         view = memoryview(data)

@@ -64,6 +64,25 @@ class Beam(msgspec.Struct, frozen=True, kw_only=True):
     cone: float = 0.0  # full angle [rad]; 0 for a ray
 
 
+class Fan(msgspec.Struct, frozen=True, kw_only=True):
+    """The rays of a laser scanner, in the body frame: where they begin, where they point, how far they see.
+
+    Attributes:
+        x, y: Where they begin [m].
+        yaw: Where the first one points, the rightmost [rad].
+        step: From one to the next, to the left [rad].
+        rays: How many there are.
+        reach: How far they see [m].
+    """
+
+    x: float
+    y: float
+    yaw: float
+    step: float
+    rays: int
+    reach: float
+
+
 class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
     """One moving body.
 
@@ -71,12 +90,14 @@ class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
         name: As in `BodyMoved.body`; that of its agent, where it has one.
         hull: Its outline from above, in the body frame [m].
         beams: The beams of its range sensors by the sensor's name, in the order of the sensor's values.
+        fans: The rays of its laser scanners, likewise.
         height: How high it is [m].
     """
 
     name: str
     hull: tuple[Point, ...]
     beams: Mapping[str, tuple[Beam, ...]] = {}
+    fans: Mapping[str, Fan] = {}
     height: float = 0.2
 
 

@@ -18,7 +18,7 @@ from .viewer import Draw, Message, Viewer
 
 FORMAT = "1"
 HEADER, SUMMARY = "header.json", "summary.json"
-_FLUSH_EVERY = 0.5  # [s] of the run's time: what a killed run may lose
+_FLUSH_EVERY = 500_000_000  # [ns] of the run's time: what a killed run may lose
 _FLUSH_SIZE = 1 << 20
 _BATCH = 256  # events that wait to be encoded together, which costs half of one by one between all that happens
 
@@ -46,7 +46,7 @@ class Recorder:
         self._schemas: dict[str, int] = {}
         self._waiting: deque[Event] = deque()
         self._sequence = 0
-        self._last, self._flush_at = round(header.start * 1e9), header.start
+        self._last = self._flush_at = round(header.start * 1e9)  # [ns]
         self._disk = ""
         self._unfit: list[str] = []
         self._closed = False
@@ -60,7 +60,7 @@ class Recorder:
         """Take one event. Never raises: what goes wrong is kept, and told by `close`."""
         self._waiting.append(event)  # which needs no lock, and nearly always that is all
         try:
-            due = event.t >= self._flush_at
+            due = event.t * 1e9 + 0.5 >= self._flush_at
         except TypeError:  # no time at all; `_record` says so
             due = True
         if due or len(self._waiting) >= _BATCH:
@@ -108,31 +108,30 @@ class Recorder:
     def _encode(self) -> None:
         """Record the events that wait; the lock is held, and others may leave more meanwhile."""
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
-        if self._closed:
+        if self._closed or self._disk or not waiting:
             return
         for event, data in zip(waiting, codec.encode_all(waiting), strict=True):
-            if self._disk:
-                return
             try:
                 self._record(event, data or codec.encode(event))
             except codec.UNFIT as error:
                 self._unfit.append(f"{type(event).__name__} at t = {event.t} s: {error}")
+        if self._last >= self._flush_at or self._file.size >= _FLUSH_SIZE:
+            self._flush_at = self._last + _FLUSH_EVERY
+            try:
+                self._file.flush()
             except OSError as error:
                 self._disk = error.strerror or str(error)
 
     def _record(self, event: Event, data: bytes) -> None:
         time = int(event.t * 1e9 + 0.5)
         channel, draw = self._channels.get((type(event), event.agent)) or self._open(event)
-        size = self._file.message(channel, self._sequence, time, data)
+        self._file.message(channel, self._sequence, time, data)
         self._sequence += 1
         if time > self._last:
             self._last = time
         if draw is not None:
             for message in draw(event, time):
                 self._show(message, time)
-        if event.t >= self._flush_at or size >= _FLUSH_SIZE:
-            self._flush_at = event.t + _FLUSH_EVERY
-            self._file.flush()
 
     def _finish(self, summary: Mapping[str, object] | None) -> None:
         if self._disk:

@@ -6,15 +6,20 @@ import math
 from collections.abc import Iterable
 
 from ..drivers.mujoco import MujocoWorld
+from ..drivers.mujoco.nearness import Among
 from ..event import Approached, EventSink
 from ..geometry import Pose2, wrap_angle
+
+AMONG: tuple[Among, ...] = ("things", "robots")
 
 
 class ClearanceWatch:
     """Tells each time that an agent's hull is nearer to something than ever before.
 
-    Hulls come nearer by no more than all robots have moved, and no point of a hull moves farther than its axle does and
-    its turn carries it. So a measured distance holds good until that sum is what it exceeds the least distance by.
+    A hull comes nearer to what stands still by no more than its robot has moved, and to another robot by no more than
+    the two have. No point of a hull moves farther than its axle does and its turn carries it. So a measured distance,
+    less what has been moved since, is one that nothing can be nearer than: it is measured anew when that is no more
+    than the least distance so far.
 
     Args:
         world: Where the robots are.
@@ -26,16 +31,21 @@ class ClearanceWatch:
         self._world = world
         self._sink = sink
         self._nearest = dict.fromkeys(agents, math.inf)
-        self._spare = dict.fromkeys(self._nearest, 0.0)  # [m] that may be moved before the next measurement
+        self._sure = {name: dict.fromkeys(AMONG, -math.inf) for name in self._nearest}  # [m] nothing is nearer
         self._poses: dict[str, Pose2] = {}
 
     def look(self, t: float) -> None:
         """Measure whose turn it is, at time t [s]."""
-        moved = sum(map(self._moved, self._world.robots)) if self._world.only_robots_move else math.inf
-        for name in self._nearest:
-            self._spare[name] -= moved
-            if self._spare[name] <= 0.0:
-                self._measure(t, name)
+        moved = {name: self._moved(name) for name in self._world.robots}
+        *_, second, most = sorted([0.0, *moved.values()])
+        carried = not self._world.only_robots_move
+        for name, sure in self._sure.items():
+            own = moved[name]
+            sure["things"] -= math.inf if carried else own
+            sure["robots"] -= own + (second if own == most else most)
+            due = [among for among in AMONG if sure[among] <= self._nearest[name]]
+            if due:
+                self._measure(t, name, due)
 
     def _moved(self, name: str) -> float:
         """How far any point of a robot's hull can have moved since the last look [m]."""
@@ -43,9 +53,11 @@ class ClearanceWatch:
         before, self._poses[name] = self._poses.get(name, pose), pose
         return pose.distance(before) + reach * abs(wrap_angle(pose.yaw - before.yaw))
 
-    def _measure(self, t: float, name: str) -> None:
-        distance, other = self._world.clearance(name)
+    def _measure(self, t: float, name: str, due: Iterable[Among]) -> None:
+        found = {among: self._world.clearance(name, among=among) for among in due}
+        for among, (distance, _) in found.items():
+            self._sure[name][among] = distance
+        distance, other = min(found.values(), key=lambda near: near[0])
         if distance < self._nearest[name]:
             self._nearest[name] = distance
             self._sink.emit(Approached(t=t, agent=name, other=other, distance=distance))
-        self._spare[name] = distance - self._nearest[name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import math
 import platform
+import shlex
 from collections.abc import Mapping, Sequence
 from functools import cache
 
@@ -13,6 +14,7 @@ from ..agent import Agent
 from ..catalog import ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.body import hull_outline, outlines
+from ..drivers.mujoco.lidar import Lidar
 from ..drivers.mujoco.sensors import RangeCone
 from ..plan import NodeOutline, TreePlan
 from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, TreeNode
@@ -44,19 +46,20 @@ def make_header(
     *,
     seed: int,
     mode: str,
-    content_hash: str,
+    command: str,
+    digest: str,
     recalled: Mapping[str, str] = {},
 ) -> RunHeader:
-    """The header of one run; `recalled` is what each agent remembered of earlier ones."""
+    """The header of one run: `command` makes it again, `digest` is of its content, `recalled` is what it began with."""
     rate = scenario.rate
     model = stage.world.model
     return RunHeader(
         scenario=scenario.name,
         seed=seed,
         mode=mode,
-        command=f"rocs-bt run {scenario.name} --seed {seed}" + (f" --mode {mode}" if mode != "lockstep" else ""),
+        command=command,
         versions=versions(),
-        content_hash=content_hash,
+        content_hash=digest,
         rates={"physics": 1.0 / rate.physics, "control": rate.control, "plan": rate.plan},
         agents=tuple(agent_info(scenario, agent) for agent in agents),
         bodies=(
@@ -68,6 +71,14 @@ def make_header(
         requirements=requirements_of(scenario),
         recalled=recalled,
     )
+
+
+def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: float | None = None) -> str:
+    """What a person types to run a scenario by its name, or only its first moments [s], as it was run."""
+    parts = ["rocs-bt", "run", scenario, "--seed", str(seed)]
+    parts += [] if mode == "lockstep" else ["--mode", mode]
+    parts += [] if duration is None else ["--for", f"{duration:g}"]
+    return shlex.join(parts)
 
 
 def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
@@ -105,7 +116,8 @@ def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:
 def _body(model: object, stage: Stage, name: str) -> BodyInfo:
     sensors = stage.sensors.get(name, {})
     beams = {s.name: s.beams() for s in sensors.values() if isinstance(s, RangeCone)}
-    return BodyInfo(name=name, hull=hull_outline(model, stage.world.robots[name].hull), beams=beams)
+    fans = {s.name: s.fan() for s in sensors.values() if isinstance(s, Lidar)}
+    return BodyInfo(name=name, hull=hull_outline(model, stage.world.robots[name].hull), beams=beams, fans=fans)
 
 
 def _places(scenario: ScenarioSpec) -> tuple[Place, ...]:

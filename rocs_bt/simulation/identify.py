@@ -1,7 +1,7 @@
 """What a robot does when its wheels are told something: measured on an endless plane, for its robot.toml.
 
-The effective track is the track of the differential drive that turns as the robot does (Mandow et al., Experimental
-kinematics for wheeled skid-steer mobile robots, IROS 2007).
+The effective track is the track of the differential drive that turns as the robot does, and the pivot is the place of
+its axle (Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007).
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ WORLD = "plane"
 
 _NAME = "robot"
 _TURNS = ((-0.05, 0.05), (-0.1, 0.1), (-0.2, 0.2), (0.4, -0.4), (0.1, 0.2), (0.2, 0.15))  # of the greatest rim speed
+_CURVES = ((0.15, 0.3), (0.3, 0.15), (0.4, 0.55), (0.55, 0.4))  # of the greatest rim speed
 _SPEEDS = (0.2, 0.35, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # [m/s] to brake from
 _SETTLE, _WATCH = 2.0, 2.0  # [s] until a motion is steady; for how long it is measured
 _STEADY = 1e-3  # [m/s] by which a steady speed changes in half a second, at most
@@ -50,6 +51,8 @@ class Identified:
         effective_track: Of the differential drive that turns as it does, from true rim speeds [m].
         track_error: By how much a single turn strays from that, at most; a share of its turn rate.
         slowest_turn: The least share of the commanded turn that the wheels made; what is missing they lost to the load.
+        pivot: How far ahead of the base the place lies that does not skid sideways in a curve [m]; at most speeds it is
+            a little elsewhere, and in a turn on the spot.
         wheel_lag: By how much its rims are late on a ramp at the drive's greatest acceleration [s].
         top_speed: Straight ahead with all wheels at the greatest rim speed [m/s].
         brake_delay, deceleration: Such that it stops within v * delay + v^2 / (2 deceleration) [s], [m/s2].
@@ -61,6 +64,7 @@ class Identified:
     effective_track: float
     track_error: float
     slowest_turn: float
+    pivot: float
     wheel_lag: float
     top_speed: float
     brake_delay: float
@@ -91,7 +95,8 @@ def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
     top = bench().steady(drive.max_wheel_speed)
     braking = tuple(_brake(bench(), speed) for speed in _SPEEDS if speed <= 0.98 * top)
     delay, deceleration, misfit = _fit(braking)
-    return Identified(robot.name, track, error, share, _lag(bench(), drive), top, delay, deceleration, misfit, braking)
+    pivot, lag = _pivot(bench, drive), _lag(bench(), drive)
+    return Identified(robot.name, track, error, share, pivot, lag, top, delay, deceleration, misfit, braking)
 
 
 class _Bench:
@@ -174,6 +179,21 @@ def _turns(bench: Callable[[], _Bench], drive: Drive) -> tuple[float, float, flo
     wide, fast = np.array(differences), np.array(rates)
     track = float(wide @ fast / (fast @ fast))
     return track, float(np.max(np.abs(wide / track / fast - 1.0))), float(min(shares))
+
+
+def _pivot(bench: Callable[[], _Bench], drive: Drive) -> float:
+    """How far ahead of the base the place lies that does not go sideways in steady curves, at best [m]."""
+    turns, skids = [], []
+    for left, right in np.array(_CURVES) * drive.max_wheel_speed:
+        robot = bench()
+        robot.hold(left, right, _SETTLE)
+        for _ in range(round(_WATCH / robot.period)):
+            robot.step(left, right)
+            twist = robot.world.twist(_NAME)
+            turns.append(twist.turn)
+            skids.append(twist.left)
+    turned = np.array(turns)
+    return float(-(turned @ skids) / (turned @ turned))
 
 
 def _lag(robot: _Bench, drive: Drive) -> float:

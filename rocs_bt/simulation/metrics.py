@@ -88,10 +88,12 @@ class Metrics:
 
     def emit(self, event: Event) -> None:
         """Count one event."""
+        take = self._takes.get(type(event))
+        if take is None:  # of most kinds of events there is nothing to count
+            return
         if isinstance(event, BodyMoved):
             self._where[event.body] = event.x, event.y
-        take = self._takes.get(type(event))
-        if take is not None and (tally := self._tallies.get(event.agent)) is not None:
+        if (tally := self._tallies.get(event.agent)) is not None:
             take(tally, event)
             if tally.leash is not None and isinstance(event, BodyMoved) and tally.leash.leader in self._where:
                 rim = max(map(abs, unpack(event.wheels)), default=0.0)

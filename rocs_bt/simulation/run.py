@@ -20,8 +20,9 @@ from ..plan import TreePlan
 from ..plan.watch import BtLog
 from ..record import AgentInfo, Recorder, Recording, environment_of, write_report
 from ..record.live import LivePage
+from ..words import counted
 from .episode import Episode, Result
-from .header import agent_info, make_header, versions
+from .header import agent_info, make_header, run_command, versions
 from .memory import Memory
 from .metrics import Metrics
 from .minds import Build, build_minds
@@ -64,8 +65,9 @@ class RunResult:
         for name, agent in self.summary["agents"].items():
             reason = f": {agent['reason']}" if agent["reason"] else ""
             lines.append(
-                f"{name} {agent['outcome']}{reason}; {agent['path_length']:.2f} m, {agent['collisions']} collisions, "
-                f"{agent['reflex_activations']} reflexes, {agent['replans']} re-plans"
+                f"{name} {agent['outcome']}{reason}; {agent['path_length']:.2f} m, "
+                f"{counted(agent['collisions'], 'collision')}, {counted(agent['reflex_activations'], 'reflex', 'es')}, "
+                f"{counted(agent['replans'], 're-plan')}"
             )
             lines += [f"  fault at {fault}" for fault in agent["faults"]]
         return "\n".join(lines)
@@ -104,6 +106,7 @@ def run(
     sinks: Sequence[EventSink] = (),
     watch_rules: bool = False,
     knowledge: Path | None = None,
+    command: str = "",
 ) -> RunResult:
     """Run a scenario.
 
@@ -125,6 +128,7 @@ def run(
         sinks: More sinks for all events.
         watch_rules: Whether rule files that change meanwhile are read anew; such a run need not repeat.
         knowledge: A file of knowledge between runs: read before, and written as the agents go.
+        command: What a person types to make this run again, for the report; `rocs-bt run ...` by default.
 
     Raises:
         InputError: Something in the content is wrong; nothing was written.
@@ -152,8 +156,9 @@ def run(
         watch = _watchers(stack, stage, progress, view, video, live)
         if clock is None:  # in threaded mode nobody's control waits for a file
             watch = files.before(watch)
+        again, recalled = command or run_command(spec.name, seed, mode, duration), memory.recalled
         header = partial(
-            make_header, spec, stage, agents, seed=seed, mode=mode, content_hash=digest, recalled=memory.recalled
+            make_header, spec, stage, agents, seed=seed, mode=mode, command=again, digest=digest, recalled=recalled
         )
         if live is not None:
             live.begin(header())
@@ -177,7 +182,8 @@ def run(
             watch=watch,
         )
         memory.keep(f"{spec.name}-{seed}", patient=clock is None)
-        result = _play(episode, agents, clock, relay, Fanout(told, requirements), files)
+        everybody = Fanout(*told.sinks, requirements) if spec.requirements else told
+        result = _play(episode, agents, clock, relay, everybody, files)
         requirements.close()
         memory.close()
         shared = {a.name: None if a.sharing is None else a.sharing.told() for a in agents}

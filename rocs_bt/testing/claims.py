@@ -11,6 +11,7 @@ import pytest
 from ..compare import Comparison, EpisodeRecord, Verdict, metric, replay_command
 from ..compare.metric import HOLDS, MARGIN
 from ..compare.statistics import LEVEL, Floats, upper_bound
+from ..words import counted
 
 _TOLD = 5  # episodes that are listed
 _MANY = 200  # times as many scenes, at most
@@ -107,7 +108,7 @@ class Claims:
         good, bad = (most <= limit, least > limit) if upper is not None else (least >= limit, most < limit)
         if good:
             return
-        count = f"{np.nansum(values):g} of {(~np.isnan(values)).sum()} episodes"
+        count = f"{np.nansum(values):g} of {counted(int((~np.isnan(values)).sum()), 'episode')}"
         words = "at most" if upper is not None else "at least"
         told = f"{planner}'s {metric} rate, {count}, is {least:.3g} at least and {most:.3g} at most ({level:.0%} each)"
         if bad:
@@ -137,13 +138,13 @@ class Claims:
         violated = [r for r in records if r.metrics.get(f"{HOLDS}{text}") == 0.0]
         if violated:
             least = sorted(violated, key=lambda r: _least(r, text))
-            head = f"{planner} violates '{requirement}' in {len(violated)} of {len(records)} episodes; the worst first"
+            of = f"{len(violated)} of {counted(len(records), 'episode')}"
+            head = f"{planner} violates '{requirement}' in {of}; the worst first"
             pytest.fail(f"{head}\n{_listed(least, lambda r: f'least margin {_least(r, text):.3g}')}", pytrace=False)
         unknown = [r for r in records if r.metrics.get(f"{HOLDS}{text}") is None]
         if unknown:
-            head = (
-                f"'{requirement}' is violated nowhere, but cannot be told in {len(unknown)} of {len(records)} episodes"
-            )
+            of = f"{len(unknown)} of {counted(len(records), 'episode')}"
+            head = f"'{requirement}' is violated nowhere, but cannot be told in {of}"
             raise Inconclusive(f"{head}\n{_listed(unknown)}")
 
     def _judged(self, verdict: Verdict) -> Verdict:
@@ -167,7 +168,7 @@ class Claims:
         lost.sort(key=lambda found: -found[0])
         if not lost:
             return f"In no episode is {verdict.b} better."
-        lines = [f"In {len(lost)} of {verdict.episodes} episodes {verdict.b} is better:"]
+        lines = [f"In {len(lost)} of {counted(verdict.episodes, 'episode')} {verdict.b} is better:"]
         for _, one, other in lost[:_TOLD]:
             ends = f"{one.planner} {_ended(one)}, {other.planner} {_ended(other)}"
             lines.append(

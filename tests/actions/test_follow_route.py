@@ -94,6 +94,21 @@ def test_in_a_dead_end_it_leaves_backward_and_turns_where_there_is_room(rig):
     assert abs(rig.pose.yaw) > 2.8  # it did later
 
 
+def test_nobody_turns_on_the_spot_where_the_hull_would_swing_into_something(rig):
+    up = [(0.0, 0.1 * k) for k in range(31)]
+    mapped(rig, (-0.26, -0.18))  # beside it, where its rear comes by
+    rig.knowledge.world.place("goal", Pose2(0.0, 3.0), kind="goal")
+    ticket = rig.submit(FollowRoute(points=up, goal="goal"))
+    rig.finish(ticket)
+    assert ticket.failure.reason is Reason.STUCK
+    assert "no room to turn" in str(ticket.failure)
+    assert max(abs(pose.yaw) for pose in rig.path) < 0.05
+    mapped(rig, (-0.26, 0.25))  # where its rear turns away from
+    ticket = rig.submit(FollowRoute(points=up, goal="goal"))
+    rig.finish(ticket)
+    assert ticket.state is TicketState.SUCCEEDED
+
+
 def test_who_gets_nowhere_is_stuck(rig):
     ticket = begin(rig, patience=1.0)
     rig.run(5)

@@ -8,12 +8,13 @@ import pytest
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.drive import skid_drive
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, Knowledge
 from rocs_bt.signal import Signal
-from rocs_bt.units import SPEED, TURN_RATE
+from rocs_bt.units import LENGTH, SPEED, TURN_RATE
 
 FIELD, BEAMS, AHEAD = math.radians(270.0), 541, 0.1
 ORIGIN = Pose2(0.0, 0.0)
@@ -27,9 +28,13 @@ class Bench:
         self.clock, self.sink = SimulatedClock(0.05), ListSink()
         self.knowledge = Knowledge("R", self.clock, self.sink)
         self.knowledge.graph.set("R", length=0.5, width=0.4)
-        self.analyze = ANALYZERS["LocalMap"]("map", self.knowledge, self.sink, ahead=AHEAD, **parameters)
+        mount = Pose2(AHEAD, 0.0)
+        self.knowledge.graph.add("lidar", "sensor", signal="scan", rays=BEAMS, span=FIELD, mount=mount)
+        self.knowledge.graph.relate("R", "has_sensor", "lidar")
+        self.analyze = ANALYZERS["LocalMap"]("map", self.knowledge, self.sink, **parameters)
         for signal in self.analyze.signals():
             self.knowledge.signals.declare(signal)
+        self.knowledge.signals.declare(Signal("scan", BEAMS, (LENGTH,)))
         self.knowledge.signals.declare(Signal("speed", 1, (SPEED,)))
         self.knowledge.signals.declare(Signal("turn_rate", 1, (TURN_RATE,)))
         self.knowledge.signals.freeze()
@@ -133,6 +138,15 @@ def test_contact_is_told_by_how_the_wheels_turn():
     near = Pose2(WALL - 0.27, 0.0)
     assert bench.look(near, turn=1.0) < 0.3  # its corners sweep the wall
     assert math.isnan(bench.look(pose, speed=math.nan))
+
+
+def test_contact_comes_sooner_where_a_turn_skids_towards_it():
+    beside = Pose2(WALL - 0.25, 0.0, 0.5 * math.pi)
+    bench, skidding = Bench(), Bench()
+    limits = {"effective_track": 0.5, "max_wheel_speed": 2.0, "max_wheel_acceleration": 2.0}
+    skidding.knowledge.robot.drive = skid_drive(pivot=0.3, **limits)
+    rolls, skids = (each.look(beside, speed=1.0, turn=0.5) for each in (bench, skidding))
+    assert skids < rolls
 
 
 def test_what_cannot_be_is_refused():

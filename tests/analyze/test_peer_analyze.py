@@ -1,6 +1,7 @@
 """PeerAnalyze: peers seen, held through short occlusions, given up after long ones."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -68,6 +69,29 @@ def test_a_peer_that_comes_into_view_is_placed_and_told_once(world):
     assert abs(world.get("pose").yaw) < 0.3
     assert 0.0 < world.get("spread") < 0.05
     assert world.knowledge.graph.related("R3", "sees") == ["R2"]
+
+
+def test_how_sure_it_is_of_a_peer_is_told_anew_only_where_that_changed(world):
+    told = []
+    world.knowledge.graph.subscribe(lambda change: told.append((change.name, change.value)), node="R2")
+    world.steps(200)
+    spreads = [value for name, value in told if name == "spread"]
+    assert sum(name == "pose" for name, _ in told) == 200
+    assert 2 <= len(spreads) < 50
+    assert all(abs(b - a) > 0.1 * a for a, b in pairwise(spreads))
+    world.steps(20, seen=False)
+    assert world.get("spread") > 2.0 * spreads[-1]  # nobody looked: less and less sure
+
+
+def test_what_somebody_else_told_of_a_peer_gives_way_to_what_is_seen(world):
+    world.steps(40)
+    own = world.get("spread")
+    world.step(seen=False)
+    world.knowledge.graph.set("R2", pose=Pose2(9.0, 9.0), spread=5.0)
+    world.step(seen=False)
+    assert world.get("spread") == 5.0
+    world.steps(10)
+    assert world.get("spread") == pytest.approx(own, rel=0.3)
 
 
 def test_knowledge_predicts_the_way_of_a_peer():

@@ -20,12 +20,13 @@ FIELD = math.radians(270.0)
 class World:
     """A robot with a scanner, round things around it, and its analyser."""
 
-    def __init__(self, *things, beams=361, **parameters):
+    def __init__(self, *things, beams=361, scanner=True, **parameters):
         self.clock, self.sink = SimulatedClock(0.05), ListSink()
         self.knowledge = Knowledge("R2", self.clock, self.sink)
-        self.knowledge.graph.add("lidar", "sensor", signal="scan")
+        look = {"rays": beams, "span": FIELD, "mount": Pose2(0.0, 0.0, 0.0)} if scanner else {}
+        self.knowledge.graph.add("lidar", "sensor", signal="scan", **look)
         self.knowledge.graph.relate("R2", "has_sensor", "lidar")
-        given = {"ranges": "scan", "field": FIELD, "half_angle": math.radians(0.5), "reach": 6.0} | parameters
+        given = {"ranges": "scan", "half_angle": math.radians(0.5), "reach": 6.0} | parameters
         self.analyze = ANALYZERS["TrackObjects"]("seen", self.knowledge, ListSink(), **given)
         self.pose, self.things, self.beams, self.changes = Pose2(0.0, 0.0, 0.0), list(things), beams, []
 
@@ -115,7 +116,7 @@ def test_somebody_else_may_remove_an_object_and_it_comes_back_while_it_is_seen()
 
 def test_a_ring_of_sonars_does_as_well():
     mounts = [[0.2 * math.cos(a), 0.2 * math.sin(a), a] for a in (math.radians(22.5 * i) for i in range(16))]
-    world = World((0.9, 0.2, 0.1), field=0.0, mounts=mounts, half_angle=math.radians(12.0), ranges="sonar", reach=1.5)
+    world = World((0.9, 0.2, 0.1), mounts=mounts, half_angle=math.radians(12.0), ranges="sonar", reach=1.5)
     for _ in range(12):
         world.clock.advance()
         cones = [[bearing + d for d in (-0.2, -0.1, 0.0, 0.1, 0.2)] for _, _, bearing in mounts]
@@ -128,7 +129,7 @@ def test_a_ring_of_sonars_does_as_well():
     assert known["pose"].distance(Pose2(0.9, 0.2)) < 0.2
 
 
-@pytest.mark.parametrize("wrong", [{"field": 0.0}, {"mounts": [[0.0, 0.0, 0.0]]}, {"half_life": -1.0}])
+@pytest.mark.parametrize("wrong", [{"scanner": False}, {"half_life": -1.0}, {"reach": 0.0}])
 def test_what_makes_no_sense_is_refused(wrong):
     with pytest.raises(InputError):
         World(**wrong)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.geometry import Pose2, Twist2, along_arc, arc, wrap_angle
+from rocs_bt.geometry import Pose2, Twist2, along_arc, arc, arc_positions, wrap_angle
 
 angles = st.floats(-50.0, 50.0)
 coordinates = st.floats(-100.0, 100.0)
@@ -41,4 +41,6 @@ def test_composition_is_associative(a, b, c):
 
 @given(poses, st.builds(Twist2, *[st.floats(-3.0, 3.0)] * 3), st.lists(st.floats(-5.0, 5.0), max_size=8))
 def test_an_arc_is_its_single_places_to_the_bit(pose, twist, durations):
-    assert arc(pose, twist, durations) == [along_arc(pose, twist, duration) for duration in durations]
+    single = [along_arc(pose, twist, duration) for duration in durations]
+    assert arc(pose, twist, durations) == single
+    assert arc_positions(pose, twist, durations) == [(place.x, place.y) for place in single]

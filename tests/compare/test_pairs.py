@@ -52,7 +52,7 @@ def test_what_is_told_apart_is_told_in_words_and_the_rest_is_counted():
     assert "  a is better than c by 100 points" in lines
     needed = {verdict.needed for verdict in verdicts if verdict.word == "inconclusive"} - {None}
     assert len(needed) == 1
-    assert f"  3 inconclusive: about {needed.pop()} scenes would settle all that differ; 1 show no difference" in lines
+    assert f"  3 inconclusive: about {needed.pop()} scenes would settle all that differ; 1 shows no difference" in lines
     assert "  3 inconclusive, with no difference that more scenes would be likely to find" in "\n".join(
         told(dict.fromkeys("abc", "s" * 9), ("success",))[2]
     )

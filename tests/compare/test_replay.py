@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import json
+import re
 import shlex
 
 import pytest
@@ -18,6 +20,24 @@ PLACES = [
     FamilyScene("barn_like", 3),
     FamilyScene("barn_like", 17, (("robot", "jackal"), ("rules", "avoid_collision"))),
 ]
+
+
+def trajectory(run):
+    return json.loads((run / "summary.json").read_text())["trajectory_hash"]
+
+
+def command_on(page):
+    """What a report says makes its run again."""
+    return html.unescape(re.search(r"The same run again</h2>\s*<pre>(.*?)</pre>", page.read_text())[1])
+
+
+def test_a_run_of_the_first_moments_says_so(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call(["run", "exp1", "--for", "1.5", "--out", "a"])
+    shown = command_on(tmp_path / "a" / "report.html")
+    assert shown == "rocs-bt run exp1 --seed 1 --for 1.5"
+    call([*shlex.split(shown)[1:], "--out", "b"])
+    assert trajectory(tmp_path / "a") == trajectory(tmp_path / "b")
 
 
 @pytest.mark.parametrize("place", PLACES, ids=lambda place: place.name)
@@ -42,8 +62,10 @@ def test_its_command_plays_the_same_episode_and_shows_it(place, tmp_path, monkey
     command = shlex.split(replay_command(record))
     assert command[0] == "rocs-bt"
     call([*command[1:], "--out", "again"])
-    summary = json.loads((tmp_path / "again" / "summary.json").read_text())
-    assert summary["trajectory_hash"] == record.trajectory_hash
-    assert (tmp_path / "again" / "report.html").is_file()
+    assert trajectory(tmp_path / "again") == record.trajectory_hash
     assert record.outcome in capsys.readouterr().out
+    shown = command_on(tmp_path / "again" / "report.html")
+    assert shown == replay_command(record)
+    call([*shlex.split(shown)[1:], "--out", "and_again"])
+    assert trajectory(tmp_path / "and_again") == record.trajectory_hash
     assert Comparison([record]).outcomes("tree_no_reflexes") == {record.outcome: 1}

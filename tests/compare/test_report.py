@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import importlib.util
 import io
 import json
@@ -15,7 +16,7 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Comparison, replay_command
-from rocs_bt.compare.report import exported, markdown, render_comparison, sceneries, write_comparison
+from rocs_bt.compare.report import exported, markdown, render_comparison, sceneries, standings, write_comparison
 from rocs_bt.errors import RecordingError
 from rocs_bt.record import Outline, RunHeader
 
@@ -99,6 +100,46 @@ def test_the_same_episodes_give_the_same_page(comparison, page):
     assert render_comparison(comparison, sceneries=sceneries_of, command="rocs-bt compare good middling") == page
 
 
+def test_the_matrices_say_what_the_verdicts_say(comparison, page):
+    planners = [row.planner for row in standings(comparison, ("success",))]
+    tables = re.findall(r'<table class="matrix">.*?</table>', page, re.S)
+    assert [re.search(r"<caption>(.*?)</caption>", t)[1] for t in tables] == [
+        "success [points]", "collision [points]", "time [s]"
+    ]  # fmt: skip
+    verdicts = comparison.verdicts(("success", "collision", "time"))
+    for table_, name in zip(tables, ("success", "collision", "time"), strict=True):
+        rows = re.findall(r'<th scope="row">.*?</tr>', table_, re.S)
+        cells = [re.findall(r'<td class="(\w+)"(?: title="([^"]*)")?>', row) for row in rows]
+        assert [cells[i][i][0] for i in range(3)] == ["self"] * 3
+        for verdict in (v for v in verdicts if v.metric == name):
+            a, b = planners.index(verdict.a), planners.index(verdict.b)
+            there, back = {
+                "better": ("better", "worse"), "not better": ("worse", "better"), "inconclusive": ("open", "open")
+            }[verdict.word]  # fmt: skip
+            assert (cells[a][b][0], cells[b][a][0]) == (there, back)
+            by = f"{100 * verdict.difference:+z.1f} points" if name != "time" else f"{verdict.difference:+.3g} s"
+            claim = f"{verdict.a} against {verdict.b} in {name}: {verdict.word}, {by} ("
+            assert html.unescape(cells[a][b][1]).startswith(claim)
+
+
+def test_two_planners_have_no_matrix_but_their_verdicts_at_once():
+    page = render_comparison(Comparison([*table("one", "ss"), *table("other", "sc")]), metrics=("success",))
+    assert 'class="matrix"' not in page
+    assert "<details open><summary>The claim in numbers" in page
+    assert "0 of 1 claim is told apart" in page
+
+
+def test_counts_of_one_are_told_as_such():
+    page = render_comparison(Comparison([*table("one", "ss"), *table("other", "sc")]))
+    assert '<p class="lead">4 episodes: 2 scenes, 1 seed of each.</p>' in page
+    assert "Once one planner succeeds" in page
+    only = render_comparison(Comparison(table("only", "s")))
+    assert "comparison of 1 planner<" in only
+    assert "1 episode: the scene field-0, 1 seed" in only
+    for told in (page, only):
+        assert not re.search(r"\b1 (seeds|scenes|episodes|planners|claims|failures)\b", told)
+
+
 def test_a_single_planner_in_a_single_scene_has_a_page_too():
     page = render_comparison(Comparison(table("only", "ssc", seeds=3)))
     assert "only succeeds in 66.7 %" in page
@@ -160,6 +201,11 @@ def test_in_a_browser_everything_is_drawn_and_can_be_taken_away(browser, page, t
     assert "var(" not in svg
     table = browser.evaluate("tableCsv(document.getElementById('table-leaderboard'))")
     assert next(csv.reader(io.StringIO(table)))[0] == "planner"
+    folded = list(csv.reader(io.StringIO(browser.evaluate("tableCsv(document.getElementById('table-verdicts'))"))))
+    assert [len(folded), {len(row) for row in folded}] == [10, {8}]
+    assert all(
+        re.fullmatch(r"\S.* over .*\S", row[0]) and row[2].endswith(("better", "inconclusive")) for row in folded[1:]
+    )
     saved = (
         "(() => { const names = []; HTMLAnchorElement.prototype.click = function () { names.push(this.download); };"
         "document.querySelectorAll('[data-save], .table-csv, [data-svg]').forEach(b => b.click()); return names; })()"
@@ -168,6 +214,24 @@ def test_in_a_browser_everything_is_drawn_and_can_be_taken_away(browser, page, t
     assert {"episodes.csv", "comparison.json", "table-leaderboard.csv", "figure-profile.svg"} <= set(names)
     assert browser.errors == []
     assert [u for u in browser.requests if not u.startswith(("file:", "data:", "blob:"))] == []
+
+
+@pytest.mark.browser
+def test_in_a_browser_the_matrix_of_eight_planners_fits_a_telephone(browser, tmp_path):
+    endings = {name: "s" * (24 - 3 * i) + "c" * 3 * i for i, name in enumerate(("dynamic_window", *"abcdefg"))}
+    many = Comparison([record for name, letters in endings.items() for record in table(name, letters)])
+    (tmp_path / "many.html").write_text(render_comparison(many, metrics=("success",)))
+    shown = "[...document.querySelectorAll('.matrix td.better')].map(c => c.innerText.trim())"
+    wide = "(s => [s.scrollWidth <= s.clientWidth, s.clientWidth])(document.querySelector('.matrices .scroll'))"
+    for width, form in ((1200, r"\+\d+\.\d"), (390, r"\+")):
+        browser.call("Emulation.setDeviceMetricsOverride", width=width, height=800, deviceScaleFactor=1, mobile=False)
+        browser.open((tmp_path / "many.html").as_uri())
+        assert browser.evaluate(wide)[0]
+        told = browser.evaluate(shown)
+        assert len(told) > 8
+        assert all(re.fullmatch(form, text) for text in told)
+    browser.call("Emulation.clearDeviceMetricsOverride")
+    assert browser.errors == []
 
 
 @pytest.mark.browser

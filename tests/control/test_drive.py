@@ -61,6 +61,17 @@ def test_a_left_turn_runs_the_right_wheels_forward() -> None:
     assert mecanum.wheel_speeds(Twist2(0.0, turn=2.0)) == pytest.approx([-0.84, 0.84, -0.84, 0.84])
 
 
+@given(st.floats(-0.2, 0.2), speeds, speeds)
+def test_about_its_pivot_a_skid_drive_turns_and_what_is_asked_for_is_made(
+    pivot: float, forward: float, turn: float
+) -> None:
+    drive = skid_drive(effective_track=1.0, pivot=pivot, **LIMITS)
+    made = drive.twist(drive.wheel_speeds(Twist2(forward, turn)))
+    assert made.forward == pytest.approx(forward, abs=1e-9)
+    assert made.turn == pytest.approx(turn, abs=1e-9)
+    assert made.left + pivot * made.turn == pytest.approx(0.0, abs=1e-9)  # the pivot's own way sideways
+
+
 def test_a_mecanum_drive_goes_left_on_crossed_wheels() -> None:
     mecanum = mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS)
     assert mecanum.wheel_speeds(Twist2(0.0, left=0.5)) == pytest.approx([-0.5, 0.5, 0.5, -0.5])
@@ -83,6 +94,10 @@ def test_an_unknown_kind_lists_what_exists() -> None:
 def test_wrong_numbers_are_named() -> None:
     with pytest.raises(InputError, match=r"takes track, .*found effective_track"):
         make_drive("differential", effective_track=0.3, **LIMITS)
+    with pytest.raises(InputError, match=r"takes track, .*found .*pivot"):
+        make_drive("differential", track=0.3, pivot=0.1, **LIMITS)
+    with pytest.raises(InputError, match="pivot of a 'skid' drive must be a number, found inf"):
+        skid_drive(effective_track=1.0, pivot=float("inf"), **LIMITS)
     with pytest.raises(InputError, match="track of a 'differential' drive must be a positive number, found 0"):
         differential_drive(track=0.0, **LIMITS)
     with pytest.raises(InputError, match="max_wheel_speed"):

@@ -119,6 +119,19 @@ def test_a_turn_on_the_spot_stays_on_the_spot(any_drive: Drive) -> None:
     assert plant.pose.distance(Pose2(1.0, 2.0)) < 0.01
 
 
+def test_a_drive_whose_pivot_is_known_stays_on_a_curve_that_it_skids_in() -> None:
+    numbers = {"effective_track": 0.5, **LIMITS}
+    skidding = make_drive("skid", pivot=0.15, **numbers)
+    strays = []
+    for believed in (skidding, make_drive("skid", **numbers)):
+        plant = Plant(skidding, Pose2(0.0, 0.0))
+        angles = np.linspace(0.0, math.tau, 200)
+        circle = Path(np.column_stack([np.sin(angles), 1.0 - np.cos(angles)]))
+        commands = drive_on(Follower(believed), plant, along(believed, circle), 200)
+        strays.append(max(abs(command.cross_track) for command in commands))
+    assert strays[0] < 0.5 * strays[1]
+
+
 def test_a_timetable_is_kept(drive: Drive) -> None:
     t = np.linspace(0.0, 10.0, 101)
     heading = 0.4 * t

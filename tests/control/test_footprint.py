@@ -38,7 +38,18 @@ def test_clearance_is_the_least_gap_in_the_body_frame(x, y, yaw, points):
     assert found[0] == pytest.approx(min(HULL.gaps(np.array(body))), abs=1e-9)
 
 
+pose = st.tuples(near, near, st.floats(-7.0, 7.0))
+
+
+@given(st.lists(pose, min_size=1, max_size=14), st.lists(st.tuples(near, near), min_size=1, max_size=9))
+def test_each_of_many_poses_has_the_clearance_that_it_has_alone(poses, points):
+    poses, points = np.array(poses), np.array(points)
+    alone = [min(HULL.clearance(one[None], point[None])[0] for point in points) for one in poses]
+    assert HULL.clearance(poses, points).tolist() == alone
+
+
 def test_without_points_all_is_clear():
+    assert HULL.clearance(np.empty((0, 3)), np.ones((1, 2))).tolist() == []
     assert HULL.clearance(np.zeros((2, 3)), np.empty((0, 2))).tolist() == [math.inf, math.inf]
     assert HULL.contact_time(np.empty((0, 2)), Twist2(1.0), TIMES) == math.inf
 
@@ -67,3 +78,8 @@ def test_who_stands_close_may_leave_or_pass():
 def test_a_hull_without_a_side_is_refused():
     with pytest.raises(InputError, match="positive length and width"):
         Footprint(0.0, 0.4)
+
+
+def test_what_is_not_touched_yet_is_touched_however_near_it_is():
+    assert HULL.contact_time(np.array([[0.253, 0.1]]), Twist2(0.2), TIMES) == pytest.approx(TIMES[0])
+    assert HULL.contact_time(np.array([[0.1, 0.203]]), Twist2(0.2), TIMES) == math.inf  # it slides by

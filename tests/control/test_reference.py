@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.control.drive import Drive
+from rocs_bt.control.drive import Drive, skid_drive
 from rocs_bt.control.goal import GoalApproach
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
@@ -17,6 +17,7 @@ from rocs_bt.geometry import Pose2, Twist2
 
 TIMES = 0.1 * np.arange(1, 21)
 STILL = Twist2(0.0)
+Row = tuple[float, float, float]
 
 
 def along(drive: Drive, path: Path, cruise: float = 0.5) -> PathReference:
@@ -89,6 +90,18 @@ def test_a_timetable_is_read_on_its_clock_and_ahead_of_it() -> None:
     assert preview.cross_track == pytest.approx(0.1)
 
 
+@given(
+    st.lists(st.floats(0.01, 1.0), min_size=1, max_size=6),
+    st.lists(st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-1.0, 1.0)), min_size=6, max_size=6),
+    st.floats(-2.0, 8.0),
+)
+def test_between_its_poses_a_timetable_is_linear_to_the_bit(steps: list[float], rows: list[Row], now: float) -> None:
+    times, poses = np.cumsum(steps), np.array(rows)[: len(steps)]
+    stages = TimedReference(times, poses, now=lambda: now).sample(Pose2(0.0, 0.0), STILL, TIMES, lead=0.1).stages
+    for column in (0, 1):
+        assert stages[:, column].tolist() == np.interp(now + 0.1 + TIMES, times, poses[:, column]).tolist()
+
+
 def test_a_timetable_turns_the_short_way_round_and_near_the_robot() -> None:
     reference = TimedReference([0.0, 1.0], [(0, 0, 3.0), (0, 0, -3.0)], now=lambda: 0.0)
     preview = reference.sample(Pose2(0, 0, -3.1), STILL, np.array([0.5, 1.0]), 0.0)
@@ -125,6 +138,21 @@ def test_half_way_round_a_turn_goes_on_in_its_direction() -> None:
 
     assert last(0.5) > 3.1
     assert last(-0.5) < 3.1
+
+
+def test_a_turn_on_the_spot_leaves_the_pivot_where_it_is_and_asks_for_what_the_drive_then_does() -> None:
+    pivot, pose = 0.2, Pose2(1.0, 2.0, 0.5)
+    skidding = skid_drive(effective_track=0.5, max_wheel_speed=2.0, max_wheel_acceleration=2.0, pivot=pivot)
+    back = Path.line((1.0, 2.0), (1.0 - math.cos(0.5), 2.0 - math.sin(0.5)))
+    along = PathReference(back, speed_profile(back, skidding, cruise=0.5), pivot=pivot)
+    for reference in (along, TurnReference(-2.0, 1.0, 2.0, pivot=pivot)):
+        stages = reference.sample(pose, Twist2(0.0), TIMES, 0.0).stages
+        assert abs(stages[-1, 2] - 0.5) > 2.0
+        places = stages[:, :2] + pivot * np.column_stack([np.cos(stages[:, 2]), np.sin(stages[:, 2])])
+        assert places == pytest.approx(np.full_like(places, pose.transform(pivot, 0.0)))
+        for forward, left, turn in stages[:, 3:]:
+            made = skidding.twist(skidding.wheel_speeds(Twist2(forward, turn, left)))
+            assert made == pytest.approx(Twist2(forward, turn, left), abs=1e-9)
 
 
 def test_a_profile_of_another_path_is_refused(drive: Drive) -> None:

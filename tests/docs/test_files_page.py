@@ -54,6 +54,7 @@ rate = "20 Hz"
 noise = "1 cm"
 unit = "m"
 max_age = "0.2 s"
+mount = { x = "0.1 m", y = "0 m", yaw = "10 deg" }
 # zzz robot.sensor
 [[actuator]]
 name = "wheels"
@@ -243,7 +244,7 @@ def load(kind, text, folder):
 
 
 OTHER_KINDS = {  # a differential drive refuses the former, and a planner that is a mission the latter
-    "robot.drive": {"effective_track", "half_length", "half_width"},
+    "robot.drive": {"effective_track", "pivot", "half_length", "half_width"},
     "planner": {"python"},
 }
 FILES = {"robot": ROBOT, "scenario": SCENARIO, "rules": RULES, "planner": PLANNER}

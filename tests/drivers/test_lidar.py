@@ -33,6 +33,19 @@ def make(tmp_path: Path, geoms: str = "", step: float = 0.005) -> MujocoWorld:
     return compose_world(arena, [Placed("R", ROBOT.model, [SensorMount("lidar", "lidar", GIVEN)])], step=step)
 
 
+def test_the_robots_file_says_the_same_of_its_mount_as_its_model(tmp_path: Path) -> None:
+    (lidar,) = (sensor for sensor in ROBOT.sensors if sensor.driver == "lidar")
+    fan = make_sensor(make(tmp_path), "R", "lidar", "lidar", lidar.parameters).fan()
+    axis = fan.yaw + 0.5 * (fan.rays - 1) * fan.step
+    assert lidar.mount == pytest.approx((fan.x, fan.y, axis))
+
+
+def test_it_says_how_its_rays_are_mounted(tmp_path: Path) -> None:
+    fan = make_sensor(make(tmp_path), "R", "lidar", "lidar", GIVEN).fan()
+    assert (fan.x, fan.y, fan.rays, fan.reach) == pytest.approx((0.12, 0.0, 181, 10.0))
+    assert [fan.yaw + k * fan.step for k in range(fan.rays)] == pytest.approx(BEARINGS.tolist())
+
+
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     pose=st.builds(Pose2, st.floats(-0.7, 0.7), st.floats(-0.7, 0.7), st.floats(-3.1, 3.1)),
@@ -175,6 +188,7 @@ def test_the_jackal_drives_and_turns_as_its_file_says() -> None:
     told = ROBOT.drive.parameters
     assert found.effective_track == pytest.approx(told["effective_track"], rel=0.01)
     assert found.wheel_lag == pytest.approx(told["wheel_lag"], abs=0.003)
+    assert found.pivot == pytest.approx(told["pivot"], abs=0.002)
     assert found.top_speed == pytest.approx(2.0, rel=0.01)
     assert found.track_error < 0.02
     wheels = next(m for m in ROBOT.monitors if m.name == "wheels").parameters

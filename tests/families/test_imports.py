@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 from rocs_bt import Catalog, run
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
-from rocs_bt.compare import Block, Driver, Ground, Post
+from rocs_bt.compare import Block, Driver, Ground, Post, sweep
 from rocs_bt.compare.imports import read_barn, read_movingai, read_mrpb
 from rocs_bt.compare.imports.barn import read_world
 from rocs_bt.compare.imports.movingai import read_movingai_map
 from rocs_bt.compare.imports.raster import read_map, read_pgm
+from rocs_bt.compare.metric import barn_score
 from rocs_bt.errors import InputError
 
 CYLINDER = """<model name='{0}'><pose>{1} {2} 0 0 0 0</pose><static>1</static><link name='link'><collision name='c'>
@@ -57,12 +58,25 @@ def test_barn_is_read_as_the_challenge_plays_it(tmp_path: Path) -> None:
 def test_barn_scenes_check_and_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     clone(tmp_path / "clone")
     assert call(["import", "barn", str(tmp_path / "clone"), "--out", str(tmp_path / "mine"), "--limit", "1"]) == 0
-    assert "1 scenarios: barn-0 to barn-0." in capsys.readouterr().out
+    assert "1 scenario: barn-0." in capsys.readouterr().out
     found = check_content([tmp_path / "mine"])
     assert not found.faults, found.faults
     catalog = Catalog(tmp_path / "mine")
     summary = run(catalog.load_scenario("barn-0"), catalog, seed=1, duration=0.5, report=False).summary
     assert summary["agents"]["R"]["outcome"] == "timeout"
+
+
+def test_an_imported_scene_is_scored_by_its_own_shortest_way(tmp_path: Path) -> None:
+    scene = next(iter(read_barn(clone(tmp_path / "clone"))))
+    scene.write(tmp_path / "mine")
+    (agent,) = Catalog(tmp_path / "mine").load_scenario("barn-0").agents
+    assert agent.shortest == pytest.approx(scene.reference_length, abs=1e-4)
+    (record,) = sweep(["tree"], ["barn-0"], seeds=[1], catalog=Catalog(tmp_path / "mine"), workers=1).records()
+    assert record.outcome == "success"
+    assert record.metrics["spl"] == pytest.approx(agent.shortest / max(record.metrics["path_length"], agent.shortest))
+    assert record.metrics["barn2024"] == pytest.approx(
+        barn_score(record.metrics["time"], agent.shortest, low=2.0, high=8.0)
+    )
 
 
 def test_poses_of_model_link_and_collision_are_put_together(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import tomllib
 from pathlib import Path
@@ -14,8 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt import Catalog, Pose2, run
-from rocs_bt.compare import Building, gate_name, load_family, room_name
+from rocs_bt.compare import Building, Route, TaskFamily, gate_name, load_family, room_name
+from rocs_bt.compare.search import Space
 from rocs_bt.drivers.mujoco import compose_world
+from rocs_bt.errors import InputError
 from rocs_bt.simulation import Goal, Judge
 
 SMALL = {"rows": 2, "columns": 2}
@@ -41,12 +44,11 @@ def test_the_shortest_way_over_the_roads_is_networkxs(seed: int, rows: int, colu
     start, goal = data.draw(st.sampled_from(building.rooms)), data.draw(st.sampled_from(building.rooms))
     found = building.shortest(start, goal, shut)
     if not nx.has_path(graph, room_name(start), room_name(goal)):
-        assert found is None
+        assert found == Route()
         return
-    assert found is not None
-    assert found[1] == pytest.approx(nx.dijkstra_path_length(graph, room_name(start), room_name(goal)))
-    way = building.way(found[0])
-    assert sum(map(math.dist, way, way[1:])) == pytest.approx(found[1])
+    assert found.length == pytest.approx(nx.dijkstra_path_length(graph, room_name(start), room_name(goal)))
+    way = building.way(found.rooms)
+    assert sum(map(math.dist, way, way[1:])) == pytest.approx(found.length)
     assert (way[0], way[-1]) == (building.middle(start), building.middle(goal))
 
 
@@ -68,6 +70,44 @@ def test_a_door_fills_its_doorway_and_opens_into_the_wall(seed: int) -> None:
         before.add(building.leaf(door, shut=False))
         free = [before.taken[before.at(point)] for point in aside]
         assert not any(free[1:-1])
+
+
+TASKS = {"blocked_doors": 2, "closed_edges": 2, "low_battery": 3, "moved_goals": 4, "priorities": 5}
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_building_with_too_few_rooms_is_told(name: str) -> None:
+    with pytest.raises(InputError, match=f"1 x 1 rooms are too few: this task needs {TASKS[name]}"):
+        load_family(Catalog(), name, {"rows": 1, "columns": 1}).scene(0)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_search_may_draw_any_parameters(name: str) -> None:
+    """Those of which no scene can be made are refused as wrong input, so that others are drawn."""
+    family = load_family(Catalog(), name)
+    space, rng = Space(family, {"rows": (1, 3), "columns": (1, 2)}), np.random.default_rng(1)
+    for _ in range(6):
+        parameters = space.draw(rng).parameters
+        assert parameters["rows"] * parameters["columns"] >= TASKS[name]
+
+
+@pytest.mark.parametrize("name", ["blocked_doors", "closed_edges"])
+def test_a_building_without_another_way_is_told(name: str) -> None:
+    with pytest.raises(InputError, match="none of 300 buildings of 1 x 3 rooms fits"):
+        load_family(Catalog(), name, {"rows": 1, "columns": 3}).scene(0)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_who_drives_has_no_part_in_the_building(name: str) -> None:
+    """A task's own mission is given its route planner; another mission knows of none."""
+    family = load_family(Catalog(), name)
+    assert isinstance(family, TaskFamily)
+    scenes = [
+        dataclasses.replace(family, **who).scene(3) for who in ({}, {"planner": "dijkstra"}, {"mission": "go_to"})
+    ]
+    assert len({(scene.world, scene.reference) for scene in scenes}) == 1
+    told = [tomllib.loads(scene.scenario)["agent"][0]["parameters"] for scene in scenes]
+    assert told == [{"goal": "goal", "planner": "astar"}, {"goal": "goal", "planner": "dijkstra"}, {"goal": "goal"}]
 
 
 def test_doors_really_shut_and_a_thinking_mission_goes_round(tmp_path: Path) -> None:

@@ -93,6 +93,29 @@ def test_a_place_is_forgotten_on_request():
     assert grid.state(-1.0, -1.0) == OCCUPIED
 
 
+places = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+
+
+@given(st.lists(places, min_size=1, max_size=9), st.lists(places, max_size=9), places, places)
+def test_points_are_those_of_the_window_of_the_same_rectangle(hits, passed, one, other):
+    grid = OccupancyGrid(0.5, 4.0)
+    grid.look(np.array(hits), grid.cells(np.array(passed).reshape(-1, 2)))
+    low, high = (tuple(edge) for edge in np.sort([one, other], axis=0).tolist())
+    window = grid.window(low, high)
+    assert grid.points(low, high).tolist() == window.echoes[window.states == OCCUPIED].tolist()
+    assert grid.points(low, high).tolist() == window.points().tolist()
+
+
+@given(st.lists(st.tuples(st.lists(places, max_size=5), st.lists(places, max_size=9)), max_size=9))
+def test_a_look_tells_how_many_cells_became_occupied_or_ceased_to_be(looks):
+    grid = OccupancyGrid(0.5, 4.0)
+    for hits, passed in looks:
+        before = set(map(tuple, grid.occupied().tolist()))
+        cells = grid.cells(np.array(passed).reshape(-1, 2))
+        changed = grid.look(np.array(hits).reshape(-1, 2), np.vstack([cells, cells[:2]]))
+        assert changed == len(before ^ set(map(tuple, grid.occupied().tolist())))
+
+
 @pytest.mark.parametrize(("cell", "side"), [(0.0, 1.0), (0.1, 0.05), (0.001, 100.0), (float("nan"), 1.0)])
 def test_sizes_that_make_no_grid_are_refused(cell, side):
     with pytest.raises(KnowledgeError, match="grid"):

@@ -14,10 +14,12 @@ from rocs_bt.clock import Rate, SimulatedClock
 from rocs_bt.device import Reading, Sensor
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
+from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import ScanMonitor, Watched
 
 BEAMS, SPAN = 271, math.radians(270.0)  # a degree each
+AHEAD = Pose2(0.1, 0.0, 0.0)
 GROUPS = {
     "front": {
         "sectors": [[0.0, math.radians(20.0)], [math.radians(-40.0), math.radians(-20.0)]],
@@ -38,13 +40,15 @@ class Scanner(Sensor):
         return Reading(0.0, self.values)
 
 
-def interpreted(values: list[float], mount: tuple[float, float, float] = (0.1, 0.0, 0.0), **given: Any) -> Any:
+def interpreted(values: list[float], mount: Pose2 | None = AHEAD, groups: Any = GROUPS, **looks: Any) -> Any:
     clock = SimulatedClock(0.05)
     knowledge = Knowledge("R", clock, ListSink())
     knowledge.graph.set("R", length=0.5, width=0.4)
+    told = {"signal": "scan", "rays": BEAMS, "span": SPAN, "mount": mount} | looks
+    knowledge.graph.add("lidar", "sensor", **{key: value for key, value in told.items() if value})
+    knowledge.graph.relate("R", "has_sensor", "lidar")
     watched = [Watched(Scanner(values), Rate(1, 0.05))]
-    parameters = {"beams": BEAMS, "span": SPAN, "mount": mount, "group": GROUPS, **given}
-    monitor = ScanMonitor("scan", watched, knowledge, ListSink(), **parameters)
+    monitor = ScanMonitor("scan", watched, knowledge, ListSink(), group=groups)
     for signal in monitor.signals():
         knowledge.signals.declare(signal)
     monitor.run(0.0, 0)
@@ -84,20 +88,21 @@ def test_a_ray_that_ends_on_the_hull_has_no_gap(x: float, y: float, yaw: float) 
         inside = (abs(x + middle * np.cos(bearings)) <= 0.25) & (abs(y + middle * np.sin(bearings)) <= 0.2)
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
     sectors = {"all": {"sectors": [[b, b] for b in (0.0, 1.0471975511965976, -2.0943951023931953)]}}
-    found = interpreted((low + 0.3).tolist(), (x, y, yaw), group=sectors)["all"]
+    found = interpreted((low + 0.3).tolist(), Pose2(x, y, yaw), sectors)["all"]
     assert found == pytest.approx([0.3] * 3, abs=1e-9)
 
 
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"beams": 1}, "takes 2 to 4000 beams"),
-        ({"span": 7.0}, "a span of up to 360 deg"),
-        ({"mount": (0.0, 0.0)}, "a mount of x, y and yaw"),
-        ({"group": {"front": {}}}, "group 'front' of monitor 'scan' needs sectors.*blind = true"),
-        ({"group": {"front": {"sectors": [[0.0, 1.0]], "weights": [2.0]}}}, "one weight in"),
-        ({"group": {"front": {"sectors": [[3.0, 3.1]]}}}, "two bearings with rays between them"),
-        ({"group": {"front": {"sectors": [[0.1, 0.2, 0.3]]}}}, "two bearings with rays between them"),
+        ({"rays": 5000}, "takes at most 4000 rays"),
+        ({"span": 7.0}, "over at most 360 deg, found 271 and 401.1 deg"),
+        ({"mount": None}, "no sensor of 'R' with the signal 'scan' tells its rays, its span and its mount.*mount ="),
+        ({"signal": "range"}, "no sensor of 'R' with the signal 'scan' tells"),
+        ({"groups": {"front": {}}}, "group 'front' of monitor 'scan' needs sectors.*blind = true"),
+        ({"groups": {"front": {"sectors": [[0.0, 1.0]], "weights": [2.0]}}}, "one weight in"),
+        ({"groups": {"front": {"sectors": [[3.0, 3.1]]}}}, "two bearings with rays between them"),
+        ({"groups": {"front": {"sectors": [[0.1, 0.2, 0.3]]}}}, "two bearings with rays between them"),
     ],
 )
 def test_says_what_is_wrong(wrong: dict[str, Any], message: str) -> None:

@@ -96,7 +96,7 @@ class TestNavigation:
 
     def test_round_robin(self, bench):
         bench.of("RoundRobin", "FS", "S", "F")
-        assert bench.ticks(2) == ["SUCCESS A.start=F B.start=S", "SUCCESS B.start=S"]
+        assert bench.ticks(2) == ["SUCCESS A.start=F B.start=S", "SUCCESS C.start=F A.start=S"]
         assert Bench().of("RoundRobin", "F", "F").tick() == "FAILURE A.start=F B.start=F"
 
     def test_nonblocking(self, bench):

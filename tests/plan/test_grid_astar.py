@@ -135,3 +135,32 @@ def test_without_a_map_it_says_what_is_missing():
     bench.knowledge.world.occupancy = None
     with pytest.raises(NoRoute, match="LocalMap"):
         bench.route()
+
+
+def test_a_way_is_bent_by_what_comes_up_beside_it_but_for_what_is_driven_already():
+    bench = Bench()
+    way = bench.route()
+    bench.see(post(2.5, 0.36))  # 6 cm beside the hull, where there is room on the other side
+    bent = bench.route(Pose2(0.3, 0.0))
+    assert bench.gaps(way).min() < 0.1
+    assert bench.gaps(bent).min() > 0.14
+    assert np.array(bent)[:2] == pytest.approx(np.array(way)[2:4])  # from behind the robot on
+    assert bent[-1] == way[-1]
+    assert bench.route(Pose2(0.3, 0.0)) is bent
+
+
+def test_a_tight_gap_is_no_short_cut():
+    wall = [post(2.5, sign * (0.235 + 0.1 + 0.15 * k)) for sign in (-1, 1) for k in range(14)]  # 3.5 cm on either side
+    assert np.abs(np.array(Bench(*wall).route())[:, 1]).max() > 1.0
+    far = [post(2.5, sign * (0.235 + 0.1 + 0.15 * k)) for sign in (-1, 1) for k in range(60)]
+    assert np.abs(np.array(Bench(*far).route())[:, 1]).max() < 0.2
+
+
+@pytest.mark.parametrize(("yaw", "fits"), [(0.5, True), (0.0, False)])
+def test_a_way_is_held_against_the_hull_as_the_robot_turns_into_it(yaw, fits):
+    points = np.outer(np.arange(12) * 0.1, (math.cos(0.5), math.sin(0.5)))
+    things = np.array([(0.31, -0.1)])  # beside the hull on its way, but before it while it looks to the right
+    bench = Bench(things)
+    field = MODULE["Field"].of(bench.grid.window((-1.0, -1.0), (2.0, 2.0)), HULL.inner)
+    place = MODULE["_too_tight"](field, HULL, points, Pose2(0.0, 0.0, yaw), 0.02)
+    assert (place is None) is fits

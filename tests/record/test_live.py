@@ -19,10 +19,12 @@ from rocs_bt.event import (
     KnowledgeChanged,
     NodeTicked,
     RuleChanged,
+    SensorRead,
     SignalsWritten,
     SubtreeSwapped,
     pack,
 )
+from rocs_bt.record.header import BodyInfo, Fan
 from rocs_bt.record.live import LivePage, frames
 from rocs_bt.record.live.picture import Picture
 from rocs_bt.record.live.server import Feed, Server
@@ -94,6 +96,18 @@ def test_it_shows_what_a_run_has_to_tell():
     bodies = shown(EVENTS)["bodies"]
     assert {route for *_, route in bodies["R2"]["trail"]} == {"deliberative", "reactive"}
     assert {route for *_, route in bodies["R1"]["trail"]} == {""}
+
+
+def test_the_last_scan_of_a_scanner_is_shown_too():
+    fan = Fan(x=0.1, y=0.0, yaw=-1.0, step=1.0, rays=3, reach=10.0)
+    picture = Picture()
+    bodies = (BodyInfo(name="R2", hull=(), fans={"lidar": fan}),)
+    picture.begin(msgspec.structs.replace(synthetic.header(), bodies=bodies))
+    for values in ([1.0, 2.0, 3.0], [math.inf, 1.234, math.nan]):
+        picture.take([SensorRead(t=1.0, agent="R2", sensor="lidar", stamp=1.0, data=pack(values))])
+    told = json.loads(picture.whole())
+    assert told["agents"]["R2"]["ranges"]["lidar"] == [None, 1.23, -1.0]
+    assert told["run"]["bodies"][0]["fans"]["lidar"]["rays"] == 3
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,22 @@
 """The live page in a browser."""
 
+import json
+import math
+
 import msgspec
 import pytest
 
 from rocs_bt.event import (
     BlockFailed,
+    BodyMoved,
     Judged,
     NodeTicked,
+    SensorRead,
     SubtreeSwapped,
     TicketChanged,
+    pack,
 )
-from rocs_bt.record.header import AgentInfo, RunHeader, TreeNode
+from rocs_bt.record.header import AgentInfo, BodyInfo, Fan, RunHeader, TreeNode
 from rocs_bt.record.live import LivePage
 
 from . import chromium, synthetic
@@ -87,6 +93,25 @@ def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
         assert browser.evaluate(f"{row('go to/goal known')}.innerText").startswith("SUCCESS")
         assert faults(browser) == []
         assert [u for u in browser.requests if not u.startswith((page.url, "file:", "data:", "about:"))] == []
+
+
+@pytest.mark.browser
+def test_in_a_browser_a_scan_is_drawn(browser):
+    fan = Fan(x=0.1, y=0.0, yaw=-1.0, step=0.5, rays=5, reach=3.0)
+    with LivePage() as page:
+        browser.open(page.url)
+        page.begin(
+            msgspec.structs.replace(synthetic.header(), bodies=(BodyInfo(name="R2", hull=(), fans={"lidar": fan}),))
+        )
+        page.emit(BodyMoved(t=0.1, body="R2", x=0.0, y=0.0, yaw=0.0))
+        until(browser, "Number(time.textContent) >= 0.1")
+        before = browser.evaluate("picture.toDataURL()")
+        page.emit(
+            SensorRead(t=0.2, agent="R2", sensor="lidar", stamp=0.2, data=pack([1.0, 1.5, math.inf, math.nan, 2.0]))
+        )
+        until(browser, "Number(time.textContent) >= 0.2")
+        until(browser, f"picture.toDataURL() !== {json.dumps(before)}")
+    assert faults(browser) == []
 
 
 @pytest.mark.browser

@@ -1,13 +1,16 @@
 """The report: one file that needs nothing else, and says what happened."""
 
 import json
+import math
 import re
 from collections import Counter
 
+import msgspec
 import pytest
 
 from rocs_bt.errors import RecordingError
 from rocs_bt.event import BlockFailed, Judged, NodeTicked, SensorFailed, SensorRead, SubtreeSwapped, Touched, pack
+from rocs_bt.record.header import BodyInfo, Fan
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.report import render_report, write_report
@@ -63,6 +66,26 @@ def test_the_animation_has_every_body_beam_and_route(page):
     assert len(beams["ranges"]) == len(beams["t"]) == 400
     assert len(agent["switches"]) == 4
     assert data["bounds"] == pytest.approx([-2.5, -2.5, 2.525, 2.525])
+
+
+def test_a_scanners_scans_are_thinned_evenly(tmp_path):
+    fan = Fan(x=0.12, y=0.0, yaw=-2.0, step=4.0 / 719, rays=720, reach=10.0)
+    header = msgspec.structs.replace(
+        synthetic.header(), bodies=(BodyInfo(name="R2", hull=synthetic.HULL, fans={"lidar": fan}),)
+    )
+    recorder = Recorder(tmp_path / "run.mcap", header)
+    for k in range(1500):
+        values = [math.inf, math.nan, *(float(ray) + 0.001 * k for ray in range(2, 720))]
+        recorder.emit(SensorRead(t=0.05 * k + 0.01, agent="R2", sensor="lidar", stamp=0.05 * k, data=pack(values)))
+    recorder.emit(SensorRead(t=80.0, agent="R2", sensor="lidar", stamp=80.0, data=pack([1.0] * 3)))  # of other rays
+    recorder.close()
+    data = data_of(render_report(Recording.open(tmp_path / "run.mcap"), None))
+    (scans,) = data["agents"][0]["scans"]
+    assert scans["fan"] == pytest.approx([0.12, 0.0, -2.0, 4 * 4.0 / 719, 10.0], abs=1e-6)
+    assert scans["t"] == [round(0.05 * k, 3) for k in range(0, 1500, 3)]
+    assert [len(row) for row in scans["ranges"]] == [180] * 500
+    assert scans["ranges"][2][:3] == [None, 4.01, 8.01]
+    assert data["agents"][0]["beams"] == []
 
 
 def test_it_stays_small(page):
@@ -167,6 +190,29 @@ def test_in_a_browser_the_slider_moves_the_picture_and_no_error_is_logged(browse
     assert browser.evaluate("new Promise(r => setTimeout(() => r(time.textContent), 100))") == stopped
     assert browser.errors == []
     assert [u for u in browser.requests if not u.startswith(("file:", "data:"))] == []
+
+
+@pytest.mark.browser
+def test_in_a_browser_a_scan_is_dots_where_its_echoes_are(browser, recording, tmp_path):
+    """Of a robot that looks west, its eye 0.5 m ahead: to its right no echo, ahead a broken ray, to its left one."""
+    write_report(recording, recording.summary, tmp_path / "report.html")
+    browser.open((tmp_path / "report.html").as_uri())
+    drawn = browser.evaluate("""(() => {
+      const canvas = document.createElement("canvas"), holder = document.createElement("div");
+      holder.style.width = "400px"; holder.append(canvas); document.body.append(holder);
+      const arena = makeArena(canvas), dpr = devicePixelRatio || 1;
+      arena.fit([-3, -3, 3, 3]);
+      arena.drawScan([0.5, 0, -1, 1, 2], [null, -1, 1.25], { x: 0, y: 0, yaw: Math.PI });
+      const seen = arena.g.getImageData(0, 0, canvas.width, canvas.height);
+      const place = (x, y) => Math.round(dpr * arena.Y(y)) * seen.width + Math.round(dpr * arena.X(x));
+      const inked = (yaw) => seen.data[4 * place(-0.5 + 1.25 * Math.cos(yaw), 1.25 * Math.sin(yaw)) + 3];
+      return [inked(Math.PI + 1), inked(Math.PI - 1), inked(Math.PI)];
+    })()""")
+    echo, opposite, broken = drawn
+    assert echo > 200
+    assert opposite < 50
+    assert broken == 0
+    assert browser.errors == []
 
 
 @pytest.mark.browser

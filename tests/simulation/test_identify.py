@@ -39,6 +39,8 @@ def test_what_robot_toml_says_is_what_is_found(robot: str) -> None:
     numbers = spec.drive.parameters
     track = numbers.get("effective_track", numbers.get("track"))
     assert track == pytest.approx(measured.effective_track, rel=0.005)
+    if "pivot" in numbers:
+        assert numbers["pivot"] == pytest.approx(measured.pivot, abs=0.002)
     if "wheel_lag" in numbers:
         assert numbers["wheel_lag"] == pytest.approx(measured.wheel_lag, abs=0.002)
     assert measured.top_speed == pytest.approx(numbers["max_wheel_speed"], rel=0.01)
@@ -54,6 +56,11 @@ def test_the_stop_distance_of_robot_toml_is_what_braking_takes(robot: str) -> No
         told = b.speed * wheels["latency"] + b.speed**2 / (2.0 * wheels["deceleration"])
         assert told == pytest.approx(reading, rel=0.05)
     assert measured.misfit < 0.05
+
+
+def test_a_differential_drive_turns_about_its_axle_and_a_skid_drive_about_a_place_ahead() -> None:
+    assert found("pioneer_p3dx").pivot == pytest.approx(0.0, abs=0.01)
+    assert found("jackal").pivot > 0.04
 
 
 def test_the_same_model_gives_the_same_numbers() -> None:

@@ -14,8 +14,9 @@ import numpy as np
 from ...errors import Fault, InputError
 from ...geometry import Pose2
 from ..family import Driver, Scene
-from ..ground import Block, Ground, Point, Post, clearance_of, length_of
-from ..scene_text import goal_scenario
+from ..ground import Ground
+from ..scene_text import goal_scenario, metres
+from ..thing import Block, Point, Post, clearance_of, length_of
 
 START, GOAL = Pose2(-2.25, 3.0, math.pi / 2.0), (-2.25, 13.0)
 TOLERANCE, DURATION = 1.0, 100.0  # [m], [s] of the challenge
@@ -75,7 +76,8 @@ def _scene(number: int, file: Path, path: Path, driver: Driver) -> Scene:
     length = length_of(way)
     difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": clearance_of(way, posts)}
     doc = f"World {number} of BARN: through a field of cylinders without a map."
-    text = goal_scenario(driver, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION)
+    success = {"goal": "goal", "shortest": metres(length)}
+    text = goal_scenario(driver, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, success=success)
     return Scene(name, text, ground.world(name, doc), difficulty, tuple(way), length, {"ground": ground})
 
 

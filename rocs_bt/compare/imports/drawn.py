@@ -10,8 +10,10 @@ import numpy as np
 from ...errors import Fault, InputError
 from ...geometry import Pose2
 from ..family import Driver, Scene
-from ..ground import Grid, Ground, Point, Way
-from ..scene_text import goal_scenario
+from ..floor_grid import FloorGrid, Way
+from ..ground import Ground
+from ..scene_text import goal_scenario, metres
+from ..thing import Point
 
 RADIUS = 0.32
 """Of the disc that has a way in every scene [m]: a Jackal turns within 0.33 m."""
@@ -20,7 +22,7 @@ MOST_BLOCKS = 5000
 """Boxes that a world may have: more would take seconds a scan."""
 
 
-def ground_of(grid: Grid, file: Path) -> Ground:
+def ground_of(grid: FloorGrid, file: Path) -> Ground:
     """The ground of a map, its taken cells as boxes.
 
     Raises:
@@ -40,7 +42,7 @@ def ground_of(grid: Grid, file: Path) -> Ground:
     return Ground(low, high, blocks)
 
 
-def draw_ends(grid: Grid, rng: np.random.Generator, apart: float) -> tuple[Point, Point, Way] | None:
+def draw_ends(grid: FloorGrid, rng: np.random.Generator, apart: float) -> tuple[Point, Point, Way] | None:
     """A start and a goal on free ground, so far apart [m] at least, and the way between them; None after 60 draws."""
     rows, columns = np.nonzero(grid.room() > RADIUS + grid.cell)
     for _ in range(60 if len(rows) > 1 else 0):
@@ -58,7 +60,16 @@ def scene_between(
     ahead = way.points[1]
     heading = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
     duration = max(60.0, 10.0 * round(way.length))  # ten times what 1 m/s would take
-    text = goal_scenario(driver, name, doc, Pose2(*start, heading), goal, tolerance=0.4, duration=min(duration, 3600.0))
+    text = goal_scenario(
+        driver,
+        name,
+        doc,
+        Pose2(*start, heading),
+        goal,
+        tolerance=0.4,
+        duration=min(duration, 3600.0),
+        success={"goal": "goal", "shortest": metres(way.length)},
+    )
     measured = {"length": way.length, "clearance": way.clearance, "detour": way.length / math.dist(start, goal)}
     return Scene(
         name, text, ground.world(name, doc), {**measured, **difficulty}, way.points, way.length, {"ground": ground}

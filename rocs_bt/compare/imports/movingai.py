@@ -15,7 +15,8 @@ import numpy as np
 
 from ...errors import Fault, InputError
 from ..family import Driver, Scene
-from ..ground import Grid, Ground
+from ..floor_grid import FloorGrid
+from ..ground import Ground
 from .drawn import RADIUS, ground_of, scene_between
 from .raster import MOST_CELLS
 
@@ -46,7 +47,7 @@ def read_movingai(
         yield from _scenes(file, driver or Driver(), cell, every)
 
 
-def read_movingai_map(file: Path, cell: float) -> Grid:
+def read_movingai_map(file: Path, cell: float) -> FloorGrid:
     """The grid of a .map file.
 
     Raises:
@@ -69,7 +70,7 @@ def read_movingai_map(file: Path, cell: float) -> Grid:
             found = f"{len(row)} cells, not {width}" if len(row) != width else f"cells that are none: {sorted(odd)}"
             raise InputError(Fault(f"this row has {found}.", file, number))
     taken = np.array([[c in _TAKEN for c in row] for row in reversed(rows)], dtype=np.bool_)
-    return Grid(taken, cell, (0.0, 0.0))
+    return FloorGrid(taken, cell, (0.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class _Problem:
 
 
 def _scenes(file: Path, driver: Driver, cell: float, every: int) -> Iterator[Scene]:
-    maps: dict[str, tuple[Grid, Grid, Ground]] = {}
+    maps: dict[str, tuple[FloorGrid, FloorGrid, Ground]] = {}
     for number, line in list(enumerate(_lines(file)))[1 :: max(every, 1)]:
         if not line.strip():
             continue
@@ -124,10 +125,10 @@ def _problem(line: str, file: Path, number: int) -> _Problem:
     return _Problem(Path(words[1]).name, (x0, y0), (x1, y1), optimal)
 
 
-def _finer(grid: Grid) -> Grid:
+def _finer(grid: FloorGrid) -> FloorGrid:
     """The same grid with cells of at most 0.1 m, in which a robot's radius means something."""
     times = max(1, min(round(grid.cell / 0.1), int((MOST_CELLS / grid.taken.size) ** 0.5)))
-    return Grid(np.kron(grid.taken, np.ones((times, times), dtype=np.bool_)), grid.cell / times, grid.low)
+    return FloorGrid(np.kron(grid.taken, np.ones((times, times), dtype=np.bool_)), grid.cell / times, grid.low)
 
 
 def _lines(file: Path) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import Fault, InputError
-from ..ground import Grid
+from ..floor_grid import FloorGrid
 
 MOST_CELLS = 25_000_000
 """Of one map: a hectare at 2 cm."""
@@ -41,7 +41,7 @@ class MapFile:
     negate: bool = False
 
 
-def read_map(file: Path) -> Grid:
+def read_map(file: Path) -> FloorGrid:
     """The grid of a map: a YAML file and its picture.
 
     Raises:
@@ -50,7 +50,7 @@ def read_map(file: Path) -> Grid:
     told = read_map_yaml(file)
     picture = read_pgm(told.image)
     shade = picture / 255.0 if told.negate else 1.0 - picture / 255.0
-    return Grid(np.ascontiguousarray((shade > told.occupied)[::-1]), told.resolution, told.origin)
+    return FloorGrid(np.ascontiguousarray((shade > told.occupied)[::-1]), told.resolution, told.origin)
 
 
 def read_map_yaml(file: Path) -> MapFile:

@@ -3,13 +3,11 @@
 from .markdown import extent, markdown
 from .pairs import pairs
 from .pictures import sceneries
-from .report import JUDGED, exported, render_comparison, write_comparison
-from .tables import BEST_FIRST, SHARES, number, standings
+from .report import exported, render_comparison, write_comparison
+from .tables import BEST_FIRST, number, standings
 
 __all__ = [
     "BEST_FIRST",
-    "JUDGED",
-    "SHARES",
     "exported",
     "extent",
     "markdown",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...words import counted
 from ..comparison import Comparison
 from ..metric import metric
 from ..replay import replay_command
@@ -31,16 +32,15 @@ def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[
         lines = [[r.planner, r.scene, str(r.seed), r.outcome, f"`{replay_command(r)}`"] for r in failures[:_FAILURES]]
         parts.append(table(head, lines))
         if (more := len(failures) - _FAILURES) > 0:
-            parts.append(f"and {more} more failures.")
+            parts.append(f"and {counted(more, 'more failure')}.")
     return "\n\n".join(parts) + "\n"
 
 
 def extent(comparison: Comparison) -> str:
     """How much was played."""
-    scenes, seeds = len(comparison.scenes), len(comparison.seeds)
-    of = f"{scenes} scenes" if scenes > 1 else f"the scene {comparison.scenes[0]}"
-    each = " of each" if scenes > 1 else ""
-    return f"{len(comparison.records)} episodes: {of}, {seeds} seed{'s' * (seeds != 1)}{each}"
+    scenes, seeds = len(comparison.scenes), counted(len(comparison.seeds), "seed")
+    of = f"{scenes} scenes, {seeds} of each" if scenes > 1 else f"the scene {comparison.scenes[0]}, {seeds}"
+    return f"{counted(len(comparison.records), 'episode')}: {of}"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
+from ..metric import SHARES
 from ..verdict import Verdict, favourable
-from .tables import SHARES
+from .tables import matrix
 
 WIDTH = 100
+_SIGNS = {"better": "+", "not better": "-", "inconclusive": "?"}
 LEGEND = "+ better than the column's, - worse, ? cannot be told"
 
 
@@ -28,10 +30,11 @@ def pairs(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
 
 def _of_metric(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
     told = [verdict for verdict in verdicts if verdict.word == "better"]
-    lines = [f"{verdicts[0].metric}: {len(told)} of {len(verdicts)} pairs are told apart"]
+    are = "is" if len(told) == 1 else "are"
+    lines = [f"{verdicts[0].metric}: {len(told)} of {len(verdicts)} pairs {are} told apart"]
     if told:
         lines[0] += f" ({LEGEND})"
-        lines += _matrix(told, planners)
+        lines += _square(verdicts, planners)
     for name in planners:
         beaten = sorted((v for v in told if v.a == name), key=lambda v: planners.index(v.b))
         if beaten:
@@ -46,21 +49,21 @@ def _wrapped(text: str) -> list[str]:
     return textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False)
 
 
-def _matrix(told: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
+def _square(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
     """A row each planner: how it stands to the others, which have numbers for columns."""
-    signs = {(v.a, v.b): "+" for v in told} | {(v.b, v.a): "-" for v in told}
     wide, digits = max(map(len, planners)), len(str(len(planners)))
     numbers = [str(number).rjust(digits) for number in range(1, len(planners) + 1)]
     lines = [f"  {'':{digits + 1 + wide}}  {' '.join(numbers)}"]
-    for number, row in zip(numbers, planners, strict=True):
-        cells = ["." if row == column else signs.get((row, column), "?") for column in planners]
+    for number, row, stands in zip(numbers, planners, matrix(verdicts, planners), strict=True):
+        cells = ["." if verdict is None else _SIGNS[verdict.word] for verdict in stands]
         lines.append(f"  {number} {row:{wide}}  {' '.join(cell.rjust(digits) for cell in cells)}")
     return lines
 
 
 def _by(verdict: Verdict) -> str:
     if verdict.metric in SHARES:
-        return f"{100.0 * verdict.difference:.3g} points"
+        points = f"{100.0 * verdict.difference:.3g}"
+        return f"{points} point{'' if points == '1' else 's'}"
     return f"{verdict.difference:.3g} {verdict.unit}".rstrip()
 
 
@@ -79,4 +82,4 @@ def _open(verdicts: Sequence[Verdict]) -> str:
         half = needed[(len(needed) - 1) // 2]
         middle = f", {half} half of {'those that differ' if same else 'them'}" if needed[0] < half < needed[-1] else ""
         told = f"about {needed[0]} {kind} would settle the first{middle}, {needed[-1]} {all_}"
-    return f"{count}: {told}" + (f"; {same} show no difference" if same else "")
+    return f"{count}: {told}" + (f"; {same} {'shows' if same == 1 else 'show'} no difference" if same else "")

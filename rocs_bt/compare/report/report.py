@@ -14,22 +14,31 @@ from ...errors import RecordingError
 from ...record import RunHeader
 from ...record.figures.figure import drawn, rendered
 from ...record.page import render_page
+from ...words import counted
 from ..comparison import Comparison, Disagreement
 from ..key import computing
-from ..metric import METRICS, metric
+from ..metric import JUDGED, METRICS, SHARES, Metric, metric
 from ..replay import replay_command
 from ..verdict import Verdict
 from . import curves
 from .markdown import extent
 from .pictures import draw_disagreement, picture_size
 from .style import theme, themed
-from .tables import SHARES, difference, everything, headline, middle, number, standings, text, told_first
+from .tables import (
+    difference,
+    everything,
+    headline,
+    matrix,
+    middle,
+    number,
+    points,
+    standings,
+    text,
+    told_first,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
-
-JUDGED = ("success", "collision", "time")
-"""What planners are judged by, where nothing else is said."""
 
 PICTURES = 12
 """How many disagreements are drawn; all are listed."""
@@ -97,6 +106,7 @@ def render_comparison(
         all_metrics=METRICS,
         rows=rows,
         verdicts=told_first(verdicts),
+        matrices=_matrices(verdicts, [row.planner for row in rows]),
         any_time=any_time,
         figures=list(_figures(comparison)),
         pictures=[_picture(i, each, comparison, stand) for i, each in enumerate(shown)],
@@ -111,6 +121,8 @@ def render_comparison(
         text=text,
         number=number,
         difference=difference,
+        points=points,
+        counted=counted,
         replay=replay_command,
         shares=SHARES,
     )
@@ -128,6 +140,15 @@ def exported(comparison: Comparison, verdicts: Sequence[Verdict]) -> dict[str, A
         for r in comparison.records
     ]
     return {"columns": columns, "rows": rows, "verdicts": [verdict.as_dict() for verdict in verdicts]}
+
+
+def _matrices(
+    verdicts: Sequence[Verdict], planners: Sequence[str]
+) -> list[tuple[Metric, list[tuple[str, list[Verdict | None]]]]]:
+    """Each metric with its rows, a planner and its verdicts each; none of two planners, of whom there is one pair."""
+    names = dict.fromkeys(verdict.metric for verdict in verdicts) if len(planners) > 2 else ()
+    squares = [(name, matrix([v for v in verdicts if v.metric == name], planners)) for name in names]
+    return [(metric(name), list(zip(planners, square, strict=True))) for name, square in squares]
 
 
 def _figures(comparison: Comparison) -> Iterator[tuple[str, str, str]]:

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..comparison import Comparison
-from ..metric import METRICS, Metric, metric
+from ..metric import METRICS, SHARES, Metric, metric
 from ..record import OUTCOMES
 from ..statistics import Estimate, Size, bootstrapped, interquartile_mean, mean_over_scenes
-from ..verdict import Verdict, favourable
+from ..verdict import Verdict, favourable, turned
 
-SHARES = ("success", "collision")
 BEST_FIRST = sorted(OUTCOMES, key=("success", "stuck", "timeout", "collision", "error").index)
 
 
@@ -86,6 +85,24 @@ def told_first(verdicts: Sequence[Verdict]) -> list[Verdict]:
     return sorted(map(favourable, verdicts), key=lambda verdict: verdict.word == "inconclusive")
 
 
+def matrix(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[list[Verdict | None]]:
+    """The verdicts of one metric as a square, told of the row's planner against the column's; None on the diagonal.
+
+    Args:
+        verdicts: On all pairs of the planners.
+        planners: Their names, in the order of rows and columns.
+    """
+    told = {(each.a, each.b): each for verdict in verdicts for each in (verdict, turned(verdict))}
+    return [[told.get((row, column)) for column in planners] for row in planners]
+
+
+def points(verdict: Verdict) -> str:
+    """How much better, without a unit: of shares in points of a percent."""
+    if math.isnan(verdict.difference):
+        return "–"
+    return f"{100.0 * verdict.difference:+z.1f}" if verdict.metric in SHARES else f"{verdict.difference:+z.3g}"
+
+
 def text(found: Estimate, of: Metric) -> str:
     """An estimate and its interval in the metric's unit."""
     if of.name in SHARES:
@@ -102,10 +119,10 @@ def number(value: float) -> str:
 def difference(verdict: Verdict) -> str:
     """How much better, with its interval."""
     if verdict.metric in SHARES:
-        ends = [f"{100.0 * end:+.1f}" for end in (verdict.difference, verdict.low, verdict.high)]
+        ends = [f"{100.0 * end:+z.1f}" for end in (verdict.difference, verdict.low, verdict.high)]
         return f"{ends[0]} points ({ends[1]} to {ends[2]})"
     unit = f" {verdict.unit}" if verdict.unit else ""
-    return f"{verdict.difference:+.3g}{unit} ({verdict.low:+.3g} to {verdict.high:+.3g})"
+    return f"{verdict.difference:+z.3g}{unit} ({verdict.low:+z.3g} to {verdict.high:+z.3g})"
 
 
 def everything(comparison: Comparison) -> list[tuple[Metric, str, list[str]]]:

@@ -13,8 +13,10 @@ from typing import Any
 from xml.etree import ElementTree
 
 from ..family import Scene
-from ..ground import Block, Ground, Point, Post, Way
+from ..floor_grid import Way
+from ..ground import Ground
 from ..scene_text import as_toml, metres
+from ..thing import Block, Point, Post
 
 CELL = 0.05  # [m] of the grid on which a way is looked for
 _QUANTITY = re.compile(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([A-Za-z/0-9]+)\s*")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 from ...errors import Fault, InputError
+from ..replay import episode_command
 from .draft import Draft
 from .playing import SEED
 
@@ -55,7 +55,7 @@ def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
 
 def again(draft: Draft, planner: str) -> str:
     """What a person types to play the scene again and look at it."""
-    return shlex.join(["rocs-bt", "episode", planner, draft.name, "--seed", str(SEED)])
+    return episode_command(planner, draft.name, SEED)
 
 
 def _test_of(name: str, folder: Path) -> Path:

@@ -96,7 +96,7 @@ def search(
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rocs_bt-search-")))
         pool = executor or stack.enter_context(local_pool(workers or cores()))
-        kept = Store() if store is None else store
+        kept = stack.enter_context(Store()) if store is None else store
         player = Player(planner, keeping, kept, pool, folder, budget, wall_limit, progress)
         drawn: dict[Draft, Drawn] = {}
         drafts = _drafts(space, planner.name, name or default_name(planner, space), seed, drawn)

@@ -17,8 +17,8 @@ from itertools import pairwise
 import numpy as np
 
 from ...control.footprint import Footprint
-from ..ground import Point
 from ..record import EpisodeRecord
+from ..thing import Point
 from .draft import CELL, Draft
 from .playing import Player
 

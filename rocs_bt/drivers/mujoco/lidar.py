@@ -11,7 +11,9 @@ import numpy.typing as npt
 
 from ...device import Reading
 from ...errors import InputError, unknown
+from ...record.header import Fan
 from ..parameters import LidarParameters, read_parameters
+from .rays import Rays
 from .sensor import Mount, MujocoSensor
 
 Array = npt.NDArray[np.float64]
@@ -25,18 +27,13 @@ class Lidar(MujocoSensor):
 
     def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
         super().__init__(name, parameters, mount)
-        import mujoco
-
         self.parameters = _read(parameters, name)
         model = mount.world.model
-        self._cast = mujoco.mj_multiRay
         self._site = model.site(f"{mount.robot}/{self.parameters.site}").id
-        self._body = int(model.site_bodyid[self._site])
         bearings = np.array(self.parameters.bearings)
         self._rays = np.stack([np.cos(bearings), np.sin(bearings), np.zeros_like(bearings)], axis=1)
-        self._hit = np.empty(len(bearings), dtype=np.int32)
-        self._distance = np.empty(len(bearings))
-        self._taken: tuple[float, Array] = (math.nan, self._distance)
+        self._cast = Rays(model, int(model.site_bodyid[self._site]))
+        self._taken: tuple[float, Array] = (math.nan, np.empty(len(bearings)))
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
@@ -61,29 +58,24 @@ class Lidar(MujocoSensor):
                 self._taken = world.stamp, ranges
             return Reading(world.stamp, self._taken[1].tolist())
 
+    def fan(self) -> Fan:
+        """Where its rays begin and look, in the body frame."""
+        element = self.mount.world.model.site(self._site)
+        (x, y, _), (w, i, j, k) = element.pos.tolist(), element.quat.tolist()
+        yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
+        first, second = self.parameters.bearings[:2]
+        count, reach = self.parameters.rays, self.parameters.range[1]
+        return Fan(x=x, y=y, yaw=yaw + first, step=second - first, rays=count, reach=reach)
+
     def _scan(self) -> Array:
         """(rays,) Distances [m] in the present state, +inf where there is nothing."""
-        world, rays = self.mount.world, len(self._rays)
-        world.update_poses()
-        data = world.data
+        self.mount.world.update_poses()
+        data = self.mount.world.data
         directions = self._rays @ data.site_xmat[self._site].reshape(3, 3).T
         # A little farther than it sees, so that what is told of its edge does not depend on the cut.
         cutoff = self.parameters.range[1] + 1.0
-        self._cast(
-            world.model,
-            data,
-            data.site_xpos[self._site],
-            directions.ravel(),
-            None,
-            True,
-            self._body,
-            self._hit,
-            self._distance,
-            None,
-            rays,
-            cutoff,
-        )
-        found: Array = np.where(self._distance < 0.0, math.inf, self._distance)
+        distances = self._cast.distances(data, data.site_xpos[self._site], directions, cutoff)
+        found: Array = np.where(distances < 0.0, math.inf, distances)
         return found
 
 

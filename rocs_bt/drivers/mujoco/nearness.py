@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,12 @@ import numpy.typing as npt
 from .body import FLOOR, RobotBody, collides, thing_names
 
 Array = npt.NDArray[np.float64]
+
+FEW = 8
+"""So many distances are sooner measured than sifted."""
+
+Among = Literal["all", "things", "robots"]
+"""What a hull may be near to: other robots, what is no robot, or both."""
 
 
 class Nearness:
@@ -32,15 +38,17 @@ class Nearness:
         hulls = [g for body in robots.values() for g in body.hull]
         others = [g for g in solid if self._names[g] not in robots]
         self._still = _Boxes(model, [g for g in others if int(model.geom_bodyid[g]) == 0])
-        things = {name: [*others, *(g for g in hulls if g not in body.hull)] for name, body in robots.items()}
-        self._things = {name: np.array(geoms, dtype=np.intp) for name, geoms in things.items()}
+        peers = {name: [g for g in hulls if g not in body.hull] for name, body in robots.items()}
+        among = {"things": dict.fromkeys(robots, others), "robots": peers}
+        among["all"] = {name: [*others, *peers[name]] for name in robots}
+        self._among = {of: {name: np.array(g, dtype=np.intp) for name, g in by.items()} for of, by in among.items()}
         self._bounds = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)  # 0: it has no end
 
-    def clearance(self, data: Any, body: RobotBody, limit: float) -> tuple[float, str]:
-        """The distance [m] from a hull to the nearest thing, and its name; (limit, "") when none is nearer."""
-        best, name = limit, ""
+    def clearance(self, data: Any, body: RobotBody, limit: float, among: Among = "all") -> tuple[float, str]:
+        """The distance [m] from a hull to the nearest of some, and its name; (limit, "") when none is nearer."""
+        best, name, others = limit, "", self._among[among][body.name]
         for hull in body.hull:
-            for geom in self._candidates(data, hull, self._things[body.name]):
+            for geom in self._candidates(data, hull, others):
                 # mj_geomDistance cuts off at its limit, which must be finite and positive; it rejects what is farther
                 # by its bounding sphere, in half a microsecond.
                 found = self._distance(self._model, data, hull, geom, max(min(best, 1e3), 1e-6), None)
@@ -53,8 +61,9 @@ class Nearness:
 
         Between the surfaces it is no farther than between the centres, and no nearer than between bounding spheres.
         """
-        if not len(things):
-            return []
+        if len(things) <= FEW:
+            few: list[int] = things.tolist()
+            return few
         apart = data.geom_xpos[things] - data.geom_xpos[hull]
         centres = np.sqrt(np.einsum("ij,ij->i", apart, apart))
         spheres = centres - self._bounds[things] - self._bounds[hull]

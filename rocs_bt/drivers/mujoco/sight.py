@@ -7,14 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .body import RobotBody, collides
 
 _ON = 1e-4  # [m] past a surface of one's own, from where to look on
 _OWN = 8  # surfaces of one's own that a ray may leave
 
-Array = npt.NDArray[np.float64]
+Point = tuple[float, float, float]
 
 
 class Sight:
@@ -35,12 +34,12 @@ class Sight:
         self._owners = [owned.get(geom, "") for geom in range(model.ngeom)]
         self._solid = [collides(model, geom) for geom in range(model.ngeom)]
 
-    def clear(self, data: Any, robot: RobotBody, other: RobotBody, start: Array, end: Array) -> bool:
-        """Whether a ray from (3,) to (3,) [m] meets nothing but the two robots at its ends."""
-        left = math.dist(start, end)
+    def clear(self, data: Any, robot: RobotBody, other: RobotBody, begin: Point, end: Point) -> bool:
+        """Whether a ray between two points [m] meets nothing but the two robots at its ends."""
+        left = math.dist(begin, end)
         if left < _ON:
             return True
-        along = (end - start) / left
+        start, along = np.array(begin), np.array([(b - a) / left for a, b in zip(begin, end, strict=True)])
         for _ in range(_OWN):
             hit = float(self._ray(self._model, data, start, along, None, True, robot.root, self._geom))
             if hit < 0.0 or hit >= left:

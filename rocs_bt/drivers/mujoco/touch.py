@@ -48,6 +48,7 @@ class TouchWatch:
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
         self._robots = robots
         self._names = thing_names(model, robots)
+        self._floor = {geom for geom, name in enumerate(self._names) if name == FLOOR}
         self.usual = -1
         self._before = np.zeros(model.nv)
         self._touching: dict[tuple[str, str], float] = {}
@@ -66,9 +67,12 @@ class TouchWatch:
             commanded: Tells whether a robot is asked to move.
         """
         plain = True
+        names, floor = self._names, self._floor
         for one, two in data.contact.geom.tolist():
-            a, b = self._names[one], self._names[two]
-            if FLOOR in (a, b) or a == b:
+            if one in floor or two in floor:
+                continue
+            a, b = names[one], names[two]
+            if a == b:
                 continue
             for robot, other in ((a, b), (b, a)):
                 if robot in self._robots:

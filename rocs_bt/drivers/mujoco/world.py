@@ -18,7 +18,7 @@ from ...device import Watchdog
 from ...errors import Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Twist2, wrap_angle
 from .body import RobotBody, Thing, bounds, find_bodies, find_things
-from .nearness import Nearness
+from .nearness import Among, Nearness
 from .sight import Sight
 from .touch import Contact, TouchWatch
 
@@ -76,6 +76,7 @@ class MujocoWorld:
         # Live views of arrays that never move: for a few numbers plain Python is faster than numpy.
         self._qpos: memoryview[float] = memoryview(self.data.qpos)
         self._qvel: memoryview[float] = memoryview(self.data.qvel)
+        self._ctrl: memoryview[float] = memoryview(self.data.ctrl)
         self.clock = clock
         self.step = float(model.opt.timestep)
         self.lock = threading.RLock()
@@ -90,7 +91,7 @@ class MujocoWorld:
         self._motors: dict[str, list[Motors]] = {name: [] for name in robots}
         self._late: list[Motors] = []  # those with a delay
         self._steps = 0  # since the start
-        self._ramping = False  # whether any motor is not yet as fast as it is asked to be
+        self._ramping: list[Motors] = []  # those that are not yet as fast as they are asked to be
         self._watchdogs: list[Watchdog] = []
         self._touch = TouchWatch(model, self.robots)
         self._near = Nearness(model, self.robots)
@@ -239,11 +240,11 @@ class MujocoWorld:
     def advance(self, steps: int) -> None:
         """Let the world move on by some physics steps."""
         with self.lock:
-            touch, data = self._touch, self.data
+            touch, data, model, step, now = self._touch, self.data, self.model, self._mj.mj_step, self.clock.now
             touch.begin(data)
             expiry = min((w.expiry for w in self._watchdogs), default=math.inf)
             for i in range(steps):
-                if self.clock.now() > expiry:
+                if now() > expiry:
                     for watchdog in self._watchdogs:
                         watchdog.check()
                 for motors in self._late:
@@ -253,12 +254,12 @@ class MujocoWorld:
                     self._ramp()
                 if self.things:
                     data.mocap_pos += self._drift
-                self._mj.mj_step(self.model, data)
+                step(model, data)
                 self._steps += 1
                 self._tick()
-                if data.ncon != touch.usual or i == steps - 1:
-                    touch.look(data, self.clock.now(), self.commanded)
-            self.stamp = self.clock.now()
+                if i == steps - 1 or data.ncon != touch.usual:
+                    touch.look(data, now(), self.commanded)
+            self.stamp = now()
             self._revision += 1
 
     def contacts(self) -> list[Contact]:
@@ -266,12 +267,13 @@ class MujocoWorld:
         with self.lock:
             return self._touch.drain()
 
-    def clearance(self, robot: str, limit: float = math.inf) -> tuple[float, str]:
+    def clearance(self, robot: str, limit: float = math.inf, among: Among = "all") -> tuple[float, str]:
         """How near a robot's hull is to anything but the floor.
 
         Args:
             robot: Whose hull.
             limit: What is farther than this is of no interest [m].
+            among: What counts: the other `robots`, the `things` that are none, or `all`.
 
         Returns:
             The distance [m], negative inside, and the name of the nearest thing; (limit, "") when none is nearer.
@@ -279,7 +281,7 @@ class MujocoWorld:
         body = self.body(robot)
         with self.lock:
             self.update_poses()
-            return self._near.clearance(self.data, body, limit)
+            return self._near.clearance(self.data, body, limit, among)
 
     def room(self, x: float, y: float, z: float = 0.15) -> float:
         """How far a point [m] is from the nearest thing that cannot move, the floor excepted [m]."""
@@ -289,10 +291,11 @@ class MujocoWorld:
 
     def sees(self, robot: str, other: str, height: float) -> bool:
         """Whether nothing stands between the centres of two robots' bases, at a height over the floor [m]."""
-        ends = [(pose.x, pose.y, height) for pose in (self.pose(robot), self.pose(other))]
+        here, there = self.pose(robot), self.pose(other)
+        ends = (here.x, here.y, height), (there.x, there.y, height)
         with self.lock:
             self.update_poses()
-            return self._sight.clear(self.data, self.body(robot), self.body(other), *map(np.array, ends))
+            return self._sight.clear(self.data, self.body(robot), self.body(other), *ends)
 
     def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
         """Values of MuJoCo sensors in the present state, computed once for all that ask about it."""
@@ -331,25 +334,22 @@ class MujocoWorld:
 
     def _aim(self, motors: Motors, speeds: Sequence[float]) -> None:
         motors.target[:] = speeds
-        motors.settled = False
-        self._ramping = True
+        if motors.settled:
+            motors.settled = False
+            self._ramping.append(motors)
 
     def _ramp(self) -> None:
-        ctrl = self.data.ctrl
-        self._ramping = False
-        for group in self._motors.values():
-            for motors in group:
-                if motors.settled:
-                    continue
-                motors.settled = True
-                for i, target in zip(motors.ids, motors.target, strict=True):
-                    now = float(ctrl[i])
-                    if abs(target - now) <= motors.change:
-                        ctrl[i] = target
-                    else:
-                        ctrl[i] = now + math.copysign(motors.change, target - now)
-                        motors.settled = False
-                self._ramping = self._ramping or not motors.settled
+        ctrl = self._ctrl
+        for motors in self._ramping:
+            motors.settled, change = True, motors.change
+            for i, target in zip(motors.ids, motors.target, strict=True):
+                now = ctrl[i]
+                if abs(target - now) <= change:
+                    ctrl[i] = target
+                else:
+                    ctrl[i] = now + math.copysign(change, target - now)
+                    motors.settled = False
+        self._ramping = [motors for motors in self._ramping if not motors.settled]
 
     def _id(self, kind: str, robot: str, name: str) -> int:
         kinds = {"actuator": self._mj.mjtObj.mjOBJ_ACTUATOR, "sensor": self._mj.mjtObj.mjOBJ_SENSOR}

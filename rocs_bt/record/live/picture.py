@@ -124,6 +124,7 @@ class Picture:
         """A run begins; what was of another one is forgotten."""
         self._whole, self._new = State(run=run, t=run.start), State()
         self._beams = {(b.name, sensor): len(beams) for b in run.bodies for sensor, beams in b.beams.items()}
+        self._beams |= {(b.name, sensor): fan.rays for b in run.bodies for sensor, fan in b.fans.items()}
         for agent in run.agents:
             self._whole.agent(agent.name).tree = agent.nodes
 

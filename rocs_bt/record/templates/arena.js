@@ -55,6 +55,18 @@ const makeArena = (picture) => {
     });
     g.globalAlpha = 1;
   };
+  // A scan's fan is [x, y, yaw of the first ray, step from ray to ray, reach]; its echoes are dots, with what is free before them.
+  const drawScan = ([fx, fy, first, step, reach], echoes, pose) => {
+    const eye = placed(pose, [fx, fy]);
+    const ends = echoes.map((echo, k) => {
+      const way = pose.yaw + first + k * step, r = echo === -1 ? 0 : Math.min(echo ?? reach, reach);
+      return [eye[0] + r * Math.cos(way), eye[1] + r * Math.sin(way)];
+    });
+    outline([eye, ...ends]);
+    g.fillStyle = color("beam"); g.globalAlpha = 0.07; g.fill(); g.globalAlpha = 0.9;
+    ends.forEach(([x, y], k) => { if (echoes[k] > 0) g.fillRect(X(x) - 1.3, Y(y) - 1.3, 2.6, 2.6); });
+    g.globalAlpha = 1;
+  };
   const drawLine = (points, style, thick) => {
     g.strokeStyle = style; g.lineWidth = thick; g.lineJoin = g.lineCap = "round";
     g.beginPath();
@@ -73,5 +85,5 @@ const makeArena = (picture) => {
     g.fillStyle = color("ink"); g.font = "600 13px " + getComputedStyle(document.body).fontFamily;
     g.fillText(name, X(pose.x) + 0.24 * scale + 4, Y(pose.y) - 0.16 * scale - 2);
   };
-  return { g, X, Y, fit, drawWorld, drawBeams, drawLine, drawBody };
+  return { g, X, Y, fit, drawWorld, drawBeams, drawScan, drawLine, drawBody };
 };

@@ -37,8 +37,10 @@
     const body = run.bodies.find((b) => b.name === info.name);
     const beams = Object.fromEntries(Object.entries(body?.beams || {}).map(
       ([sensor, of]) => [sensor, of.map((b) => [b.x, b.y, b.yaw, b.reach, b.cone || 0])]));
+    const fans = Object.fromEntries(Object.entries(body?.fans || {}).map(
+      ([sensor, f]) => [sensor, [f.x, f.y, f.yaw, f.step, f.reach]]));
     return {
-      info, parts, route, cells, declared, beams, tree: makeTree(parts.map, parts.rows, parts.follow),
+      info, parts, route, cells, declared, beams, fans, tree: makeTree(parts.map, parts.rows, parts.follow),
       nodes: {}, signals: {}, past: {}, rules: {}, ranges: {}, tickets: {}, outcome: null, way: "idle", lines: {}, fresh: new Set(),
     };
   };
@@ -158,6 +160,7 @@
       if (!body?.pose) continue;
       const [x, y, yaw] = body.pose, pose = { x, y, yaw };
       for (const [sensor, beams] of Object.entries(agent?.beams || {})) if (agent.ranges[sensor]) arena.drawBeams(beams, agent.ranges[sensor], pose);
+      for (const [sensor, fan] of Object.entries(agent?.fans || {})) if (agent.ranges[sensor]) arena.drawScan(fan, agent.ranges[sensor], pose);
       arena.drawBody(info.hull, info.name, pose, color(agent ? agent.way : "other"));
     }
   };

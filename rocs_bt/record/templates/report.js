@@ -36,6 +36,12 @@
     const dpr = window.devicePixelRatio || 1;
     strip.width = strip.clientWidth * dpr; strip.height = strip.clientHeight * dpr;
   };
+  const drawScans = (agent, body) => {
+    for (const { fan, t, ranges } of agent.scans) {
+      const i = before(t, now, itself);
+      if (i >= 0) arena.drawScan(fan, ranges[i], poseAt(body, t[i]));  // from where it was taken
+    }
+  };
   const drawBeams = (agent, pose) => {
     for (const set of agent.beams) {
       const i = before(set.t, now, itself);
@@ -71,7 +77,7 @@
     for (const body of run.bodies) drawTrail(body, agents[body.name]);
     for (const body of run.bodies) {
       const pose = poseAt(body, now), agent = agents[body.name];
-      if (agent) drawBeams(agent, pose);
+      if (agent) { drawScans(agent, body); drawBeams(agent, pose); }
       arena.drawBody(body.hull, body.name, pose, agent ? color(routeAt(agent, now)) : color("other"));
     }
   };

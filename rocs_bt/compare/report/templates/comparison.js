@@ -32,7 +32,7 @@ function standalone(figure) {
 }
 
 function tableCsv(table) {
-  const text = (each) => each.innerText.trim().replace(/\s+/g, " ");
+  const text = (each) => each.textContent.trim().replace(/\s+/g, " ");  // also of what is folded up
   return csv([...table.rows].map((row) => [...row.cells].map(text)));
 }
 

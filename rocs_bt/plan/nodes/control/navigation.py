@@ -143,7 +143,7 @@ class RecoveryNode(_Nav):
 
 
 class RoundRobin(_Nav):
-    """Ticks its children in turn, beginning with the one that succeeded last; FAILURE when all have failed in a row."""
+    """Ticks its children in turn, beginning after the one that was last; FAILURE when all have failed in a row."""
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -155,10 +155,10 @@ class RoundRobin(_Nav):
             outcome = self._tick(self.children[self._index])
             if outcome is RUNNING:
                 return outcome
+            self._index = (self._index + 1) % len(self.children)
             if outcome is SUCCESS:
                 self._failed = 0
                 return self._finish(SUCCESS)
-            self._index = (self._index + 1) % len(self.children)
             self._failed += 1
         self._index = self._failed = 0
         return self._finish(FAILURE)

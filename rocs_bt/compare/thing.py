@@ -1,0 +1,65 @@
+"""What stands on a floor: posts and blocks, and how far it is between and past them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Post:
+    """An upright cylinder: centre, radius, height [m]."""
+
+    name: str
+    x: float
+    y: float
+    radius: float
+    height: float = 1.0
+
+
+@dataclass(frozen=True)
+class Block:
+    """An upright box: centre, length and width [m], yaw [rad], height [m]."""
+
+    name: str
+    x: float
+    y: float
+    length: float
+    width: float
+    yaw: float = 0.0
+    height: float = 1.0
+
+
+def walls_around(low: Point, high: Point, *, thick: float = 0.1, height: float = 1.0) -> list[Post | Block]:
+    """Four walls around a rectangle, on its edges, thick and high [m]."""
+    (x0, y0), (x1, y1) = low, high
+    x, y, wide, deep = (x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0 + thick, y1 - y0 + thick
+    return [
+        Block("wall_south", x, y0, wide, thick, 0.0, height),
+        Block("wall_north", x, y1, wide, thick, 0.0, height),
+        Block("wall_west", x0, y, thick, deep, 0.0, height),
+        Block("wall_east", x1, y, thick, deep, 0.0, height),
+    ]
+
+
+def length_of(points: Sequence[Point]) -> float:
+    """How long a polygon is [m]."""
+    return sum(math.dist(a, b) for a, b in pairwise(points))
+
+
+def clearance_of(points: Sequence[Point], posts: Iterable[Post]) -> float:
+    """How near a polygon comes to the surface of any post [m]; +inf without posts."""
+    discs = np.array([(post.x, post.y, post.radius) for post in posts]).reshape(-1, 3)
+    corners = np.array(points)
+    begin, along = corners[:-1, None, :], np.diff(corners, axis=0)[:, None, :]
+    away = discs[None, :, :2] - begin
+    squared = np.maximum((along * along).sum(axis=2), 1e-18)
+    share = np.clip((away * along).sum(axis=2) / squared, 0.0, 1.0)
+    gap = away - share[:, :, None] * along
+    return float((np.sqrt((gap * gap).sum(axis=2)) - discs[:, 2]).min(initial=math.inf))
