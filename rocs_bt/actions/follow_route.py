@@ -169,12 +169,17 @@ class _Room:
         """Whether something is, or nearly, when the hull turns on the spot by an angle [rad]."""
         if self._grid is None or self._footprint is None or self.to_turn(pose):
             return False
-        yaws, pivot = pose.yaw + np.linspace(0.0, turn, SWEEP), pose.transform(self._pivot, 0.0)
-        poses = np.column_stack([pivot - self._pivot * np.column_stack([np.cos(yaws), np.sin(yaws)]), yaws])
         reach = 2.0 * self._footprint.outer
         window = self._grid.window((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach))
-        now, *gaps = self._footprint.clearance(poses, window.points()).tolist()
-        return bool(min(gaps) < min(SWING, now))
+        points, yaws = window.points(), pose.yaw + np.linspace(0.0, turn, SWEEP)
+        # On the spot a skid drive turns about a place between its base and the pivot of its curves.
+        for pivot in (0.0, self._pivot):
+            middle = pose.transform(pivot, 0.0)
+            poses = np.column_stack([middle - pivot * np.column_stack([np.cos(yaws), np.sin(yaws)]), yaws])
+            now, *gaps = self._footprint.clearance(poses, points).tolist()
+            if min(gaps) < min(SWING, now):
+                return True
+        return False
 
     def changed(self) -> bool:
         """Whether it is worth asking anew."""

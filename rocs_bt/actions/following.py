@@ -54,7 +54,8 @@ class PathDrive:
         self._cross_track = 0.0
         self._owns_wheels = False
         self._backward = False
-        body.follower.reset()
+        self._follower = body.follower
+        self._follower.reset()
 
     @property
     def backward(self) -> bool:
@@ -65,7 +66,8 @@ class PathDrive:
     def backward(self, backward: bool) -> None:
         if backward is not self._backward:
             self._backward, self._owns_wheels = backward, False
-            self._body.follower.reset()
+            self._follower = self._body.follower.backward if backward else self._body.follower
+            self._follower.reset()
 
     @property
     def heading_error(self) -> float:
@@ -111,7 +113,7 @@ class PathDrive:
             end_speed=end_speed,
             limit=limit,
         )
-        return PathReference(path, profile, turn_first=self._turn_first, pivot=self._body.drive.pivot)
+        return PathReference(path, profile, turn_first=self._turn_first, pivot=self._follower.drive.pivot)
 
     def pose(self) -> Pose2 | None:
         """Where the robot is, in the world frame; None while nobody knows, when it must `brake`.
@@ -137,7 +139,8 @@ class PathDrive:
         if self._backward:  # a robot that drives backward is one that looks behind
             pose = Pose2(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
         measured = self._wheels()
-        command = body.follower.step(pose, None if measured is None else self._turned(measured), reference, body.period)
+        speeds = None if measured is None else self._turned(measured)
+        command = self._follower.step(pose, speeds, reference, body.period)
         if math.isfinite(command.cross_track):
             self._cross_track = command.cross_track
             body.note(

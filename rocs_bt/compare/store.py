@@ -59,8 +59,9 @@ class Store:
         try:
             if folder is not None:
                 folder.mkdir(parents=True, exist_ok=True)
-            self._db = sqlite3.connect(place, timeout=_WAIT, isolation_level=None)
-            self._end = weakref.finalize(self, self._db.close)  # a sweep's store in memory goes with the sweep
+            self._db = sqlite3.connect(place, timeout=_WAIT, isolation_level=None, check_same_thread=False)
+            # A sweep's store in memory goes with the sweep, on whatever thread lets go of it last.
+            self._end = weakref.finalize(self, self._db.close)
         except (OSError, sqlite3.Error) as error:
             raise InputError(self._fault(f"cannot be opened: {error}")) from error
         try:

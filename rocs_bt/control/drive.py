@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -102,6 +102,13 @@ class Drive:
     def pivot(self) -> float:
         """How far ahead of the base the place lies that moves only along the heading, however the robot turns [m]."""
         return 0.0 - float(self.twist_from_q[1] @ self.q_from_twist[:, 2])
+
+    @cached_property
+    def without_pivot(self) -> Drive:
+        """This drive as one that turns about its base, which is nearly where a skid drive does that drives backward."""
+        turning = self.twist_from_q.copy()
+        turning[1] += self.pivot * turning[2]
+        return self if self.pivot == 0.0 else replace(self, twist_from_q=turning)
 
     @property
     def arm(self) -> float:

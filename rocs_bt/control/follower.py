@@ -10,6 +10,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
@@ -109,6 +110,11 @@ class Follower:
         self._program = _Program(self._layout, self.settings)
         self._rest = np.zeros(len(self.drive.wheels))
         self.reset()
+
+    @cached_property
+    def backward(self) -> Follower:
+        """Who follows while the robot drives backward: it turns nearly about its base, so there is no pivot."""
+        return self if self.drive.pivot == 0.0 else Follower(self.drive.without_pivot, self.settings, self._timer)
 
     def reset(self) -> None:
         """Forget plan, wheels and history, as for a robot at rest."""

@@ -15,7 +15,7 @@ GROUP = 4
 """Of so many poses in a row the nearest things are sought together."""
 
 CLOSING = 0.008
-"""Of a gap that closes by less nothing is said [m]: what is passed closely is no contact."""
+"""Of a point within the margin that comes nearer by less nothing is said [m]: what is passed closely is no contact."""
 
 
 @dataclass(frozen=True)

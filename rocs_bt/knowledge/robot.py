@@ -118,8 +118,9 @@ class RobotModel(Model):
             of, rays, span, mount = (self.graph.get(sensor, key) for key in ("signal", "rays", "span", "mount"))
             if of == signal and rays is not None and span is not None and mount is not None:
                 return Scanner(rays, span, mount)
-        message = f"no sensor of '{self.name}' with the signal '{signal}' tells its rays, its span and its mount."
-        raise InputError(Fault(message, hint='Write into its [[sensor]] table, such as: mount = { x = "0.12 m" }.'))
+        message = f"no sensor of '{self.name}' has the signal '{signal}' and tells its rays, its span and its mount."
+        hint = f'Write into its [[sensor]] table: signal = "{signal}", rays, span, mount = {{ x = "0.12 m" }}.'
+        raise InputError(Fault(message, hint=hint))
 
     def actuators(self) -> list[str]:
         """The names of its actuators."""

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import sqlite3
+import sys
+import threading
 
 import pytest
 
@@ -41,6 +44,17 @@ def rewrite(file):
     with sqlite3.connect(file) as db:
         db.execute("update episodes set record = '{}'")
     db.close()
+
+
+def test_a_store_in_memory_may_be_let_go_of_by_another_thread(monkeypatch):
+    complaints = []
+    monkeypatch.setattr(sys, "unraisablehook", complaints.append)
+    held = [Store()]
+    thread = threading.Thread(target=held.clear)
+    thread.start()
+    thread.join()
+    gc.collect()
+    assert not complaints
 
 
 @pytest.mark.parametrize(

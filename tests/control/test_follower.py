@@ -132,6 +132,23 @@ def test_a_drive_whose_pivot_is_known_stays_on_a_curve_that_it_skids_in() -> Non
     assert strays[0] < 0.5 * strays[1]
 
 
+def test_backward_it_believes_in_no_pivot() -> None:
+    numbers = {"effective_track": 0.5, **LIMITS}
+    follower, plain = Follower(make_drive("skid", pivot=0.15, **numbers)), make_drive("skid", **numbers)
+    assert follower.backward.drive.twist_from_q == pytest.approx(plain.twist_from_q)
+    assert follower.backward is follower.backward
+    strays = []
+    for each in (follower.backward, follower):
+        plant = Plant(plain, Pose2(0.0, 0.0))  # that looks behind, where it turns about its base
+        angles = np.linspace(0.0, math.tau, 200)
+        circle = Path(np.column_stack([np.sin(angles), 1.0 - np.cos(angles)]))
+        commands = drive_on(each, plant, along(each.drive, circle), 200)
+        strays.append(max(abs(command.cross_track) for command in commands))
+    assert strays[0] < 0.5 * strays[1]
+    level = Follower(plain)
+    assert level.backward is level
+
+
 def test_a_timetable_is_kept(drive: Drive) -> None:
     t = np.linspace(0.0, 10.0, 101)
     heading = 0.4 * t
