@@ -48,10 +48,9 @@ def lasting(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault
     for name in state.nodes():
         if _lasts(state, name):
             written = {a: plain(state.get(name, a)) for a in state.written(name)}
-            stamps = {a: tuple(stamp) for a, stamp in state.written(name).items()}
+            stamps = {a: (stamp.t, stamp.revision) for a, stamp in state.written(name).items()}
             stamp = state.stamp(name)
-            # A Stamp is a tuple of a time and a revision, which is what an entry has.
-            intake.node(NodeEntry(name, state.kind(name), *stamp, written, stamps))  # type: ignore[arg-type]
+            intake.node(NodeEntry(name, state.kind(name), stamp.t, stamp.revision, written, stamps))
     for source, relation, target in state.edges():
         if intake.state.has(source) and intake.state.has(target):
             row = state.targets(source, relation)[target]

@@ -157,8 +157,7 @@ class Mirror:
             attributes = graph.edge(node, key[1], other)
             if attributes is None:
                 return None
-            # No attribute of an edge is a mapping, so no frozen one is.
-            return {name: frozen(v) for name, v in attributes.items()}  # type: ignore[misc]
+            return {name: frozen(v) for name, v in attributes.items()}  # type: ignore[misc]  # on edges none is a mapping
         if kind != key[1]:
             return None
         if node == self._agent and key[2] in STATE:

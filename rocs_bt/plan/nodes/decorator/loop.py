@@ -70,8 +70,8 @@ class _Loop(Decorator):
         if source is None:
             return []
         if isinstance(source, str):
-            # The items' type is known at run time only.
-            found: list[Any] = from_string(source, list[self.item], self.board.enums)  # type: ignore[name-defined]
+            kind = list[self.item]  # type: ignore[name-defined]  # the items' type is known at run time only
+            found: list[Any] = from_string(source, kind, self.board.enums)
             return found
         if isinstance(source, Many):
             return list(source)
