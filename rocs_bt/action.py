@@ -328,12 +328,16 @@ def _numbers(value: Any) -> Iterator[float]:
 
 
 def _plain(value: Any) -> Value:
-    if value is None or isinstance(value, (bool, int, float, str)):
-        return value
+    if type(value) in _PLAIN or isinstance(value, (bool, int, float, str)):
+        plain: Value = value
+        return plain
     try:
         return [float(v) for v in value]
     except (TypeError, ValueError):
         return getattr(value, "__name__", type(value).__name__)
+
+
+_PLAIN = frozenset((type(None), bool, int, float, str))
 
 
 def _hint_names() -> dict[str, Any]:

@@ -7,10 +7,12 @@ object of the engine, so they can be written, read back and compared.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
 import msgspec
+
+from .compiled import compiled
 
 Value = float | int | str | bool | None | list[float]
 
@@ -27,6 +29,7 @@ class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=Tr
     agent: str = ""
 
 
+@compiled
 def pack(values: Iterable[float]) -> bytes:
     """Float64 values as bytes: exact, with NaN and infinities, which JSON cannot hold."""
     return array("d", values).tobytes()
@@ -366,8 +369,8 @@ class Fanout:
     def __init__(self, *sinks: EventSink) -> None:
         self.sinks = sinks
         self._emits = [sink.emit for sink in sinks]
+        self.emit: Callable[[Event], None] = self._emits[0] if len(sinks) == 1 else self._each
 
-    def emit(self, event: Event) -> None:
-        """Hand the event on."""
+    def _each(self, event: Event) -> None:
         for emit in self._emits:
             emit(event)

@@ -1,4 +1,4 @@
-"""What several rooms' tests share: a robot without physics whose wheels do exactly what they are told."""
+"""What several rooms' tests share: a robot without physics whose wheels do just what they are told, and a browser."""
 
 import math
 
@@ -17,6 +17,8 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.pipeline import Pipeline, Priority
 from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
+
+from . import chromium
 
 DRIVE = make_drive("differential", track=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 FOLLOWER = Follower(DRIVE)  # one for all tests: whoever uses it resets it first
@@ -61,6 +63,7 @@ class Rig:
             ("front", 1, (LENGTH,)),
             ("room_ahead", 5, (LENGTH,) * 5),
             ("room_behind", 5, (LENGTH,) * 5),
+            ("room_turned", 12, (LENGTH,) * 12),
         ):
             self.knowledge.signals.declare(Signal(name, size, dimensions, max_age=0.15))
         self.knowledge.signals.freeze()
@@ -129,3 +132,13 @@ def rig():
 @pytest.fixture(scope="session")
 def make_rig():
     return Rig
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    path = chromium.find()
+    if path is None:
+        pytest.skip(f"no Chromium: none of {', '.join(chromium.NAMES)} is installed")
+    browser = chromium.Browser(path, tmp_path_factory.mktemp("chromium"))
+    yield browser
+    browser.close()

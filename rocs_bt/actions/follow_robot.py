@@ -10,9 +10,8 @@ from typing import Annotated
 import numpy as np
 
 from ..action import Action, ActionFailed, Body, MacroAction, Reason
-from ..control.drive import Array
 from ..control.reference import Reference, TimedReference, TurnReference
-from ..control.ways import BENDS, along
+from ..control.ways import along
 from ..errors import Fault, InputError, did_you_mean
 from ..geometry import Pose2, Twist2, wrap_angle
 from ..units import (
@@ -24,7 +23,7 @@ from ..units import (
     Seconds,
 )
 from .following import TURN_FIRST, PathDrive
-from .give_way import GiveWay, pulled
+from .give_way import GiveWay, Room, pulled
 from .set_wheel_speed import SetWheelSpeed
 
 STEP = 0.1  # [s] between the places of the way to follow
@@ -40,10 +39,10 @@ class FollowRobot(MacroAction):
 
     A leader that goes away pulls, and otherwise the robot stands: so it cuts corners no more than a trailer does. Where
     the leader comes nearer than `room`, as when it turns round, or another peer comes near, it gives way: over ground
-    that is known to be free, which the signals `room_ahead` and `room_behind` tell; a robot without them waits. Nearer
-    than `safety` it stands still altogether, and what happens is the reflexes' matter. A leader that is out of view is
-    where Knowledge predicts it; once nobody knows where it is the robot looks round once, and then fails with
-    LOST_LEADER.
+    that is known to be free, which the signals `room_ahead`, `room_behind` and `room_turned` tell; a robot without them
+    waits. Nearer than `safety` it stands still altogether, and what happens is the reflexes' matter. A leader that is
+    out of view is where Knowledge predicts it; once nobody knows where it is the robot looks round once, and then fails
+    with LOST_LEADER.
 
     Attributes:
         leader: A peer of the world model.
@@ -129,11 +128,12 @@ class FollowRobot(MacroAction):
         since = np.array([[t] for t, _, _ in motions.values()])
         leader, *others = along([motion[1:] for motion in motions.values()], times - since)
         way = pulled(pose, leader, self.distance, self.cruise * STEP, others, give_way.keep_off)
-        if give_way.needed(way, leader, others):
-            way = give_way.best(pose, leader, others, *(_room(body, name) for name in ("room_ahead", "room_behind")))
-            far = float(np.hypot(way[:, 0] - pose.x, way[:, 1] - pose.y).max())
-            return TimedReference(times, way, body.clock.now) if far > least else None
+        giving = give_way.needed(way, leader, others)
+        if giving:
+            way = give_way.best(pose, leader, others, _room(body))
         first = next((row for row in way.tolist() if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)
+        if giving and first is None:
+            return None
         # A slack string does not turn the robot, unless its leader has gone out of sight of what looks ahead.
         here = Pose2(*leader[0].tolist())
         error = pose.bearing(here) if first is None else wrap_angle(first[2] - pose.yaw)
@@ -142,14 +142,12 @@ class FollowRobot(MacroAction):
         return None if first is None else TimedReference(times, way, body.clock.now)
 
 
-def _room(body: Body, name: str) -> Array:
-    """(n,) How far the robot may drive on each bend [m]; nowhere where nobody knows."""
-    signals = body.knowledge.signals
-    if name not in signals:
-        return np.zeros(len(BENDS))
-    room = signals.read(name, body.clock.now())
-    room[np.isnan(room)] = 0.0
-    return room
+def _room(body: Body) -> Room:
+    """How far the robot may drive, as the signals of its name tell."""
+    signals, now = body.knowledge.signals, body.clock.now()
+    names = {name: f"room_{name}" for name in Room._fields}
+    known = {name: np.nan_to_num(signals.read(signal, now)) for name, signal in names.items() if signal in signals}
+    return Room.none()._replace(**known)
 
 
 class _Search:

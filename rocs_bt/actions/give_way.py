@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from ..compiled import compiled
 from ..control.drive import Array
-from ..control.ways import BENDS, sinc
+from ..control.reference import TURN_RATE
+from ..control.ways import BENDS, HEADINGS, sinc
 from ..geometry import Pose2
 
 SPEEDS = (1.0, 0.6, 0.3)
@@ -19,6 +22,9 @@ KEEP = 0.6
 
 LEVER = 4.0
 """How much a metre too near to somebody counts, beside the square of the metres too far from the leader."""
+
+TURN_LAG = 0.3
+"""Time lost while it begins to turn on the spot, and while it ends [s]."""
 
 STICK = 0.02
 """By so much another way must be better than the one that it is on [m]."""
@@ -44,21 +50,35 @@ def pulled(
         others: (k, 3) each, round whom it is bent.
         keep_off: As far as that [m].
     """
-    x, y, yaw = pose
-    flat = [x, y, yaw]
+    way = np.empty(leader.shape)
+    pull(way, pose, leader, others, DETOURS, (length, stride, keep_off, LOOK))
+    return way
+
+
+@compiled
+def pull(
+    way: Array,
+    pose: Pose2,
+    leader: Array,
+    others: Sequence[Array],
+    detours: Sequence[float],
+    limits: tuple[float, float, float, float],
+) -> None:
+    """Fill a way (k, 3) as `pulled` says, with the string's length, stride, keep_off and how far to look ahead [m]."""
+    (x, y, yaw), (length, stride, keep_off, look) = pose, limits
+    way[0] = pose
     crowds = list(zip(*(other[1:, :2].tolist() for other in others), strict=True)) or [()] * (len(leader) - 1)
-    for (place_x, place_y, _), crowd in zip(leader[1:].tolist(), crowds, strict=True):
+    for k, ((place_x, place_y, _), crowd) in enumerate(zip(leader[1:].tolist(), crowds, strict=True), 1):
         away = math.hypot(place_x - x, place_y - y)
         if away > length:
             step, heading = min(away - length, stride), math.atan2(place_y - y, place_x - x)
-            for detour in DETOURS:
+            for detour in detours:
                 angle = heading + detour
                 c, s = math.cos(angle), math.sin(angle)
-                if _clear(x, y, x + LOOK * c, y + LOOK * s, crowd, keep_off):
+                if _clear(x, y, x + look * c, y + look * s, crowd, keep_off):
                     x, y, yaw = x + step * c, y + step * s, angle
                     break
-        flat += (x, y, yaw)
-    return np.array(flat).reshape(-1, 3)
+        way[k] = x, y, yaw
 
 
 def _clear(x: float, y: float, to_x: float, to_y: float, crowd: Iterable[Sequence[float]], keep_off: float) -> bool:
@@ -70,18 +90,33 @@ def _clear(x: float, y: float, to_x: float, to_y: float, crowd: Iterable[Sequenc
     return True
 
 
-def _nearest(way: Array, other: Array) -> float:
+@compiled
+def nearest_moment(way: Array, other: Array) -> float:
     """How near two ways (k, 3) come, each moment with its own [m]."""
     return float(np.hypot(way[:, 0] - other[:, 0], way[:, 1] - other[:, 1]).min())
 
 
-class GiveWay:
-    """The best of some ways, when the string's would come too near to somebody: arcs ahead and back, and standing.
+class Room(NamedTuple):
+    """How far a robot may drive on ground that it knows to be free [m]; nowhere where nobody knows."""
 
-    A way is judged by how near it comes to the others' predicted places, and how far it is from the leader's. It goes
-    over free ground only, and not within the string's length of the leader, or not nearer than standing would: who
-    gives way to its leader, or into its corner, holds up both. Source of the idea: Fox,
-    Burgard and Thrun, The dynamic window approach to collision avoidance (1997), with the others' motion.
+    ahead: Array  # (n,) on each of `control.ways.BENDS`
+    behind: Array  # (n,) back on each of them
+    turned: Array  # (m,) ahead, once turned on the spot to each of `control.ways.HEADINGS`
+
+    @classmethod
+    def none(cls) -> Room:
+        """Where nobody knows."""
+        return cls(np.zeros(len(BENDS)), np.zeros(len(BENDS)), np.zeros(len(HEADINGS)))
+
+
+class GiveWay:
+    """The best of some ways, when the string's would come too near to somebody.
+
+    They are arcs ahead and back, a turn on the spot and then straight ahead, and standing. A way is judged by how near
+    it comes to the others' predicted places, and how far it is from the leader's. It goes over free ground only, and
+    not within the string's length of the leader, or not nearer than standing would: who gives way to its leader, or
+    into its corner, holds up both. Who cannot stay where it is may come as near to its leader as `room`. Source of the
+    idea: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (1997), with the others' motion.
 
     Args:
         length: Of the string [m].
@@ -101,45 +136,62 @@ class GiveWay:
         ways = [(sign * share * speed, bend) for sign in (1.0, -1.0) for share in SPEEDS for bend in BENDS]
         speeds, self._bends = np.array([(0.0, 0.0), *ways]).T[:, :, None]  # (n, 1) [m/s], [rad/m]
         self._signs, self._runs = np.sign(speeds), np.abs(speeds) * times  # (n, 1), and (n, k) [m]
+        self._turned_speed = SPEEDS[1] * speed  # [m/s]
         self._last = 0
 
     def needed(self, way: Array, leader: Array, others: Sequence[Array]) -> bool:
         """Whether a way (k, 3) comes too near to somebody."""
-        if _nearest(way, leader) < self._room:
+        if nearest_moment(way, leader) < self._room:
             return True
         far = KEEP + math.hypot(*self._half)  # the gap is no less than the distance without half the diagonal
         return any(
-            _nearest(way, other) < far and float(self._gap(way[:, 0], way[:, 1], way[:, 2], other).min()) < KEEP
+            nearest_moment(way, other) < far and float(self._gap(way[:, 0], way[:, 1], way[:, 2], other).min()) < KEEP
             for other in others
         )
 
-    def best(self, pose: Pose2, leader: Array, others: Sequence[Array], ahead: Array, behind: Array) -> Array:
+    def best(self, pose: Pose2, leader: Array, others: Sequence[Array], room: Room) -> Array:
         """(k, 3) The way to go.
 
         Args:
             pose: Where the robot is.
             leader: (k, 3) Where the leader will be.
             others: (k, 3) each, where the others will be.
-            ahead: (n,) How far it may drive on each bend [m].
-            behind: (n,) How far back [m].
+            room: How far it may drive.
         """
-        reach = np.concatenate([[0.0], *[ahead] * len(SPEEDS), *[behind] * len(SPEEDS)])[:, None]
-        run = self._signs * np.minimum(self._runs, reach)  # (n, k)
-        turned = self._bends * run
-        half = 0.5 * turned
-        chord = run * sinc(half / math.pi)
-        x, y = pose.x + chord * np.cos(pose.yaw + half), pose.y + chord * np.sin(pose.yaw + half)
-        yaw = pose.yaw + turned
+        x, y, yaw = np.concatenate([self._arcs(pose, room), self._turns(pose, room)], axis=1)
+        barred = np.concatenate([np.zeros(len(self._bends), bool), room.turned <= 0.0])
         far = np.hypot(x - leader[:, 0], y - leader[:, 1])
         cost = np.square(np.maximum(far - self._length, 0.0)).mean(axis=1)  # a little too far does no harm
         cost += LEVER * np.maximum(self._room - far, 0.0).mean(axis=1)
+        limit = self._length
         for other in others:
             short = np.maximum(KEEP - self._gap(x, y, yaw, other), 0.0)
             cost += LEVER * (short.mean(axis=1) + short.max(axis=1))
-        cost[far.min(axis=1) < min(self._length, far[0].min() - 0.02)] = math.inf
+            if short[0].any():  # it cannot stay
+                limit = self._room
+        cost[barred | (far.min(axis=1) < min(limit, far[0].min() - 0.02))] = math.inf
         cost[self._last] -= STICK
         self._last = int(cost.argmin())
         return np.array([x[self._last], y[self._last], yaw[self._last]]).T
+
+    def _arcs(self, pose: Pose2, room: Room) -> Array:
+        """(3, n, k) Standing, then the arcs ahead and those back."""
+        reach = np.concatenate([[0.0], *[room.ahead] * len(SPEEDS), *[room.behind] * len(SPEEDS)])[:, None]
+        run = self._signs * np.minimum(self._runs, reach)
+        turned = self._bends * run
+        half = 0.5 * turned
+        chord, middle = run * sinc(half / math.pi), pose.yaw + half
+        return np.stack([pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), pose.yaw + turned])
+
+    def _turns(self, pose: Pose2, room: Room) -> Array:
+        """(3, m, k) Turning on the spot to each heading, and then straight ahead."""
+        error = np.arctan2(np.sin(HEADINGS - pose.yaw), np.cos(HEADINGS - pose.yaw))[:, None]
+        turning = np.abs(error) / TURN_RATE
+        took = turning + np.minimum(turning, TURN_LAG)
+        run = np.clip(self._turned_speed * (self.times - took), 0.0, room.turned[:, None])
+        yaw = pose.yaw + error * np.minimum(self.times / np.maximum(took, 1e-6), 1.0)
+        heading = HEADINGS[:, None]
+        return np.stack([pose.x + run * np.cos(heading), pose.y + run * np.sin(heading), yaw])
 
     def _gap(self, x: Array, y: Array, yaw: Array, other: Array) -> Array:
         """(..., k) Between the hull on a way and the middle of another robot [m]."""

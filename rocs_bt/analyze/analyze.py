@@ -64,7 +64,7 @@ class Analyze(MonitorSubscriber, ABC):
         if not samples:
             return
         if self.from_knowledge:
-            known = {name: self.knowledge.signals.read(name, t).tolist() for name in self.from_knowledge}
+            known = {name: self.knowledge.signals.numbers(name, t) for name in self.from_knowledge}
             samples.append(Stamped(t, self.knowledge.agent, known))
         for change in self.process(samples):
             self._sink.emit(change)

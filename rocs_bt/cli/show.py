@@ -69,5 +69,6 @@ def _rules(catalog: Catalog, name: str, robot: str, compiled: bool) -> str:
         lines.append(f"{rule.priority:>8}  {rule.name.rpartition('/')[2]}: {rule.doc}".rstrip(": "))
         lines.append(f"          when {rule.when.text}")
         lines += [f"          until {rule.until.text}"] if rule.until is not None else []
-        lines.append(f"          {rule.action}, {'level' if rule.level else 'edge'}")
+        kept = f", keeps {', '.join(rule.keep)}" if rule.keep else ""
+        lines.append(f"          {rule.action}, {'level' if rule.level else 'edge'}{kept}")
     return "\n".join(lines)

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import Fault, InputError, UnknownName, unknown
-from ..geometry import Twist2
+from ..geometry import Twist2, twist2
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -129,7 +129,7 @@ class Drive:
     def twist(self, wheel_speeds: Array) -> Twist2:
         """The body twist that wheel rim speeds (w,) [m/s] make without slip."""
         forward, left, turn = self._twist_from_wheels.dot(wheel_speeds).tolist()
-        return Twist2(forward, turn, left)
+        return twist2((forward, turn, left))
 
     def saturate(self, wheel_speeds: Array) -> Array:
         """(w,) The wheel speeds [m/s], slowed in proportion until the fastest wheel can: curvature is kept."""

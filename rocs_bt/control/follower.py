@@ -7,6 +7,7 @@ whatever happens, and it ends in a braking ramp rather than in an exception or a
 from __future__ import annotations
 
 import math
+import sys
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
+from ..compiled import compiled
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
 from .drive import Array, Drive
@@ -146,7 +148,7 @@ class Follower:
             ahead = self._ahead(pose)
             preview = reference.sample(ahead, self._twist, self._times, self.settings.wheel_lag)
             cross, heading = preview.cross_track, preview.heading_error
-            if np.isfinite(preview.stages).all():
+            if within(np.asarray(preview.stages, float), sys.float_info.max):
                 rung, wanted = self._plan_ahead(ahead, preview.stages, period)
         if rung == BRAKING:
             self._plan = None
@@ -205,15 +207,17 @@ class Follower:
         start = q if self._plan is None or self._misses > 0 else self._plan[1:]
         rung: Rung = SOLVED
         nodes = self._program.solve(pose, q, start, stages)
-        with np.errstate(invalid="ignore"):
-            worst = np.abs(self._rows.dot(nodes.ravel())).max()
-        if worst <= TOLERANCE:  # false for NaN too
+        if self._keeps(nodes.ravel()):
             self._misses, self._plan = 0, self._shift.dot(nodes)
         elif self._plan is not None and self._misses < self.settings.patience:
             rung, self._misses, self._plan = PREVIOUS, self._misses + 1, self._shift.dot(self._plan)
         else:
             return BRAKING, self._rest
         return rung, self.drive.wheels_from_q.dot(self._plan[0])
+
+    def _keeps(self, plan: Array) -> bool:
+        """Whether a plan is one, and keeps the limits; what is in it need not be finite."""
+        return within(plan, sys.float_info.max) and within(self._rows.dot(plan), TOLERANCE)
 
 
 class _Program:
@@ -224,11 +228,11 @@ class _Program:
         n, size = layout.n, layout.size
         # CasADi keeps bare pointers into these arrays, so they live as long as the buffer does.
         self._input = np.zeros(self._function.numel_in(0))
-        self._output = np.zeros(size)
+        self._nodes = np.zeros((len(layout.blocks) + 1, n))
+        self._output = self._nodes.reshape(-1)[n:]  # the nodes after the first
         self._start = self._input[3 + n : 3 + n + size].reshape(-1, n)
         self._wanted = self._input[3 + n + size :].reshape(layout.stages, 3 + n)
         self._q_from_twist = layout.drive.q_from_twist.T
-        self._nodes = np.zeros((len(layout.blocks) + 1, n))
         self._n = n
         self._buffer, self._trigger = self._function.buffer()
         self._buffer.set_arg(0, self._input.data)
@@ -244,8 +248,13 @@ class _Program:
         self._output.fill(math.nan)
         self._trigger()
         self._nodes[0] = q
-        self._nodes[1:] = self._output.reshape(-1, self._n)
         return self._nodes
+
+
+@compiled
+def within(values: Array, limit: float) -> bool:
+    """Whether all values (...) are numbers, and no farther from zero than a limit."""
+    return bool((np.abs(values) <= limit).all())
 
 
 def _sound(pose: Pose2) -> bool:

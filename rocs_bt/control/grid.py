@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiled import compiled
 from .drive import Array
 
 
@@ -16,7 +17,7 @@ class Grid:
     """
 
     def __init__(self, rows: Array, spacing: float) -> None:
-        self._rows = rows
+        self._rows = np.ascontiguousarray(rows, dtype=float)
         # One more row of no change, so that the last sample needs no case of its own.
         self._slopes = np.vstack([np.diff(rows, axis=0), np.zeros((1, rows.shape[1]))])
         self._last = len(rows) - 1
@@ -24,11 +25,9 @@ class Grid:
 
     def at(self, places: Array) -> Array:
         """(k, c) Rows at places (k,)."""
-        steps = np.minimum(np.maximum(places * self._per_unit, 0.0), self._last)
-        cell = steps.astype(np.intp)
-        part = (steps - cell)[:, None]
-        rows: Array = self._rows.take(cell, axis=0) + part * self._slopes.take(cell, axis=0)
-        return rows
+        found = np.empty((len(places), self._rows.shape[1]))
+        rows_at(self._rows, self._slopes, places * self._per_unit, found)
+        return found
 
     def look(self, place: float) -> list[float]:
         """(c,) The row at one place, as plain numbers."""
@@ -37,3 +36,11 @@ class Grid:
         part = step - cell
         slopes = self._slopes[cell].tolist()
         return [low + part * slope for low, slope in zip(self._rows[cell].tolist(), slopes, strict=True)]
+
+
+@compiled
+def rows_at(rows: Array, slopes: Array, steps: Array, found: Array) -> None:
+    """Find rows (k, c) among rows (n, c), so many steps (k,) from the first one; slopes (n, c) lead to the next."""
+    steps = np.minimum(np.maximum(steps, 0.0), len(rows) - 1)
+    cell = steps.astype(np.intp)
+    found[:] = rows.take(cell, axis=0) + (steps - cell)[:, None] * slopes.take(cell, axis=0)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..compiled import compiled
 from ..geometry import Pose2, Twist2, along_arc
 from .drive import Array
 
@@ -14,6 +15,9 @@ BENDS = (-1.5, -0.6, 0.0, 0.6, 1.5)
 """Curvatures, left positive when the robot drives ahead [rad/m]; the signals of room have one value for each."""
 
 STRAIGHT = BENDS.index(0.0)
+
+HEADINGS = np.linspace(-math.pi, math.pi, 12, endpoint=False)
+"""Headings in the world frame to which a robot may turn on the spot before it drives ahead [rad]."""
 
 _EPSILON = float(np.finfo(float).eps)
 
@@ -34,22 +38,40 @@ def leading_edges(half: tuple[float, float], runs: Array) -> Array:
     return np.array(found).reshape(2, len(BENDS), len(runs), 5, 2)
 
 
+def turned_edges(half: tuple[float, float], runs: Array) -> Array:
+    """(n, k, 5, 2) Where the hull's leading edge comes after each run ahead, turned to each heading, in points.
+
+    Args:
+        half: Half the hull's length and width [m].
+        runs: (k,) How far it drives [m].
+    """
+    x, y = np.moveaxis(leading_edges(half, runs)[0, STRAIGHT], -1, 0)
+    c, s = np.cos(HEADINGS)[:, None, None], np.sin(HEADINGS)[:, None, None]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
 def along(motions: Sequence[tuple[Pose2, Twist2]], durations: Array) -> Array:
     """(p, k, 3) Where constant body twists lead in each of some whiles (p, k) [s]: `geometry.arc` for many at once."""
-    x, y, yaw, forward, turn, left = np.array([(*pose, *twist) for pose, twist in motions]).T[:, :, None]
+    found = np.empty((*durations.shape, 3))
+    along_at([(*pose, *twist) for pose, twist in motions], durations, found)
+    return found
+
+
+@compiled
+def along_at(motions: Sequence[tuple[float, ...]], durations: Array, found: Array) -> None:
+    """Find `along` of motions x, y, yaw, forward, turn, left."""
+    x, y, yaw, forward, turn, left = np.array(motions).T[:, :, None]
     half = 0.5 * turn * durations
     chord, middle = durations * sinc(half / math.pi), yaw + half
     c, s = chord * np.cos(middle), chord * np.sin(middle)
-    found = np.empty((*durations.shape, 3))
     found[..., 0] = x + forward * c - left * s
     found[..., 1] = y + forward * s + left * c
     found[..., 2] = middle + half
-    return found
 
 
 def sinc(x: Array) -> Array:
     """sin(pi x) / (pi x), and 1 at 0: `numpy.sinc` to the bit, in half the time for a few dozen numbers."""
     angle = math.pi * x
-    angle[angle == 0.0] = _EPSILON
+    np.putmask(angle, angle == 0.0, _EPSILON)
     ratio: Array = np.sin(angle) / angle
     return ratio

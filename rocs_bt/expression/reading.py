@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from ..units import Quantity
 from .interpreter import evaluate
@@ -14,14 +14,14 @@ _WORDS: Mapping[float | bool | None, str] = {True: "true", False: "false", None:
 def reading(node: Node, x: Sequence[float]) -> str:
     """The sides of its comparisons that depend on the snapshot alone, with their values.
 
+    Of an `or` only what makes it hold is told, or what makes it invalid.
+
     Args:
         node: The expression.
         x: The snapshot.
     """
     found: dict[str, str] = {}
-    for comparison in node.walk():
-        if comparison.op != "compare":
-            continue
+    for comparison in _comparisons(node, x):
         if comparison.text == comparison.args[0].text:  # a truth value that the rules' table worked out
             truth = evaluate(comparison, x)
             found.setdefault(comparison.text, f"{comparison.text} = {_WORDS[truth]}")
@@ -32,3 +32,15 @@ def reading(node: Node, x: Sequence[float]) -> str:
                 shown = "invalid" if value is None else str(Quantity(float(f"{value:.3g}"), side.kind.dimension))
                 found.setdefault(side.text, f"{side.text} = {shown}")
     return ", ".join(found.values())
+
+
+def _comparisons(node: Node, x: Sequence[float]) -> Iterator[Node]:
+    if node.op == "compare":
+        yield from (part for part in node.walk() if part.op == "compare")
+        return
+    parts = node.args
+    if node.op == "or":
+        told = [(part, evaluate(part, x)) for part in parts if not part.temporal]
+        parts = tuple(p for p, truth in told if truth) or tuple(p for p, truth in told if truth is None) or parts
+    for part in parts:
+        yield from _comparisons(part, x)

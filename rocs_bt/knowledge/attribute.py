@@ -116,7 +116,8 @@ class Attribute:
     def _pose(self, value: Any) -> Pose2:
         if not isinstance(value, Pose2):
             raise KnowledgeError(f"must be {self}, found {value!r}.")
-        plain = {*map(type, value)} == {float} and all(map(math.isfinite, value))
+        x, y, yaw = value
+        plain = type(x) is type(y) is type(yaw) is float and math.isfinite(x + y + yaw)
         if plain and self.low <= min(value) and max(value) <= self.high:
             return value  # nearly every pose
         pose = Pose2(*(self._number(v) for v in value))

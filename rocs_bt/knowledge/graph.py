@@ -24,6 +24,7 @@ from .store import Row, Store
 from .subscription import Callback, Followers, SubscriberFailure, Subscribers, Subscription
 
 _NONE: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
+_NEVER = Stamp(-math.inf, 0)
 
 
 class KnowledgeGraph(Readable):
@@ -59,7 +60,7 @@ class KnowledgeGraph(Readable):
         self._rows = self._store.rows
         self._declared = {name: kind.attributes for name, kind in schema.kinds.items()}
         self._lineages = schema.lineages
-        self._stamps: dict[str, dict[str, tuple[float, int]]] = {}
+        self._stamps: dict[str, dict[str, Stamp]] = {}
         self._subscribers = Subscribers(sink)
         self.followers = Followers()
         self._live: Callable[[str], Array] | None = None
@@ -103,9 +104,9 @@ class KnowledgeGraph(Readable):
             row = self._rows.get(node) or self._row(node)
             if attribute is None:
                 return Stamp(row["t"], row["revision"])
-            if attribute not in self._stamps[node]:
+            if (found := self._stamps[node].get(attribute)) is None:
                 self.get(node, attribute)
-            return Stamp(*self._stamps[node].get(attribute, (-math.inf, 0)))
+            return found or _NEVER
 
     def changed_since(self, revision: int, kind: str | None = None) -> list[str]:
         kinds = None if kind is None else self.schema.families[self.schema.kind(kind).name]
@@ -179,7 +180,7 @@ class KnowledgeGraph(Readable):
             stamps = self._stamps[node] = {}
             self._change("node added", node, kind, None, t, kind)
             for name in given:
-                stamps[name] = (t, self._change("attribute", node, name, values[name], t, kind))
+                stamps[name] = Stamp(t, self._change("attribute", node, name, values[name], t, kind))
             self._settle()
         self._deliver()
 
@@ -204,14 +205,14 @@ class KnowledgeGraph(Readable):
                 if row[name] != value:
                     changed.append(name)
                 else:
-                    stamps[name] = (t, stamps[name][1] if name in stamps else 0)
+                    stamps[name] = Stamp(t, stamps[name].revision if name in stamps else 0)
             if live:
                 values.update(live)
             if changed:
                 row.write(values, t, self.revision + len(changed))
                 self._store.changed(node, row, "pose" in values)
                 for name in changed:
-                    stamps[name] = (t, self._change("attribute", node, name, values[name], t, kind))
+                    stamps[name] = Stamp(t, self._change("attribute", node, name, values[name], t, kind))
                 if self.followers.all:
                     self._settle()
             else:
@@ -340,9 +341,8 @@ class KnowledgeGraph(Readable):
 
     def _change(self, what: str, node: str, name: str, value: Any, t: float, kind: str) -> int:
         self.revision = revision = self.revision + 1
-        plain = list(value) if isinstance(value, tuple) else value
         change = KnowledgeChanged(
-            t=t, agent=self.agent, what=what, subject=node, name=name, value=plain, revision=revision
+            t=t, agent=self.agent, what=what, subject=node, name=name, value=_plain(value), revision=revision
         )
         self._sink.emit(change)
         if self.followers.all:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import Fault, InputError, KnowledgeError
-from ..geometry import Pose2, Twist2
+from ..geometry import Pose2, Twist2, pose2
 from .model import Model
 from .signals import Array
 
@@ -70,7 +70,8 @@ class RobotModel(Model):
         """Where the robot is, in the world frame [m, m, rad]; all NaN while it is not known."""
         if "pose" not in self.signals:
             return Pose2(math.nan, math.nan, math.nan)
-        return Pose2(*self.signals.read("pose", self._time(t)).tolist())
+        x, y, yaw = self.signals.numbers("pose", self._time(t))
+        return pose2((x, y, yaw))
 
     def wheel_speeds(self, t: float | None = None) -> Array:
         """Measured rim speeds in the drive's order, shape (wheels,) [m/s]."""

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..errors import KnowledgeError
-from ..geometry import Pose2, Twist2, along_arc
+from ..geometry import Pose2, Twist2, along_arc, twist2
 from .model import Model
 from .occupancy import OccupancyGrid
 
@@ -85,7 +85,7 @@ class WorldModel(Model):
                 break
         if pose is None:
             return None
-        return since.t, pose, Twist2(0.0 if speed is None else speed, 0.0 if turn_rate is None else turn_rate)
+        return since.t, pose, twist2((0.0 if speed is None else speed, 0.0 if turn_rate is None else turn_rate, 0.0))
 
     def predicted(self, peer: str, t: float) -> Pose2 | None:
         """Where a peer will be at time t [s], world frame, if it keeps its speed and its turn rate.

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ..geometry import Pose2, Twist2, along_arc, arc, arc_positions
+from ..geometry import Pose2, Twist2, arc, arc_positions, hull_gaps
 from ..knowledge import Knowledge
 
 STEP = 0.1
@@ -36,8 +36,12 @@ SURE = 0.12
 DUTY = 60.0
 """For so long it keeps its distance after it was told to follow [s]: a reflex interrupts the one, not the other."""
 
-PINNED = 1.5
-"""Who was all but touched for so long goes wherever it comes no nearer than if it stood [s]."""
+PINNED = 5.0
+"""Who was all but touched for so long goes wherever it comes no nearer than if it stood, and who was held up for so
+long goes over ground that it knew to be free long ago [s]; most others go on before."""
+
+STAYS = 1.0
+"""For so long it keeps to the way off that it chose, while it comes no nearer there than if it stood [s]."""
 
 SCRAPES = -0.04
 """Gap to a peer's circle at which that peer may touch the hull, whichever way it looks [m]."""
@@ -47,6 +51,9 @@ LEAST = 0.1
 
 Motion = tuple[float, Pose2, Twist2]
 """How a peer moves: since how long [s], from where, and how fast."""
+
+Room = tuple[float, float]
+"""How far a robot may drive straight ahead, and back [m]."""
 
 Groups = tuple[float, float, float, float]
 """What peers add to front, left_gap, right_gap and rear [m]."""
@@ -90,10 +97,13 @@ class Encounters:
         self._deceleration = deceleration
         self._horizon = horizon
         self._pinned = math.inf  # since when somebody touches it, or all but [s]
+        self._held = math.inf  # since when somebody is near and it goes nowhere [s]
+        self._off = (-math.inf, 0)  # until when it keeps to which way off [s]
         self._duty = (-math.inf, "", 0.0, 0.0)  # until when [s], to keep what distance from whom
 
-    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: tuple[float, float]) -> Groups:
-        """What the peers add to each group, with so much room straight ahead and behind [m]."""
+    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, lately: Room, ever: Room) -> Groups:
+        """What the peers add to each group, with so much room as was seen lately, and as is known at all [m]."""
+        held, self._held = self._held, math.inf
         if not motions:
             return NOBODY
         times, way = self._way(pose, now)
@@ -102,21 +112,26 @@ class Encounters:
         right = min((g.least for g in gaps if -0.5 * math.pi <= g.bearing < 0.0), default=math.inf)
         rear = min((g.least for g in gaps if abs(g.bearing) > 0.5 * math.pi), default=math.inf)
         left, right, rear = max(left, ASIDE), max(right, ASIDE), max(rear, BEHIND)
-        if self._must_stand(way, motions):
+        if self._must_stand(times, way, motions):
             return TOUCH, left, right, TOUCH
         least = min(g.least for g in gaps)
         if least >= NEAR:
             return math.inf, left, right, rear
-        escape = self._escape(pose, motions, room)
+        escape = self._escape(pose, motions, ever if now - held > PINNED else lately)
+        if not escape:
+            self._held = min(held, now)
         return (math.inf if escape > 0 else least), left, right, (rear if escape < 0 else least)
 
-    def _must_stand(self, way: Sequence[Pose2], motions: Mapping[str, Motion]) -> bool:
-        """Whether the robot would drive nearer to whom it follows than it may, or is as near already."""
+    def _must_stand(self, times: Sequence[float], way: Sequence[Pose2], motions: Mapping[str, Motion]) -> bool:
+        """Whether the robot would come too near to whom it follows before it stands, or is so already."""
+        stops = next(k for k, mine in enumerate(way, 1) if mine == way[-1])  # once it stands its leader may come
         for name, _, safety in self._followed():
             if safety and name in motions:
                 since, place, twist = motions[name]
-                there = along_arc(place, twist, since)
-                return min(map(there.distance, way)) < safety + SURE
+                at, *_ = there = arc_positions(place, twist, [since + t for t in times[:stops]])
+                near = min(math.dist(mine[:2], at) for mine in way)
+                coming = min(math.dist(mine[:2], then) for mine, then in zip(way[:stops], there, strict=True))
+                return min(near, coming) < safety + SURE
         return False
 
     def _followed(self) -> Iterator[tuple[str, float, float]]:
@@ -128,7 +143,7 @@ class Encounters:
         if self._duty[0] > now:
             yield self._duty[1:]
 
-    def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: tuple[float, float]) -> int:
+    def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: Room) -> int:
         """Where to go from peers that come near: 1 ahead, -1 back, 0 nowhere."""
         ways = {
             name: arc_positions(place, twist, [since + t for t in FAR])
@@ -145,19 +160,21 @@ class Encounters:
         stand = course(1.0, 0.0)
         least = self._least(stand)
         courses = {sign: course(sign, free) for sign, free in zip((1, -1), room, strict=True) if free > LEAST}
-        good = {
-            sign: gaps[-1]
-            for sign, gaps in courses.items()
-            if gaps[-1] > stand[-1] + TOUCH and all(gap >= low for gap, low in zip(gaps, least, strict=True))
-        }
-        return max(good, key=lambda sign: good[sign], default=0)
+        now, (until, begun) = self._knowledge.clock.now(), self._off
+        still = [min(low, gap - 0.01) for low, gap in zip(least, stand, strict=True)]
+        if now < until and begun in courses and _leads_off(courses[begun], stand, still):
+            return begun
+        good = {sign: gaps[-1] for sign, gaps in courses.items() if _leads_off(gaps, stand, least)}
+        best = max(good, key=lambda sign: good[sign], default=0)
+        self._off = now + STAYS, best
+        return best
 
     def _least(self, stand: Sequence[float]) -> list[float]:
         """The gaps that a way off must keep at each look, given those that standing would keep [m]."""
         now = self._knowledge.clock.now()
         self._pinned = min(self._pinned, now) if stand[0] < TOUCH else math.inf
-        if now - self._pinned <= PINNED:
-            return [TOUCH] * len(stand)
+        if now - self._pinned <= PINNED:  # it need not keep more than if it stood, as long as nobody touches it
+            return [min(TOUCH, max(gap - 0.01, 0.0)) for gap in stand]
         gained = 0.02 if stand[0] < SCRAPES else -0.01  # from who may touch it, it goes straight off or not at all
         return [stand[0] - 0.01, *(gap + gained for gap in stand[1:])]
 
@@ -182,17 +199,16 @@ class Encounters:
         """How near a peer comes in the next moments."""
         since, place, twist = motion
         places = arc_positions(place, twist, [since + t for t in times])
-        gaps = [self._apart(mine, x, y) for mine, (x, y) in zip(way, places, strict=True)]
+        gaps = hull_gaps(way, places, self._half, self._radius)
         least = min(gaps)
         k = gaps.index(least)
         return Gap(max(0.0, least), way[k].bearing(Pose2(*places[k])))
 
     def _apart(self, pose: Pose2, x: float, y: float) -> float:
         """Between the hull, a rectangle, and a peer's circle at a point [m]; negative: it is over the hull's edge."""
-        here_x, here_y, yaw = pose
-        c, s = math.cos(yaw), math.sin(yaw)
-        dx, dy = x - here_x, y - here_y
-        ahead, aside = abs(c * dx + s * dy) - self._half[0], abs(c * dy - s * dx) - self._half[1]
-        if ahead > 0.0 and aside > 0.0:
-            return math.hypot(ahead, aside) - self._radius
-        return max(ahead, aside, 0.0) - self._radius
+        return hull_gaps((pose,), ((x, y),), self._half, self._radius)[0]
+
+
+def _leads_off(gaps: Sequence[float], stand: Sequence[float], least: Sequence[float]) -> bool:
+    """Whether a way's gaps end well above those of who stands, and keep above the least all along [m]."""
+    return gaps[-1] > stand[-1] + TOUCH and all(gap >= low for gap, low in zip(gaps, least, strict=True))

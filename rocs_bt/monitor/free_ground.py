@@ -7,9 +7,13 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from ..compiled import compiled
 from ..geometry import Pose2
 
 Array = npt.NDArray[np.float64]
+
+Frame = tuple[float, float, float, float]
+"""A frame on a map, in squares: where its origin is, and cosine and sine of its yaw."""
 
 
 class FreeGround:
@@ -42,24 +46,36 @@ class FreeGround:
 
     def mark(self, at: Pose2, points: Array, t: float) -> None:
         """Ground was free at a time [s], at points (k, 2) of a frame [m]; at -inf, it is not known to be."""
-        ix, iy = self._squares(at, points)
-        inside = self._inside(ix, iy)
-        self._free[ix[inside], iy[inside]] = t
+        mark_at(self._free, self._frame(at), points, t)
 
     def free(self, at: Pose2, points: Array, since: float) -> npt.NDArray[np.bool_]:
         """Whether ground was known to be free, at points (..., 2) of a frame [m], no longer ago than a time [s]."""
-        ix, iy = self._squares(at, points)
-        known: npt.NDArray[np.bool_] = self._free.take(ix * self._size + iy, mode="clip") >= since
-        return known & self._inside(ix, iy)
+        known = np.empty(points.shape[:-1], dtype=np.bool_)
+        known_at(self._free, self._frame(at), points, since, known)
+        return known
 
-    def _inside(self, ix: npt.NDArray[np.int64], iy: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-        """Whether squares are on the map; as a number without a sign a negative one is very large."""
-        inside: npt.NDArray[np.bool_] = (ix.view(np.uint64) < self._size) & (iy.view(np.uint64) < self._size)
-        return inside
+    def _frame(self, at: Pose2) -> Frame:
+        x, y = at.x / self.cell - self._corner[0], at.y / self.cell - self._corner[1]
+        return x, y, math.cos(at.yaw) / self.cell, math.sin(at.yaw) / self.cell
 
-    def _squares(self, at: Pose2, points: Array) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        c, s = math.cos(at.yaw) / self.cell, math.sin(at.yaw) / self.cell
-        x, y = points[..., 0], points[..., 1]
-        ix = np.floor(at.x / self.cell - self._corner[0] + c * x - s * y).astype(np.int64)
-        iy = np.floor(at.y / self.cell - self._corner[1] + s * x + c * y).astype(np.int64)
-        return ix, iy
+
+@compiled
+def mark_at(ground: Array, frame: Frame, points: Array, t: float) -> None:
+    """Write a time [s] into the squares (n, n) that points (k, 2) of a frame are in; those off the map do not count."""
+    squares, inside = _squares(len(ground), frame, points)
+    ground.put(squares[inside], t)
+
+
+@compiled
+def known_at(ground: Array, frame: Frame, points: Array, since: float, found: npt.NDArray[np.bool_]) -> None:
+    """Find (...) whether points (..., 2) of a frame are in squares (n, n) of no earlier a time [s], and on the map."""
+    squares, inside = _squares(len(ground), frame, points)
+    found[...] = (ground.take(squares, mode="clip") >= since) & inside
+
+
+def _squares(size: int, frame: Frame, points: Array) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+    """(...) The squares that points (..., 2) are in, counted row by row, and whether they are on the map."""
+    (at_x, at_y, c, s), x, y = frame, points[..., 0], points[..., 1]
+    ix, iy = np.floor(at_x + c * x - s * y).astype(np.int64), np.floor(at_y + s * x + c * y).astype(np.int64)
+    inside = (ix.view(np.uint64) < size) & (iy.view(np.uint64) < size)  # without a sign a negative one is very large
+    return ix * size + iy, inside

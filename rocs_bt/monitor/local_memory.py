@@ -21,6 +21,9 @@ MOVED = 0.05
 TURNED = math.radians(5.0)
 """So far it turns between them [rad]."""
 
+AGAIN = 1.0
+"""After so long it keeps a look even where it stands: what it still sees is not forgotten [s]."""
+
 MOST = 300
 """Echoes that it holds; the oldest are forgotten first."""
 
@@ -55,7 +58,7 @@ class LocalMemory:
         mounts: The beams.
         half_angle: Of each beam's cone [rad].
         reach: As far as they look [m].
-        span: How long an echo is remembered, and free ground [s].
+        span: How long an echo is remembered [s].
         half: Half the hull's length and width [m].
     """
 
@@ -67,10 +70,14 @@ class LocalMemory:
     _echoes: Array = field(default_factory=lambda: np.empty((0, 3)), init=False)  # x, y [m], time [s]
     _ground: FreeGround = field(default_factory=FreeGround, init=False)
     _last: Pose2 | None = field(default=None, init=False)
+    _looked: float = field(default=-math.inf, init=False)
 
     def __post_init__(self) -> None:
         self._hull = _filled(*self.half)
         self._under = _filled(UNDER, UNDER)
+        radius = math.hypot(*self.half)
+        disc = _filled(radius, radius)
+        self._disc = disc[np.hypot(disc[:, 0], disc[:, 1]) <= radius]
         square = _filled(self.reach, self.reach)
         away = np.hypot(square[:, 0], square[:, 1])
         inside = (away < self.reach) & (square[:, 0] >= math.cos(self.half_angle) * away)
@@ -83,11 +90,12 @@ class LocalMemory:
         last = self._last
         if (
             last is not None
+            and t - self._looked < AGAIN
             and pose.distance(last) < MOVED
             and abs(math.remainder(pose.yaw - last.yaw, math.tau)) < TURNED
         ):
             return
-        self._last = pose
+        self._last, self._looked = pose, t
         self._echoes = self._echoes[self._echoes[:, 2] > t - self.span]
         self._ground.centre(pose)
         self._ground.mark(pose, self._hull, t)
@@ -116,9 +124,13 @@ class LocalMemory:
         turned: Array = (self._echoes[:, :2] - (pose.x, pose.y)).dot(np.array([[c, -s], [s, c]]))
         return turned
 
-    def free(self, t: float, pose: Pose2, points: Array) -> npt.NDArray[np.bool_]:
-        """Whether ground is known to be free at points (..., 2) of the body frame [m]."""
-        return self._ground.free(pose, points, t - self.span)
+    def free(self, since: float, pose: Pose2, points: Array) -> npt.NDArray[np.bool_]:
+        """Whether ground was known to be free at points (..., 2) of the body frame [m], since a time [s]."""
+        return self._ground.free(pose, points, since)
+
+    def may_turn(self, since: float, pose: Pose2) -> bool:
+        """Whether ground was known to be free wherever the hull comes when the robot turns on the spot."""
+        return bool(self._ground.free(pose, self._disc, since).all())
 
     def _forget(self, at: Pose2, distance: float) -> None:
         dx, dy = self._echoes[:, 0] - at.x, self._echoes[:, 1] - at.y

@@ -73,6 +73,7 @@ class Monitor(ABC):
         self._sink = sink
         self._frozen_after = frozen_after
         self._publisher: Publisher[Signals] = Publisher(name)
+        self._sizes: dict[tuple[str, ...], tuple[int, ...]] = {}  # of signals that were written as they are declared
 
     @property
     def rate(self) -> Rate:
@@ -139,20 +140,21 @@ class Monitor(ABC):
 
     def run(self, t: float, count: int) -> None:
         """One turn: read what is due, interpret, write, publish."""
-        readings, problems, stamp = {}, [], t
+        readings, problems, beyond = {}, [], ""
         for watched in self.watched:
             if watched.rate.due(count):
                 reading, problem = self._read(watched, t)
-                problems.append((watched, problem))
                 if reading is not None:
                     readings[watched.sensor.name] = reading
-        written, data, beyond = self.interpret(readings) if readings else {}, None, ""
+                problems.append((watched, problem))
+        written = self.interpret(readings) if readings else {}
         if written:
             stamp = self.stamp(readings)
             if (data := self.knowledge.signals.update(written, stamp)) is None:
                 written, beyond = self._bounded(written)
         for watched, problem in problems:
-            self._tell(watched, t, problem or beyond)
+            if problem or beyond or watched.failed:
+                self._tell(watched, t, problem or beyond)
         if written:
             self._note(t, stamp, written, data)
             self._publisher.publish(t, written)
@@ -164,25 +166,20 @@ class Monitor(ABC):
             reading = watched.sensor.read()
         except DeviceError as error:
             return None, str(error)
-        data = pack(reading.values)
-        self._sink.emit(SensorRead(t=t, agent=self.knowledge.agent, sensor=name, stamp=reading.stamp, data=data))
-        if self._frozen(watched, data, reading, t):
+        values, stamp = reading.values, reading.stamp
+        data = pack(values)
+        self._sink.emit(SensorRead(t=t, agent=self.knowledge.agent, sensor=name, stamp=stamp, data=data))
+        if self._frozen_after < math.inf and self._frozen(watched, data, reading, t):
             problem = f"frozen: the same values for {watched.still:.2f} s while the wheels turned"
         elif not (problem := self.doubt(name, reading)):
-            return reading, self._weakness(reading, t)
-        return Reading(reading.stamp, [math.nan] * len(reading.values)), problem
-
-    def _weakness(self, reading: Reading, t: float) -> str:
-        """What is wrong with a reading that speaks for itself, as NaN or by its stamp."""
-        if any(map(math.isnan, reading.values)):
-            return "it says NaN"
-        if t - reading.stamp > self.max_age + 5e-7:
-            return f"stale: its newest sample is {t - reading.stamp:.2f} s old"
-        return ""
+            # What is wrong with a reading that speaks for itself, as NaN or by its stamp.
+            if any(map(math.isnan, values)):
+                return reading, "it says NaN"
+            stale = t - stamp > self.max_age + 5e-7
+            return reading, f"stale: its newest sample is {t - stamp:.2f} s old" if stale else ""
+        return Reading(stamp, [math.nan] * len(values)), problem
 
     def _frozen(self, watched: Watched, data: bytes, reading: Reading, t: float) -> bool:
-        if math.isinf(self._frozen_after):
-            return False
         passed, watched.read_at = t - watched.read_at, t
         if data != watched.last or not any(math.isfinite(v) for v in reading.values):
             watched.last, watched.still = data, 0.0
@@ -208,14 +205,21 @@ class Monitor(ABC):
         watched.failed = bool(problem)
 
     def _note(self, t: float, stamp: float, written: Signals, data: bytes | None) -> None:
+        names = tuple(written)
+        if data is None:
+            sizes, data = tuple(map(len, written.values())), pack(chain.from_iterable(written.values()))
+        elif (known := self._sizes.get(names)) is not None:
+            sizes = known
+        else:
+            sizes = self._sizes[names] = tuple(map(len, written.values()))
         self._sink.emit(
             SignalsWritten(
                 t=t,
                 agent=self.knowledge.agent,
                 monitor=self.name,
-                signals=tuple(written),
-                sizes=tuple(map(len, written.values())),
-                data=pack(chain.from_iterable(written.values())) if data is None else data,
+                signals=names,
+                sizes=sizes,
+                data=data,
                 stamp=None if stamp == t else stamp,
             )
         )

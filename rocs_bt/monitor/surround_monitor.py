@@ -8,28 +8,37 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..channel import Signals
-from ..control.ways import BENDS, STRAIGHT, leading_edges
+from ..control.ways import BENDS, HEADINGS, STRAIGHT, leading_edges, turned_edges
 from ..device import Reading
 from ..errors import Fault, InputError
 from ..geometry import Pose2, along_arc
 from ..signal import Signal
 from ..units import LENGTH
 from .encounter import ASIDE, BEHIND, Encounters
-from .local_memory import Array, LocalMemory, Mount
+from .gaps import least_gaps
+from .local_memory import LocalMemory, Mount
 from .range_monitor import RangeMonitor
 
 GROUPS = ("front", "left_gap", "right_gap", "rear")
 """The standard groups: each has one value for the peers and one for the memory after those of its beams."""
 
-ROOMS = {"room_ahead": "on", "room_behind": "back"}
-"""Signals that tell how far the robot may drive on each bend, and the word for it."""
+ROOMS = {
+    "room_ahead": (len(BENDS), f"on, on bends of {', '.join(f'{bend:g}' for bend in BENDS)} rad/m"),
+    "room_behind": (len(BENDS), "back, on the same bends"),
+    "room_turned": (
+        len(HEADINGS),
+        f"ahead, turned on the spot to {len(HEADINGS)} headings of the world, from west by south",
+    ),
+}
+"""Signals that tell how far the robot may drive: how many values each has, and the words for them."""
 
 SECTORS = ((math.radians(20.0), 1.0), (math.radians(40.0), 0.85), (math.radians(60.0), 0.6))
 """How much counts behind what is so far off the axis [rad]: as with the beams of a ring of sonars."""
 
-_ENDS, _WEIGHTS = np.array(SECTORS).T.copy()
+_SECTORS = np.array(SECTORS)
 
 SPARE = 0.3
 """What it leaves to what is ahead [m]."""
@@ -60,7 +69,9 @@ class SurroundMonitor(RangeMonitor):
     only while the robot drives back, since what stands still comes no nearer.
 
     *Ground* is remembered where it was seen to be free. `room_ahead` and `room_behind` tell how far the robot may drive
-    on it, one value for each of `control.ways.BENDS` [m]; back it goes nowhere else.
+    on it, one value for each of `control.ways.BENDS` [m]; back it goes nowhere else. `room_turned` tells the same for a
+    robot that turns on the spot first, one value for each of `control.ways.HEADINGS`: none where a corner would sweep
+    what it does not know. A reflex drives only over what was seen as lately as an echo, until it was held up.
 
     All groups are invalid as long as the pose, or `peer_range`, is: who cannot see must not drive as if nobody were
     there.
@@ -70,6 +81,7 @@ class SurroundMonitor(RangeMonitor):
         half_angle: Of a beam's cone [rad].
         reach: Of the beams [m].
         memory: How long an echo is remembered [s].
+        ground: How long it is remembered that ground was free [s].
         peer_radius: Of a circle around a peer's base that holds its hull [m].
         reaction: From a reading to wheels that begin to brake [s].
         deceleration: Of braking wheels [m/s2].
@@ -83,6 +95,7 @@ class SurroundMonitor(RangeMonitor):
         half_angle: float,
         reach: float,
         memory: float,
+        ground: float,
         peer_radius: float,
         reaction: float,
         deceleration: float,
@@ -90,10 +103,15 @@ class SurroundMonitor(RangeMonitor):
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        numbers = (half_angle, reach, memory, peer_radius, reaction, deceleration, horizon)
+        numbers = (half_angle, reach, memory, ground, peer_radius, reaction, deceleration, horizon)
         if not all(0.0 < value < math.inf for value in numbers):
             raise InputError(
                 Fault(f"the numbers of monitor '{self.name}' must be above 0 and finite, found {numbers}.")
+            )
+        if ground < memory:
+            found = f"found {ground:g} s and {memory:g} s"
+            raise InputError(
+                Fault(f"ground of monitor '{self.name}' must be remembered at least as long as memory, {found}.")
             )
         if missed := [name for name in GROUPS if name not in self._groups]:
             raise InputError(
@@ -106,9 +124,11 @@ class SurroundMonitor(RangeMonitor):
             raise InputError(Fault(f"monitor '{self.name}' needs the robot's length and width in its [body] table."))
         self._half = 0.5 * body["length"], 0.5 * body["width"]
         self._memory = LocalMemory([Mount(*mount) for mount in mounts], half_angle, reach, memory, self._half)
+        self._ground = ground
         # (5, 2, bends, strides, 2), and in memory x and y apart: so numpy looks them up in two thirds of the time.
         edges = leading_edges(self._half, STRIDES).transpose(4, 3, 0, 1, 2)
         self._edges = np.moveaxis(np.ascontiguousarray(edges), 0, -1)
+        self._turned = turned_edges(self._half, STRIDES)
         self._radius = peer_radius
         self._encounters = Encounters(
             self.knowledge,
@@ -121,17 +141,16 @@ class SurroundMonitor(RangeMonitor):
 
     def signals(self) -> Sequence[Signal]:
         raw, *groups = super().signals()
-        bends = ", ".join(f"{bend:g}" for bend in BENDS)
         rooms = [
             Signal(
                 name,
-                len(BENDS),
-                (LENGTH,) * len(BENDS),
+                size,
+                (LENGTH,) * size,
                 (0.0, float(STRIDES[-1])),
                 self.max_age,
-                f"How far it may drive {word} on ground that it knows to be free, on bends of {bends} rad/m.",
+                f"How far it may drive {words}, on ground that it knows to be free.",
             )
-            for name, word in ROOMS.items()
+            for name, (size, words) in ROOMS.items()
         ]
         return [raw, *(self._wider(signal) if signal.name in GROUPS else signal for signal in groups), *rooms]
 
@@ -140,27 +159,40 @@ class SurroundMonitor(RangeMonitor):
         knowledge = self.knowledge
         now, world = knowledge.clock.now(), knowledge.world
         pose = knowledge.robot.pose(now)
-        blind = any(map(math.isnan, knowledge.signals.read("peer_range", now).tolist()))
+        blind = any(map(math.isnan, knowledge.signals.numbers("peer_range", now)))
         if blind or math.isnan(pose.x + pose.yaw):
             unknown = {name: [*written[name], math.nan, math.nan] for name in GROUPS}
-            return {**written, **unknown, **{name: [0.0] * len(BENDS) for name in ROOMS}}
+            return {**written, **unknown, **{name: [0.0] * size for name, (size, _) in ROOMS.items()}}
         motions = {peer: (now - m[0], m[1], m[2]) for peer in world.peers() if (m := world.motion_of(peer)) is not None}
         places = [along_arc(place, twist, since) for since, place, twist in motions.values()]
         ranges = next(iter(readings.values())).values
         self._memory.look(now, pose, ranges, places, self._radius)
         self._leave_out(written, self._memory.explained(pose, ranges, places, self._radius))
-        ahead, behind = self._rooms(now, pose)
-        room = min(ahead[STRAIGHT], min(written["front"]) - SPARE), behind[STRAIGHT]
-        peers = self._encounters.groups(pose, motions, now, room)
+        ahead, behind, turned = self._rooms(now, pose)
+        front = min(written["front"]) - SPARE
+        on, back = self._lately(now, pose)
+        lately, ever = (min(on, front), back), (min(ahead[STRAIGHT], front), behind[STRAIGHT])
+        peers = self._encounters.groups(pose, motions, now, lately, ever)
         echoes = self._echoes(pose, backing=knowledge.robot.speed(now) <= BACKING)
         for name, *values in zip(GROUPS, peers, echoes, strict=True):
             written[name] = [*written[name], *values]
-        return {**written, **dict(zip(ROOMS, (ahead, behind), strict=True))}
+        return {**written, **dict(zip(ROOMS, (ahead, behind, turned), strict=True))}
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
-        """How far it may drive on each bend, ahead and back [m]."""
-        free = np.logical_and.reduce(self._memory.free(now, pose, self._edges))  # (2, bends, strides)
-        return [[ROOM[bend.index(False) if False in bend else -1] for bend in way] for way in free.tolist()]
+        """How far it may drive on each bend, ahead and back, and turned to each heading [m]."""
+        free = np.logical_and.reduce(self._memory.free(now - self._ground, pose, self._edges))  # (2, bends, strides)
+        turned = [[0.0] * len(HEADINGS)]
+        if self._memory.may_turn(now - self._ground, pose):
+            here = Pose2(pose.x, pose.y, 0.0)
+            turned = _runs(
+                np.logical_and.reduce(self._memory.free(now - self._ground, here, self._turned), axis=-1)[None]
+            )
+        return [*_runs(free), *turned]
+
+    def _lately(self, now: float, pose: Pose2) -> list[float]:
+        """How far it may drive straight on and back over what it saw to be free lately [m]: a reflex trusts no more."""
+        free = self._memory.free(now - self._memory.span, pose, self._edges[:, :, STRAIGHT])
+        return _runs(np.logical_and.reduce(free)[None])[0]
 
     def _wider(self, signal: Signal) -> Signal:
         doc = f"{signal.doc} Then the nearest peer, and the nearest echo lately."
@@ -179,18 +211,11 @@ class SurroundMonitor(RangeMonitor):
         points = self._memory.around(pose)
         if not len(points):
             return (math.inf,) * 4
-        outside = np.maximum(np.abs(points) - self._half, 0.0)
-        gaps, bearings = np.hypot(outside[:, 0], outside[:, 1]), np.arctan2(points[:, 1], points[:, 0])
-        off = np.abs(bearings)
-        beside, to_left = off <= 0.5 * math.pi, bearings >= 0.0
-        left = float(gaps[beside & to_left].min(initial=math.inf))
-        right = float(gaps[beside & ~to_left].min(initial=math.inf))
+        left, right, rear = least_gaps(points, np.arctan2(points[:, 1], points[:, 0]), self._half, _SECTORS)
         # What lies beside the way is passed, and no reason to flinch; a turn would lead there.
-        rear = _along(gaps, math.pi - off)
         return math.inf, max(left, ASIDE), max(right, ASIDE), rear if backing else max(rear, BEHIND)
 
 
-def _along(gaps: Array, aside: Array) -> float:
-    """The least gap [m] over its sector's weight."""
-    near = aside <= _ENDS[-1]
-    return float((gaps[near] / _WEIGHTS[_ENDS.searchsorted(aside[near])]).min(initial=math.inf))
+def _runs(free: npt.NDArray[np.bool_]) -> list[list[float]]:
+    """How far it may drive where so many strides (n, k, strides) are free [m]."""
+    return [[ROOM[way.index(False) if False in way else -1] for way in ways] for ways in free.tolist()]

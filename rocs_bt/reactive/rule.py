@@ -102,6 +102,7 @@ class Rule:
         max_hold: How long HOLD may last [s].
         action: The action's name.
         arguments: The action's parameters.
+        keep: Those of them that stay, while it is latched, as they were when it latched, or its guard was first valid.
         tags: Such as `safety`.
         modes: The modes of the agent in which it lives; all of them where empty.
         tests: Its tests.
@@ -119,6 +120,7 @@ class Rule:
     on_invalid: OnInvalid = OnInvalid.CLEAR
     max_hold: float = 0.0
     arguments: Mapping[str, Argument] = field(default_factory=dict)
+    keep: tuple[str, ...] = ()
     tags: tuple[str, ...] = ()
     modes: tuple[str, ...] = ()
     doc: str = ""
@@ -185,7 +187,7 @@ def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, int]]:
 
 def _tied(a: Rule, b: Rule) -> bool:
     apart = a.modes and b.modes and not set(a.modes) & set(b.modes)
-    return not apart and (a.action, a.arguments) != (b.action, b.arguments)
+    return not apart and (a.action, a.arguments, a.keep) != (b.action, b.arguments, b.keep)
 
 
 def _value(argument: Argument, x: Sequence[float], blind: bool) -> Any:

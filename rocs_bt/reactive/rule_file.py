@@ -32,7 +32,7 @@ from pathlib import Path
 
 from ..action import Action
 from ..document import Table
-from ..errors import Fault, InputError
+from ..errors import Fault, InputError, unknown
 from ..expression import Environment, Node
 from .arguments import read_arguments
 from .include import Document, read_documents
@@ -188,6 +188,7 @@ def _rule(placed: Placed, table: Table, name: str, actions: Mapping[str, type[Ac
         max_hold=max_hold,
         action=action,
         arguments=arguments,
+        keep=_kept(table, arguments),
         tests=read_tests(table, short, placed.environment, actions.get(action)),
         places=_places(placed, table),
     )
@@ -224,6 +225,14 @@ def _modes(table: Table) -> tuple[str, ...]:
         if not NAME.fullmatch(mode):
             table.fault("modes", f"'{mode}' cannot be a mode.", hint="Use letters, digits and '_'.")
     return tuple(modes)
+
+
+def _kept(table: Table, arguments: Mapping[str, Argument]) -> tuple[str, ...]:
+    keep = table.texts("keep", [])
+    for name in keep:
+        if name not in arguments:
+            table.adopt("keep", InputError(unknown("parameter of the action", name, arguments, "The action")))
+    return tuple(keep)
 
 
 def _on_invalid(placed: Placed, table: Table, name: str, tags: tuple[str, ...]) -> tuple[OnInvalid, float]:

@@ -2,13 +2,15 @@
 
 A rule's life. *Open*: when its guard has held for `for`, and no cooldown runs, it latches, which is when it wants its
 action. *Latched*: `until` decides alone (hysteresis), and releases it. All rules advance on every snapshot, whichever
-of them acts. Time is the snapshots' own; where it goes backwards everything begins anew.
+of them acts. The parameters that a rule keeps stay as they were when it latched. Time is the snapshots' own; where it
+goes backwards everything begins anew.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +37,7 @@ class RuleModel(ReactiveModel):
         self._mode = self._entered = ""
         self._next: _Prepared | None = None
         self._was: list[bool] = []
+        self._kept: dict[str, Mapping[str, Any]] = {}
         self._time = -math.inf
         self._take(self._prepared(rules))
 
@@ -54,6 +57,7 @@ class RuleModel(ReactiveModel):
 
     def reset(self) -> None:
         """Forget everything but the mode, as at the beginning of an episode."""
+        self._kept.clear()
         self._take(self._prepared(self.rules))
 
     def enter(self, mode: str) -> None:
@@ -75,6 +79,7 @@ class RuleModel(ReactiveModel):
             self._enable()
         if t < self._time:
             self._was = [False] * len(self._was)
+            self._kept.clear()
         self._time = t
         machine = self._machine
         if machine.step(x, t) < 0 and True not in self._was:
@@ -84,7 +89,23 @@ class RuleModel(ReactiveModel):
         told = self._told(len(values))
         values += [machine.register(register) for register in self._temporal]
         wanted = zip(told, was, self._was, machine.blind, strict=True)
-        return [_reflex(rule, now, values, bool(blind)) for rule, before, now, blind in wanted if before or now]
+        return [self._reflex(rule, now, values, bool(blind)) for rule, before, now, blind in wanted if before or now]
+
+    def _reflex(self, rule: Rule, latched: bool, values: Sequence[float], blind: bool) -> Reflex:
+        parameters = rule.parameters(values, blind) if latched else {}
+        if not latched:
+            self._kept.pop(rule.name, None)
+        elif rule.keep and not blind:  # while it is blind the fallbacks stand in
+            parameters |= self._kept.setdefault(rule.name, {name: parameters[name] for name in rule.keep})
+        return Reflex(
+            rule=rule.name,
+            priority=rule.priority,
+            action=rule.action,
+            parameters=parameters,
+            level=rule.level,
+            latched=latched,
+            reading=describe(rule, latched, values),
+        )
 
     def _enable(self) -> None:
         mode = self._entered = self._mode
@@ -94,6 +115,9 @@ class RuleModel(ReactiveModel):
     def _go_on_with(self, prepared: _Prepared) -> None:
         table, values, time = self.table, self._machine.values(), self._time
         was = {rule.name for rule, on in zip(self.rules.rules, self._was, strict=True) if on}
+        same = {(rule.name, rule.action, rule.keep) for rule in self.rules.rules}
+        still = {rule.name for rule in prepared[0].rules if (rule.name, rule.action, rule.keep) in same}
+        self._kept = {name: kept for name, kept in self._kept.items() if name in still}
         self._take(prepared)
         self._machine.restore(carry(values, table, self.table))
         self._was = [rule.name in was for rule in self.rules.rules]
@@ -118,15 +142,3 @@ class RuleModel(ReactiveModel):
             places = {node: size + i for i, node in enumerate(self.table.program.temporal)}
             self._rules_told = [without_time(rule, places) for rule in self.rules.rules]
         return self._rules_told
-
-
-def _reflex(rule: Rule, latched: bool, values: Sequence[float], blind: bool) -> Reflex:
-    return Reflex(
-        rule=rule.name,
-        priority=rule.priority,
-        action=rule.action,
-        parameters=rule.parameters(values, blind) if latched else {},
-        level=rule.level,
-        latched=latched,
-        reading=describe(rule, latched, values),
-    )

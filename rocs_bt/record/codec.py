@@ -18,6 +18,7 @@ import msgspec
 import numpy as np
 
 from .. import event as ev
+from ..compiled import compiled
 from ..errors import RecordingError
 from ..event import Event
 
@@ -90,9 +91,7 @@ def encode(event: Event) -> bytes:
     """
     data = _ENCODE(event)
     # Most nulls are a None; only what is no finite number needs its bits beside it.
-    if b"null" in data and not _finite(getattr(event, name) for name in event.__struct_fields__):
-        return _exact(event)
-    return data
+    return _exact(event) if b"null" in data and not _sound(event) else data
 
 
 def encode_all(events: Sequence[Event]) -> list[bytes | None]:
@@ -102,7 +101,7 @@ def encode_all(events: Sequence[Event]) -> list[bytes | None]:
     except UNFIT:  # one of them; `encode` tells which
         return [None] * len(events)
     lines.pop()  # what comes after the last line's end
-    return [None if b"null" in line else line for line in lines]
+    return [None if b"null" in line and not _sound(event) else line for line, event in zip(lines, events, strict=True)]
 
 
 def decode(data: bytes) -> Event:
@@ -122,8 +121,18 @@ def decode(data: bytes) -> Event:
         raise RecordingError(f"a message cannot be read back: {error}; it begins with {data[:80]!r}.") from error
 
 
-def _finite(values: Iterable[Any]) -> bool:
+def _sound(event: Event) -> bool:
+    """Whether no NaN and no infinity is in an event, so that each null in its JSON is a None."""
+    return finite_all([getattr(event, name) for name in event.__struct_fields__])
+
+
+@compiled
+def finite_all(values: list[Any]) -> bool:
     """Whether no NaN and no infinity is in any of them; False too where only a closer look can tell."""
+    return _finite(values)
+
+
+def _finite(values: Iterable[Any]) -> bool:
     for value in values:
         kind = type(value)
         if kind is float:

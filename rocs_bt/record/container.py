@@ -16,7 +16,6 @@ from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
-    Chunk,
     ChunkIndex,
     DataEnd,
     Footer,
@@ -31,6 +30,7 @@ from mcap.records import (
 
 MAGIC = b"\x89MCAP0\r\n"
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
+_CHUNK = struct.Struct("<BQQQQIIQ")  # opcode, length, first and last time, size, its sum, no compression, size
 _OPCODE = int(Opcode.MESSAGE)  # a plain number packs several times faster than an enumeration's
 _HEAD = _MESSAGE.size
 _OVERHEAD = _HEAD - 9  # what the length counts besides the data
@@ -123,8 +123,10 @@ class Container:
             return
         data = b"".join(self._chunk)
         first, last = min(times), max(times)
-        chunk = _bytes(Chunk("", data, last, first, zlib.crc32(data), len(data)))
-        begin, at, offsets, indexes = self._offset, self._offset + len(chunk), {}, []
+        # Uncompressed, as mcap writes it, but without the copies that it makes of the data on the way.
+        whole, begin = _CHUNK.size + len(data), self._offset
+        head = _CHUNK.pack(Opcode.CHUNK, whole - 9, first, last, len(data), zlib.crc32(data), 0, len(data))
+        at, offsets, indexes = begin + whole, {}, []
         for channel, entries in self._index.items():
             if entries:
                 offsets[channel] = at
@@ -135,10 +137,10 @@ class Container:
                 at += len(indexes[-1])
                 self._counts[channel] += len(entries) // 2
                 self._index[channel] = []
-        length = at - begin - len(chunk)
-        self._chunks.append(ChunkIndex(len(chunk), begin, "", len(data), last, length, offsets, first, len(data)))
+        length = at - begin - whole
+        self._chunks.append(ChunkIndex(whole, begin, "", len(data), last, length, offsets, first, len(data)))
         self._chunk, self.size = [], 0
-        self._write(b"".join((chunk, *indexes)))
+        self._write(b"".join((head, data, *indexes)))
 
     def finish(self) -> None:
         """Write the summary section and close the file."""

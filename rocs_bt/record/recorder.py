@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -59,13 +59,12 @@ class Recorder:
     def emit(self, event: Event) -> None:
         """Take one event. Never raises: what goes wrong is kept, and told by `close`."""
         self._waiting.append(event)  # which needs no lock, and nearly always that is all
-        try:
-            due = event.t * 1e9 + 0.5 >= self._flush_at
-        except TypeError:  # no time at all; `_record` says so
-            due = True
-        if due or len(self._waiting) >= _BATCH:
-            with self._lock:
-                self._encode()
+        self._look(event)
+
+    def take(self, events: Sequence[Event]) -> None:
+        """Take many events, in the order they came; never raises, as `emit`."""
+        self._waiting.extend(events)
+        self._look(events[-1])
 
     def close(self, summary: Mapping[str, object] | None = None) -> None:
         """End the recording; the second call does nothing.
@@ -105,33 +104,44 @@ class Recorder:
             self._file.abandon()
             raise
 
+    def _look(self, newest: Event) -> None:
+        """Record what waits when that is enough, or has waited for long enough."""
+        try:
+            due = newest.t * 1e9 + 0.5 >= self._flush_at
+        except TypeError:  # no time at all; `_encode` says so
+            due = True
+        if due or len(self._waiting) >= _BATCH:
+            with self._lock:
+                self._encode()
+
     def _encode(self) -> None:
         """Record the events that wait; the lock is held, and others may leave more meanwhile."""
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
         if self._closed or self._disk or not waiting:
             return
+        file, channels, write = self._file, self._channels, self._file.message
         for event, data in zip(waiting, codec.encode_all(waiting), strict=True):
             try:
-                self._record(event, data or codec.encode(event))
+                encoded = data or codec.encode(event)
+                time = int(event.t * 1e9 + 0.5)
+                channel, draw = channels.get((type(event), event.agent)) or self._open(event)
+                write(channel, self._sequence, time, encoded)
+                self._sequence += 1
+                if time > self._last:
+                    self._last = time
+                if draw is not None:
+                    for message in draw(event, time):
+                        self._show(message, time)
             except codec.UNFIT as error:
                 self._unfit.append(f"{type(event).__name__} at t = {event.t} s: {error}")
-        if self._last >= self._flush_at or self._file.size >= _FLUSH_SIZE:
-            self._flush_at = self._last + _FLUSH_EVERY
-            try:
-                self._file.flush()
-            except OSError as error:
-                self._disk = error.strerror or str(error)
-
-    def _record(self, event: Event, data: bytes) -> None:
-        time = int(event.t * 1e9 + 0.5)
-        channel, draw = self._channels.get((type(event), event.agent)) or self._open(event)
-        self._file.message(channel, self._sequence, time, data)
-        self._sequence += 1
-        if time > self._last:
-            self._last = time
-        if draw is not None:
-            for message in draw(event, time):
-                self._show(message, time)
+            # After each one, so that the same events give the same chunks however many came together.
+            if self._last >= self._flush_at or file.size >= _FLUSH_SIZE:
+                self._flush_at = self._last + _FLUSH_EVERY
+                try:
+                    file.flush()
+                except OSError as error:
+                    self._disk = error.strerror or str(error)
+                    return
 
     def _finish(self, summary: Mapping[str, object] | None) -> None:
         if self._disk:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -70,7 +70,7 @@ class Metrics:
         self._tallies = {name: _Tally() for name in agents}
         self._where: dict[str, tuple[float, float]] = {}
         self._takes: dict[type[Event], Callable[[_Tally, Any], None]] = {
-            BodyMoved: _moved,
+            BodyMoved: self._moved,
             Approached: _approached,
             Touched: _touched,
             RuleChanged: _rule,
@@ -88,16 +88,18 @@ class Metrics:
 
     def emit(self, event: Event) -> None:
         """Count one event."""
-        take = self._takes.get(type(event))
-        if take is None:  # of most kinds of events there is nothing to count
-            return
-        if isinstance(event, BodyMoved):
-            self._where[event.body] = event.x, event.y
-        if (tally := self._tallies.get(event.agent)) is not None:
-            take(tally, event)
-            if tally.leash is not None and isinstance(event, BodyMoved) and tally.leash.leader in self._where:
-                rim = max(map(abs, unpack(event.wheels)), default=0.0)
-                tally.leash.note(event.t, self._where[event.body], self._where[tally.leash.leader], rim)
+        self.take((event,))
+
+    def take(self, events: Sequence[Event]) -> None:
+        """Count many events."""
+        takes, tallies = self._takes, self._tallies
+        for event in events:
+            if (take := takes.get(type(event))) is None:  # of most kinds of events there is nothing to count
+                continue
+            if isinstance(event, BodyMoved):
+                self._where[event.body] = event.x, event.y
+            if (tally := tallies.get(event.agent)) is not None:
+                take(tally, event)
 
     def of(self, agent: str) -> dict[str, Any]:
         """One agent's part of summary.json; SI units, None for what there was nothing of."""
@@ -129,6 +131,15 @@ class Metrics:
             "following": None if tally.leash is None else tally.leash.figures(self._arrival(tally.leash.leader)),
         }
 
+    def _moved(self, tally: _Tally, event: BodyMoved) -> None:
+        if tally.at is not None:
+            tally.path_length += math.hypot(event.x - tally.at[0], event.y - tally.at[1])
+        tally.at = event.x, event.y
+        tally.localisation.moved(event)
+        if tally.leash is not None and (leader := self._where.get(tally.leash.leader)) is not None:
+            rim = max(map(abs, unpack(event.wheels)), default=0.0)
+            tally.leash.note(event.t, self._where[event.body], leader, rim)
+
     def _arrival(self, agent: str) -> float | None:
         """When an agent reached its goal [s]; None where it did not, or is no agent."""
         tally = self._tallies.get(agent)
@@ -139,13 +150,6 @@ def quantile(values: Iterable[float], share: float) -> float | None:
     """The value below which a share of the values lies, the nearest of them; None of nothing."""
     ordered = sorted(values)
     return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else None
-
-
-def _moved(tally: _Tally, event: BodyMoved) -> None:
-    if tally.at is not None:
-        tally.path_length += math.hypot(event.x - tally.at[0], event.y - tally.at[1])
-    tally.at = event.x, event.y
-    tally.localisation.moved(event)
 
 
 def _approached(tally: _Tally, event: Approached) -> None:

@@ -22,6 +22,7 @@ from ..record import AgentInfo, Recorder, Recording, environment_of, write_repor
 from ..record.live import LivePage
 from ..words import counted
 from .episode import Episode, Result
+from .gathering import Gathering
 from .header import agent_info, make_header, run_command, versions
 from .memory import Memory
 from .metrics import Metrics
@@ -167,7 +168,9 @@ def run(
             recorder = Recorder(_emptied(Path(out)) / RECORDING, header())
             stack.callback(recorder.close)
             _log_trees(stack, agents if btlog else (), Path(out))
-        told = Fanout(metrics, *([recorder] if recorder else []), *([live] if live else []), *sinks)
+        gathering = Gathering(*([recorder] if recorder else []), metrics)  # in threaded mode events have a thread
+        stack.callback(gathering.hand_on)
+        told = Fanout(*([gathering] if clock is None else gathering.sinks), *([live] if live else []), *sinks)
         requirements = RequirementWatch(requirements_of(spec), infos, told)
         episode = Episode(
             stage.world,
@@ -179,12 +182,13 @@ def run(
             control=spec.rate.control_rate,
             duration=spec.duration if duration is None else duration,
             sink=relay,
-            watch=watch,
+            watch=gathering.before(watch),
         )
         memory.keep(f"{spec.name}-{seed}", patient=clock is None)
         everybody = Fanout(*told.sinks, requirements) if spec.requirements else told
         result = _play(episode, agents, clock, relay, everybody, files)
         requirements.close()
+        gathering.hand_on()
         memory.close()
         shared = {a.name: None if a.sharing is None else a.sharing.told() for a in agents}
         summary = {**_summary(spec, seed, mode, digest, result, metrics, requirements, shared), **memory.summary()}

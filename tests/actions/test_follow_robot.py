@@ -23,7 +23,7 @@ class Chase:
         self.rig, self.leader = rig, leader
         rig.knowledge.graph.add("R2", "peer", tag=2)
         rig.knowledge.graph.set("R1", length=0.5, width=0.4)
-        self.known, self.room = True, {"room_ahead": 1.0, "room_behind": 1.0}
+        self.known, self.room = True, {"room_ahead": [1.0] * 5, "room_behind": [1.0] * 5, "room_turned": [0.0] * 12}
         self.tell(Twist2(0.0))
         self.ticket = rig.submit(FollowRobot(leader="R2", **{**KEEP, **parameters}))
         self.distances = []
@@ -39,7 +39,7 @@ class Chase:
             if tell:
                 self.tell(twist)
             for name, room in self.room.items():
-                self.rig.knowledge.signals.write(name, [room] * 5, self.rig.clock.now())
+                self.rig.knowledge.signals.write(name, room, self.rig.clock.now())
             self.rig.run()
             self.leader = along_arc(self.leader, twist, 0.05)
             self.distances.append(self.rig.pose.distance(self.leader))
@@ -94,11 +94,21 @@ def test_goes_back_before_a_leader_that_turns_round(chase):
 
 
 def test_stands_within_the_safety_distance_where_there_is_no_way_off(chase):
-    chase.leader, chase.room = Pose2(1.5, 0.0, math.pi), {"room_ahead": 1.0, "room_behind": 0.0}
+    chase.leader, chase.room = Pose2(1.5, 0.0, math.pi), {"room_ahead": [1.0] * 5, "room_behind": [0.0] * 5}
     chase.drive(3.0, Twist2(0.3))
     assert min(chase.distances) < 0.7
     assert abs(chase.rig.pose.x) < 0.1
     assert chase.rig.wheels.speeds == [0.0, 0.0]
+
+
+def test_turns_aside_where_there_is_no_way_back(chase):
+    chase.leader = Pose2(1.8, 0.0, math.pi)
+    south = [1.0 if i == 3 else 0.0 for i in range(12)]
+    chase.room = {"room_ahead": [0.0] * 5, "room_behind": [0.0] * 5, "room_turned": south}
+    chase.drive(3.5, Twist2(0.3))
+    assert chase.rig.pose.y < -0.4
+    assert abs(chase.rig.pose.x) < 0.1
+    assert min(chase.distances) > 0.8
 
 
 def test_who_does_not_know_the_ground_waits(chase):

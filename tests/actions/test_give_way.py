@@ -7,13 +7,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.actions.give_way import GiveWay, pulled
-from rocs_bt.control.ways import BENDS
+from rocs_bt.actions.give_way import GiveWay, Room, pulled
+from rocs_bt.control.ways import BENDS, HEADINGS
 from rocs_bt.geometry import Pose2
 
 TIMES = 0.1 * np.arange(26)
-FREE, NONE = np.ones(len(BENDS)), np.zeros(len(BENDS))
 HERE = Pose2(0.0, 0.0, 0.0)
+
+
+def free(ahead=0.0, behind=0.0, turned=0.0):
+    """So much room on each bend, and turned to each heading or to those of an array [m]."""
+    return Room(np.full(len(BENDS), ahead), np.full(len(BENDS), behind), turned * np.ones(len(HEADINGS)))
+
+
+OPEN = free(1.0, 1.0)
 
 
 def made(**given):
@@ -55,24 +62,46 @@ def test_it_is_needed_only_where_somebody_comes_too_near():
 
 def test_it_goes_back_from_a_leader_that_comes_as_far_as_the_ground_is_free():
     leader = going(1.3, 0.0, 0.3, math.pi)
-    back = made().best(HERE, leader, [], FREE, FREE)
+    back = made().best(HERE, leader, [], OPEN)
     assert -1.0 <= back[-1, 0] < -0.3
-    boxed = made().best(HERE, leader, [], NONE, 0.2 * FREE)
+    boxed = made().best(HERE, leader, [], free(behind=0.2))
     assert boxed[-1, 0] == pytest.approx(-0.2, abs=0.02)
-    assert made().best(HERE, leader, [], FREE, NONE).tolist() == [[0.0, 0.0, 0.0]] * 26
+    assert made().best(HERE, leader, [], free(ahead=1.0)).tolist() == [[0.0, 0.0, 0.0]] * 26
+
+
+@pytest.mark.parametrize("heading", HEADINGS.tolist())
+def test_boxed_in_it_turns_on_the_spot_to_where_the_ground_is_free(heading):
+    room = free(turned=np.where(heading == HEADINGS, 1.0, 0.0))
+    here = Pose2(0.0, 0.0, heading + math.pi / 2.0)
+    leader = going(-1.6 * math.cos(heading), -1.6 * math.sin(heading), 0.4, heading)
+    way = made().best(here, leader, [], room)
+    assert way[8, :2] == pytest.approx((0.0, 0.0))
+    assert 0.3 < here.yaw - way[8, 2] < math.pi / 2.0  # on its way round, the short one
+    assert math.hypot(*way[-1, :2]) > 0.3
+    assert math.cos(math.atan2(way[-1, 1], way[-1, 0]) - heading) == pytest.approx(1.0)
+    assert math.cos(way[-1, 2] - heading) == pytest.approx(1.0)
+    assert np.array_equal(made().best(here, leader, [], free()), np.tile(here, (26, 1)))  # it does not turn, either
+
+
+def test_who_cannot_stay_may_come_nearer_to_its_leader_than_the_string_is_long_but_leaves_it_room():
+    leader, room = going(1.5, 0.0), free(ahead=0.25)
+    comes = going(-0.3, 1.0, 0.2, -math.pi / 2.0)
+    way = made().best(HERE, leader, [comes], room)
+    assert way[-1, 0] == pytest.approx(0.25, abs=0.02)
+    assert made().best(HERE, leader, [], room)[:, 0].max() < 0.1  # without need it does not
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_it_makes_room_for_who_comes_at_its_flank(side):
     other = going(0.1, side * 1.0, 0.2, -side * math.pi / 2.0)
-    way = made().best(HERE, going(1.4, 0.0), [other], FREE, FREE)
+    way = made().best(HERE, going(1.4, 0.0), [other], OPEN)
     assert np.hypot(*(way[-1, :2] - other[-1, :2])) > np.hypot(*other[-1, :2]) + 0.2
 
 
 def test_it_keeps_to_the_way_that_it_is_on_where_another_is_as_good():
     give_way = made()
     ways = [
-        give_way.best(HERE, going(1.4, 0.0), [going(0.0, y, 0.2, -math.copysign(math.pi / 2.0, y))], FREE, FREE)
+        give_way.best(HERE, going(1.4, 0.0), [going(0.0, y, 0.2, -math.copysign(math.pi / 2.0, y))], OPEN)
         for y in (0.9, 0.9001, 0.9)
     ]
     assert np.array_equal(ways[0], ways[1])
@@ -81,15 +110,17 @@ def test_it_keeps_to_the_way_that_it_is_on_where_another_is_as_good():
 
 @given(
     st.floats(0.85, 2.5), st.floats(-math.pi, math.pi), st.floats(0.0, 0.4), st.floats(-math.pi, math.pi),
-    st.floats(0.6, 2.0), st.floats(-math.pi, math.pi), st.floats(0.0, 1.0), st.floats(0.0, 1.0),
+    st.floats(0.6, 2.0), st.floats(-math.pi, math.pi), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0),
 )  # fmt: skip
-def test_it_never_crowds_its_leader_and_keeps_to_free_ground(away, at, speed, heading, other, where, ahead, behind):
+def test_it_never_crowds_its_leader_and_keeps_to_free_ground(
+    away, at, speed, heading, other, where, ahead, behind, turned
+):
     leader = going(away * math.cos(at), away * math.sin(at), speed, heading)
     others = [going(other * math.cos(where), other * math.sin(where))]
-    way = made().best(HERE, leader, others, ahead * FREE, behind * FREE)
+    way = made().best(HERE, leader, others, free(ahead, behind, turned))
     apart = np.hypot(way[:, 0] - leader[:, 0], way[:, 1] - leader[:, 1]).min()
     standing = np.hypot(leader[:, 0], leader[:, 1]).min()
     assert apart >= min(1.2, standing - 0.02) - 1e-9
     run = np.hypot(*np.diff(way[:, :2], axis=0).T).sum()
-    assert run <= max(ahead, behind) + 1e-9
+    assert run <= max(ahead, behind, turned) + 1e-9
     assert np.hypot(*np.diff(way[:, :2], axis=0).T).max() <= 0.08 + 1e-9

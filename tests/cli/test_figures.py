@@ -14,8 +14,6 @@ from rocs_bt.cli.main import call
 from rocs_bt.record import Recording
 from rocs_bt.record.paper import COUNTERPARTS
 
-from ..record import chromium
-
 SEEDS = (1, 2)
 NUMBERS = ("5b", "7b", "8", "9a", "9b", "9c", "9d", "9e")  # of the paper's figures
 
@@ -144,26 +142,17 @@ def test_the_page_says_what_the_paper_reports_and_needs_nothing_else(made):
 
 
 @pytest.mark.browser
-def test_in_a_browser_every_figure_is_drawn_and_no_error_is_logged(made, tmp_path):
-    path = chromium.find()
-    if path is None:
-        pytest.skip(f"no Chromium: none of {', '.join(chromium.NAMES)} is installed")
-    browser = chromium.Browser(path, tmp_path / "profile")
-    try:
-        browser.open((made / "paper.html").as_uri())
-        widths = browser.evaluate(
-            "[...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().width)"
-        )
-        assert len(widths) == len(NUMBERS)
-        assert min(widths) > 300
-        assert browser.evaluate("document.querySelectorAll('dl.caption dd').length") == 6 * 10
-        browser.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
-        browser.open((made / "paper.html").as_uri())
-        assert browser.evaluate("document.documentElement.scrollWidth") <= 390
-        assert browser.errors == []
-        assert [url for url in browser.requests if not url.startswith(("file:", "data:"))] == []
-    finally:
-        browser.close()
+def test_in_a_browser_every_figure_is_drawn_and_no_error_is_logged(browser, made):
+    browser.open((made / "paper.html").as_uri())
+    widths = browser.evaluate("[...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().width)")
+    assert len(widths) == len(NUMBERS)
+    assert min(widths) > 300
+    assert browser.evaluate("document.querySelectorAll('dl.caption dd').length") == 6 * 10
+    browser.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
+    browser.open((made / "paper.html").as_uri())
+    assert browser.evaluate("document.documentElement.scrollWidth") <= 390
+    assert browser.errors == []
+    assert [url for url in browser.requests if not url.startswith(("file:", "data:"))] == []
 
 
 def test_one_seed_is_refused_since_it_says_nothing_of_others():

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import csv
 import html
-import importlib.util
 import io
 import json
 import re
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,10 +19,6 @@ from rocs_bt.errors import RecordingError
 from rocs_bt.record import Outline, RunHeader
 
 from .records import episode, table
-
-spec = importlib.util.spec_from_file_location("chromium", Path(__file__).parents[1] / "record" / "chromium.py")
-chromium = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(chromium)
 
 
 def sceneries_of(scenes):
@@ -172,16 +166,6 @@ def test_markdown_has_the_same_tables(comparison):
     assert "| good better than middling in success |" in judged
     assert failures.count("`rocs-bt episode") == 20
     assert "more failures" in told
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    path = chromium.find()
-    if path is None:
-        pytest.skip(f"no Chromium: none of {', '.join(chromium.NAMES)} is installed")
-    browser = chromium.Browser(path, tmp_path_factory.mktemp("chromium"))
-    yield browser
-    browser.close()
 
 
 @pytest.mark.browser

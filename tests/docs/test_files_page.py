@@ -170,6 +170,7 @@ until = "ahead > 0.5 m"
 for = "0.1 s"
 cooldown = "1 s"
 trigger = "level"
+keep = ["speed"]
 priority = 50
 on_invalid = "hold"
 max_hold = "0.5 s"

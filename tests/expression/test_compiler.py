@@ -223,7 +223,10 @@ def test_reading_tells_what_was_compared():
         [Signal("front", 3, (LENGTH,)), Signal("speed", 1, (SPEED,)), Signal("n", 1, (NONE,))]
     )
     node = parse("min(front) < 0.3 m and (speed > 0.1 m/s or n == 2) and min(front) > 0 m", environment)
-    assert reading(node, [0.21234, 1.0, math.inf, math.nan, 2.0]) == "min(front) = 0.212 m, speed = invalid, n = 2"
+    x = [0.21234, 1.0, math.inf, math.nan, 2.0]
+    assert reading(node, x) == "min(front) = 0.212 m, n = 2"  # which made the `or` hold
+    assert reading(node, [*x[:4], 1.0]) == "min(front) = 0.212 m, speed = invalid"  # which made it invalid
+    assert reading(node, [*x[:3], 0.0, 1.0]) == "min(front) = 0.212 m, speed = 0 m/s, n = 1"
 
 
 def test_environment_of_a_signal_table():

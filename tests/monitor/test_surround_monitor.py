@@ -29,6 +29,7 @@ GIVEN = {
     "half_angle": 0.26,
     "reach": 1.0,
     "memory": 10.0,
+    "ground": 10.0,
     "peer_radius": 0.25,
     "reaction": 0.1,
     "deceleration": 2.0,
@@ -102,6 +103,13 @@ class Rig:
         return self.knowledge.signals.read(name, self.clock.now() - 0.05).tolist()
 
 
+def wait(rig, duration):
+    for _ in range(round(duration / 0.05)):
+        rig.clock.advance()
+    rig.peers(math.inf, math.inf)
+    rig.at(Pose2(0.0, 0.0, 0.0))
+
+
 @pytest.fixture
 def rig():
     return Rig()
@@ -157,6 +165,75 @@ def test_from_a_peer_that_comes_ahead_it_is_driven_back_only_over_ground_that_is
     assert known["rear"] > 0.25
 
 
+def test_it_keeps_to_its_way_off_for_a_while():
+    begun, fresh = Rig(), Rig()
+    for rig in (begun, fresh):
+        rig.look_round(Pose2(0.0, 0.0, 0.0))
+    begun.peer(Pose2(-0.95, 0.0, 0.0), speed=0.3)
+    assert begun.groups()["front"] == math.inf
+    for rig in (begun, fresh):
+        rig.peer(Pose2(-0.58, 0.0, 0.0))  # all but touching
+    assert begun.groups()["front"] == math.inf
+    assert fresh.groups()["front"] < 0.2  # who has not begun to go stands
+    begun.peer(Pose2(0.65, -0.35, math.pi / 2.0), speed=0.4, name="R4")  # who crosses the way
+    assert begun.groups()["front"] < 0.2
+    begun.peer(Pose2(5.0, 0.0, 0.0), name="R4")
+    begun.peer(Pose2(-0.95, 0.0, 0.0), speed=0.3)
+    assert begun.groups()["front"] == math.inf
+    begun.peer(Pose2(-0.58, 0.0, 0.0))
+    wait(begun, 1.2)
+    assert begun.groups()["front"] < 0.2
+
+
+def test_from_who_would_hit_it_it_goes_while_it_can(rig):
+    rig.look_round(Pose2(0.0, 0.0, 0.0))
+    rig.peer(Pose2(-0.63, 0.1, 0.0), speed=0.2)  # 3 cm behind the hull: standing it would be hit
+    found = rig.groups()
+    assert found["rear"] < 0.2
+    assert found["front"] == math.inf
+
+
+def test_who_is_pinned_goes_wherever_it_comes_no_nearer_after_a_while(rig):
+    rig.look_round(Pose2(0.0, 0.0, 0.0))
+    rig.peer(Pose2(-0.58, 0.0, 0.0))
+    assert rig.groups()["front"] < 0.2
+    for _ in range(4):
+        wait(rig, 1.0)
+        assert rig.groups()["front"] < 0.2
+    wait(rig, 1.2)
+    assert rig.groups()["front"] == math.inf
+
+
+def test_what_a_reflex_drives_over_was_seen_lately():
+    rig = Rig(ground=60.0, memory=1.0)
+    rig.look_round(Pose2(0.0, 0.0, 0.0))
+    for _ in range(40):
+        rig.clock.advance()
+    rig.peers(math.inf, math.inf)
+    rig.at(Pose2(0.0, 0.0, 0.0))
+    rig.peer(Pose2(0.95, 0.0, math.pi), speed=0.3)
+    found = rig.groups()
+    assert rig.room("room_behind")[2] > 0.4  # where a plan may send it
+    assert max(found["front"], found["rear"]) < 0.2
+    for _ in range(4):
+        wait(rig, 1.2)
+        assert rig.groups()["rear"] < 0.2
+    wait(rig, 1.2)
+    assert rig.groups()["rear"] > 0.2  # held up for so long it goes where it may
+
+
+def test_it_stands_in_time_before_a_leader_that_comes(rig):
+    rig.knowledge.graph.add("R2", "peer", tag=2)
+    rig.knowledge.graph.relate("R3", "follows", "R2", distance=1.4, safety=0.8)
+    standing = {}
+    for speed in (0.0, 0.4):
+        rig.at(Pose2(0.0, 0.0, 0.0), speed=0.6)
+        rig.peer(Pose2(1.15, 0.0, math.pi), speed=speed, name="R2")
+        found = rig.groups()
+        standing[speed] = max(found["front"], found["rear"]) < 0.2
+    assert standing == {0.0: False, 0.4: True}
+
+
 def test_it_tells_how_far_it_may_drive_on_ground_that_it_knows(rig):
     rig.groups()
     assert rig.room("room_behind") == [0.0] * 5
@@ -171,6 +248,38 @@ def test_it_tells_how_far_it_may_drive_on_ground_that_it_knows(rig):
     rig.at(Pose2(math.nan, 0.0, 0.0))
     rig.groups()
     assert rig.room("room_ahead") == [0.0] * 5
+
+
+def test_it_turns_on_the_spot_only_where_all_that_its_corners_sweep_is_known_to_be_free(rig):
+    rig.groups()
+    assert rig.room("room_turned") == [0.0] * 12  # it has seen nothing beside it
+    rig.look_round(Pose2(0.0, 0.0, 0.0))
+    rig.groups()
+    assert all(0.5 < room <= 1.0 for room in rig.room("room_turned"))
+    rig.at(Pose2(0.0, 0.0, math.pi / 2.0))
+    rig.groups([math.inf, 0.5, math.inf])  # 0.45 m before the hull, to the world's north
+    north, others = rig.room("room_turned")[9], [rig.room("room_turned")[i] for i in (0, 3, 6)]
+    assert north == pytest.approx(0.35, abs=0.11)
+    assert min(others) > 0.5
+    rig.at(Pose2(0.0, 0.0, 0.0))
+    rig.groups()
+    assert rig.room("room_turned")[9] == pytest.approx(north, abs=0.11)  # it remembers
+    rig.at(Pose2(0.0, 0.36, 0.0))  # its flank is 0.14 m from what it saw, and a corner reaches 0.16 m beyond that
+    rig.groups()
+    assert rig.room("room_turned") == [0.0] * 12
+
+
+def test_free_ground_is_forgotten_in_its_time():
+    rig = Rig(ground=3.0, memory=1.0)
+    rig.look_round(Pose2(0.0, 0.0, 0.0))
+    rig.groups()
+    assert rig.room("room_behind")[2] > 0.4
+    for _ in range(70):
+        rig.clock.advance()
+    rig.peers(math.inf, math.inf)
+    rig.at(Pose2(0.0, 0.0, 0.0))
+    rig.groups()
+    assert rig.room("room_behind") == [0.0] * 5
 
 
 def test_where_a_peer_drove_nothing_stands(rig):
@@ -261,6 +370,7 @@ def test_without_its_pose_or_its_robot_sensor_nothing_is_known(rig):
     ("given", "told"),
     [
         ({"memory": 0.0}, "must be above 0"),
+        ({"ground": 5.0}, "at least as long as memory, found 5 s and 10 s"),
         ({"mounts": [(0.0, 0.0, 0.0)]}, "x, y and yaw of 3 beams"),
         ({"group": {"front": {"beams": [0]}}}, "left_gap"),
     ],

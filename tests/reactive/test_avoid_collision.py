@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from rocs_bt.actions import ACTIONS as SHIPPED_ACTIONS
+from rocs_bt.catalog import Catalog
+from rocs_bt.check import fitted_rules
 from rocs_bt.expression import Environment
-from rocs_bt.reactive import RuleModel, check_rules, load_rules
+from rocs_bt.reactive import Override, RuleModel, check_rules, load_rules
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED
 
@@ -19,25 +21,22 @@ ENVIRONMENT = Environment.packed(
     ]
 )
 
+OTHERWISE = {"goal_distance": 3.0, "speed": 0.3}
 SHIPPED = Path(__file__).parents[2] / "rules" / "avoid_collision.toml"
 
 
 class TestShipped:
     """rules/avoid_collision.toml on ranges by hand."""
 
-    def wanted(self, **changes):
-        values = {
-            "front": 1.0,
-            "left_gap": 1.0,
-            "right_gap": 1.0,
-            "rear": 1.0,
-            "goal_distance": 3.0,
-            "speed": 0.3,
-        } | changes
-        x = np.array([v for n, s in ENVIRONMENT.signals.items() for v in [values.get(n, 0.0)] * s.size])
-        model = RuleModel(load_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS))
-        model.react(x, 0.0)
-        return {r.rule.rpartition("/")[2]: r.parameters for r in model.react(x, 1.0)}
+    def wanted(self, *, after=1.0, before=None, turning="0.16 m", **changes):
+        """What is wanted when some values have stood for a while [s], and others before them."""
+        rules = load_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS, overrides={"turning": Override(turning)})
+        model, told = RuleModel(rules), []
+        for t, values in ((0.0, before or changes), (0.05, changes), (after - 0.2, changes), (after, changes)):
+            values = dict.fromkeys(("front", "left_gap", "right_gap", "rear"), 1.0) | OTHERWISE | values
+            x = np.array([v for n, s in ENVIRONMENT.signals.items() for v in [values.get(n, 0.0)] * s.size])
+            told = model.react(x, t)
+        return {r.rule.rpartition("/")[2]: r.parameters for r in told if r.latched}
 
     def test_it_wants_nothing_when_there_is_room(self):
         assert check_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS) == []
@@ -65,6 +64,37 @@ class TestShipped:
         assert self.wanted(front=0.19, rear=0.24)["Flinch"]["speed"] == 0.0
         assert self.wanted(front=0.19, rear=0.26)["Flinch"]["speed"] == -0.35
 
+    def test_wedged_it_turns_out_once_driving_straight_has_not_helped(self):
+        slot = {"front": 0.22, "rear": 0.19, "left_gap": 0.3, "speed": 0.0}
+        assert set(self.wanted(**slot)) == {"Flinch"}
+        wedged = self.wanted(after=2.1, **slot)
+        assert set(wedged) == {"AvoidCollision"}
+        assert wedged["AvoidCollision"]["turn"] == pytest.approx(-np.pi / 3)
+        beside = {"front": 0.6, "rear": 0.6, "left_gap": 0.18, "speed": -0.1}  # which no driving straight takes it from
+        came = beside | {"left_gap": 0.14}
+        assert set(self.wanted(after=2.1, before=came, **beside)) == {"AvoidCollision"}
+        assert set(self.wanted(after=2.1, before=came, **beside | {"speed": 0.2})) == {"Flinch"}  # it drives
+        assert self.wanted(after=2.1, **beside) == {}  # it may have been put there
+        assert set(self.wanted(after=2.1, **slot | {"left_gap": 0.155})) == {"Flinch"}  # its corners would touch
+        assert set(self.wanted(after=2.1, **slot | {"goal_distance": 0.15})) == set()
+        assert set(self.wanted(after=2.1, turning="1 m", **slot)) == {"Flinch"}  # as the file has it
+        passed = beside | {"speed": 0.0}
+        assert self.wanted(after=13.0, before=passed | {"left_gap": 0.3}, **passed) == {}  # it parks there
+
+    def test_wedged_without_a_speed_it_stands_still(self):
+        assert "Blind" in self.wanted(after=2.3, front=0.22, rear=0.19, speed=np.nan)
+        for after in (2.05, 2.1, 2.15):  # and meanwhile it goes on to flinch
+            assert set(self.wanted(after=after, front=0.22, rear=0.19, speed=np.nan)) & {"Flinch", "Blind"}
+        assert "Blind" not in self.wanted(after=2.3, front=0.6, rear=0.6, speed=np.nan)
+
     def test_blind_it_stands_still(self):
         for signal in ("front", "left_gap", "right_gap", "rear", "goal_distance"):
             assert self.wanted(**{signal: np.nan})["Blind"] == {"below": 0.0, "patience": 3600.0}
+
+    def test_only_a_robot_that_is_heard_all_round_is_turned_out(self):
+        catalog = Catalog()
+        fitted = dict(fitted_rules(catalog.find("rules", "avoid_collision"), catalog))
+        turning = {robot: rules.thresholds["turning"] for robot, rules in fitted.items()}
+        assert "summit_xl" in turning
+        for robot, gap in turning.items():  # closer than 0.26 m is what it may be wedged in
+            assert (gap < 0.26) is robot.startswith("pioneer"), robot

@@ -81,7 +81,7 @@ WORDS = [
     "__import__('os')", "front.__class__", "(lambda: canary())()", "f'{canary()}'", "[canary() for x in front]",
     "always", "implies", "within", '"', "'", '\\', "é", "\x00", "=", "\n", "when", "until", "[rule.B]",
     "priority = 5", 'on_invalid = "trip"', 'include = ["x.toml"]', "{", "}", 'trigger = "level"', 'for = "1 s"',
-    'cooldown = "0.5 s"', "name = ", "[alias]", "[threshold]", "[[rule.A.test]]", "-inf m",
+    'cooldown = "0.5 s"', 'keep = ["angle"]', "name = ", "[alias]", "[threshold]", "[[rule.A.test]]", "-inf m",
 ]  # fmt: skip
 TOKEN = re.compile(r"\w+|\s+|[^\w\s]")
 ENGINE = str(Path(rocs_bt.__file__).parent)

@@ -30,7 +30,7 @@ from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.report import render_report
 
-from . import chromium, synthetic
+from . import synthetic
 
 EVIL = "</script><b>&'\"\0\ud800"
 
@@ -195,36 +195,31 @@ def test_the_report_tells_what_was_learnt(recording, told):
 
 
 @pytest.mark.browser
-@pytest.mark.skipif(chromium.find() is None, reason="needs Chromium")
-def test_in_a_browser_one_searches_and_moves_in_time(stories, tmp_path):
+def test_in_a_browser_one_searches_and_moves_in_time(browser, stories, tmp_path):
     page = tmp_path / "knowledge.html"
     page.write_text(render_knowledge(stories[1]), encoding="utf-8")
-    browser = chromium.Browser(chromium.find(), tmp_path / "profile")
-    try:
-        browser.open(page.as_uri())
-        shown = "[...document.querySelectorAll('.node:not(.gone) title')].map((t) => t.textContent.split(',')[0])"
-        assert browser.evaluate(shown)[:3] == ["R2", "origin", "box"]
+    browser.open(page.as_uri())
+    shown = "[...document.querySelectorAll('.node:not(.gone) title')].map((t) => t.textContent.split(',')[0])"
+    assert browser.evaluate(shown)[:3] == ["R2", "origin", "box"]
 
-        def at(t: float) -> None:
-            browser.evaluate(f"window.slider.value = {t}; window.slider.dispatchEvent(new Event('input'))")
+    def at(t: float) -> None:
+        browser.evaluate(f"window.slider.value = {t}; window.slider.dispatchEvent(new Event('input'))")
 
-        at(0.3)
-        assert browser.evaluate(shown) == ["R2", "origin"]
-        assert browser.evaluate("document.querySelectorAll('.edge:not(.gone)').length") == 1
-        at(0.6)
-        assert browser.evaluate(shown) == ["R2", "origin", "box"]
-        assert browser.evaluate("document.querySelectorAll('.edge:not(.gone)').length") == 2
-        browser.evaluate("window.search.value = 'radius 0.2'; window.search.dispatchEvent(new Event('input'))")
-        assert browser.evaluate("document.querySelectorAll('.node.hit').length") == 1
-        browser.evaluate("document.querySelector('#hits button').click()")
-        card = browser.evaluate("document.getElementById('card').textContent")
-        assert card.startswith("boxobjectradius0.2 m0.50 s")
-        assert "near R2 (distance 1)" in card
-        at(2.0)
-        assert "radius" not in browser.evaluate("document.getElementById('card').textContent")
-        browser.evaluate("document.querySelector('[data-kind=goal]').click()")
-        assert "origin" not in browser.evaluate(shown)
-        assert browser.errors == []
-        assert [r for r in browser.requests if not r.startswith(("file:", "data:"))] == []
-    finally:
-        browser.close()
+    at(0.3)
+    assert browser.evaluate(shown) == ["R2", "origin"]
+    assert browser.evaluate("document.querySelectorAll('.edge:not(.gone)').length") == 1
+    at(0.6)
+    assert browser.evaluate(shown) == ["R2", "origin", "box"]
+    assert browser.evaluate("document.querySelectorAll('.edge:not(.gone)').length") == 2
+    browser.evaluate("window.search.value = 'radius 0.2'; window.search.dispatchEvent(new Event('input'))")
+    assert browser.evaluate("document.querySelectorAll('.node.hit').length") == 1
+    browser.evaluate("document.querySelector('#hits button').click()")
+    card = browser.evaluate("document.getElementById('card').textContent")
+    assert card.startswith("boxobjectradius0.2 m0.50 s")
+    assert "near R2 (distance 1)" in card
+    at(2.0)
+    assert "radius" not in browser.evaluate("document.getElementById('card').textContent")
+    browser.evaluate("document.querySelector('[data-kind=goal]').click()")
+    assert "origin" not in browser.evaluate(shown)
+    assert browser.errors == []
+    assert [r for r in browser.requests if not r.startswith(("file:", "data:"))] == []

@@ -19,19 +19,9 @@ from rocs_bt.event import (
 from rocs_bt.record.header import AgentInfo, BodyInfo, Fan, RunHeader, TreeNode
 from rocs_bt.record.live import LivePage
 
-from . import chromium, synthetic
+from . import synthetic
 
 EVENTS = synthetic.events(4.0)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    path = chromium.find()
-    if path is None:
-        pytest.skip("no Chromium is installed")
-    browser = chromium.Browser(path, tmp_path_factory.mktemp("chromium"))
-    yield browser
-    browser.close()
 
 
 def until(browser, script: str):

@@ -15,7 +15,7 @@ from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.report import render_report, write_report
 
-from . import chromium, synthetic
+from . import synthetic
 
 
 @pytest.fixture(scope="module")
@@ -145,16 +145,6 @@ def test_without_a_summary_the_outcome_is_what_was_judged(tmp_path):
 def test_a_folder_that_is_not_there_is_told(recording, tmp_path):
     with pytest.raises(RecordingError, match=r"report.*cannot be written: No such file"):
         write_report(recording, None, tmp_path / "no" / "report.html")
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    path = chromium.find()
-    if path is None:
-        pytest.skip(f"no Chromium: none of {', '.join(chromium.NAMES)} is installed")
-    browser = chromium.Browser(path, tmp_path_factory.mktemp("chromium"))
-    yield browser
-    browser.close()
 
 
 @pytest.mark.browser

@@ -56,13 +56,13 @@ class MujocoSensor(Sensor):
         raise NotImplementedError
 
     def read(self) -> Reading:
-        with self.mount.world.lock:
-            values = self.sample()
-            stamp = self.mount.world.stamp
-            if self.mount.noise > 0.0:
+        mount, world = self.mount, self.mount.world
+        with world.lock:
+            values, stamp = self.sample(), world.stamp
+            if mount.noise > 0.0:
                 if stamp != self._drawn_at:  # a second look at the same instant says the same
                     self._drawn_at = stamp
-                    self._errors = self.mount.rng.normal(0.0, self.mount.noise, len(values)).tolist()
+                    self._errors = mount.rng.normal(0.0, mount.noise, len(values)).tolist()
                 values = [v + e for v, e in zip(values, self._errors, strict=True)]
             return Reading(stamp, self.limit(values))
 

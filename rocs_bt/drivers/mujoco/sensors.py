@@ -7,7 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
+from ...compiled import compiled
 from ...errors import InputError, unknown
 from ...knowledge.share import Letterbox, packed
 from ...record.header import Beam
@@ -104,7 +106,6 @@ class RangeCone(MujocoSensor):
             for ray in range(self.parameters.rays)
         ]
         self._addresses = np.array(addresses, dtype=np.intp)
-        self._shape = (len(self.parameters.sites), self.parameters.rays)
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
@@ -132,10 +133,7 @@ class RangeCone(MujocoSensor):
                 )
 
     def sample(self) -> list[float]:
-        rays = self.mount.world.sensed(self._addresses)
-        rays[rays < 0.0] = math.inf  # MuJoCo says -1 where nothing is hit
-        nearest: list[float] = rays.reshape(self._shape).min(axis=1).tolist()
-        return nearest
+        return least_echoes(self.mount.world.sensed(self._addresses), self.parameters.rays)
 
     def limit(self, values: list[float]) -> list[float]:
         low, high = self.parameters.range
@@ -229,6 +227,13 @@ def make_sensor(
     world.body(robot)
     mount = Mount(world, robot, noise, np.random.default_rng(0) if rng is None else rng)
     return pick(SENSORS, driver, "sensor", "mujoco")(name, parameters, mount)
+
+
+@compiled
+def least_echoes(rays: npt.NDArray[np.float64], each: int) -> list[float]:
+    """The least of each so many ranges [m]; MuJoCo says -1 where a ray hits nothing, which is +inf."""
+    nearest: list[float] = np.where(rays < 0.0, math.inf, rays).reshape(-1, each).min(axis=1).tolist()
+    return nearest
 
 
 def _cones(parameters: Mapping[str, Any], name: str) -> RangeConeParameters:

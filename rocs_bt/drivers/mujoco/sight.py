@@ -29,7 +29,11 @@ class Sight:
 
         self._ray = mujoco.mj_ray
         self._model = model
-        self._geom = np.zeros((1, 1), dtype=np.int32)
+        # MuJoCo takes arrays; for three numbers plain Python, by views of them, is faster than numpy.
+        self._start, self._along, self._geom = np.zeros(3), np.zeros(3), np.zeros((1, 1), dtype=np.int32)
+        self._from: memoryview[float] = memoryview(self._start)  # type: ignore[arg-type]  # arrays are buffers
+        self._to: memoryview[float] = memoryview(self._along)  # type: ignore[arg-type]
+        self._hit: memoryview[int] = memoryview(self._geom)  # type: ignore[arg-type]
         owned = {geom: body.name for body in robots.values() for geom in body.geoms}
         self._owners = [owned.get(geom, "") for geom in range(model.ngeom)]
         self._solid = [collides(model, geom) for geom in range(model.ngeom)]
@@ -39,15 +43,19 @@ class Sight:
         left = math.dist(begin, end)
         if left < _ON:
             return True
-        start, along = np.array(begin), np.array([(b - a) / left for a, b in zip(begin, end, strict=True)])
+        (x, y, z), start, along = begin, self._from, self._to
+        dx, dy, dz = [(b - a) / left for a, b in zip(begin, end, strict=True)]
+        along[0], along[1], along[2] = dx, dy, dz
         for _ in range(_OWN):
-            hit = float(self._ray(self._model, data, start, along, None, True, robot.root, self._geom))
+            start[0], start[1], start[2] = x, y, z
+            hit = self._ray(self._model, data, self._start, self._along, None, True, robot.root, self._geom)
             if hit < 0.0 or hit >= left:
                 return True
-            geom = int(self._geom[0, 0])
+            geom = self._hit[0, 0]
             if self._owners[geom] == other.name:
                 return True
             if self._solid[geom] and self._owners[geom] != robot.name:
                 return False
-            start, left = start + (hit + _ON) * along, left - hit - _ON
+            on = hit + _ON
+            x, y, z, left = x + on * dx, y + on * dy, z + on * dz, left - hit - _ON
         return False

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from ...clock import Clock, SimulatedClock
 from ...device import Watchdog
 from ...errors import Fault, InputError, UnknownName, unknown
-from ...geometry import Pose2, Twist2, wrap_angle
+from ...geometry import Pose2, Twist2, pose2, wrap_angle
 from .body import RobotBody, Thing, bounds, find_bodies, find_things
 from .nearness import Among, Nearness
 from .sight import Sight
@@ -77,6 +77,7 @@ class MujocoWorld:
         self._qpos: memoryview[float] = memoryview(self.data.qpos)
         self._qvel: memoryview[float] = memoryview(self.data.qvel)
         self._ctrl: memoryview[float] = memoryview(self.data.ctrl)
+        self._sensordata: npt.NDArray[np.float64] = self.data.sensordata
         self.clock = clock
         self.step = float(model.opt.timestep)
         self.lock = threading.RLock()
@@ -87,6 +88,7 @@ class MujocoWorld:
         self.only_robots_move = not self.things and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
         self._drift = np.zeros((model.nmocap, 3))  # of carried things in one physics step [m]
         self._mj = mujoco
+        self._simulated = isinstance(clock, SimulatedClock)
         self._tick: Callable[[], None] = clock.advance if isinstance(clock, SimulatedClock) else lambda: None
         self._motors: dict[str, list[Motors]] = {name: [] for name in robots}
         self._late: list[Motors] = []  # those with a delay
@@ -131,7 +133,7 @@ class MujocoWorld:
         with self.lock:
             q = self.body(robot).q
             x, y, _, w, i, j, k = self._qpos[q : q + 7].tolist()
-            pose = Pose2(x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))))
+            pose = pose2((x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k)))))
             self._poses[robot] = self._revision, pose
         return pose
 
@@ -233,18 +235,20 @@ class MujocoWorld:
 
     def commanded(self, robot: str) -> bool:
         """Whether any of a robot's motors is asked to turn, or still runs down."""
-        return any(
-            not m.settled or any(m.target) or any(any(speeds) for _, speeds in m.coming) for m in self._motors[robot]
-        )
+        for m in self._motors[robot]:
+            if not m.settled or any(m.target) or any(any(speeds) for _, speeds in m.coming):
+                return True
+        return False
 
     def advance(self, steps: int) -> None:
         """Let the world move on by some physics steps."""
         with self.lock:
             touch, data, model, step, now = self._touch, self.data, self.model, self._mj.mj_step, self.clock.now
             touch.begin(data)
-            expiry = min((w.expiry for w in self._watchdogs), default=math.inf)
+            expiry = min([w.expiry for w in self._watchdogs], default=math.inf)
+            safe = self._simulated and now() + steps * self.step <= expiry
             for i in range(steps):
-                if now() > expiry:
+                if not safe and now() > expiry:
                     for watchdog in self._watchdogs:
                         watchdog.check()
                 for motors in self._late:
@@ -306,8 +310,7 @@ class MujocoWorld:
                 self._mj.mj_sensorPos(self.model, self.data)
                 self.model.opt.disableflags = self._sensors_off
                 self._sensed = self._revision
-            values: npt.NDArray[np.float64] = self.data.sensordata[addresses]
-            return values
+            return self._sensordata.take(addresses)
 
     def sensor_address(self, robot: str, name: str) -> int:
         """Where a MuJoCo sensor of a robot leaves its first value.

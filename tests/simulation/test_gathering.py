@@ -1,0 +1,86 @@
+"""Events that are handed on together reach the same sinks, in the same order, as those that go one by one."""
+
+import pytest
+
+from rocs_bt.event import BodyMoved, ListSink, Said
+from rocs_bt.record.header import RunHeader
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.simulation.gathering import Gathering
+from rocs_bt.simulation.metrics import Metrics
+
+
+class Batches(ListSink):
+    def __init__(self):
+        super().__init__()
+        self.sizes = []
+
+    def take(self, events):
+        self.events += events
+        self.sizes.append(len(events))
+
+
+def events(periods=40):
+    for k in range(periods):
+        t = 0.05 * k
+        yield BodyMoved(t=t, agent="R2", body="R2", x=0.1 * k, y=0.0, yaw=0.0)
+        yield BodyMoved(t=t, body="box", x=0.0, y=1.0, yaw=0.0)
+        yield Said(t=t, agent="R2", node="say", text=f"{k}")
+
+
+def test_all_come_in_their_order_and_once():
+    one, other = Batches(), Batches()
+    gathering, told = Gathering(one, other), list(events(2))
+    for event in told:
+        gathering.emit(event)
+    assert not one.events
+    gathering.hand_on()
+    gathering.hand_on()
+    assert one.events == other.events == told
+    assert one.sizes == [len(told)]
+
+
+def test_what_a_sink_refuses_is_not_handed_on_again():
+    class Broken(Batches):
+        def take(self, events):
+            raise OSError("no space left")
+
+    before, gathering = Batches(), None
+    gathering = Gathering(before, Broken())
+    gathering.emit(next(events()))
+    with pytest.raises(OSError, match="no space"):
+        gathering.hand_on()
+    gathering.hand_on()
+    assert before.sizes == [1]
+
+
+def test_it_hands_on_before_somebody_watches():
+    sink, seen = Batches(), []
+    gathering = Gathering(sink)
+    watch = gathering.before(lambda t: seen.append((t, len(sink.events))) or t < 1.0)
+    gathering.emit(next(events()))
+    assert watch(0.5)
+    assert not watch(1.0)
+    assert seen == [(0.5, 1), (1.0, 1)]
+
+
+def test_a_recording_and_its_metrics_are_the_same(tmp_path):
+    recorded, counted = [], []
+    for together in (1, 3, 7, 1000):
+        recorder, metrics = Recorder(tmp_path / f"{together}.mcap", RunHeader(scenario="one", seed=1)), Metrics(["R2"])
+        gathering, told = Gathering(metrics, recorder), list(events())
+        for k, event in enumerate(told, 1):
+            gathering.emit(event)
+            if k % together == 0:
+                gathering.hand_on()
+        gathering.hand_on()
+        recorder.close()
+        recorded.append((tmp_path / f"{together}.mcap").read_bytes())
+        counted.append(metrics.of("R2"))
+    plain, metrics = Recorder(tmp_path / "plain.mcap", RunHeader(scenario="one", seed=1)), Metrics(["R2"])
+    for event in events():
+        plain.emit(event)
+        metrics.emit(event)
+    plain.close()
+    assert recorded == [(tmp_path / "plain.mcap").read_bytes()] * 4
+    assert counted == [metrics.of("R2")] * 4
+    assert counted[0]["path_length"] > 3.0
