@@ -198,7 +198,7 @@ class SignalTable:
             self._expires = np.full(self.size, -math.inf)
             # Live views of both: for a few numbers plain Python is faster than numpy.
             self._numbers: memoryview[float] = memoryview(self._values)  # type: ignore[arg-type]  # arrays are buffers
-            self._ends: memoryview[float] = memoryview(self._expires)  # type: ignore[arg-type]
+            self._ends: memoryview[float] = memoryview(self._expires)  # type: ignore[arg-type]  # as above
             for name, spec in self._specs.items():
                 place = self._slices[name]
                 self._writers[name] = SignalWriter(self, spec, self._values[place], self._expires[place], self._lock)

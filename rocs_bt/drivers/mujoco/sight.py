@@ -32,8 +32,8 @@ class Sight:
         # MuJoCo takes arrays; for three numbers plain Python, by views of them, is faster than numpy.
         self._start, self._along, self._geom = np.zeros(3), np.zeros(3), np.zeros((1, 1), dtype=np.int32)
         self._from: memoryview[float] = memoryview(self._start)  # type: ignore[arg-type]  # arrays are buffers
-        self._to: memoryview[float] = memoryview(self._along)  # type: ignore[arg-type]
-        self._hit: memoryview[int] = memoryview(self._geom)  # type: ignore[arg-type]
+        self._to: memoryview[float] = memoryview(self._along)  # type: ignore[arg-type]  # as above
+        self._hit: memoryview[int] = memoryview(self._geom)  # type: ignore[arg-type]  # as above
         owned = {geom: body.name for body in robots.values() for geom in body.geoms}
         self._owners = [owned.get(geom, "") for geom in range(model.ngeom)]
         self._solid = [collides(model, geom) for geom in range(model.ngeom)]
