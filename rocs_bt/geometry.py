@@ -76,10 +76,14 @@ def along_arc(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
 
 def arc(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> list[Pose2]:
     """Where `along_arc` leads in each of some whiles [s], to the bit; in half the time for many of them."""
-    yaw, turn = pose.yaw, twist.turn
-    whiles = list(durations)
-    places = arc_positions(pose, twist, whiles)
-    return [pose2((x, y, wrap_angle(yaw + turn * t))) for (x, y), t in zip(places, whiles, strict=True)]
+    return list(map(pose2, arc_poses(pose, twist, list(durations))))
+
+
+@compiled
+def arc_poses(pose: Pose2, twist: Twist2, durations: Sequence[float]) -> list[tuple[float, float, float]]:
+    """The poses of `arc` as plain numbers [m, m, rad]."""
+    places = arc_positions(pose, twist, durations)
+    return [(x, y, wrap_angle(pose.yaw + twist.turn * t)) for (x, y), t in zip(places, durations, strict=True)]
 
 
 @compiled

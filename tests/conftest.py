@@ -61,9 +61,12 @@ class Rig:
             ("speed", 1, (SPEED,)),
             ("turn_rate", 1, (TURN_RATE,)),
             ("front", 1, (LENGTH,)),
+            ("rear", 1, (LENGTH,)),
             ("room_ahead", 5, (LENGTH,) * 5),
             ("room_behind", 5, (LENGTH,) * 5),
             ("room_turned", 12, (LENGTH,) * 12),
+            ("free_turn", 2, (ANGLE,) * 2),
+            ("bend_off", 2, (ANGLE / LENGTH,) * 2),
         ):
             self.knowledge.signals.declare(Signal(name, size, dimensions, max_age=0.15))
         self.knowledge.signals.freeze()

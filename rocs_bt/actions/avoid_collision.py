@@ -8,13 +8,20 @@ from dataclasses import dataclass
 from ..action import Action, Body, MacroAction
 from ..geometry import Twist2
 from ..units import MetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds, Radians
+from .room import free_turn, room_back
 from .set_wheel_speed import SetWheelSpeed
 from .turn_angle import TurnAngle
+
+BACK = 0.3  # [m] that it backs off at most
+BACKING = 0.35  # [m/s] at which it does
 
 
 @dataclass(kw_only=True, eq=False)
 class AvoidCollision(MacroAction):
-    """Turn away, then drive straight on for a while. It looks at no sensor: the rule that asked for it does.
+    """Turn away, then drive straight on for a while. What is ahead is the matter of the rule that asked for it.
+
+    What a corner of the hull would sweep is its own: on a robot whose monitor tells `free_turn` it turns no farther,
+    and where that is less than half of what was asked for, it first backs off over ground that it knows to be free.
 
     Attributes:
         turn: How far to turn, left positive [rad].
@@ -29,5 +36,11 @@ class AvoidCollision(MacroAction):
     rate: PositiveRadiansPerSecond = 1.5
 
     def decompose(self, body: Body) -> Iterator[Action]:
-        yield TurnAngle(angle=self.turn, rate=self.rate)
-        yield SetWheelSpeed(speeds=body.drive.wheel_speeds(Twist2(self.speed)).tolist(), duration=self.duration)
+        if abs(free_turn(body, self.turn)) < 0.5 * abs(self.turn) and (back := min(room_back(body), BACK)) > 0.0:
+            yield _straight(body, -BACKING, back / BACKING)
+        yield TurnAngle(angle=free_turn(body, self.turn), rate=self.rate)
+        yield _straight(body, self.speed, self.duration)
+
+
+def _straight(body: Body, speed: float, duration: float) -> SetWheelSpeed:
+    return SetWheelSpeed(speeds=body.drive.wheel_speeds(Twist2(speed)).tolist(), duration=duration)

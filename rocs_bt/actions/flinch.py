@@ -1,4 +1,4 @@
-"""Flinch: straight away from what is too close."""
+"""Flinch: away from what is too close."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from dataclasses import dataclass, field
 from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..geometry import Pose2, Twist2
 from ..units import MetresPerSecond, PositiveMetres, PositiveSeconds
+from .room import bend_off
 
 
 @dataclass(kw_only=True, eq=False)
 class Flinch(AtomicAction):
-    """Drive straight, forward or backward, until some distance is gained.
+    """Drive forward or backward until some distance is gained: straight, or on the bend on which there is room.
+
+    A bend is told by the signal `bend_off`, where a monitor knows of peers and of ground that is free.
 
     The distance is measured by the pose; while that is lost, by the commanded speed, because a reflex must not wait.
     An `update` that turns the direction round begins to measure anew.
@@ -42,7 +45,8 @@ class Flinch(AtomicAction):
             return Progress.SUCCEEDED
         if now - self._begun > self.timeout - 0.5 * body.period:
             return Failure(Reason.TIMEOUT, f"gained {gained:.2f} m of {self.distance:.2f} m in {self.timeout:.1f} s")
-        body.wheels.command(body.drive.saturate(body.drive.wheel_speeds(Twist2(self.speed))).tolist())
+        twist = Twist2(self.speed, self.speed * bend_off(body, self.speed))
+        body.wheels.command(body.drive.saturate(body.drive.wheel_speeds(twist)).tolist())
         return Progress.RUNNING
 
     def _gained(self, body: Body) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 
 from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..control.drive import Array
 from ..control.reference import Reference, TimedReference, TurnReference
 from ..control.ways import along
 from ..errors import Fault, InputError, did_you_mean
@@ -22,12 +23,15 @@ from ..units import (
     PositiveSeconds,
     Seconds,
 )
+from .course import Course
 from .following import TURN_FIRST, PathDrive
-from .give_way import GiveWay, Room, pulled
+from .give_way import GiveWay, pulled
+from .room import Room, free_turn
 from .set_wheel_speed import SetWheelSpeed
 
 STEP = 0.1  # [s] between the places of the way to follow
 AHEAD = 2.5  # [s] that the way covers: the follower's horizon and the wheels' lag
+AFAR = 5.0  # [s] that it looks ahead at its leader where it must give way
 MOVED = 0.2  # [m] A leader that went so far does not stand.
 STILL = 0.02  # [m] A way that leads no farther is none: the wheels would be asked to creep.
 START = 0.08  # [m] The same for a robot that stands: what it knows of its leader is not as sure as that.
@@ -85,7 +89,7 @@ class FollowRobot(MacroAction):
 
     def _follow(self, body: Body) -> Iterator[Action]:
         drive, world, search = PathDrive(body, self.cruise), body.knowledge.world, _Search(self, body)
-        give_way = self._give_way(body)
+        give_way, course = self._give_way(body), Course()
         anchor, since = None, body.clock.now()  # where the leader stands, and from when on
         while True:
             now = body.clock.now()
@@ -102,9 +106,10 @@ class FollowRobot(MacroAction):
                 yield search.step()
                 continue
             search.found(pose, leader)
+            course.note(now, leader)
             reference = None
             if pose.distance(leader) >= self.safety:
-                reference = self._reference(body, pose, give_way, START if drive.standing() else STILL)
+                reference = self._reference(body, pose, give_way, course, START if drive.standing() else STILL)
             yield drive.brake() if reference is None else drive.follow(pose, reference)
 
     def _give_way(self, body: Body) -> GiveWay:
@@ -116,9 +121,10 @@ class FollowRobot(MacroAction):
             half=(0.5 * (hull.get("length") or 0.0), 0.5 * (hull.get("width") or 0.0)),
             speed=self.cruise,
             times=np.linspace(0.0, AHEAD, round(AHEAD / STEP) + 1),
+            afar=np.linspace(0.0, AFAR, round(AFAR / STEP) + 1),
         )
 
-    def _reference(self, body: Body, pose: Pose2, give_way: GiveWay, least: float) -> Reference | None:
+    def _reference(self, body: Body, pose: Pose2, give_way: GiveWay, course: Course, least: float) -> Reference | None:
         """Where the robot goes next; None where that is not even `least` away [m]."""
         world, times = body.knowledge.world, body.clock.now() + give_way.times
         names = [self.leader, *(name for name in world.peers() if name != self.leader)]
@@ -128,26 +134,24 @@ class FollowRobot(MacroAction):
         since = np.array([[t] for t, _, _ in motions.values()])
         leader, *others = along([motion[1:] for motion in motions.values()], times - since)
         way = pulled(pose, leader, self.distance, self.cruise * STEP, others, give_way.keep_off)
-        giving = give_way.needed(way, leader, others)
-        if giving:
-            way = give_way.best(pose, leader, others, _room(body))
-        first = next((row for row in way.tolist() if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)
-        if giving and first is None:
-            return None
+        first = _first(way, pose, least)
         # A slack string does not turn the robot, unless its leader has gone out of sight of what looks ahead.
-        here = Pose2(*leader[0].tolist())
-        error = pose.bearing(here) if first is None else wrap_angle(first[2] - pose.yaw)
-        if abs(error) > TURN_FIRST:
-            return TurnReference(wrap_angle(pose.yaw + error), pose.x, pose.y, pivot=body.drive.pivot)
+        turn = pose.bearing(Pose2(*leader[0].tolist())) if first is None else wrap_angle(first[2] - pose.yaw)
+        tight = abs(turn) > TURN_FIRST and free_turn(body, turn) != turn
+        if tight or give_way.needed(way, leader, others):
+            leading = course.ahead(motions[self.leader][2], give_way.afar)
+            way = give_way.best(pose, leading, others, Room.known(body))
+            first = _first(way, pose, least)
+            turn = 0.0 if first is None else wrap_angle(first[2] - pose.yaw)
+        if abs(turn) > TURN_FIRST:
+            return TurnReference(wrap_angle(pose.yaw + free_turn(body, turn)), pose.x, pose.y, pivot=body.drive.pivot)
         return None if first is None else TimedReference(times, way, body.clock.now)
 
 
-def _room(body: Body) -> Room:
-    """How far the robot may drive, as the signals of its name tell."""
-    signals, now = body.knowledge.signals, body.clock.now()
-    names = {name: f"room_{name}" for name in Room._fields}
-    known = {name: np.nan_to_num(signals.read(signal, now)) for name, signal in names.items() if signal in signals}
-    return Room.none()._replace(**known)
+def _first(way: Array, pose: Pose2, least: float) -> Sequence[float] | None:
+    """The first pose of a way (k, 3) that is more than `least` away [m]."""
+    rows: list[list[float]] = way.tolist()
+    return next((row for row in rows if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)
 
 
 class _Search:
@@ -181,5 +185,6 @@ class _Search:
             evidence = f"'{asked.leader}' was not found in {searched:.1f} s of looking round; {last}"
             raise ActionFailed(Reason.LOST_LEADER, evidence)
         rate = self._side * asked.search_rate if searched < round_trip else 0.0
+        rate = free_turn(body, rate * body.period) / body.period
         speeds = body.drive.saturate(body.drive.wheel_speeds(Twist2(0.0, rate)))
         return SetWheelSpeed(speeds=speeds.tolist(), duration=body.period)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from ..control.drive import Array
 from ..control.reference import TURN_RATE
 from ..control.ways import BENDS, HEADINGS, sinc
 from ..geometry import Pose2
+from .room import Room
 
 SPEEDS = (1.0, 0.6, 0.3)
 """Of the cruise speed: how fast the ways go."""
@@ -29,6 +29,8 @@ TURN_LAG = 0.3
 STICK = 0.02
 """By so much another way must be better than the one that it is on [m]."""
 
+NEARER = 0.02
+"""By so much a way may lead nearer to the leader than standing would [m]."""
 
 DETOURS = [math.radians(sign * angle) for angle in (0.0, 20.0, 40.0, 60.0, 80.0) for sign in (1.0, -1.0)][1:]
 """By how much a string is bent round who is in the way, the least first [rad]."""
@@ -96,26 +98,102 @@ def nearest_moment(way: Array, other: Array) -> float:
     return float(np.hypot(way[:, 0] - other[:, 0], way[:, 1] - other[:, 1]).min())
 
 
-class Room(NamedTuple):
-    """How far a robot may drive on ground that it knows to be free [m]; nowhere where nobody knows."""
+@compiled
+def bent_at(pose: Pose2, runs: Array, bends: Array, ways: Array) -> None:
+    """Fill ways (3, n, k), x, y and yaw, with where arcs of bends (n, 1) [rad/m] lead after runs (n, k) [m]."""
+    turned = bends * runs
+    half = 0.5 * turned
+    chord, middle = runs * sinc(half / math.pi), pose.yaw + half
+    ways[0], ways[1] = pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle)
+    ways[2] = pose.yaw + turned
 
-    ahead: Array  # (n,) on each of `control.ways.BENDS`
-    behind: Array  # (n,) back on each of them
-    turned: Array  # (m,) ahead, once turned on the spot to each of `control.ways.HEADINGS`
 
-    @classmethod
-    def none(cls) -> Room:
-        """Where nobody knows."""
-        return cls(np.zeros(len(BENDS)), np.zeros(len(BENDS)), np.zeros(len(HEADINGS)))
+@compiled
+def turned_at(
+    pose: Pose2,
+    ahead: tuple[Array, Array, Array],
+    turning: tuple[float, float, float],
+    times: Array,
+    ways: Array,
+) -> None:
+    """Fill ways (3, m, k), x, y and yaw, with turns on the spot to some headings, and then straight there.
+
+    Args:
+        pose: From where.
+        ahead: (m,) each: the headings [rad], how far they are off [rad], and how far one may drive there [m].
+        turning: How fast it goes [m/s] and turns [rad/s], and what is lost while it begins to turn, and ends [s].
+        times: (k,) For when [s].
+        ways: Which to fill.
+    """
+    (speed, rate, lag), (headings, errors, reach) = turning, ahead
+    took = np.abs(errors) / rate
+    took = (took + np.minimum(took, lag))[:, None]
+    runs = np.minimum(np.maximum(speed * (times - took), 0.0), reach[:, None])
+    ways[0] = pose.x + runs * np.cos(headings)[:, None]
+    ways[1] = pose.y + runs * np.sin(headings)[:, None]
+    ways[2] = pose.yaw + errors[:, None] * np.minimum(times / np.maximum(took, 1e-6), 1.0)
+
+
+@compiled
+def least_apart(way: Array, other: Array, half: tuple[float, float]) -> float:
+    """The least gap [m] between a hull on its way (k, 3), half so long and wide, and the middle of another (k, 3)."""
+    return float(_apart(way.T[:, None], other, half).min())
+
+
+@compiled
+def costs_at(
+    ways: Array,
+    leader: Array,
+    others: Sequence[Array],
+    half: tuple[float, float],
+    limits: tuple[float, float, float, float, float],
+    soon: int,
+    costs: Array,
+) -> None:
+    """Fill in what ways cost (n,), as `GiveWay` judges them; those too near to the leader cost infinitely much.
+
+    Args:
+        ways: (3, n, k) x, y and yaw; the first of them is standing.
+        leader: (k, 3) Where the leader will be.
+        others: (soon, 3) each, where the others will be.
+        half: Half the hull's length and width [m].
+        limits: The string's length [m], what to leave to the leader [m] and to others [m], what a metre less costs,
+            and by how much a way may lead nearer to the leader than standing would by then [m].
+        soon: How many of the moments count for the string and for the others.
+        costs: (n,) As the square of the metres too far from the leader.
+    """
+    length, room, keep, lever, nearer = limits
+    far = np.hypot(ways[0] - leader[:, 0], ways[1] - leader[:, 1])
+    costs[:] = np.square(np.maximum(far[:, :soon] - length, 0.0)).sum(axis=1) / soon  # a little too far does no harm
+    costs += lever * (np.maximum(room - far, 0.0).sum(axis=1) / ways.shape[2])
+    limit = length
+    for other in others:
+        short = np.maximum(keep - _apart(ways[:, :, :soon], other, half), 0.0)
+        costs += lever * (short.sum(axis=1) / soon + short.max(axis=1))
+        if short[0].any():  # it cannot stay
+            limit = room
+    costs[(far < np.minimum(limit, np.minimum.accumulate(far[0]) - nearer)).any(axis=1)] = math.inf
+
+
+def _apart(ways: Array, other: Array, half: tuple[float, float]) -> Array:
+    """(n, k) Gaps between the hull on ways (3, n, k) and the middle of another robot [m]."""
+    x, y, yaw = ways
+    c, s = np.cos(yaw), np.sin(yaw)
+    dx, dy = other[:, 0] - x, other[:, 1] - y
+    ahead, aside = np.abs(c * dx + s * dy) - half[0], np.abs(c * dy - s * dx) - half[1]
+    gaps: Array = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+    return gaps
 
 
 class GiveWay:
     """The best of some ways, when the string's would come too near to somebody.
 
-    They are arcs ahead and back, a turn on the spot and then straight ahead, and standing. A way is judged by how near
-    it comes to the others' predicted places, and how far it is from the leader's. It goes over free ground only, and
-    not within the string's length of the leader, or not nearer than standing would: who gives way to its leader, or
-    into its corner, holds up both. Who cannot stay where it is may come as near to its leader as `room`. Source of the
+    They are arcs ahead and back, a turn on the spot and then straight on, with the nose or the stern ahead, and
+    standing. A way is judged by how near it comes to the others' predicted places, and how far it is from the leader's.
+    It goes over free ground only, and not within the string's length of the leader, or never nearer than standing would
+    have been by then: who gives way to its leader, or into its corner, holds up both. Who cannot stay where it is may
+    come as near to its leader as `room`. The leader is looked at for longer than a way is: who backs off before one
+    that comes has no more free ground behind it then, and is in the way where it should have gone aside. Source of the
     idea: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (1997), with the others' motion.
 
     Args:
@@ -124,19 +202,22 @@ class GiveWay:
         half: Half the hull's length and width [m].
         speed: Fastest [m/s].
         times: (k,) At which the ways are asked for, from 0 on [s].
+        afar: (n,) At which it looks at its leader: the same, and more of them [s].
 
     Attributes:
         keep_off: A place so far from another robot leaves it enough, however this one is turned [m].
     """
 
-    def __init__(self, *, length: float, room: float, half: tuple[float, float], speed: float, times: Array) -> None:
-        self.times = times
+    def __init__(
+        self, *, length: float, room: float, half: tuple[float, float], speed: float, times: Array, afar: Array
+    ) -> None:
+        self.times, self.afar = times, afar
         self.keep_off = KEEP + half[0]
         self._length, self._room, self._half = length, room, half
         ways = [(sign * share * speed, bend) for sign in (1.0, -1.0) for share in SPEEDS for bend in BENDS]
-        speeds, self._bends = np.array([(0.0, 0.0), *ways]).T[:, :, None]  # (n, 1) [m/s], [rad/m]
-        self._signs, self._runs = np.sign(speeds), np.abs(speeds) * times  # (n, 1), and (n, k) [m]
-        self._turned_speed = SPEEDS[1] * speed  # [m/s]
+        speeds, self._bends = np.array(list(zip((0.0, 0.0), *ways, strict=True)))[:, :, None]  # (n, 1) [m/s], [rad/m]
+        self._signs, self._runs = np.sign(speeds), np.abs(speeds) * afar  # (n, 1), and (n, k) [m]
+        self._turning = SPEEDS[1] * speed, TURN_RATE, TURN_LAG
         self._last = 0
 
     def needed(self, way: Array, leader: Array, others: Sequence[Array]) -> bool:
@@ -144,59 +225,33 @@ class GiveWay:
         if nearest_moment(way, leader) < self._room:
             return True
         far = KEEP + math.hypot(*self._half)  # the gap is no less than the distance without half the diagonal
-        return any(
-            nearest_moment(way, other) < far and float(self._gap(way[:, 0], way[:, 1], way[:, 2], other).min()) < KEEP
-            for other in others
-        )
+        return any(nearest_moment(way, other) < far and least_apart(way, other, self._half) < KEEP for other in others)
 
     def best(self, pose: Pose2, leader: Array, others: Sequence[Array], room: Room) -> Array:
         """(k, 3) The way to go.
 
         Args:
             pose: Where the robot is.
-            leader: (k, 3) Where the leader will be.
+            leader: (n, 3) Where the leader will be, at the times `afar`.
             others: (k, 3) each, where the others will be.
             room: How far it may drive.
         """
-        x, y, yaw = np.concatenate([self._arcs(pose, room), self._turns(pose, room)], axis=1)
-        barred = np.concatenate([np.zeros(len(self._bends), bool), room.turned <= 0.0])
-        far = np.hypot(x - leader[:, 0], y - leader[:, 1])
-        cost = np.square(np.maximum(far - self._length, 0.0)).mean(axis=1)  # a little too far does no harm
-        cost += LEVER * np.maximum(self._room - far, 0.0).mean(axis=1)
-        limit = self._length
-        for other in others:
-            short = np.maximum(KEEP - self._gap(x, y, yaw, other), 0.0)
-            cost += LEVER * (short.mean(axis=1) + short.max(axis=1))
-            if short[0].any():  # it cannot stay
-                limit = self._room
-        cost[barred | (far.min(axis=1) < min(limit, far[0].min() - 0.02))] = math.inf
+        arcs, soon = len(self._bends), len(self.times)
+        ways = np.empty((3, arcs + len(HEADINGS), len(self.afar)))
+        bent_at(pose, self._runs_within(room), self._bends, ways[:, :arcs])
+        off = HEADINGS - pose.yaw
+        errors = np.arctan2(np.sin(off), np.cos(off))
+        errors -= np.where(np.abs(errors) > 0.5 * math.pi, np.copysign(math.pi, errors), 0.0)  # the stern is nearer
+        turned_at(pose, (HEADINGS, errors, room.turned), self._turning, self.afar, ways[:, arcs:])
+        cost = np.empty(ways.shape[1])
+        costs_at(ways, leader, others, self._half, (self._length, self._room, KEEP, LEVER, NEARER), soon, cost)
+        cost[arcs:][room.turned <= 0.0] = math.inf
         cost[self._last] -= STICK
         self._last = int(cost.argmin())
-        return np.array([x[self._last], y[self._last], yaw[self._last]]).T
+        return ways[:, self._last, :soon].T
 
-    def _arcs(self, pose: Pose2, room: Room) -> Array:
-        """(3, n, k) Standing, then the arcs ahead and those back."""
+    def _runs_within(self, room: Room) -> Array:
+        """(n, k) How far standing leads, then each arc ahead and each back [m]."""
         reach = np.concatenate([[0.0], *[room.ahead] * len(SPEEDS), *[room.behind] * len(SPEEDS)])[:, None]
-        run = self._signs * np.minimum(self._runs, reach)
-        turned = self._bends * run
-        half = 0.5 * turned
-        chord, middle = run * sinc(half / math.pi), pose.yaw + half
-        return np.stack([pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), pose.yaw + turned])
-
-    def _turns(self, pose: Pose2, room: Room) -> Array:
-        """(3, m, k) Turning on the spot to each heading, and then straight ahead."""
-        error = np.arctan2(np.sin(HEADINGS - pose.yaw), np.cos(HEADINGS - pose.yaw))[:, None]
-        turning = np.abs(error) / TURN_RATE
-        took = turning + np.minimum(turning, TURN_LAG)
-        run = np.clip(self._turned_speed * (self.times - took), 0.0, room.turned[:, None])
-        yaw = pose.yaw + error * np.minimum(self.times / np.maximum(took, 1e-6), 1.0)
-        heading = HEADINGS[:, None]
-        return np.stack([pose.x + run * np.cos(heading), pose.y + run * np.sin(heading), yaw])
-
-    def _gap(self, x: Array, y: Array, yaw: Array, other: Array) -> Array:
-        """(..., k) Between the hull on a way and the middle of another robot [m]."""
-        c, s = np.cos(yaw), np.sin(yaw)
-        dx, dy = other[:, 0] - x, other[:, 1] - y
-        ahead, aside = np.abs(c * dx + s * dy) - self._half[0], np.abs(c * dy - s * dx) - self._half[1]
-        gap: Array = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
-        return gap
+        runs: Array = self._signs * np.minimum(self._runs, reach)
+        return runs

@@ -113,13 +113,9 @@ class PathReference(Reference):
             turning = _turn(pose.yaw, -error, twist.turn, self._turn_rate, self._turn_acceleration, times)
             return Preview(_standing(pose, *turning, self._pivot), cross, error)
         along = max(0.0, twist.forward * math.cos(error) - twist.left * math.sin(error))
-        there = self._grid.at(_advance(self.profile, s, along, math.sqrt(squared), times))
-        speeds = np.minimum(np.sqrt(there[:, 4]), along + self.profile.acceleration * times)
-        stages = np.zeros((len(times), 6))
-        stages[:, :3] = there[:, :3]
-        stages[:, 2] += pose.yaw - error - tangent
-        stages[:, 3] = speeds
-        stages[:, 5] = speeds * there[:, 3]
+        there = self._grid.at(self.profile.ahead(s, along, math.sqrt(squared), times))
+        stages = np.empty((len(times), 6))
+        path_stages(there, (pose.yaw - error - tangent, along, self.profile.acceleration), times, stages)
         return Preview(stages, cross, error)
 
     def _place(self, pose: Pose2) -> float:
@@ -127,6 +123,22 @@ class PathReference(Reference):
         passed = max((leg for leg in self._corners if leg <= (self.s or 0.0)), default=0.0)
         s = self.path.project(pose.x, pose.y, self.s, least=passed)
         return next((leg for leg in self._corners if leg - 2.0 * REACH <= s < leg), s)
+
+
+@compiled
+def path_stages(rows: Array, given: tuple[float, float, float], times: Array, stages: Array) -> None:
+    """Find the stages (k, 6) at some times (k,) [s], of rows of a path.
+
+    Args:
+        rows: (k, 5) x [m], y [m], heading [rad], curvature [1/m], and the square of the speed limit [m2/s2].
+        given: What to add to the heading [rad], and how fast it goes [m/s] and may gain speed [m/s2].
+        times: (k,) For when.
+        stages: (k, 6) As in `Preview`.
+    """
+    turn, speed, acceleration = given
+    speeds = np.minimum(np.sqrt(rows[:, 4]), speed + acceleration * times)
+    stages[:, :2], stages[:, 2], stages[:, 3], stages[:, 4] = rows[:, :2], rows[:, 2] + turn, speeds, 0.0
+    stages[:, 5] = speeds * rows[:, 3]
 
 
 class TimedReference(Reference):
@@ -263,20 +275,6 @@ def _sharp_corners(path: Path) -> list[float]:
     sharp = np.flatnonzero(np.abs(heading[2 * cells :] - heading[: -2 * cells]) > SHARP) + cells
     runs = np.split(sharp, np.flatnonzero(np.diff(sharp) > 1) + 1)
     return [path.spacing * float(run.mean()) for run in runs if len(run)]
-
-
-def _advance(profile: SpeedProfile, s: float, speed: float, limit: float, times: Array) -> Array:
-    """(k,) Stations [m] at times from s on, never faster than the profile or than v + a t; `limit` holds at s."""
-    if speed >= limit:
-        return profile.station(profile.time(s) + times)
-    gained = speed + profile.acceleration * times
-    stations: Array = s + 0.5 * (speed + gained) * times
-    over = gained > profile.speed(stations)
-    first = int(over.argmax())
-    if over[first]:  # from the last moment of free acceleration on the profile's own timetable holds
-        start, since = (float(stations[first - 1]), float(times[first - 1])) if first else (s, 0.0)
-        stations[first:] = profile.station(profile.time(start) - since + times[first:])
-    return stations
 
 
 def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: float, times: Array) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ BENDS = (-1.5, -0.6, 0.0, 0.6, 1.5)
 STRAIGHT = BENDS.index(0.0)
 
 HEADINGS = np.linspace(-math.pi, math.pi, 12, endpoint=False)
-"""Headings in the world frame to which a robot may turn on the spot before it drives ahead [rad]."""
+"""Headings in the world frame to which a robot may turn its nose or stern on the spot before it drives there [rad]."""
 
 _EPSILON = float(np.finfo(float).eps)
 
@@ -39,7 +39,7 @@ def leading_edges(half: tuple[float, float], runs: Array) -> Array:
 
 
 def turned_edges(half: tuple[float, float], runs: Array) -> Array:
-    """(n, k, 5, 2) Where the hull's leading edge comes after each run ahead, turned to each heading, in points.
+    """(n, k, 5, 2) Where the hull's leading edge comes after each run, turned to each heading, in points.
 
     Args:
         half: Half the hull's length and width [m].

@@ -42,7 +42,7 @@ class Sightings:
         """
         given = self._parameters
         if stamp != self._drawn_at:
-            self._drawn_at, self._errors = stamp, self._rng.normal(size=(len(peers), 2)).tolist()
+            self._drawn_at, self._errors = stamp, self._rng.standard_normal((len(peers), 2)).tolist()
         found = []
         for (tag, peer), (far, aside) in zip(peers.items(), self._errors, strict=True):
             distance, bearing = pose.distance(peer), pose.bearing(peer)

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from heapq import merge
 from itertools import takewhile
-from types import MappingProxyType
 from typing import Any
 
 from ..clock import Clock
@@ -23,7 +22,6 @@ from .space import Batch
 from .store import Row, Store
 from .subscription import Callback, Followers, SubscriberFailure, Subscribers, Subscription
 
-_NONE: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 _NEVER = Stamp(-math.inf, 0)
 
 
@@ -84,6 +82,10 @@ class KnowledgeGraph(Readable):
         with self._lock:
             return super().attributes(node)
 
+    def related(self, source: str, relation: str) -> list[str]:
+        targets = self._store.targets.get((source, relation))
+        return list(targets) if targets else super().related(source, relation)
+
     def edge(self, source: str, relation: str, target: str) -> dict[str, Any] | None:
         with self._lock:
             return super().edge(source, relation, target)
@@ -92,12 +94,10 @@ class KnowledgeGraph(Readable):
         return self._rows.get(node)
 
     def targets(self, source: str, relation: str) -> Mapping[str, Mapping[str, Any]]:
-        targets = self._store.targets.get((source, relation))
-        return _NONE if targets is None else targets.copy()
+        return self._store.targets.get((source, relation), {}).copy()
 
     def sources(self, target: str, relation: str) -> Mapping[str, Mapping[str, Any]]:
-        sources = self._store.sources.get((target, relation))
-        return _NONE if sources is None else sources.copy()
+        return self._store.sources.get((target, relation), {}).copy()
 
     def stamp(self, node: str, attribute: str | None = None) -> Stamp:
         with self._lock:

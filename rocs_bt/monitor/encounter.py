@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from ..control.ways import BENDS
 from ..geometry import Pose2, Twist2, arc, arc_positions, hull_gaps
 from ..knowledge import Knowledge
 
@@ -46,14 +47,23 @@ STAYS = 1.0
 SCRAPES = -0.04
 """Gap to a peer's circle at which that peer may touch the hull, whichever way it looks [m]."""
 
+LEFT = 1.0
+"""By then a way off must have left who touches the hull [s]."""
+
 LEAST = 0.1
 """Room that is worth going for [m]."""
+
+BENT = 0.02
+"""So much more than straight on a way off must gain for each rad/m that it bends [m]."""
 
 Motion = tuple[float, Pose2, Twist2]
 """How a peer moves: since how long [s], from where, and how fast."""
 
-Room = tuple[float, float]
-"""How far a robot may drive straight ahead, and back [m]."""
+Room = tuple[Sequence[float], Sequence[float]]
+"""How far a robot may drive ahead, and back, on each of `control.ways.BENDS` [m]."""
+
+WayOff = tuple[int, float]
+"""A way to go: 1 ahead, -1 back or 0 nowhere, and its bend, left positive when the robot drives ahead [rad/m]."""
 
 Groups = tuple[float, float, float, float]
 """What peers add to front, left_gap, right_gap and rear [m]."""
@@ -78,6 +88,9 @@ class Encounters:
         reaction: From a reading to wheels that begin to brake [s].
         deceleration: Of braking wheels [m/s2].
         horizon: How far to look ahead at least [s].
+
+    Attributes:
+        bends: On which the ways off ahead and back go, 0 for none [rad/m].
     """
 
     def __init__(
@@ -98,12 +111,13 @@ class Encounters:
         self._horizon = horizon
         self._pinned = math.inf  # since when somebody touches it, or all but [s]
         self._held = math.inf  # since when somebody is near and it goes nowhere [s]
-        self._off = (-math.inf, 0)  # until when it keeps to which way off [s]
+        self.bends = (0.0, 0.0)
+        self._off: tuple[float, WayOff] = (-math.inf, (0, 0.0))  # until when it keeps to which way off [s]
         self._duty = (-math.inf, "", 0.0, 0.0)  # until when [s], to keep what distance from whom
 
     def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, lately: Room, ever: Room) -> Groups:
         """What the peers add to each group, with so much room as was seen lately, and as is known at all [m]."""
-        held, self._held = self._held, math.inf
+        held, self._held, self.bends = self._held, math.inf, (0.0, 0.0)
         if not motions:
             return NOBODY
         times, way = self._way(pose, now)
@@ -117,7 +131,8 @@ class Encounters:
         least = min(g.least for g in gaps)
         if least >= NEAR:
             return math.inf, left, right, rear
-        escape = self._escape(pose, motions, ever if now - held > PINNED else lately)
+        escape, bend = self._escape(pose, motions, ever if now - held > PINNED else lately)
+        self.bends = (bend, 0.0) if escape > 0 else (0.0, bend)
         if not escape:
             self._held = min(held, now)
         return (math.inf if escape > 0 else least), left, right, (rear if escape < 0 else least)
@@ -143,29 +158,34 @@ class Encounters:
         if self._duty[0] > now:
             yield self._duty[1:]
 
-    def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: Room) -> int:
-        """Where to go from peers that come near: 1 ahead, -1 back, 0 nowhere."""
+    def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: Room) -> WayOff:
+        """Where to go from peers that come near."""
         ways = {
             name: arc_positions(place, twist, [since + t for t in FAR])
             for name, (since, place, twist) in motions.items()
         }
         kept = [(Pose2(*ways[name][-1]), distance) for name, distance, _ in self._followed() if name in ways]
 
-        def course(sign: float, room: float) -> list[float]:
-            mine = arc(pose, Twist2(sign), [min(AWAY * max(t - SLOW, 0.0), room) for t in FAR])
+        def course(sign: float, bend: float, room: float) -> list[float]:
+            mine = arc(pose, Twist2(sign, sign * bend), [min(AWAY * max(t - SLOW, 0.0), room) for t in FAR])
             if any(pose.distance(goal) > mine[-1].distance(goal) < least for goal, least in kept):
                 return [-1.0] * len(FAR)  # out of one's way into that of whom it follows
             return [min(self._apart(here, *way[k]) for way in ways.values()) for k, here in enumerate(mine)]
 
-        stand = course(1.0, 0.0)
+        stand = course(1.0, 0.0, 0.0)
         least = self._least(stand)
-        courses = {sign: course(sign, free) for sign, free in zip((1, -1), room, strict=True) if free > LEAST}
+        rooms = {
+            (sign, bend): far
+            for sign, side in zip((1, -1), room, strict=True)
+            for bend, far in zip(BENDS, side, strict=True)
+        }
+        courses = {(sign, bend): course(sign, bend, far) for (sign, bend), far in rooms.items() if far > LEAST}
         now, (until, begun) = self._knowledge.clock.now(), self._off
         still = [min(low, gap - 0.01) for low, gap in zip(least, stand, strict=True)]
         if now < until and begun in courses and _leads_off(courses[begun], stand, still):
             return begun
-        good = {sign: gaps[-1] for sign, gaps in courses.items() if _leads_off(gaps, stand, least)}
-        best = max(good, key=lambda sign: good[sign], default=0)
+        good = {off: gaps[-1] - BENT * abs(off[1]) for off, gaps in courses.items() if _leads_off(gaps, stand, least)}
+        best = max(good, key=lambda off: good[off], default=(0, 0.0))
         self._off = now + STAYS, best
         return best
 
@@ -173,10 +193,12 @@ class Encounters:
         """The gaps that a way off must keep at each look, given those that standing would keep [m]."""
         now = self._knowledge.clock.now()
         self._pinned = min(self._pinned, now) if stand[0] < TOUCH else math.inf
-        if now - self._pinned <= PINNED:  # it need not keep more than if it stood, as long as nobody touches it
-            return [min(TOUCH, max(gap - 0.01, 0.0)) for gap in stand]
-        gained = 0.02 if stand[0] < SCRAPES else -0.01  # from who may touch it, it goes straight off or not at all
-        return [stand[0] - 0.01, *(gap + gained for gap in stand[1:])]
+        if now - self._pinned > PINNED:
+            # Who may touch it must be left soon: to drive along somebody is to touch them again.
+            late = 0.02 if stand[0] < SCRAPES else -0.01
+            return [gap + (late if t > LEFT else -0.01) for gap, t in zip(stand, FAR, strict=True)]
+        # It need keep no more than if it stood, as long as nobody touches it.
+        return [min(TOUCH, max(gap - 0.01, 0.0)) for gap in stand]
 
     def _way(self, pose: Pose2, now: float) -> tuple[list[float], list[Pose2]]:
         """Where the robot is at some times from now on [s], if it brakes as soon as it can."""

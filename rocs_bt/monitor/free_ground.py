@@ -48,11 +48,15 @@ class FreeGround:
         """Ground was free at a time [s], at points (k, 2) of a frame [m]; at -inf, it is not known to be."""
         mark_at(self._free, self._frame(at), points, t)
 
-    def free(self, at: Pose2, points: Array, since: float) -> npt.NDArray[np.bool_]:
-        """Whether ground was known to be free, at points (..., 2) of a frame [m], no longer ago than a time [s]."""
-        known = np.empty(points.shape[:-1], dtype=np.bool_)
-        known_at(self._free, self._frame(at), points, since, known)
-        return known
+    def strides(self, at: Pose2, ways: Array, since: float) -> list[int]:
+        """(n,) So many strides of each way were known to be free, no longer ago than a time [s].
+
+        Args:
+            at: A frame.
+            ways: (n, k, m, 2) Of each way, after each stride, some points of that frame [m].
+            since: Until when back.
+        """
+        return strides_at(self._free, self._frame(at), ways, since)
 
     def _frame(self, at: Pose2) -> Frame:
         x, y = at.x / self.cell - self._corner[0], at.y / self.cell - self._corner[1]
@@ -67,10 +71,18 @@ def mark_at(ground: Array, frame: Frame, points: Array, t: float) -> None:
 
 
 @compiled
-def known_at(ground: Array, frame: Frame, points: Array, since: float, found: npt.NDArray[np.bool_]) -> None:
-    """Find (...) whether points (..., 2) of a frame are in squares (n, n) of no earlier a time [s], and on the map."""
-    squares, inside = _squares(len(ground), frame, points)
-    found[...] = (ground.take(squares, mode="clip") >= since) & inside
+def strides_at(ground: Array, frame: Frame, ways: Array, since: float) -> list[int]:
+    """Find how many strides of each way come before the first that is not free.
+
+    Args:
+        ground: (s, s) When each square was last known to be free [s].
+        frame: What the ways are given in.
+        ways: (n, k, m, 2) After each of k strides, m points, which must all be on the map.
+        since: How lately they must be known to be free [s].
+    """
+    squares, inside = _squares(len(ground), frame, ways)
+    free = np.logical_and.reduce((ground.take(squares, mode="clip") >= since) & inside, axis=2)
+    return [way.index(False) if False in way else len(way) for way in free.tolist()]
 
 
 def _squares(size: int, frame: Frame, points: Array) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:

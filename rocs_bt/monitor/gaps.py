@@ -11,6 +11,12 @@ from ..compiled import compiled
 
 Array = npt.NDArray[np.float64]
 
+TURNS = np.linspace(0.0, math.pi, 37)
+"""How far round it looks, and how fine [rad]."""
+
+SWING = 0.05
+"""A turn on the spot brings the hull no nearer to an echo [m]."""
+
 
 @compiled
 def least_gaps(points: Array, bearings: Array, half: tuple[float, float], sectors: Array) -> tuple[float, float, float]:
@@ -30,3 +36,27 @@ def least_gaps(points: Array, bearings: Array, half: tuple[float, float], sector
     behind = gaps[near] / weights[ends.searchsorted(aside[near])]
     left, right = gaps[beside & to_left], gaps[beside & ~to_left]
     return float(left.min(initial=math.inf)), float(right.min(initial=math.inf)), float(behind.min(initial=math.inf))
+
+
+def free_turns(points: Array, half: tuple[float, float]) -> tuple[float, float]:
+    """How far a hull may turn on the spot, to the left and to the right, before it comes too near to a point [rad].
+
+    What it is too near to already it may turn from.
+
+    Args:
+        points: (k, 2) In the hull's frame [m].
+        half: Half the hull's length and width [m].
+    """
+    near = points[np.hypot(points[:, 0], points[:, 1]) < math.hypot(*half) + SWING]
+    return (_free_turn(near, half), _free_turn(near * (1.0, -1.0), half)) if len(near) else (math.pi, math.pi)
+
+
+def _free_turn(points: Array, half: tuple[float, float]) -> float:
+    """The same to the left alone."""
+    x, y = points.T
+    c, s = np.cos(TURNS)[:, None], np.sin(TURNS)[:, None]
+    ahead, aside = np.abs(c * x + s * y) - half[0], np.abs(c * y - s * x) - half[1]
+    inside = np.minimum(np.maximum(ahead, aside), 0.0)  # a hull that touches something must not turn into it
+    gaps = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0)) + inside
+    hit = (gaps < np.minimum(gaps[0], SWING) - 1e-9).any(axis=1)
+    return float(TURNS[hit.argmax() - 1]) if hit.any() else math.pi

@@ -24,7 +24,7 @@ TURNED = math.radians(5.0)
 AGAIN = 1.0
 """After so long it keeps a look even where it stands: what it still sees is not forgotten [s]."""
 
-MOST = 300
+MOST = 1000
 """Echoes that it holds; the oldest are forgotten first."""
 
 CLEAR = 0.15
@@ -77,7 +77,7 @@ class LocalMemory:
         self._under = _filled(UNDER, UNDER)
         radius = math.hypot(*self.half)
         disc = _filled(radius, radius)
-        self._disc = disc[np.hypot(disc[:, 0], disc[:, 1]) <= radius]
+        self._disc = disc[np.hypot(disc[:, 0], disc[:, 1]) <= radius][None, None]  # a way of one stride
         square = _filled(self.reach, self.reach)
         away = np.hypot(square[:, 0], square[:, 1])
         inside = (away < self.reach) & (square[:, 0] >= math.cos(self.half_angle) * away)
@@ -118,19 +118,20 @@ class LocalMemory:
             found.append(at is not None and any(self._explains(at, distance, peer, radius) for peer in peers))
         return found
 
-    def around(self, pose: Pose2) -> Array:
-        """(k, 2) The echoes that it remembers, in the body frame [m]."""
+    def around(self, pose: Pose2, since: float) -> Array:
+        """(k, 2) The echoes since a time [s], in the body frame [m]."""
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-        turned: Array = (self._echoes[:, :2] - (pose.x, pose.y)).dot(np.array([[c, -s], [s, c]]))
+        echoes = self._echoes[self._echoes[:, 2] > since]
+        turned: Array = (echoes[:, :2] - (pose.x, pose.y)).dot(np.array([[c, -s], [s, c]]))
         return turned
 
-    def free(self, since: float, pose: Pose2, points: Array) -> npt.NDArray[np.bool_]:
-        """Whether ground was known to be free at points (..., 2) of the body frame [m], since a time [s]."""
-        return self._ground.free(pose, points, since)
+    def strides(self, since: float, pose: Pose2, ways: Array) -> list[int]:
+        """(n,) So many strides of ways (n, k, m, 2) in the body frame were known to be free, since a time [s]."""
+        return self._ground.strides(pose, ways, since)
 
     def may_turn(self, since: float, pose: Pose2) -> bool:
         """Whether ground was known to be free wherever the hull comes when the robot turns on the spot."""
-        return bool(self._ground.free(pose, self._disc, since).all())
+        return self._ground.strides(pose, self._disc, since) == [1]
 
     def _forget(self, at: Pose2, distance: float) -> None:
         dx, dy = self._echoes[:, 0] - at.x, self._echoes[:, 1] - at.y

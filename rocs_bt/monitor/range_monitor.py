@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from ..channel import Signals
@@ -22,6 +23,11 @@ MOST_BEAMS = 1000
 class _Group:
     beams: tuple[int, ...]
     weights: tuple[float, ...]
+
+    @cached_property
+    def weighed(self) -> tuple[tuple[int, float], ...]:
+        """Each beam with its weight."""
+        return tuple(zip(self.beams, self.weights, strict=True))
 
 
 class RangeMonitor(Monitor):
@@ -90,7 +96,7 @@ class RangeMonitor(Monitor):
         values = list(reading.values)
         written: dict[str, Sequence[float]] = {name: values}
         for group, g in self._groups.items():
-            written[group] = [values[b] / w for b, w in zip(g.beams, g.weights, strict=True)] or [math.inf]
+            written[group] = [values[b] / w for b, w in g.weighed] or [math.inf]
         return written
 
     def _checked(self, name: str, group: Mapping[str, Any]) -> _Group:

@@ -8,18 +8,17 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..channel import Signals
-from ..control.ways import BENDS, HEADINGS, STRAIGHT, leading_edges, turned_edges
+from ..control.ways import BENDS, HEADINGS, leading_edges, turned_edges
 from ..device import Reading
 from ..errors import Fault, InputError
 from ..geometry import Pose2, along_arc
 from ..signal import Signal
-from ..units import LENGTH
+from ..units import ANGLE, LENGTH
 from .encounter import ASIDE, BEHIND, Encounters
-from .gaps import least_gaps
-from .local_memory import LocalMemory, Mount
+from .gaps import free_turns, least_gaps
+from .local_memory import Array, LocalMemory, Mount
 from .range_monitor import RangeMonitor
 
 GROUPS = ("front", "left_gap", "right_gap", "rear")
@@ -30,7 +29,7 @@ ROOMS = {
     "room_behind": (len(BENDS), "back, on the same bends"),
     "room_turned": (
         len(HEADINGS),
-        f"ahead, turned on the spot to {len(HEADINGS)} headings of the world, from west by south",
+        f"to {len(HEADINGS)} headings of the world, from west by south, once turned there on the spot",
     ),
 }
 """Signals that tell how far the robot may drive: how many values each has, and the words for them."""
@@ -72,6 +71,9 @@ class SurroundMonitor(RangeMonitor):
     on it, one value for each of `control.ways.BENDS` [m]; back it goes nowhere else. `room_turned` tells the same for a
     robot that turns on the spot first, one value for each of `control.ways.HEADINGS`: none where a corner would sweep
     what it does not know. A reflex drives only over what was seen as lately as an echo, until it was held up.
+
+    `free_turn` tells how far it may turn on the spot, left and right, before a corner comes to where an echo was; these
+    it remembers for as long as free ground, since the walls stay where they are.
 
     All groups are invalid as long as the pose, or `peer_range`, is: who cannot see must not drive as if nobody were
     there.
@@ -123,11 +125,9 @@ class SurroundMonitor(RangeMonitor):
         if not (body.get("length") and body.get("width")):
             raise InputError(Fault(f"monitor '{self.name}' needs the robot's length and width in its [body] table."))
         self._half = 0.5 * body["length"], 0.5 * body["width"]
-        self._memory = LocalMemory([Mount(*mount) for mount in mounts], half_angle, reach, memory, self._half)
-        self._ground = ground
-        # (5, 2, bends, strides, 2), and in memory x and y apart: so numpy looks them up in two thirds of the time.
-        edges = leading_edges(self._half, STRIDES).transpose(4, 3, 0, 1, 2)
-        self._edges = np.moveaxis(np.ascontiguousarray(edges), 0, -1)
+        self._memory = LocalMemory([Mount(*mount) for mount in mounts], half_angle, reach, ground, self._half)
+        self._span, self._ground = memory, ground
+        self._edges = leading_edges(self._half, STRIDES).reshape(2 * len(BENDS), len(STRIDES), -1, 2)
         self._turned = turned_edges(self._half, STRIDES)
         self._radius = peer_radius
         self._encounters = Encounters(
@@ -152,7 +152,17 @@ class SurroundMonitor(RangeMonitor):
             )
             for name, (size, words) in ROOMS.items()
         ]
-        return [raw, *(self._wider(signal) if signal.name in GROUPS else signal for signal in groups), *rooms]
+        doc = "On which bend it goes off from a peer that comes near, ahead and back."
+        off = Signal("bend_off", 2, (ANGLE / LENGTH,) * 2, (min(BENDS), max(BENDS)), self.max_age, doc)
+        doc = "How far it may turn on the spot, left and right, before a corner comes to where an echo was."
+        turn = Signal("free_turn", 2, (ANGLE,) * 2, (0.0, math.pi), self.max_age, doc)
+        return [
+            raw,
+            turn,
+            off,
+            *(self._wider(signal) if signal.name in GROUPS else signal for signal in groups),
+            *rooms,
+        ]
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         written: dict[str, Sequence[float]] = dict(super().interpret(readings))
@@ -162,7 +172,8 @@ class SurroundMonitor(RangeMonitor):
         blind = any(map(math.isnan, knowledge.signals.numbers("peer_range", now)))
         if blind or math.isnan(pose.x + pose.yaw):
             unknown = {name: [*written[name], math.nan, math.nan] for name in GROUPS}
-            return {**written, **unknown, **{name: [0.0] * size for name, (size, _) in ROOMS.items()}}
+            rooms = {name: [0.0] * size for name, (size, _) in ROOMS.items()}
+            return {**written, **unknown, **rooms, "free_turn": [math.nan, math.nan], "bend_off": [0.0, 0.0]}
         motions = {peer: (now - m[0], m[1], m[2]) for peer in world.peers() if (m := world.motion_of(peer)) is not None}
         places = [along_arc(place, twist, since) for since, place, twist in motions.values()]
         ranges = next(iter(readings.values())).values
@@ -170,29 +181,35 @@ class SurroundMonitor(RangeMonitor):
         self._leave_out(written, self._memory.explained(pose, ranges, places, self._radius))
         ahead, behind, turned = self._rooms(now, pose)
         front = min(written["front"]) - SPARE
-        on, back = self._lately(now, pose)
-        lately, ever = (min(on, front), back), (min(ahead[STRAIGHT], front), behind[STRAIGHT])
+        on, back = self._bends(now - self._span, pose)
+        lately, ever = ([min(far, front) for far in on], back), ([min(far, front) for far in ahead], behind)
         peers = self._encounters.groups(pose, motions, now, lately, ever)
-        echoes = self._echoes(pose, backing=knowledge.robot.speed(now) <= BACKING)
+        echoes = self._echoes(now, pose, backing=knowledge.robot.speed(now) <= BACKING)
         for name, *values in zip(GROUPS, peers, echoes, strict=True):
             written[name] = [*written[name], *values]
-        return {**written, **dict(zip(ROOMS, (ahead, behind, turned), strict=True))}
+        rooms = dict(zip(ROOMS, (ahead, behind, turned), strict=True))
+        return {
+            **written,
+            **rooms,
+            "free_turn": free_turns(self._memory.around(pose, now - self._ground), self._half),
+            "bend_off": self._encounters.bends,
+        }
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
         """How far it may drive on each bend, ahead and back, and turned to each heading [m]."""
-        free = np.logical_and.reduce(self._memory.free(now - self._ground, pose, self._edges))  # (2, bends, strides)
-        turned = [[0.0] * len(HEADINGS)]
-        if self._memory.may_turn(now - self._ground, pose):
-            here = Pose2(pose.x, pose.y, 0.0)
-            turned = _runs(
-                np.logical_and.reduce(self._memory.free(now - self._ground, here, self._turned), axis=-1)[None]
-            )
-        return [*_runs(free), *turned]
+        since, turned = now - self._ground, [0.0] * len(HEADINGS)
+        if self._memory.may_turn(since, pose):
+            turned = self._free(since, Pose2(pose.x, pose.y, 0.0), self._turned)
+        return [*self._bends(since, pose), turned]
 
-    def _lately(self, now: float, pose: Pose2) -> list[float]:
-        """How far it may drive straight on and back over what it saw to be free lately [m]: a reflex trusts no more."""
-        free = self._memory.free(now - self._memory.span, pose, self._edges[:, :, STRAIGHT])
-        return _runs(np.logical_and.reduce(free)[None])[0]
+    def _bends(self, since: float, pose: Pose2) -> tuple[list[float], list[float]]:
+        """How far it may drive on each bend, ahead and back, on ground that was known to be free since a time [m]."""
+        found = self._free(since, pose, self._edges)
+        return found[: len(BENDS)], found[len(BENDS) :]
+
+    def _free(self, since: float, pose: Pose2, ways: Array) -> list[float]:
+        """(n,) How far it may drive on each of some ways [m], on ground that was known to be free since a time [s]."""
+        return [ROOM[strides] for strides in self._memory.strides(since, pose, ways)]
 
     def _wider(self, signal: Signal) -> Signal:
         doc = f"{signal.doc} Then the nearest peer, and the nearest echo lately."
@@ -206,16 +223,11 @@ class SurroundMonitor(RangeMonitor):
                 beams = zip(group.beams, written[name], strict=False)
                 written[name] = [math.inf if explained[beam] else value for beam, value in beams] or written[name]
 
-    def _echoes(self, pose: Pose2, *, backing: bool) -> tuple[float, float, float, float]:
+    def _echoes(self, now: float, pose: Pose2, *, backing: bool) -> tuple[float, float, float, float]:
         """What the memory adds to each of `GROUPS`; nothing ahead, where the beams look."""
-        points = self._memory.around(pose)
+        points = self._memory.around(pose, now - self._span)
         if not len(points):
             return (math.inf,) * 4
         left, right, rear = least_gaps(points, np.arctan2(points[:, 1], points[:, 0]), self._half, _SECTORS)
         # What lies beside the way is passed, and no reason to flinch; a turn would lead there.
         return math.inf, max(left, ASIDE), max(right, ASIDE), rear if backing else max(rear, BEHIND)
-
-
-def _runs(free: npt.NDArray[np.bool_]) -> list[list[float]]:
-    """How far it may drive where so many strides (n, k, strides) are free [m]."""
-    return [[ROOM[way.index(False) if False in way else -1] for way in ways] for ways in free.tolist()]

@@ -7,6 +7,11 @@
 
 static const double PI = 3.14159265358979323846;
 
+static double wrapped(double angle) {
+    const double within = remainder(angle, 2.0 * PI);
+    return within == -PI ? PI : within;
+}
+
 /* wrap_angle(angle): in (-pi, pi]. */
 static PyObject *wrap_angle(PyObject *module, PyObject *const *args, Py_ssize_t count) {
     (void)module;
@@ -17,9 +22,11 @@ static PyObject *wrap_angle(PyObject *module, PyObject *const *args, Py_ssize_t 
         PyErr_SetString(PyExc_ValueError, "math domain error");
         return NULL;
     }
-    const double wrapped = remainder(angle, 2.0 * PI);
-    return PyFloat_FromDouble(wrapped == -PI ? PI : wrapped);
+    return PyFloat_FromDouble(wrapped(angle));
 }
+
+/* The lesser of two numbers, NaN if either is: as numpy's minimum. */
+static double lesser(double a, double b) { return a < b || a != a ? a : b; }
 
 /* sin(a) / a and (1 - cos(a)) / a, whose limits at zero are 1 and 0. */
 static void chords(double angle, double *along, double *across) {
@@ -39,9 +46,9 @@ static PyObject *pair(double x, double y) {
     return both;
 }
 
-static PyObject *arc_positions(PyObject *module, PyObject *const *args, Py_ssize_t count) {
+/* Where a constant twist leads in some whiles: the positions alone, or the poses. */
+static PyObject *arc_of(PyObject *const *args, Py_ssize_t count, int poses) {
     double pose[3], twist[3];
-    (void)module;
     if (wrong_count(count, 3) || numbers(args[0], pose, 3) < 0 || numbers(args[1], twist, 3) < 0) return NULL;
     PyObject *whiles = PySequence_Tuple(args[2]);
     if (whiles == NULL) return NULL;
@@ -49,16 +56,28 @@ static PyObject *arc_positions(PyObject *module, PyObject *const *args, Py_ssize
     const double c = cos(pose[2]), s = sin(pose[2]);
     PyObject *found = PyList_New(many);
     for (Py_ssize_t i = 0; i < many && found != NULL; i++) {
-        const double duration = number(PyTuple_GetItem(whiles, i));
+        const double duration = number(PyTuple_GetItem(whiles, i)), angle = twist[1] * duration;
         double along, across;
-        chords(twist[1] * duration, &along, &across);
+        chords(angle, &along, &across);
         const double ahead = twist[0] * duration, aside = twist[2] * duration;
         const double dx = along * ahead - across * aside, dy = across * ahead + along * aside;
-        PyObject *place = duration == -1.0 && PyErr_Occurred() ? NULL : pair(pose[0] + c * dx - s * dy, pose[1] + s * dx + c * dy);
+        const double x = pose[0] + c * dx - s * dy, y = pose[1] + s * dx + c * dy;
+        PyObject *place = NULL;
+        if (!(duration == -1.0 && PyErr_Occurred())) place = poses ? Py_BuildValue("ddd", x, y, wrapped(pose[2] + angle)) : pair(x, y);
         if (place == NULL || PyList_SetItem(found, i, place) < 0) Py_CLEAR(found);
     }
     Py_DECREF(whiles);
     return found;
+}
+
+static PyObject *arc_positions(PyObject *module, PyObject *const *args, Py_ssize_t count) {
+    (void)module;
+    return arc_of(args, count, 0);
+}
+
+static PyObject *arc_poses(PyObject *module, PyObject *const *args, Py_ssize_t count) {
+    (void)module;
+    return arc_of(args, count, 1);
 }
 
 /* About as far: exact enough to tell two lengths apart that differ by more than a billionth, and by what underflows. */

@@ -56,10 +56,11 @@ static void step_on(const Py_buffer *view, int dimensions, Py_ssize_t *index, Py
     }
 }
 
-/* Open arrays of float64, all of so many dimensions as told; -1 where one does not fit, and then none is open. */
+/* Open arrays of float64, all of so many dimensions as told, from a writable one on writable (-1 for none); -1 where one
+ * does not fit, and then none is open. */
 static int opened_all(PyObject *const *arrays, Py_buffer *views, int count, const int dimensions[], const Py_ssize_t lasts[], int writable) {
     for (int i = 0; i < count; i++) {
-        const int flags = PyBUF_C_CONTIGUOUS | (i == writable ? PyBUF_WRITABLE : 0);
+        const int flags = PyBUF_C_CONTIGUOUS | (writable >= 0 && i >= writable ? PyBUF_WRITABLE : 0);
         if (opened(arrays[i], &views[i], dimensions[i], lasts[i], flags) == 0) continue;
         while (i > 0) PyBuffer_Release(&views[--i]);
         return -1;

@@ -47,32 +47,36 @@ static PyObject *mark_at(PyObject *module, PyObject *const *args, Py_ssize_t cou
     return failed ? NULL : Py_NewRef(Py_None);
 }
 
-/* known_at(ground, frame, points, since, found): found (...) is filled for points (..., 2). */
-static PyObject *known_at(PyObject *module, PyObject *const *args, Py_ssize_t count) {
-    Py_buffer map, points, found;
+/* Whether all points (m, 2) of a stride are in squares of no earlier a time. */
+static int known(const Py_buffer *map, const Frame *at, const Py_buffer *ways, Py_ssize_t here, double since) {
+    for (Py_ssize_t i = 0; i < ways->shape[2]; i++, here += ways->strides[2]) {
+        const Py_ssize_t place = square(at, AT(*ways, here), AT(*ways, here + ways->strides[3]));
+        if (place < 0 || !(((const double *)map->buf)[place] >= since)) return 0;
+    }
+    return 1;
+}
+
+/* strides_at(ground, frame, ways, since): of ways (n, k, m, 2) how many strides are known to be free. */
+static PyObject *strides_at(PyObject *module, PyObject *const *args, Py_ssize_t count) {
+    Py_buffer map, ways;
     Frame at;
+    PyObject *found = NULL;
     (void)module;
-    if (wrong_count(count, 5)) return NULL;
+    if (wrong_count(count, 4)) return NULL;
     const double since = number(args[3]);
     if ((since == -1.0 && PyErr_Occurred()) || framed(args, &at, &map, 0) < 0) return NULL;
-    int failed = opened(args[2], &points, 0, 2, 0) < 0;
-    if (!failed && (failed = PyObject_GetBuffer(args[4], &found, PyBUF_WRITABLE | PyBUF_C_CONTIGUOUS) < 0)) PyBuffer_Release(&points);
-    if (!failed) {
-        const int depth = points.ndim - 1;
-        Py_ssize_t index[DEEPEST] = {0}, here = 0, many = 1;
-        for (int d = 0; d < depth; d++) many *= points.shape[d];
-        failed = found.itemsize != 1 || found.len != many;
-        if (failed) PyErr_Format(PyExc_ValueError, "there are %zd points, found room for %zd", many, found.len);
-        for (Py_ssize_t i = 0; i < many && !failed; i++) {
-            const Py_ssize_t place = square(&at, AT(points, here), AT(points, here + points.strides[depth]));
-            ((char *)found.buf)[i] = place >= 0 && ((const double *)map.buf)[place] >= since;
-            step_on(&points, depth, index, &here);
+    if (opened(args[2], &ways, 4, 2, 0) == 0) {
+        found = PyList_New(ways.shape[0]);
+        for (Py_ssize_t i = 0; i < ways.shape[0] && found != NULL; i++) {
+            Py_ssize_t free = 0, here = i * ways.strides[0];
+            for (; free < ways.shape[1] && known(&map, &at, &ways, here, since); free++) here += ways.strides[1];
+            PyObject *strides = PyLong_FromSsize_t(free);
+            if (strides == NULL || PyList_SetItem(found, i, strides) < 0) Py_CLEAR(found);
         }
-        PyBuffer_Release(&found);
-        PyBuffer_Release(&points);
+        PyBuffer_Release(&ways);
     }
     PyBuffer_Release(&map);
-    return failed ? NULL : Py_NewRef(Py_None);
+    return found;
 }
 
 #endif

@@ -1,4 +1,4 @@
-/* Paths and timetables (control/path.py, grid.py, reference.py). */
+/* Paths and timetables (control/path.py, grid.py, profile.py, reference.py). */
 #ifndef ROCS_NUMBERS_PATHS_H
 #define ROCS_NUMBERS_PATHS_H
 #include <math.h>
@@ -51,6 +51,70 @@ static Py_ssize_t place(const double *numbers_, Py_ssize_t many, double number_,
         else high = middle;
     }
     return low;
+}
+
+/* Between ascending numbers linear, held beyond: as numpy's interp, to the bit. */
+static double between(const double *xs, const double *ys, Py_ssize_t many, double x) {
+    const Py_ssize_t cell = place(xs, many, x, 1) - 1;
+    if (x != x) return x;
+    if (cell < 0) return ys[0];
+    if (cell >= many - 1 || xs[cell] == x) return ys[cell];
+    const double slope = (ys[cell + 1] - ys[cell]) / (xs[cell + 1] - xs[cell]);
+    return slope * (x - xs[cell]) + ys[cell];
+}
+
+/* stations_at((stations, squared, passed), (s, speed, limit, acceleration), times, found): three times (n,), twice (k,). */
+static PyObject *stations_at(PyObject *module, PyObject *const *args, Py_ssize_t count) {
+    Py_buffer in[5];
+    double begin[4];
+    (void)module;
+    if (wrong_count(count, 4) || numbers(args[1], begin, 4) < 0) return NULL;
+    if (!PyTuple_Check(args[0]) || PyTuple_Size(args[0]) != 3) {
+        PyErr_SetString(PyExc_TypeError, "a profile is a tuple of three arrays");
+        return NULL;
+    }
+    PyObject *const arrays[] = {PyTuple_GetItem(args[0], 0), PyTuple_GetItem(args[0], 1), PyTuple_GetItem(args[0], 2), args[2], args[3]};
+    if (opened_all(arrays, in, 5, (const int[]){1, 1, 1, 1, 1}, (const Py_ssize_t[]){0, 0, 0, 0, 0}, 4) < 0) return NULL;
+    const Py_ssize_t rows = in[0].shape[0], many = in[3].shape[0];
+    if (rows < 1 || in[1].shape[0] != rows || in[2].shape[0] != rows || in[4].shape[0] != many)
+        return closed_all(in, 5, "the arrays of a profile, and times and room, must fit each other");
+    const double *stations = in[0].buf, *squared = in[1].buf, *passed = in[2].buf, *times = in[3].buf;
+    const double speed = begin[1], limit = begin[2], acceleration = begin[3];
+    double *found = in[4].buf, start = begin[0], since = 0.0;
+    Py_ssize_t first = 0;
+    for (; speed < limit && first < many; first++) { /* as long as it may gain speed */
+        const double gained = speed + acceleration * times[first], free = begin[0] + 0.5 * (speed + gained) * times[first];
+        if (gained > sqrt(between(stations, squared, rows, free))) break;
+        found[first] = start = free;
+        since = times[first];
+    }
+    const double begun = between(stations, passed, rows, start) - since;
+    for (; first < many; first++) found[first] = between(passed, stations, rows, begun + times[first]);
+    return closed_all(in, 5, NULL);
+}
+
+/* path_stages(rows, (turn, speed, acceleration), times, stages): (k, 5), (k,) and (k, 6). */
+static PyObject *path_stages(PyObject *module, PyObject *const *args, Py_ssize_t count) {
+    Py_buffer in[3];
+    double given[3];
+    (void)module;
+    if (wrong_count(count, 4) || numbers(args[1], given, 3) < 0) return NULL;
+    PyObject *const arrays[] = {args[0], args[2], args[3]};
+    if (opened_all(arrays, in, 3, (const int[]){2, 1, 2}, (const Py_ssize_t[]){5, 0, 6}, 2) < 0) return NULL;
+    const Py_ssize_t many = in[1].shape[0];
+    if (in[0].shape[0] != many || in[2].shape[0] != many) return closed_all(in, 3, "rows, times and stages must fit each other");
+    const double *row = in[0].buf, *times = in[1].buf;
+    double *stage = in[2].buf;
+    for (Py_ssize_t i = 0; i < many; i++, row += 5, stage += 6) {
+        const double speed = lesser(sqrt(row[4]), given[1] + given[2] * times[i]);
+        stage[0] = row[0];
+        stage[1] = row[1];
+        stage[2] = row[2] + given[0];
+        stage[3] = speed;
+        stage[4] = 0.0;
+        stage[5] = speed * row[3];
+    }
+    return closed_all(in, 3, NULL);
 }
 
 /* timed_stages(times, since, begin, velocity, at, stages): (m,), (m + 1,), twice (m + 1, 3), (k,) and (k, 6). */

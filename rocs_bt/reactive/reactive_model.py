@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,10 @@ class Reflex:
 
     def describe(self) -> str:
         """What was seen, in words."""
+        return self._described
+
+    @cached_property
+    def _described(self) -> str:  # once, for as many events as tell it
         return self.reading if isinstance(self.reading, str) else self.reading()
 
 

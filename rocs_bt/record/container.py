@@ -1,13 +1,13 @@
 """Writing an MCAP file, fast and always readable: messages in uncompressed chunks, each written in one piece.
 
-The records are those of the `mcap` package; only the message, which comes thousands of times, is packed here.
+The records are those of the `mcap` package; only messages, which come by the thousand, are packed here, many at once.
 """
 
 from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
@@ -28,12 +28,18 @@ from mcap.records import (
     SummaryOffset,
 )
 
+from ..compiled import compiled
+
 MAGIC = b"\x89MCAP0\r\n"
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _CHUNK = struct.Struct("<BQQQQIIQ")  # opcode, length, first and last time, size, its sum, no compression, size
 _OPCODE = int(Opcode.MESSAGE)  # a plain number packs several times faster than an enumeration's
 _HEAD = _MESSAGE.size
 _OVERHEAD = _HEAD - 9  # what the length counts besides the data
+_LATEST = 2**64 - 1  # [ns]
+
+Message = tuple[int, int, int, bytes]
+"""Channel, sequence, time [ns], data."""
 
 
 class Container:
@@ -56,6 +62,8 @@ class Container:
         self._file = path.open("wb", buffering=0)
         self._offset = 0
         self._chunk: list[bytes] = []
+        self._messages: list[Message] = []  # that come after it
+        self._place = 0  # where they do
         self.size = 0
         self._index: dict[int, list[int]] = {}
         self._schemas: list[Schema] = []
@@ -93,11 +101,14 @@ class Container:
             sequence: Its number in the whole run.
             time: When it happened [ns].
             data: JSON.
+
+        Raises:
+            ValueError: The time is one that no recording can hold.
         """
-        length, size = len(data), self.size
-        self._index[channel] += (time, size)
-        self._chunk += (_MESSAGE.pack(_OPCODE, length + _OVERHEAD, channel, sequence, time, time), data)
-        self.size = size + length + _HEAD
+        if not 0 <= time <= _LATEST:
+            raise ValueError(f"its time is {time * 1e-9:g} s, which a recording cannot hold")
+        self._messages.append((channel, sequence, time, data))
+        self.size += len(data) + _HEAD
 
     def attach(self, name: str, data: bytes, time: int) -> None:
         """Write a JSON attachment, after all messages so far."""
@@ -118,6 +129,7 @@ class Container:
 
     def flush(self) -> None:
         """Hand the chunk in progress to the operating system."""
+        self._settle()
         times = [time for entries in self._index.values() for time in entries[::2]]
         if not times:
             return
@@ -139,7 +151,7 @@ class Container:
                 self._index[channel] = []
         length = at - begin - whole
         self._chunks.append(ChunkIndex(whole, begin, "", len(data), last, length, offsets, first, len(data)))
-        self._chunk, self.size = [], 0
+        self._chunk, self._place, self.size = [], 0, 0
         self._write(b"".join((head, data, *indexes)))
 
     def finish(self) -> None:
@@ -181,8 +193,18 @@ class Container:
             schema_count=len(self._schemas),
         )
 
+    def _settle(self) -> None:
+        """Put the messages into the chunk, and into its index."""
+        if self._messages:
+            data = chunked(self._messages, self._place, self._index)
+            self._chunk.append(data)
+            self._place += len(data)
+            self._messages = []
+
     def _append(self, data: bytes) -> None:
+        self._settle()
         self._chunk.append(data)
+        self._place += len(data)
         self.size += len(data)
 
     def _write(self, data: bytes) -> None:
@@ -192,6 +214,24 @@ class Container:
             written = self._file.write(view) or 0
             view = view[written:]
             self._offset += written
+
+
+@compiled
+def chunked(messages: Sequence[Message], begin: int, index: dict[int, list[int]]) -> bytes:
+    """Messages as they stand in a chunk, one after the other.
+
+    Args:
+        messages: What they are.
+        begin: Where in the chunk the first one begins.
+        index: By channel, to which the time and the place of each message are added.
+    """
+    parts: list[bytes] = []
+    place = begin
+    for channel, sequence, time, data in messages:
+        index[channel] += (time, place)
+        parts += (_MESSAGE.pack(_OPCODE, len(data) + _OVERHEAD, channel, sequence, time, time), data)
+        place += len(data) + _HEAD
+    return b"".join(parts)
 
 
 def _bytes(record: McapRecord) -> bytes:

@@ -96,7 +96,7 @@ class Metrics:
         for event in events:
             if (take := takes.get(type(event))) is None:  # of most kinds of events there is nothing to count
                 continue
-            if isinstance(event, BodyMoved):
+            if type(event) is BodyMoved:  # isinstance asks an abstract base class, which takes long
                 self._where[event.body] = event.x, event.y
             if (tally := tallies.get(event.agent)) is not None:
                 take(tally, event)

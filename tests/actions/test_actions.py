@@ -164,6 +164,33 @@ class TestTable2:
         assert math.degrees(rig.pose.yaw) == pytest.approx(60.0, abs=1.2)
         assert math.hypot(rig.pose.x, rig.pose.y) == pytest.approx(0.25)
 
+    @pytest.mark.parametrize(
+        ("free", "behind", "rear", "back", "turned"),
+        [
+            ((math.pi, math.pi), 1.0, math.inf, 0.0, 60.0),
+            ((math.nan, math.nan), 1.0, math.inf, 0.0, 60.0),
+            ((0.8, 0.0), 1.0, math.inf, 0.0, math.degrees(0.8)),
+            ((0.2, 3.0), 1.0, math.inf, 0.3, math.degrees(0.2)),
+            ((0.2, 3.0), 0.2, math.inf, 0.2, math.degrees(0.2)),
+            ((0.2, 3.0), 1.0, 0.4, 0.15, math.degrees(0.2)),
+            ((0.2, 3.0), 1.0, 0.2, 0.0, math.degrees(0.2)),
+            ((0.2, 3.0), 1.0, math.nan, 0.0, math.degrees(0.2)),
+            ((0.2, 3.0), 0.0, math.inf, 0.0, math.degrees(0.2)),
+        ],
+    )
+    def test_avoid_collision_sweeps_nothing_with_a_corner(self, rig, free, behind, rear, back, turned):
+        def tell():
+            rig.knowledge.signals.write("free_turn", free, rig.clock.now())
+            rig.knowledge.signals.write("rear", [rear], rig.clock.now())
+            rig.knowledge.signals.write("room_behind", [0.0, 0.0, behind, 0.0, 0.0], rig.clock.now())
+
+        sense, rig.sense = rig.sense, lambda: (sense(), tell())
+        tell()
+        rig.finish(rig.submit(AvoidCollision(turn=math.radians(60.0), duration=1.0, speed=0.25), Priority.HIGH))
+        assert names(rig) == ["SetWheelSpeed"] * (back > 0.0) + ["TurnAngle", "SetWheelSpeed"]
+        assert math.degrees(rig.pose.yaw) == pytest.approx(turned, abs=1.2)
+        assert min(pose.x for pose in rig.path) == pytest.approx(-back, abs=0.02)
+
     def test_avoid_collision_loses_no_period_between_the_two(self, rig):
         rig.submit(AvoidCollision(turn=math.radians(60.0), duration=1.0, speed=0.25), Priority.HIGH)
         rig.run(60)
@@ -227,6 +254,16 @@ class TestFlinch:
         gained = math.copysign(math.hypot(rig.pose.x, rig.pose.y), rig.pose.x)
         assert math.copysign(1.0, speed) * gained == pytest.approx(0.08, abs=0.35 * 0.05)
         assert math.degrees(rig.pose.yaw) == pytest.approx(30.0)
+
+    @pytest.mark.parametrize(("speed", "bend"), [(0.35, 0.6), (-0.35, -1.5)])
+    def test_goes_on_the_bend_on_which_there_is_room(self, rig, speed, bend):
+        ticket = rig.submit(Flinch(speed=speed, distance=0.08), Priority.HIGH)
+        while not ticket.state.done:
+            rig.knowledge.signals.write("bend_off", (0.6, -1.5), rig.clock.now())  # ahead, and back
+            rig.run()
+        half = 0.5 * rig.pose.yaw
+        assert rig.pose.yaw == pytest.approx(bend * math.copysign(math.hypot(rig.pose.x, rig.pose.y), speed), rel=0.02)
+        assert math.tan(half) == pytest.approx(rig.pose.y / rig.pose.x)
 
     def test_fails_when_the_way_is_blocked(self, rig):
         ticket = rig.submit(Flinch(speed=0.35), Priority.HIGH)

@@ -111,6 +111,28 @@ def test_turns_aside_where_there_is_no_way_back(chase):
     assert min(chase.distances) > 0.8
 
 
+def test_makes_room_first_where_a_corner_would_hit_something_if_it_turned(chase):
+    chase.leader = Pose2(-2.2, 0.4, 0.0)  # behind it
+    chase.room = {"room_ahead": [0.0] * 5, "room_behind": [0.0, 0.0, 0.5, 0.0, 0.0], "free_turn": [0.4, 0.4]}
+    chase.drive(2.0, Twist2(0.0))
+    assert abs(chase.rig.pose.yaw) < 0.05
+    assert chase.rig.pose.x < -0.2
+    chase.room["free_turn"] = [math.pi, math.pi]
+    chase.drive(2.0, Twist2(0.0))
+    assert abs(chase.rig.pose.bearing(chase.leader)) < math.radians(60.0)
+
+
+def test_turns_no_farther_than_its_corners_find_free(chase):
+    chase.leader = Pose2(-2.2, 0.0, 0.0)
+    chase.room = {"room_ahead": [0.0] * 5, "room_behind": [0.0] * 5, "room_turned": [0.0] * 12, "free_turn": [0.3, 0.3]}
+    chase.drive(2.0, Twist2(0.0))
+    assert abs(chase.rig.pose.yaw) < 0.05
+    chase.room["free_turn"] = [0.0, 0.0]
+    chase.known = False  # nor does it look round
+    chase.drive(2.0, Twist2(0.0))
+    assert abs(chase.rig.pose.yaw) < 0.05
+
+
 def test_who_does_not_know_the_ground_waits(chase):
     chase.leader, chase.room = Pose2(1.5, 0.0, math.pi), {}
     chase.drive(3.0, Twist2(0.3))

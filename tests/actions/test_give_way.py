@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.actions.give_way import GiveWay, Room, pulled
+from rocs_bt.actions.give_way import GiveWay, pulled
+from rocs_bt.actions.room import Room
 from rocs_bt.control.ways import BENDS, HEADINGS
 from rocs_bt.geometry import Pose2
 
-TIMES = 0.1 * np.arange(26)
+TIMES, AFAR = 0.1 * np.arange(26), 0.1 * np.arange(51)
 HERE = Pose2(0.0, 0.0, 0.0)
 
 
@@ -23,13 +24,20 @@ def free(ahead=0.0, behind=0.0, turned=0.0):
 OPEN = free(1.0, 1.0)
 
 
+def leading(x, y, speed=0.0, yaw=0.0):
+    """(51, 3) The same of a leader, which is looked at for longer."""
+    return going(x, y, speed, yaw, AFAR)
+
+
 def made(**given):
-    return GiveWay(**{"length": 1.4, "room": 1.2, "half": (0.35, 0.28), "speed": 0.8, "times": TIMES, **given})
+    return GiveWay(
+        **{"length": 1.4, "room": 1.2, "half": (0.35, 0.28), "speed": 0.8, "times": TIMES, "afar": AFAR, **given}
+    )
 
 
-def going(x, y, speed=0.0, yaw=0.0):
+def going(x, y, speed=0.0, yaw=0.0, times=TIMES):
     """(26, 3) The way of somebody who keeps speed and heading."""
-    run = speed * TIMES
+    run = speed * times
     return np.stack([x + run * math.cos(yaw), y + run * math.sin(yaw), np.full_like(run, yaw)], axis=1)
 
 
@@ -61,7 +69,7 @@ def test_it_is_needed_only_where_somebody_comes_too_near():
 
 
 def test_it_goes_back_from_a_leader_that_comes_as_far_as_the_ground_is_free():
-    leader = going(1.3, 0.0, 0.3, math.pi)
+    leader = leading(1.3, 0.0, 0.3, math.pi)
     back = made().best(HERE, leader, [], OPEN)
     assert -1.0 <= back[-1, 0] < -0.3
     boxed = made().best(HERE, leader, [], free(behind=0.2))
@@ -73,18 +81,37 @@ def test_it_goes_back_from_a_leader_that_comes_as_far_as_the_ground_is_free():
 def test_boxed_in_it_turns_on_the_spot_to_where_the_ground_is_free(heading):
     room = free(turned=np.where(heading == HEADINGS, 1.0, 0.0))
     here = Pose2(0.0, 0.0, heading + math.pi / 2.0)
-    leader = going(-1.6 * math.cos(heading), -1.6 * math.sin(heading), 0.4, heading)
+    leader = leading(-1.6 * math.cos(heading), -1.6 * math.sin(heading), 0.4, heading)
     way = made().best(here, leader, [], room)
     assert way[8, :2] == pytest.approx((0.0, 0.0))
     assert 0.3 < here.yaw - way[8, 2] < math.pi / 2.0  # on its way round, the short one
     assert math.hypot(*way[-1, :2]) > 0.3
     assert math.cos(math.atan2(way[-1, 1], way[-1, 0]) - heading) == pytest.approx(1.0)
-    assert math.cos(way[-1, 2] - heading) == pytest.approx(1.0)
+    assert abs(math.cos(way[-1, 2] - heading)) == pytest.approx(1.0)
     assert np.array_equal(made().best(here, leader, [], free()), np.tile(here, (26, 1)))  # it does not turn, either
 
 
+@pytest.mark.parametrize(("off", "stern"), [(60.0, False), (80.0, False), (100.0, True), (150.0, True), (-150.0, True)])
+def test_it_turns_nose_or_stern_to_where_it_goes_whichever_is_nearer(off, stern):
+    room = free(turned=np.where(HEADINGS[5] == HEADINGS, 1.0, 0.0))
+    here, heading = Pose2(0.0, 0.0, HEADINGS[5] + math.radians(off)), float(HEADINGS[5])
+    leader = leading(-1.6 * math.cos(heading), -1.6 * math.sin(heading), 0.4, heading)
+    way = made().best(here, leader, [], room)
+    assert math.cos(way[-1, 2] - heading) == pytest.approx(-1.0 if stern else 1.0)
+    assert way[-1, :2] == pytest.approx(math.hypot(*way[-1, :2]) * np.array([math.cos(heading), math.sin(heading)]))
+    assert abs(way[-1, 2] - here.yaw) <= math.pi / 2.0
+
+
+def test_it_goes_aside_from_a_leader_that_will_not_stop_where_its_ground_ends():
+    leader, aside = leading(1.5, 0.0, 0.4, math.pi), np.where(HEADINGS[3] == HEADINGS, 1.0, 0.0)  # to the right
+    way = made().best(HERE, leader, [], free(behind=0.6, turned=aside))
+    assert way[-1, 1] < -0.3
+    shortsighted = made(afar=TIMES).best(HERE, leader[: len(TIMES)], [], free(behind=0.6, turned=aside))
+    assert shortsighted[-1, :2] == pytest.approx((-0.6, 0.0))
+
+
 def test_who_cannot_stay_may_come_nearer_to_its_leader_than_the_string_is_long_but_leaves_it_room():
-    leader, room = going(1.5, 0.0), free(ahead=0.25)
+    leader, room = leading(1.5, 0.0), free(ahead=0.25)
     comes = going(-0.3, 1.0, 0.2, -math.pi / 2.0)
     way = made().best(HERE, leader, [comes], room)
     assert way[-1, 0] == pytest.approx(0.25, abs=0.02)
@@ -94,14 +121,14 @@ def test_who_cannot_stay_may_come_nearer_to_its_leader_than_the_string_is_long_b
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_it_makes_room_for_who_comes_at_its_flank(side):
     other = going(0.1, side * 1.0, 0.2, -side * math.pi / 2.0)
-    way = made().best(HERE, going(1.4, 0.0), [other], OPEN)
+    way = made().best(HERE, leading(1.4, 0.0), [other], OPEN)
     assert np.hypot(*(way[-1, :2] - other[-1, :2])) > np.hypot(*other[-1, :2]) + 0.2
 
 
 def test_it_keeps_to_the_way_that_it_is_on_where_another_is_as_good():
     give_way = made()
     ways = [
-        give_way.best(HERE, going(1.4, 0.0), [going(0.0, y, 0.2, -math.copysign(math.pi / 2.0, y))], OPEN)
+        give_way.best(HERE, leading(1.4, 0.0), [going(0.0, y, 0.2, -math.copysign(math.pi / 2.0, y))], OPEN)
         for y in (0.9, 0.9001, 0.9)
     ]
     assert np.array_equal(ways[0], ways[1])
@@ -115,11 +142,11 @@ def test_it_keeps_to_the_way_that_it_is_on_where_another_is_as_good():
 def test_it_never_crowds_its_leader_and_keeps_to_free_ground(
     away, at, speed, heading, other, where, ahead, behind, turned
 ):
-    leader = going(away * math.cos(at), away * math.sin(at), speed, heading)
+    leader = leading(away * math.cos(at), away * math.sin(at), speed, heading)
     others = [going(other * math.cos(where), other * math.sin(where))]
     way = made().best(HERE, leader, others, free(ahead, behind, turned))
-    apart = np.hypot(way[:, 0] - leader[:, 0], way[:, 1] - leader[:, 1]).min()
-    standing = np.hypot(leader[:, 0], leader[:, 1]).min()
+    apart = np.hypot(*(way - leader[: len(way)])[:, :2].T).min()
+    standing = np.hypot(leader[: len(way), 0], leader[: len(way), 1]).min()
     assert apart >= min(1.2, standing - 0.02) - 1e-9
     run = np.hypot(*np.diff(way[:, :2], axis=0).T).sum()
     assert run <= max(ahead, behind, turned) + 1e-9

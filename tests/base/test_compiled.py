@@ -13,7 +13,9 @@ from hypothesis.extra.numpy import arrays
 import rocs_bt.actions.give_way as give_way
 import rocs_bt.control.follower as follower
 import rocs_bt.control.grid as grid
+import rocs_bt.control.motion_filter as motion_filter
 import rocs_bt.control.path as path
+import rocs_bt.control.profile as profile
 import rocs_bt.control.reference as reference
 import rocs_bt.control.ways as ways
 import rocs_bt.drivers.mujoco.sensors as sensors
@@ -23,6 +25,7 @@ import rocs_bt.knowledge.signals as signals
 import rocs_bt.monitor.free_ground as free_ground
 import rocs_bt.monitor.gaps as gaps
 import rocs_bt.record.codec as codec
+import rocs_bt.record.container as container
 from rocs_bt.compiled import PLAIN, compiled
 from rocs_bt.geometry import Pose2, Twist2
 
@@ -56,24 +59,35 @@ def test_what_is_not_in_the_kernel_is_itself():
 @needs_kernel
 def test_all_of_them_are_compiled():
     places = {
+        "arc_poses": geometry,
         "arc_positions": geometry,
         "wrap_angle": geometry,
         "hull_gaps": geometry,
         "least_gaps": gaps,
         "nearest_moment": give_way,
         "pull": give_way,
+        "bent_at": give_way,
+        "turned_at": give_way,
+        "least_apart": give_way,
+        "costs_at": give_way,
         "along_at": ways,
         "nearest": path,
         "rows_at": grid,
         "within": follower,
+        "turn_on": motion_filter,
+        "sight": motion_filter,
+        "inverse": motion_filter,
+        "stations_at": profile,
+        "path_stages": reference,
         "timed_lines": reference,
         "timed_stages": reference,
-        "known_at": free_ground,
+        "strides_at": free_ground,
         "mark_at": free_ground,
         "fill": signals,
         "valid": signals,
         "least_echoes": sensors,
         "finite_all": codec,
+        "chunked": container,
         "pack": event,
     }
     assert {*PLAIN} == {*places}
@@ -87,6 +101,8 @@ def test_arcs(pose, twist, durations):
     found = geometry.arc_positions(pose, twist, iter(durations))
     assert bits(found) == bits(expected)
     assert [type(place) for place in found] == [tuple] * len(durations)
+    assert bits(geometry.arc_poses(pose, twist, durations)) == bits(PLAIN["arc_poses"](pose, twist, durations))
+    assert bits(geometry.arc(pose, twist, durations)) == bits([geometry.along_arc(pose, twist, t) for t in durations])
 
 
 @needs_kernel
@@ -106,13 +122,11 @@ def test_ground(frame, spots, size, t):
     free_ground.mark_at(one, frame, spots, t)
     PLAIN["mark_at"](other, frame, spots, t)
     assert one.tobytes() == other.tobytes()
-    # As a fan of ways is asked for: in five dimensions, x and y apart in memory.
-    fan = np.moveaxis(rng.uniform(-2.0, 2.0, (2, 5, 2, 3, 4)), 0, -1)
-    for asked in (spots, fan, fan[::2, :, ::-1], fan[:0]):
-        found, expected = (np.empty(asked.shape[:-1], bool) for _ in range(2))
-        free_ground.known_at(one, frame, asked, 0.3, found)
-        PLAIN["known_at"](one, frame, asked, 0.3, expected)
-        assert (found == expected).all()
+    fan = np.moveaxis(rng.uniform(-2.0, 2.0, (2, 5, 4, 2)), 1, 2)
+    for asked in (fan, fan[::2, :, ::-1], fan[:0], fan[:, :0], fan[:, :, :0], spots[:, None, None]):
+        for since in (-9.0, -0.8, 0.3):
+            expected = PLAIN["strides_at"](one, frame, asked, since)
+            assert free_ground.strides_at(one, frame, asked, since) == expected
 
 
 @needs_kernel
@@ -127,6 +141,33 @@ def test_strings(pose, leader, others, limits):
     give_way.pull(one, pose, leader, others, give_way.DETOURS, limits)
     PLAIN["pull"](other, pose, leader, others, give_way.DETOURS, limits)
     assert one.tobytes() == other.tobytes()
+
+
+@needs_kernel
+@given(
+    poses,
+    arrays(float, (4, 1), elements=small),
+    st.sampled_from([1, 5, 8, 26, 137, 300]),
+    st.integers(0, 2**32),
+    st.integers(0, 2),
+    st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
+)
+def test_ways_out_of_the_way(pose, bends, moments, seed, crowd, half):
+    rng, made = np.random.default_rng(seed), []
+    runs = np.minimum(rng.uniform(-1.0, 3.0, (4, moments)), 1.0)  # many are alike
+    leader, *others = rng.normal(0.0, 2.0, (1 + crowd, moments, 3))
+    headings, errors, reach = rng.uniform(-3.0, 3.0, (3, 3))
+    errors[0] = 0.0  # it looks there already
+    ahead, times = (headings, errors, np.abs(reach)), np.linspace(0.0, 2.5, moments)
+    for of in (vars(give_way), PLAIN):
+        ways, costs = np.zeros((3, 8, moments)), np.empty(8)
+        of["bent_at"](pose, runs, bends, ways[:, 1:5])  # as GiveWay asks: for some of all ways
+        of["turned_at"](pose, ahead, (0.5, 1.5, 0.3), times, ways[:, 5:])
+        soon = [other[: (moments + 1) // 2] for other in others]
+        of["costs_at"](ways, leader, soon, half, (1.4, 1.2, 0.6, 4.0, 0.02), (moments + 1) // 2, costs)
+        least = [of["least_apart"](way, leader, half) for way in (ways[:, 2].T, others[0] if others else leader)]
+        made.append((ways.tobytes(), costs.tobytes(), *least))
+    assert made[0] == made[1]
 
 
 @needs_kernel
@@ -173,6 +214,40 @@ def test_rows_and_nearest(spots, data):
     grid.rows_at(rows, slopes, 2.0 * steps, found)
     PLAIN["rows_at"](rows, slopes, 2.0 * steps, expected)
     assert found.tobytes() == expected.tobytes()
+
+
+@needs_kernel
+@given(
+    st.lists(st.tuples(st.sampled_from([0.1, 0.3, 0.5]), st.floats(0.0, 1.0), st.floats(0.01, 0.5)), max_size=9),
+    st.lists(st.floats(0.0, 0.5), max_size=6),
+    st.tuples(st.floats(-0.5, 3.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 2.0)),
+    st.data(),
+)
+def test_profiles(cells, steps, begin, data):
+    stations, squared, passed = np.cumsum([(0.0, 0.25, 0.0), *cells], axis=0).T.copy()
+    squared, times, made = 1.0 / (1.0 + squared), np.cumsum(steps), []
+    rows = np.abs(data.draw(arrays(float, (len(times), 5), elements=near)))
+    for of in ({**vars(profile), **vars(reference)}, PLAIN):
+        found, stages = np.empty(len(times)), np.empty((len(times), 6))
+        if len(times):
+            of["stations_at"]((stations, squared, passed), begin, times, found)
+        of["path_stages"](rows, begin[:3], times, stages)
+        made.append((found.tobytes(), stages.tobytes()))
+    assert made[0] == made[1]
+
+
+@needs_kernel
+@given(arrays(float, 5, elements=small), poses, st.floats(0.01, 2.0), st.floats(0.1, 9.0), st.data())
+def test_tracks(state, observer, dt, distance, data):
+    matrix, made = data.draw(arrays(float, (2, 2), elements=st.floats(0.1, 3.0))) + np.diag([0.0, 9.0]), []
+    for of in (vars(motion_filter), PLAIN):
+        moved, slope, seen, error, found = (np.zeros(shape) for shape in (5, (5, 5), (2, 5), 2, (2, 2)))
+        of["turn_on"](state, dt, 0.9, moved, slope)
+        there = of["sight"](state, observer, distance, 0.3 * dt, seen, error)
+        nowhere = of["sight"](state, Pose2(*state[:2].tolist()), distance, 0.3 * dt, seen, error)
+        of["inverse"](matrix, found)
+        made.append((there, nowhere, *(array.tobytes() for array in (moved, slope, seen, error, found))))
+    assert made[0] == made[1]
 
 
 TIMES = st.lists(st.sampled_from([0.5, 1.0, 1.25, 2.0, 2.75, 3.0, 3.5, 9.0]), min_size=1, max_size=5)
@@ -260,6 +335,17 @@ def test_what_is_finite(values):
 
 
 @needs_kernel
+@given(
+    st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2**32 - 1), st.integers(0, 2**64 - 1), st.binary())),
+    st.integers(0, 2**40),
+)
+def test_messages(messages, begin):
+    one, other = ({channel: [] for channel in range(4)} for _ in range(2))
+    assert container.chunked(messages, begin, one) == PLAIN["chunked"](messages, begin, other)
+    assert one == other
+
+
+@needs_kernel
 @pytest.mark.parametrize(
     "values", [[[1.0], (2.0,)], [[1.0], ["two"]], [[1.0], [None]], [[1.0], 2.0], [[1.0], [2.0, 3.0]]]
 )
@@ -294,12 +380,53 @@ def test_what_does_not_fit_is_refused():
         (_numbers.mark_at, (ground, frame, np.zeros((4, 2), dtype=np.float32), 0.0)),
         (_numbers.mark_at, (np.zeros((3, 4)), frame, spots, 0.0)),
         (_numbers.mark_at, (read_only, frame, spots, 0.0)),
-        (_numbers.known_at, (ground, frame, spots, 0.0, np.empty(3, bool))),
-        (_numbers.known_at, (ground, frame, spots, 0.0, np.empty(4))),
-        (_numbers.known_at, (ground, frame, np.zeros((1,) * 9 + (2,)), 0.0, np.empty(1, bool))),
+        (_numbers.strides_at, (ground, frame, spots, 0.0)),
+        (_numbers.strides_at, (ground, frame, np.zeros((4, 1, 1, 3)), 0.0)),
+        (_numbers.strides_at, (ground, frame[:3], spots[:, None, None], 0.0)),
+        (_numbers.within, (np.zeros((1,) * 9), 0.0)),
         (_numbers.pull, (way, Pose2(0.0, 0.0), way[:3], [], [0.0], (1.0, 0.1, 0.5, 0.3))),
         (_numbers.pull, (way, Pose2(0.0, 0.0), way, [way[:2]], [0.0], (1.0, 0.1, 0.5, 0.3))),
         (_numbers.pull, (way, Pose2(0.0, 0.0), way, [], [0.0] * 65, (1.0, 0.1, 0.5, 0.3))),
+        (_numbers.chunked, ([(0, 1, 2, "data")], 0, {0: []})),
+        (_numbers.chunked, ([(0, 1, 2)], 0, {0: []})),
+        (_numbers.chunked, ((), 0, {})),
+        (_numbers.turn_on, (np.zeros(5), 0.1, 0.9, np.zeros(4), np.zeros((5, 5)))),
+        (_numbers.turn_on, (np.zeros(5), 0.1, 0.9, np.zeros(5), np.zeros((4, 5)))),
+        (_numbers.sight, (np.zeros(5), (0.0,) * 3, 1.0, 0.1, np.zeros((1, 5)), np.zeros(2))),
+        (_numbers.sight, (np.zeros(5), (0.0,) * 2, 1.0, 0.1, np.zeros((2, 5)), np.zeros(2))),
+        (_numbers.sight, (np.zeros(5), (0.0,) * 3, "far", 0.1, np.zeros((2, 5)), np.zeros(2))),
+        (_numbers.inverse, (np.zeros((1, 2)), np.zeros((2, 2)))),
+        (_numbers.inverse, (np.zeros((2, 2)), read_only[:2, :2])),
+        (_numbers.stations_at, ([spots[:, 0].copy()] * 3, (0.0,) * 4, np.zeros(2), np.zeros(2))),
+        (_numbers.stations_at, ((np.zeros(2), np.zeros(2), np.zeros(3)), (0.0,) * 4, np.zeros(2), np.zeros(2))),
+        (_numbers.stations_at, ((np.zeros(0),) * 3, (0.0,) * 4, np.zeros(2), np.zeros(2))),
+        (_numbers.stations_at, ((np.zeros(2),) * 3, (0.0,) * 3, np.zeros(2), np.zeros(2))),
+        (_numbers.stations_at, ((np.zeros(2),) * 3, (0.0,) * 4, np.zeros(2), np.zeros(3))),
+        (_numbers.path_stages, (np.zeros((2, 5)), (0.0,) * 3, np.zeros(2), np.zeros((3, 6)))),
+        (_numbers.path_stages, (np.zeros((3, 5)), (0.0,) * 3, np.zeros(2), np.zeros((2, 6)))),
+        (_numbers.path_stages, (np.zeros((2, 4)), (0.0,) * 3, np.zeros(2), np.zeros((2, 6)))),
+        (_numbers.bent_at, (Pose2(0.0, 0.0), np.zeros((2, 5)), np.zeros((2, 1)), np.zeros((3, 2, 4)))),
+        (_numbers.bent_at, (Pose2(0.0, 0.0), np.zeros((2, 5)), np.zeros((1, 1)), np.zeros((3, 2, 5)))),
+        (_numbers.bent_at, (Pose2(0.0, 0.0), np.zeros((2, 5)), np.zeros((2, 1)), np.zeros((3, 1, 5)))),
+        (_numbers.bent_at, (Pose2(0.0, 0.0), np.zeros((2, 5)), np.zeros((2, 1)), np.zeros((2, 2, 5)))),
+        (_numbers.turned_at, (Pose2(0.0, 0.0), [way[:, 0].copy()] * 3, (1.0,) * 3, np.zeros(5), np.zeros((3, 4, 5)))),
+        (_numbers.turned_at, (Pose2(0.0, 0.0), (np.zeros(4),) * 3, (1.0,) * 3, np.zeros(5), np.zeros((3, 3, 5)))),
+        (_numbers.turned_at, (Pose2(0.0, 0.0), (np.zeros(4),) * 3, (1.0,) * 3, np.zeros(5), np.zeros((3, 4, 6)))),
+        (
+            _numbers.turned_at,
+            (Pose2(0.0, 0.0), (np.zeros(4), np.zeros(3), np.zeros(4)), (1.0,) * 3, np.zeros(5), np.zeros((3, 4, 5))),
+        ),
+        (_numbers.least_apart, (way, way[:3], (0.1, 0.1))),
+        (_numbers.least_apart, (way[:0], way[:0], (0.1, 0.1))),
+        (_numbers.costs_at, (np.zeros((3, 2, 4)), way, [], (0.1, 0.1), (1.0,) * 5, 5, np.zeros(2))),
+        (_numbers.costs_at, (np.zeros((3, 2, 4)), way, [], (0.1, 0.1), (1.0,) * 5, 0, np.zeros(2))),
+        (_numbers.costs_at, (np.zeros((3, 2, 4)), way[:3], [], (0.1, 0.1), (1.0,) * 5, 4, np.zeros(2))),
+        (_numbers.costs_at, (np.zeros((3, 2, 4)), way, [way[:3]], (0.1, 0.1), (1.0,) * 5, 4, np.zeros(2))),
+        (_numbers.costs_at, (np.zeros((3, 2, 4)), way, [None], (0.1, 0.1), (1.0,) * 5, 4, np.zeros(2))),
+        (_numbers.costs_at, (np.zeros((3, 2, 4)), way, None, (0.1, 0.1), (1.0,) * 5, 4, np.zeros(2))),
+        (_numbers.costs_at, (np.zeros((3, 2, 4)), way, [], (0.1, 0.1), (1.0,) * 4, 4, np.zeros(2))),
+        (_numbers.costs_at, (np.zeros((3, 2, 4)), way, [], (0.1, 0.1), (1.0,) * 5, 4, np.zeros(3))),
+        (_numbers.costs_at, (np.zeros((2, 2, 4)), way, [], (0.1, 0.1), (1.0,) * 5, 4, np.zeros(2))),
         (_numbers.pull, (way, Pose2(0.0, 0.0), way, [None], [0.0], (1.0, 0.1, 0.5, 0.3))),
     ]
     for function, given_ones in wrong:
@@ -308,11 +435,20 @@ def test_what_does_not_fit_is_refused():
 
 
 @needs_kernel
+@pytest.mark.parametrize("message", [(-1, 0, 0), (2**16, 0, 0), (0, -1, 0), (0, 2**32, 0), (0, 0, -1), (0, 0, 2**64)])
+def test_numbers_that_are_too_large_for_a_message_are_refused(message):
+    index = {message[0]: []}
+    with pytest.raises(OverflowError):
+        container.chunked([(*message, b"")], 0, index)
+    with pytest.raises(struct.error):
+        PLAIN["chunked"]([(*message, b"")], 0, index)
+
+
+@needs_kernel
 def test_what_is_nowhere_is_on_no_square():
-    ground, found = np.zeros((3, 3)), np.ones(4, bool)
+    ground = np.zeros((3, 3))
     nowhere = np.array([[math.nan, 0.0], [math.inf, 0.0], [-math.inf, 0.0], [1e300, 1e300]])
-    free_ground.known_at(ground, (0.0, 0.0, 1.0, 0.0), nowhere, 0.0, found)
-    assert not found.any()
+    assert free_ground.strides_at(ground, (0.0, 0.0, 1.0, 0.0), nowhere[:, None, None], 0.0) == [0] * 4
     free_ground.mark_at(ground, (0.0, 0.0, 1.0, 0.0), nowhere, 1.0)
     assert not ground.any()
 

@@ -6,10 +6,11 @@ import pytest
 
 from rocs_bt.clock import Rate, SimulatedClock
 from rocs_bt.control.drive import make_drive
+from rocs_bt.control.ways import BENDS
 from rocs_bt.device import Reading, Sensor
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2
+from rocs_bt.geometry import Pose2, Twist2, along_arc
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import SurroundMonitor, Watched
 from rocs_bt.signal import Signal
@@ -267,6 +268,41 @@ def test_it_turns_on_the_spot_only_where_all_that_its_corners_sweep_is_known_to_
     rig.at(Pose2(0.0, 0.36, 0.0))  # its flank is 0.14 m from what it saw, and a corner reaches 0.16 m beyond that
     rig.groups()
     assert rig.room("room_turned") == [0.0] * 12
+
+
+def test_it_tells_how_far_it_may_turn_before_a_corner_comes_to_what_it_saw():
+    rig = Rig(ground=20.0, memory=5.0)
+    rig.groups()
+    assert rig.room("free_turn") == [pytest.approx(math.pi)] * 2
+    rig.at(Pose2(0.1, 0.0, 0.0))  # it looks again where it has moved
+    rig.groups([math.inf, 0.5, math.inf])  # 0.45 m before the hull
+    for after in (0.0, 10.0, 25.0):
+        wait(rig, after - rig.clock.now())
+        rig.at(Pose2(0.5, -0.25, math.pi / 2.0))  # at its right now: 0.1 m from the flank, before the middle
+        rig.groups()
+        left, right = rig.room("free_turn")
+        assert (0.6 < left < 1.6) is (after < 20.0)  # the bow turns from it, and the stern comes round to it
+        assert (right < 0.6) is (after < 20.0)
+    rig.at(Pose2(math.nan, 0.0, 0.0))
+    rig.groups()
+    assert all(map(math.isnan, rig.room("free_turn")))
+
+
+@pytest.mark.parametrize("bend", [1.5, -1.5])
+def test_from_a_peer_it_goes_back_on_the_bend_on_which_it_came_where_straight_back_it_knows_nothing(rig, bend):
+    for i in range(13):
+        here = along_arc(Pose2(0.0, 0.0, 0.0), Twist2(0.1, 0.1 * bend), float(i))
+        rig.at(here)
+        rig.groups([0.2] * 3)  # in a fog: it knows of no more than where it has been
+    rig.peer(Pose2(*here.transform(0.75, 0.0), here.yaw + math.pi), speed=0.1)
+    found = rig.groups([0.2] * 3)
+    back = rig.room("room_behind")
+    assert back[2] < 0.2 < back[BENDS.index(bend)]
+    assert found["front"] < 0.2 < found["rear"]
+    assert rig.room("bend_off") == [0.0, bend]
+    rig.peer(Pose2(5.0, 0.0, 0.0))
+    rig.groups()
+    assert rig.room("bend_off") == [0.0, 0.0]
 
 
 def test_free_ground_is_forgotten_in_its_time():

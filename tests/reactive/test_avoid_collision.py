@@ -28,9 +28,10 @@ SHIPPED = Path(__file__).parents[2] / "rules" / "avoid_collision.toml"
 class TestShipped:
     """rules/avoid_collision.toml on ranges by hand."""
 
-    def wanted(self, *, after=1.0, before=None, turning="0.16 m", **changes):
+    def wanted(self, *, after=1.0, before=None, turning="0.16 m", lean="0 m", creep="0 m/s", **changes):
         """What is wanted when some values have stood for a while [s], and others before them."""
-        rules = load_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS, overrides={"turning": Override(turning)})
+        fitted = {name: Override(value) for name, value in (("turning", turning), ("lean", lean), ("creep", creep))}
+        rules = load_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS, overrides=fitted)
         model, told = RuleModel(rules), []
         for t, values in ((0.0, before or changes), (0.05, changes), (after - 0.2, changes), (after, changes)):
             values = dict.fromkeys(("front", "left_gap", "right_gap", "rear"), 1.0) | OTHERWISE | values
@@ -80,6 +81,26 @@ class TestShipped:
         assert set(self.wanted(after=2.1, turning="1 m", **slot)) == {"Flinch"}  # as the file has it
         passed = beside | {"speed": 0.0}
         assert self.wanted(after=13.0, before=passed | {"left_gap": 0.3}, **passed) == {}  # it parks there
+
+    def test_wedged_beside_something_it_turns_towards_it_and_swings_its_stern_from_it(self):
+        slot = {"front": 0.25, "rear": 0.24, "left_gap": 0.13, "speed": 0.0}
+        assert set(self.wanted(after=2.1, **slot)) == {"Flinch"}
+        turn = self.wanted(after=2.1, lean="0.05 m", **slot)["AvoidCollision"]["turn"]
+        assert turn == pytest.approx(np.pi / 3)  # though there is more room at its right
+        mirrored = slot | {"left_gap": 1.0, "right_gap": 0.13}
+        assert self.wanted(after=2.1, lean="0.05 m", **mirrored)["AvoidCollision"]["turn"] == pytest.approx(-np.pi / 3)
+        assert set(self.wanted(after=2.1, lean="0.05 m", **slot | {"right_gap": 0.15})) == {"Flinch"}
+
+    def test_between_two_things_it_makes_for_the_middle_once_flinching_was_in_vain(self):
+        slot = {"front": 0.22, "rear": 0.12, "left_gap": 0.3, "speed": 0.0}
+        assert self.wanted(creep="0.1 m/s", **slot)["Flinch"]["speed"] == 0.0
+        assert self.wanted(after=2.1, creep="0.1 m/s", **slot)["Flinch"]["speed"] == pytest.approx(0.1)
+        turned = slot | {"front": 0.12, "rear": 0.22}
+        assert self.wanted(after=2.1, creep="0.1 m/s", **turned)["Flinch"]["speed"] == pytest.approx(-0.1)
+        middle = slot | {"front": 0.15, "rear": 0.14}
+        assert self.wanted(after=2.1, creep="0.1 m/s", **middle)["Flinch"]["speed"] == 0.0
+        assert self.wanted(after=2.1, creep="0.1 m/s", **slot | {"left_gap": 0.14})["Flinch"]["speed"] == 0.0
+        assert self.wanted(after=2.1, **slot)["Flinch"]["speed"] == 0.0  # as the file has it
 
     def test_wedged_without_a_speed_it_stands_still(self):
         assert "Blind" in self.wanted(after=2.3, front=0.22, rear=0.19, speed=np.nan)

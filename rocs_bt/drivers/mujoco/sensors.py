@@ -137,7 +137,7 @@ class RangeCone(MujocoSensor):
 
     def limit(self, values: list[float]) -> list[float]:
         low, high = self.parameters.range
-        return [math.inf if v > high else max(v, low) for v in values]
+        return [math.inf if v > high else low if v < low else v for v in values]
 
     def beams(self) -> tuple[Beam, ...]:
         """Where its beams begin and look, in the body frame."""
@@ -166,13 +166,11 @@ class RobotSensor(MujocoSensor):
         self._others = {tag: other for tag, other in enumerate(mount.world.robots, 1) if other != mount.robot}
 
     def sample(self) -> list[float]:
-        world, robot = self.mount.world, self.mount.robot
-        peers = {tag: world.pose(other) for tag, other in self._others.items()}
-
-        def seen(tag: int) -> bool:
-            return world.sees(robot, self._others[tag], self.parameters.height)
-
-        return self._sightings.look(world.stamp, world.pose(robot), peers, seen)
+        world, robot, others, height = self.mount.world, self.mount.robot, self._others, self.parameters.height
+        peers = {tag: world.pose(other) for tag, other in others.items()}
+        return self._sightings.look(
+            world.stamp, world.pose(robot), peers, lambda tag: world.sees(robot, others[tag], height)
+        )
 
 
 class MailboxSensor(MujocoSensor):

@@ -1,0 +1,66 @@
+"""How much room a robot has, as the monitor of its surroundings tells; a robot without one knows of none."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..action import Body
+from ..control.drive import Array
+from ..control.ways import BENDS, HEADINGS, STRAIGHT
+
+BEHIND = 0.25
+"""What it leaves to what is behind [m]."""
+
+
+class Room(NamedTuple):
+    """How far a robot may drive on ground that it knows to be free [m]; nowhere where nobody knows."""
+
+    ahead: Array  # (n,) on each of `control.ways.BENDS`
+    behind: Array  # (n,) back on each of them
+    turned: Array  # (m,) to each of `control.ways.HEADINGS`, once turned there on the spot
+
+    @classmethod
+    def none(cls) -> Room:
+        """Where nobody knows."""
+        return cls(np.zeros(len(BENDS)), np.zeros(len(BENDS)), np.zeros(len(HEADINGS)))
+
+    @classmethod
+    def known(cls, body: Body) -> Room:
+        """What the signals `room_ahead`, `room_behind` and `room_turned` tell now."""
+        signals, now = body.knowledge.signals, body.clock.now()
+        names = {name: f"room_{name}" for name in cls._fields}
+        known = {name: np.fmax(signals.read(signal, now), 0.0) for name, signal in names.items() if signal in signals}
+        return cls.none()._replace(**known)
+
+
+def room_back(body: Body) -> float:
+    """How far the robot may drive straight back [m], over free ground and not up to who is behind; 0 if not known."""
+    signals = body.knowledge.signals
+    rear = signals.read("rear", body.clock.now()).min() if "rear" in signals else math.nan
+    room = float(np.minimum(Room.known(body).behind[STRAIGHT], rear - BEHIND))
+    return room if room > 0.0 else 0.0
+
+
+def free_turn(body: Body, turn: float) -> float:
+    """As much of a turn on the spot [rad], left positive, as the signal `free_turn` allows; all where nobody knows.
+
+    While the signal is invalid it bars nothing: a turn needs the same pose, and stands without.
+    """
+    signals = body.knowledge.signals
+    if "free_turn" not in signals:
+        return turn
+    left, right = map(float, np.nan_to_num(signals.read("free_turn", body.clock.now()), nan=np.inf))
+    return min(max(turn, -right), left)
+
+
+def bend_off(body: Body, speed: float) -> float:
+    """On which bend [rad/m] the robot goes off ahead, or back, as the signal `bend_off` tells; straight without it."""
+    signals = body.knowledge.signals
+    if "bend_off" not in signals:
+        return 0.0
+    ahead, back = signals.read("bend_off", body.clock.now()).tolist()
+    bend = float(ahead if speed > 0.0 else back)
+    return 0.0 if math.isnan(bend) else bend
