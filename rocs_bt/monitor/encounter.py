@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ..control.ways import BENDS
@@ -115,8 +115,8 @@ class Encounters:
         self._off: tuple[float, WayOff] = (-math.inf, (0, 0.0))  # until when it keeps to which way off [s]
         self._duty = (-math.inf, "", 0.0, 0.0)  # until when [s], to keep what distance from whom
 
-    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, lately: Room, ever: Room) -> Groups:
-        """What the peers add to each group, with so much room as was seen lately, and as is known at all [m]."""
+    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: Callable[[bool], Room]) -> Groups:
+        """What the peers add to each group; where needed it asks how much room was seen lately, or is known at all."""
         held, self._held, self.bends = self._held, math.inf, (0.0, 0.0)
         if not motions:
             return NOBODY
@@ -131,7 +131,7 @@ class Encounters:
         least = min(g.least for g in gaps)
         if least >= NEAR:
             return math.inf, left, right, rear
-        escape, bend = self._escape(pose, motions, ever if now - held > PINNED else lately)
+        escape, bend = self._escape(pose, motions, room(now - held > PINNED))
         self.bends = (bend, 0.0) if escape > 0 else (0.0, bend)
         if not escape:
             self._held = min(held, now)

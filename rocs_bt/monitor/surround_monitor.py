@@ -16,7 +16,7 @@ from ..errors import Fault, InputError
 from ..geometry import Pose2, along_arc
 from ..signal import Signal
 from ..units import ANGLE, LENGTH
-from .encounter import ASIDE, BEHIND, Encounters
+from .encounter import ASIDE, BEHIND, Encounters, Room
 from .gaps import free_turns, least_gaps
 from .local_memory import Array, LocalMemory, Mount
 from .range_monitor import RangeMonitor
@@ -156,13 +156,8 @@ class SurroundMonitor(RangeMonitor):
         off = Signal("bend_off", 2, (ANGLE / LENGTH,) * 2, (min(BENDS), max(BENDS)), self.max_age, doc)
         doc = "How far it may turn on the spot, left and right, before a corner comes to where an echo was."
         turn = Signal("free_turn", 2, (ANGLE,) * 2, (0.0, math.pi), self.max_age, doc)
-        return [
-            raw,
-            turn,
-            off,
-            *(self._wider(signal) if signal.name in GROUPS else signal for signal in groups),
-            *rooms,
-        ]
+        wider = (self._wider(signal) if signal.name in GROUPS else signal for signal in groups)
+        return [raw, *wider, *rooms, turn, off]  # in the order in which they are written: that takes half the time
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         written: dict[str, Sequence[float]] = dict(super().interpret(readings))
@@ -181,9 +176,12 @@ class SurroundMonitor(RangeMonitor):
         self._leave_out(written, self._memory.explained(pose, ranges, places, self._radius))
         ahead, behind, turned = self._rooms(now, pose)
         front = min(written["front"]) - SPARE
-        on, back = self._bends(now - self._span, pose)
-        lately, ever = ([min(far, front) for far in on], back), ([min(far, front) for far in ahead], behind)
-        peers = self._encounters.groups(pose, motions, now, lately, ever)
+
+        def room(at_all: bool) -> Room:
+            on, back = (ahead, behind) if at_all else self._bends(now - self._span, pose)
+            return [min(far, front) for far in on], back
+
+        peers = self._encounters.groups(pose, motions, now, room)
         echoes = self._echoes(now, pose, backing=knowledge.robot.speed(now) <= BACKING)
         for name, *values in zip(GROUPS, peers, echoes, strict=True):
             written[name] = [*written[name], *values]
@@ -191,8 +189,8 @@ class SurroundMonitor(RangeMonitor):
         return {
             **written,
             **rooms,
-            "free_turn": free_turns(self._memory.around(pose, now - self._ground), self._half),
-            "bend_off": self._encounters.bends,
+            "free_turn": list(free_turns(self._memory.around(pose, now - self._ground), self._half)),
+            "bend_off": list(self._encounters.bends),
         }
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
