@@ -59,7 +59,7 @@ BENT = 0.02
 Motion = tuple[float, Pose2, Twist2]
 """How a peer moves: since how long [s], from where, and how fast."""
 
-Room = tuple[Sequence[float], Sequence[float]]
+Reach = tuple[Sequence[float], Sequence[float]]
 """How far a robot may drive ahead, and back, on each of `control.ways.BENDS` [m]."""
 
 WayOff = tuple[int, float]
@@ -115,7 +115,7 @@ class Encounters:
         self._off: tuple[float, WayOff] = (-math.inf, (0, 0.0))  # until when it keeps to which way off [s]
         self._duty = (-math.inf, "", 0.0, 0.0)  # until when [s], to keep what distance from whom
 
-    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: Callable[[bool], Room]) -> Groups:
+    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: Callable[[bool], Reach]) -> Groups:
         """What the peers add to each group; where needed it asks how much room was seen lately, or is known at all."""
         held, self._held, self.bends = self._held, math.inf, (0.0, 0.0)
         if not motions:
@@ -158,7 +158,7 @@ class Encounters:
         if self._duty[0] > now:
             yield self._duty[1:]
 
-    def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: Room) -> WayOff:
+    def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: Reach) -> WayOff:
         """Where to go from peers that come near."""
         ways = {
             name: arc_positions(place, twist, [since + t for t in FAR])

@@ -112,6 +112,15 @@ class TestShipped:
         for signal in ("front", "left_gap", "right_gap", "rear", "goal_distance"):
             assert self.wanted(**{signal: np.nan})["Blind"] == {"below": 0.0, "patience": 3600.0}
 
+    def test_who_leans_hears_what_it_leans_to(self):
+        catalog, leaning = Catalog(), []
+        for robot, rules in fitted_rules(catalog.find("rules", "avoid_collision"), catalog):
+            least = rules.thresholds["turning"] - rules.thresholds["lean"]
+            if rules.thresholds["lean"] > 0.0:
+                leaning.append(robot)
+                assert least > 0.10, robot  # a sonar says so much of anything that is nearer
+        assert "pioneer_p3dx" in leaning
+
     def test_only_a_robot_that_is_heard_all_round_is_turned_out(self):
         catalog = Catalog()
         fitted = dict(fitted_rules(catalog.find("rules", "avoid_collision"), catalog))
