@@ -26,7 +26,7 @@ from ..units import (
 from .course import Course
 from .following import TURN_FIRST, PathDrive
 from .give_way import GiveWay, pulled
-from .room import Room, free_turn
+from .room import Room, free_turn, may_turn
 from .set_wheel_speed import SetWheelSpeed
 
 STEP = 0.1  # [s] between the places of the way to follow
@@ -44,9 +44,9 @@ class FollowRobot(MacroAction):
     A leader that goes away pulls, and otherwise the robot stands: so it cuts corners no more than a trailer does. Where
     the leader comes nearer than `room`, as when it turns round, or another peer comes near, it gives way: over ground
     that is known to be free, which the signals `room_ahead`, `room_behind` and `room_turned` tell; a robot without them
-    waits. Nearer than `safety` it stands still altogether, and what happens is the reflexes' matter. A leader that is
-    out of view is where Knowledge predicts it; once nobody knows where it is the robot looks round once, and then fails
-    with LOST_LEADER.
+    waits, and one with them turns on the spot only where they say that nothing is in its corners' way. Nearer than
+    `safety` it stands still altogether, and what happens is the reflexes' matter. A leader that is out of view is where
+    Knowledge predicts it; once nobody knows where it is the robot looks round once, and then fails with LOST_LEADER.
 
     Attributes:
         leader: A peer of the world model.
@@ -137,13 +137,14 @@ class FollowRobot(MacroAction):
         first = _first(way, pose, least)
         # A slack string does not turn the robot, unless its leader has gone out of sight of what looks ahead.
         turn = pose.bearing(Pose2(*leader[0].tolist())) if first is None else wrap_angle(first[2] - pose.yaw)
-        tight = abs(turn) > TURN_FIRST and free_turn(body, turn) != turn
+        turns = may_turn(body)
+        tight = abs(turn) > TURN_FIRST and not (turns and free_turn(body, turn) == turn)
         if tight or give_way.needed(way, leader, others):
             leading = course.ahead(motions[self.leader][2], give_way.afar)
             way = give_way.best(pose, leading, others, Room.known(body))
             first = _first(way, pose, least)
             turn = 0.0 if first is None else wrap_angle(first[2] - pose.yaw)
-        if abs(turn) > TURN_FIRST:
+        if turns and abs(turn) > TURN_FIRST:
             return TurnReference(wrap_angle(pose.yaw + free_turn(body, turn)), pose.x, pose.y, pivot=body.drive.pivot)
         return None if first is None else TimedReference(times, way, body.clock.now)
 

@@ -44,6 +44,12 @@ def room_back(body: Body) -> float:
     return room if room > 0.0 else 0.0
 
 
+def may_turn(body: Body) -> bool:
+    """Whether all is known to be free where a turn on the spot brings the robot, and on; true where nobody tells."""
+    signals = body.knowledge.signals
+    return "room_turned" not in signals or bool((signals.read("room_turned", body.clock.now()) > 0.0).any())
+
+
 def free_turn(body: Body, turn: float) -> float:
     """As much of a turn on the spot [rad], left positive, as the signal `free_turn` allows; all where nobody knows.
 

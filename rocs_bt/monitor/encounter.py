@@ -38,8 +38,7 @@ DUTY = 60.0
 """For so long it keeps its distance after it was told to follow [s]: a reflex interrupts the one, not the other."""
 
 PINNED = 5.0
-"""Who was all but touched for so long goes wherever it comes no nearer than if it stood, and who was held up for so
-long goes over ground that it knew to be free long ago [s]; most others go on before."""
+"""Who was all but touched for so long goes wherever it comes no nearer than if it stood [s]; most go on before."""
 
 STAYS = 1.0
 """For so long it keeps to the way off that it chose, while it comes no nearer there than if it stood [s]."""
@@ -110,14 +109,13 @@ class Encounters:
         self._deceleration = deceleration
         self._horizon = horizon
         self._pinned = math.inf  # since when somebody touches it, or all but [s]
-        self._held = math.inf  # since when somebody is near and it goes nowhere [s]
         self.bends = (0.0, 0.0)
         self._off: tuple[float, WayOff] = (-math.inf, (0, 0.0))  # until when it keeps to which way off [s]
         self._duty = (-math.inf, "", 0.0, 0.0)  # until when [s], to keep what distance from whom
 
-    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: Callable[[bool], Reach]) -> Groups:
-        """What the peers add to each group; where needed it asks how much room was seen lately, or is known at all."""
-        held, self._held, self.bends = self._held, math.inf, (0.0, 0.0)
+    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: Callable[[], Reach]) -> Groups:
+        """What the peers add to each group; where needed it asks how much room was seen lately."""
+        self.bends = (0.0, 0.0)
         if not motions:
             return NOBODY
         times, way = self._way(pose, now)
@@ -131,10 +129,8 @@ class Encounters:
         least = min(g.least for g in gaps)
         if least >= NEAR:
             return math.inf, left, right, rear
-        escape, bend = self._escape(pose, motions, room(now - held > PINNED))
+        escape, bend = self._escape(pose, motions, room())
         self.bends = (bend, 0.0) if escape > 0 else (0.0, bend)
-        if not escape:
-            self._held = min(held, now)
         return (math.inf if escape > 0 else least), left, right, (rear if escape < 0 else least)
 
     def _must_stand(self, times: Sequence[float], way: Sequence[Pose2], motions: Mapping[str, Motion]) -> bool:

@@ -70,7 +70,7 @@ class SurroundMonitor(RangeMonitor):
     *Ground* is remembered where it was seen to be free. `room_ahead` and `room_behind` tell how far the robot may drive
     on it, one value for each of `control.ways.BENDS` [m]; back it goes nowhere else. `room_turned` tells the same for a
     robot that turns on the spot first, one value for each of `control.ways.HEADINGS`: none where a corner would sweep
-    what it does not know. From a peer it drives only over what was seen as lately as an echo, until it was held up.
+    what it does not know. From a peer it drives only over what was seen as lately as an echo.
 
     `free_turn` tells how far it may turn on the spot, left and right, before a corner comes to where an echo was; these
     it remembers for as long as free ground, since the walls stay where they are.
@@ -177,8 +177,8 @@ class SurroundMonitor(RangeMonitor):
         ahead, behind, turned = self._rooms(now, pose)
         front = min(written["front"]) - SPARE
 
-        def room(at_all: bool) -> Reach:
-            on, back = (ahead, behind) if at_all else self._bends(now - self._span, pose)
+        def room() -> Reach:
+            on, back = self._bends(now - self._span, pose)
             return [min(far, front) for far in on], back
 
         peers = self._encounters.groups(pose, motions, now, room)

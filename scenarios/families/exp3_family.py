@@ -85,7 +85,7 @@ class Exp3Family(Family):
             "mission": "follow_robot",
             "rules": ["avoid_collision"],
             **stands(follower, way[0]),
-            "parameters": {"leader": "R", "distance": "1.4 m", "room": "1.2 m", "cruise": "0.8 m/s", "rest": "8 s"},
+            "parameters": {"leader": "R", "distance": "1.5 m", "room": "1.3 m", "cruise": "0.8 m/s", "rest": "8 s"},
         }
         wanders = {
             "name": "W1",

@@ -78,6 +78,7 @@ def test_catches_up_no_faster_than_its_cruise(rig):
 
 def test_turns_on_the_spot_first_for_a_leader_behind_it(rig):
     chase = Chase(rig, Pose2(-2.5, 0.1, math.pi))
+    chase.room["room_turned"] = [1.0] * 12
     chase.drive(1.0, Twist2(0.0))
     assert math.hypot(rig.pose.x, rig.pose.y) < 0.05
     chase.drive(6.0, Twist2(0.0))
@@ -117,9 +118,16 @@ def test_makes_room_first_where_a_corner_would_hit_something_if_it_turned(chase)
     chase.drive(2.0, Twist2(0.0))
     assert abs(chase.rig.pose.yaw) < 0.05
     assert chase.rig.pose.x < -0.2
-    chase.room["free_turn"] = [math.pi, math.pi]
+    chase.room |= {"free_turn": [math.pi, math.pi], "room_turned": [1.0] * 12}
     chase.drive(2.0, Twist2(0.0))
     assert abs(chase.rig.pose.bearing(chase.leader)) < math.radians(60.0)
+
+
+def test_does_not_turn_where_it_does_not_know_what_its_corners_sweep(chase):
+    chase.leader = Pose2(-2.2, 0.4, 0.0)
+    chase.room = {"room_ahead": [0.0] * 5, "room_behind": [0.0] * 5, "room_turned": [0.0] * 12}
+    chase.drive(2.0, Twist2(0.0))
+    assert abs(chase.rig.pose.yaw) < 0.05
 
 
 def test_turns_no_farther_than_its_corners_find_free(chase):
