@@ -137,14 +137,13 @@ class FollowRobot(MacroAction):
         first = _first(way, pose, least)
         # A slack string does not turn the robot, unless its leader has gone out of sight of what looks ahead.
         turn = pose.bearing(Pose2(*leader[0].tolist())) if first is None else wrap_angle(first[2] - pose.yaw)
-        turns = may_turn(body)
-        tight = abs(turn) > TURN_FIRST and not (turns and free_turn(body, turn) == turn)
+        tight = abs(turn) > TURN_FIRST and not (may_turn(body) and free_turn(body, turn) == turn)
         if tight or give_way.needed(way, leader, others):
             leading = course.ahead(motions[self.leader][2], give_way.afar)
             way = give_way.best(pose, leading, others, Room.known(body))
             first = _first(way, pose, least)
             turn = 0.0 if first is None else wrap_angle(first[2] - pose.yaw)
-        if turns and abs(turn) > TURN_FIRST:
+        if abs(turn) > TURN_FIRST:
             return TurnReference(wrap_angle(pose.yaw + free_turn(body, turn)), pose.x, pose.y, pivot=body.drive.pivot)
         return None if first is None else TimedReference(times, way, body.clock.now)
 

@@ -29,9 +29,6 @@ import rocs_bt.record.container as container
 from rocs_bt.compiled import PLAIN, compiled
 from rocs_bt.geometry import Pose2, Twist2
 
-needs_kernel = pytest.mark.skipif(
-    geometry.arc_positions is PLAIN["arc_positions"], reason="there is no compiled kernel: Python itself runs here"
-)
 near = st.floats(-4.0, 4.0)
 small = st.one_of(near, st.floats(-1e-8, 1e-8), st.just(0.0))
 poses = st.builds(Pose2, near, near, st.floats(-math.pi, math.pi))
@@ -56,7 +53,7 @@ def test_what_is_not_in_the_kernel_is_itself():
         del PLAIN["nobody_compiled_this"]
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 def test_all_of_them_are_compiled():
     places = {
         "arc_poses": geometry,
@@ -94,7 +91,7 @@ def test_all_of_them_are_compiled():
     assert all(getattr(place, name) is not PLAIN[name] for name, place in places.items())
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(poses, twists, st.lists(small, max_size=9))
 def test_arcs(pose, twist, durations):
     expected = PLAIN["arc_positions"](pose, twist, durations)
@@ -105,14 +102,14 @@ def test_arcs(pose, twist, durations):
     assert bits(geometry.arc(pose, twist, durations)) == bits([geometry.along_arc(pose, twist, t) for t in durations])
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(st.lists(st.tuples(poses, st.tuples(near, near)), max_size=9), st.tuples(near, near), near)
 def test_gaps(moments, half, radius):
     way, places = [pose for pose, _ in moments], [place for _, place in moments]
     assert bits(geometry.hull_gaps(way, places, half, radius)) == bits(PLAIN["hull_gaps"](way, places, half, radius))
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(st.tuples(near, near, near, near), points(), st.integers(1, 7), near)
 def test_ground(frame, spots, size, t):
     frame = tuple(10.0 * value for value in frame[:2]) + frame[2:]
@@ -129,7 +126,7 @@ def test_ground(frame, spots, size, t):
             assert free_ground.strides_at(one, frame, asked, since) == expected
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(
     poses,
     arrays(float, (9, 3), elements=near),
@@ -143,7 +140,7 @@ def test_strings(pose, leader, others, limits):
     assert one.tobytes() == other.tobytes()
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(
     poses,
     arrays(float, (4, 1), elements=small),
@@ -170,7 +167,7 @@ def test_ways_out_of_the_way(pose, bends, moments, seed, crowd, half):
     assert made[0] == made[1]
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(st.lists(st.tuples(near, near, near, near, small, near), min_size=1, max_size=3), st.integers(0, 6))
 def test_many_arcs(motions, count):
     durations = np.linspace(0.0, 2.5, count) + np.arange(len(motions))[:, None]
@@ -180,7 +177,7 @@ def test_many_arcs(motions, count):
     assert one.tobytes() == other.tobytes()
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(
     st.lists(
         st.lists(st.one_of(near, st.just(math.nan), st.just(math.inf), st.integers(-3, 3)), max_size=4), max_size=4
@@ -202,7 +199,7 @@ def test_signals(values, limits, more):
     assert made[0] == made[1]
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(points(least=1), st.data())
 def test_rows_and_nearest(spots, data):
     low = data.draw(st.integers(0, len(spots) - 1))
@@ -216,7 +213,7 @@ def test_rows_and_nearest(spots, data):
     assert found.tobytes() == expected.tobytes()
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(
     st.lists(st.tuples(st.sampled_from([0.1, 0.3, 0.5]), st.floats(0.0, 1.0), st.floats(0.01, 0.5)), max_size=9),
     st.lists(st.floats(0.0, 0.5), max_size=6),
@@ -236,7 +233,7 @@ def test_profiles(cells, steps, begin, data):
     assert made[0] == made[1]
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(arrays(float, 5, elements=small), poses, st.floats(0.01, 2.0), st.floats(0.1, 9.0), st.data())
 def test_tracks(state, observer, dt, distance, data):
     matrix, made = data.draw(arrays(float, (2, 2), elements=st.floats(0.1, 3.0))) + np.diag([0.0, 9.0]), []
@@ -253,7 +250,7 @@ def test_tracks(state, observer, dt, distance, data):
 TIMES = st.lists(st.sampled_from([0.5, 1.0, 1.25, 2.0, 2.75, 3.0, 3.5, 9.0]), min_size=1, max_size=5)
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(st.one_of(TIMES, TIMES.map(lambda times: sorted({*times}))), TIMES, st.data())
 def test_timetables(times, at, data):
     times, at, made = np.array(times), np.array(at), []
@@ -270,7 +267,7 @@ def test_timetables(times, at, data):
     assert made[0] == made[1]
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(points(), st.tuples(near, near), arrays(float, (6, 3), elements=near), arrays(float, (6, 3), elements=near))
 def test_what_is_near(spots, half, way, other):
     bearings, sectors = np.arctan2(spots[:, 1], spots[:, 0]), np.array([(0.3, 1.0), (0.7, 0.85), (1.0, 0.6)])
@@ -281,7 +278,7 @@ def test_what_is_near(spots, half, way, other):
     assert give_way.nearest_moment(way, turned) == PLAIN["nearest_moment"](way, turned)
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(st.lists(st.floats(), max_size=9), st.floats(allow_nan=False))
 def test_readings(numbers, t):
     assert event.pack(numbers) == event.pack(iter(numbers)) == PLAIN["pack"](numbers)
@@ -294,7 +291,7 @@ def test_readings(numbers, t):
     np.testing.assert_array_equal(sensors.least_echoes(rays, 3), PLAIN["least_echoes"](rays, 3))
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(arrays(float, (3, 4, 2), elements=st.one_of(near, st.sampled_from([math.nan, math.inf, -math.inf]))), near)
 def test_limits(numbers, limit):
     for values in (numbers, numbers[0], numbers[:0], numbers[:, ::2, ::-1], numbers.T, numbers[1, 1]):
@@ -302,13 +299,13 @@ def test_limits(numbers, limit):
             assert follower.within(values, most) is PLAIN["within"](values, most)
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(st.floats(allow_infinity=False, allow_nan=False))
 def test_angles(angle):
     assert bits(geometry.wrap_angle(angle)) == bits(PLAIN["wrap_angle"](angle))
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 def test_half_turns_are_positive():
     assert geometry.wrap_angle(-math.pi) == geometry.wrap_angle(3.0 * math.pi) == math.pi
     for wrap in (geometry.wrap_angle, PLAIN["wrap_angle"]):
@@ -328,13 +325,13 @@ DATA = st.recursive(
 )
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(st.lists(DATA, max_size=4))
 def test_what_is_finite(values):
     assert codec.finite_all(values) is PLAIN["finite_all"](values)
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @given(
     st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2**32 - 1), st.integers(0, 2**64 - 1), st.binary())),
     st.integers(0, 2**40),
@@ -345,7 +342,7 @@ def test_messages(messages, begin):
     assert one == other
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 def test_what_is_nowhere_is_on_no_square():
     ground = np.zeros((3, 3))
     nowhere = np.array([[math.nan, 0.0], [math.inf, 0.0], [-math.inf, 0.0], [1e300, 1e300]])

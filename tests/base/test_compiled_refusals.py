@@ -5,18 +5,13 @@ import struct
 import numpy as np
 import pytest
 
-import rocs_bt.geometry as geometry
 import rocs_bt.knowledge.signals as signals
 import rocs_bt.record.container as container
 from rocs_bt.compiled import PLAIN
 from rocs_bt.geometry import Pose2, Twist2
 
-needs_kernel = pytest.mark.skipif(
-    geometry.arc_positions is PLAIN["arc_positions"], reason="there is no compiled kernel: Python itself runs here"
-)
 
-
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize(
     "values", [[[1.0], (2.0,)], [[1.0], ["two"]], [[1.0], [None]], [[1.0], 2.0], [[1.0], [2.0, 3.0]]]
 )
@@ -27,7 +22,7 @@ def test_signals_that_need_a_closer_look(values):
         assert not target.any()
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 def test_what_does_not_fit_is_refused():
     from rocs_bt import _numbers
 
@@ -105,7 +100,7 @@ def test_what_does_not_fit_is_refused():
             function(*given_ones)
 
 
-@needs_kernel
+@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize("message", [(-1, 0, 0), (2**16, 0, 0), (0, -1, 0), (0, 2**32, 0), (0, 0, -1), (0, 0, 2**64)])
 def test_numbers_that_are_too_large_for_a_message_are_refused(message):
     index = {message[0]: []}
