@@ -69,8 +69,8 @@ y = "{y} m"
 yaw = "45 deg"
 [agent.parameters]
 leader = "{leader}"
-distance = "1.4 m"
-room = "1.2 m"
+distance = "1.5 m"
+room = "1.3 m"
 cruise = "0.8 m/s"
 """
 WALL = '<geom name="{name}" type="box" size="{sx} {sy} 0.25" pos="{x} {y} 0.25"/>'

@@ -13,18 +13,18 @@ Output:
 
       0.0 s  RUNNING  there and back/GoTo lookout
       0.0 s  RUNNING  there and back
-      3.5 s  again    there and back/GoTo lookout, after a reflex
-      7.9 s  again    there and back/GoTo lookout, after a reflex
-     12.7 s  RUNNING  there and back/look back
-     12.7 s  SUCCESS  there and back/GoTo lookout
-     14.9 s  RUNNING  there and back/look
-     14.9 s  SUCCESS  there and back/look back
-     15.9 s  RUNNING  there and back/GoTo goal
-     15.9 s  SUCCESS  there and back/look
-     18.4 s  SUCCESS  there and back/GoTo goal
-     18.4 s  SUCCESS  there and back
-    exp1, seed 1, 18.4 s simulated
-    R2 success; 3.96 m, 0 collisions, 2 reflexes, 2 re-plans
+      3.1 s  again    there and back/GoTo lookout, after a reflex
+      7.0 s  again    there and back/GoTo lookout, after a reflex
+     12.0 s  RUNNING  there and back/look back
+     12.0 s  SUCCESS  there and back/GoTo lookout
+     13.9 s  RUNNING  there and back/look
+     13.9 s  SUCCESS  there and back/look back
+     14.9 s  RUNNING  there and back/GoTo goal
+     14.9 s  SUCCESS  there and back/look
+     17.4 s  SUCCESS  there and back/GoTo goal
+     17.4 s  SUCCESS  there and back
+    exp1, seed 1, 17.4 s simulated
+    R2 success; 4.00 m, 0 collisions, 2 reflexes, 2 re-plans
 """
 
 from py_trees.behaviour import Behaviour

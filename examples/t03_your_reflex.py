@@ -10,13 +10,13 @@ a ReactiveModel, does what no rule can: it counts. Both feed the agent's one ref
 
 Output:
 
-    mine, seed 1, 12.8 s simulated
-    R2 success; 3.15 m, 0 collisions, 5 reflexes, 4 re-plans
+    mine, seed 1, 12.0 s simulated
+    R2 success; 3.17 m, 0 collisions, 5 reflexes, 4 re-plans
      0.15 s  respect/Hesitate fired: min(front) = 0.603 m, speed = 0.215 m/s
      1.05 s  avoid_collision/AvoidCollision fired: min(front) = 0.387 m, min(near, to_goal) = 0.4 m, speed = 0.485 m/s
-     4.50 s  respect/Hesitate fired: min(front) = 0.441 m, speed = 0.222 m/s
-     4.60 s  avoid_collision/AvoidCollision fired: min(front) = 0.385 m, min(near, to_goal) = 0.4 m, speed = 0.148 m/s
-     8.55 s  respect/Hesitate fired: min(front) = 0.629 m, speed = 0.413 m/s
+     4.15 s  respect/Hesitate fired: min(front) = 0.44 m, speed = 0.231 m/s
+     4.25 s  avoid_collision/AvoidCollision fired: min(front) = 0.387 m, min(near, to_goal) = 0.4 m, speed = 0.149 m/s
+     7.75 s  respect/Hesitate fired: min(front) = 0.635 m, speed = 0.412 m/s
 """
 
 import tempfile

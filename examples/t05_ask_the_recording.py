@@ -10,15 +10,15 @@ bit. `explain` tells what was known, planned, fired and sent at a time, and repl
 Output:
 
     left behind: report.html, run.mcap, summary.json
-    events: 1196 SensorRead, 897 SignalsWritten, 600 BodyMoved, 299 ActuatorCommanded ...
+    events: 1084 SensorRead, 813 SignalsWritten, 544 BodyMoved, 271 ActuatorCommanded ...
        0.70 s  avoid_collision/AvoidCollision: min(front) = 0.393 m, min(near, to_goal) = 0.4 m, speed = 0.492 m/s
-       4.20 s  avoid_collision/AvoidCollision: min(front) = 0.374 m, min(near, to_goal) = 0.4 m, speed = 0.27 m/s
-       8.75 s  avoid_collision/AvoidCollision: min(front) = 0.397 m, min(near, to_goal) = 0.4 m, speed = 0.512 m/s
+       3.80 s  avoid_collision/AvoidCollision: min(front) = 0.363 m, min(near, to_goal) = 0.4 m, speed = 0.285 m/s
+       7.85 s  avoid_collision/AvoidCollision: min(front) = 0.384 m, min(near, to_goal) = 0.4 m, speed = 0.512 m/s
        0.70 s  GoTo was cancelled by avoid_collision/AvoidCollision
-       4.20 s  GoTo was cancelled by avoid_collision/AvoidCollision
-       8.75 s  GoTo was cancelled by avoid_collision/AvoidCollision
+       3.80 s  GoTo was cancelled by avoid_collision/AvoidCollision
+       7.85 s  GoTo was cancelled by avoid_collision/AvoidCollision
     at 0.70 s R2 knew front >= 0.39 m, had planned GoTo goal,
-      had avoid_collision/AvoidCollision active, and told its wheels +0.03 and -0.03 m/s
+      had avoid_collision/AvoidCollision active, and told its wheels +0.07 and -0.07 m/s
     figures: arena.svg, coordinates.svg, activation.svg, wheels.svg
     replayed: the same decisions, event by event
 """

@@ -11,8 +11,8 @@ The shipped rules run on the scout as they are. `rocs-bt check` in such a projec
 Output:
 
     scout has sonar, position, orientation, encoders, radio
-    seek, seed 2, 15.1 s simulated
-    R2 success; 3.56 m, 0 collisions, 3 reflexes, 3 re-plans
+    seek, seed 2, 13.8 s simulated
+    R2 success; 3.60 m, 0 collisions, 3 reflexes, 3 re-plans
     the beacon was 2.29 m away at the start, and 0.01 m at the end
 """
 

@@ -14,11 +14,14 @@ from .turn_angle import TurnAngle
 
 BACK = 0.3  # [m] that it backs off at most
 BACKING = 0.35  # [m/s] at which it does
+LEFT = 0.1  # of a turn: to close in on it takes as long as the turn before, while the obstacle comes nearer
 
 
 @dataclass(kw_only=True, eq=False)
 class AvoidCollision(MacroAction):
     """Turn away, then drive straight on for a while. What is ahead is the matter of the rule that asked for it.
+
+    It drives on while the last tenth of the turn is left, and the wheels still turn.
 
     What a corner of the hull would sweep is its own: on a robot whose monitor tells `free_turn` it turns no farther,
     and where that is less than half of what was asked for, it first backs off over ground that it knows to be free.
@@ -38,7 +41,8 @@ class AvoidCollision(MacroAction):
     def decompose(self, body: Body) -> Iterator[Action]:
         if abs(free_turn(body, self.turn)) < 0.5 * abs(self.turn) and (back := min(room_back(body), BACK)) > 0.0:
             yield _straight(body, -BACKING, back / BACKING)
-        yield TurnAngle(angle=free_turn(body, self.turn), rate=self.rate)
+        turn = free_turn(body, self.turn)
+        yield TurnAngle(angle=turn, rate=self.rate, tolerance=max(LEFT * abs(turn), TurnAngle.tolerance))
         yield _straight(body, self.speed, self.duration)
 
 

@@ -35,6 +35,7 @@ AFAR = 5.0  # [s] that it looks ahead at its leader where it must give way
 MOVED = 0.2  # [m] A leader that went so far does not stand.
 STILL = 0.02  # [m] A way that leads no farther is none: the wheels would be asked to creep.
 START = 0.08  # [m] The same for a robot that stands: what it knows of its leader is not as sure as that.
+BRAKING = 0.5  # of what the wheels may: on a bend the outer ones brake almost twice as hard as the robot.
 
 
 @dataclass(kw_only=True, eq=False)
@@ -44,9 +45,10 @@ class FollowRobot(MacroAction):
     A leader that goes away pulls, and otherwise the robot stands: so it cuts corners no more than a trailer does. Where
     the leader comes nearer than `room`, as when it turns round, or another peer comes near, it gives way: over ground
     that is known to be free, which the signals `room_ahead`, `room_behind` and `room_turned` tell; a robot without them
-    waits, and one with them turns on the spot only where they say that nothing is in its corners' way. Nearer than
-    `safety` it stands still altogether, and what happens is the reflexes' matter. A leader that is out of view is where
-    Knowledge predicts it; once nobody knows where it is the robot looks round once, and then fails with LOST_LEADER.
+    waits, and one with them turns after its leader on the spot only where they say that nothing is in its corners' way.
+    Nearer than `safety` it stands still altogether, and what happens is the reflexes' matter. A leader that is out of
+    view is where Knowledge predicts it; once nobody knows where it is the robot looks round once, and then fails with
+    LOST_LEADER.
 
     Attributes:
         leader: A peer of the world model.
@@ -120,6 +122,7 @@ class FollowRobot(MacroAction):
             room=self.room,
             half=(0.5 * (hull.get("length") or 0.0), 0.5 * (hull.get("width") or 0.0)),
             speed=self.cruise,
+            braking=BRAKING * body.drive.max_wheel_acceleration,
             times=np.linspace(0.0, AHEAD, round(AHEAD / STEP) + 1),
             afar=np.linspace(0.0, AFAR, round(AFAR / STEP) + 1),
         )

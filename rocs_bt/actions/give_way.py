@@ -108,11 +108,20 @@ def bent_at(pose: Pose2, runs: Array, bends: Array, ways: Array) -> None:
     ways[2] = pose.yaw + turned
 
 
+def braked(speed: Array | float, reach: Array, times: Array, braking: float) -> Array:
+    """How far one has gone at some times [s], at a speed [m/s] from which one brakes [m/s2] to stand at a reach [m]."""
+    fast = np.minimum(speed, np.sqrt(2.0 * braking * reach))
+    cruised = np.maximum((reach - fast * fast / (2.0 * braking)) / np.maximum(fast, 1e-9), 0.0)
+    slowed = np.minimum(np.maximum(times - cruised, 0.0), fast / braking)
+    gone: Array = fast * np.minimum(times, cruised) + (fast - 0.5 * braking * slowed) * slowed
+    return gone
+
+
 @compiled
 def turned_at(
     pose: Pose2,
     ahead: tuple[Array, Array, Array],
-    turning: tuple[float, float, float],
+    turning: tuple[float, float, float, float],
     times: Array,
     ways: Array,
 ) -> None:
@@ -121,14 +130,15 @@ def turned_at(
     Args:
         pose: From where.
         ahead: (m,) each: the headings [rad], how far they are off [rad], and how far one may drive there [m].
-        turning: How fast it goes [m/s] and turns [rad/s], and what is lost while it begins to turn, and ends [s].
+        turning: How fast it goes [m/s] and turns [rad/s], what is lost while it begins to turn, and ends [s], and how
+            hard it brakes [m/s2].
         times: (k,) For when [s].
         ways: Which to fill.
     """
-    (speed, rate, lag), (headings, errors, reach) = turning, ahead
+    (speed, rate, lag, braking), (headings, errors, reach) = turning, ahead
     took = np.abs(errors) / rate
     took = (took + np.minimum(took, lag))[:, None]
-    runs = np.minimum(np.maximum(speed * (times - took), 0.0), reach[:, None])
+    runs = braked(speed, reach[:, None], np.maximum(times - took, 0.0), braking)
     ways[0] = pose.x + runs * np.cos(headings)[:, None]
     ways[1] = pose.y + runs * np.sin(headings)[:, None]
     ways[2] = pose.yaw + errors[:, None] * np.minimum(times / np.maximum(took, 1e-6), 1.0)
@@ -190,17 +200,19 @@ class GiveWay:
 
     They are arcs ahead and back, a turn on the spot and then straight on, with the nose or the stern ahead, and
     standing. A way is judged by how near it comes to the others' predicted places, and how far it is from the leader's.
-    It goes over free ground only, and not within the string's length of the leader, or never nearer than standing would
-    have been by then: who gives way to its leader, or into its corner, holds up both. Who cannot stay where it is may
-    come as near to its leader as `room`. The leader is looked at for longer than a way is: who backs off before one
-    that comes has no more free ground behind it then, and is in the way where it should have gone aside. Source of the
-    idea: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (1997), with the others' motion.
+    It goes over free ground only, braking in time, and not within the string's length of the leader, or never nearer
+    than standing would have been by then: who gives way to its leader, or into its corner, holds up both. Who cannot
+    stay where it is may come as near to its leader as `room`. The leader is looked at for longer than a way is: who
+    backs off before one that comes has no more free ground behind it then, and is in the way where it should have gone
+    aside. Source of the idea: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (1997), with
+    the others' motion.
 
     Args:
         length: Of the string [m].
         room: What to leave to the leader [m].
         half: Half the hull's length and width [m].
         speed: Fastest [m/s].
+        braking: How hard it brakes where its free ground ends [m/s2].
         times: (k,) At which the ways are asked for, from 0 on [s].
         afar: (n,) At which it looks at its leader: the same, and more of them [s].
 
@@ -209,15 +221,23 @@ class GiveWay:
     """
 
     def __init__(
-        self, *, length: float, room: float, half: tuple[float, float], speed: float, times: Array, afar: Array
+        self,
+        *,
+        length: float,
+        room: float,
+        half: tuple[float, float],
+        speed: float,
+        braking: float,
+        times: Array,
+        afar: Array,
     ) -> None:
         self.times, self.afar = times, afar
         self.keep_off = KEEP + half[0]
         self._length, self._room, self._half = length, room, half
         ways = [(sign * share * speed, bend) for sign in (1.0, -1.0) for share in SPEEDS for bend in BENDS]
         speeds, self._bends = np.array(list(zip((0.0, 0.0), *ways, strict=True)))[:, :, None]  # (n, 1) [m/s], [rad/m]
-        self._signs, self._runs = np.sign(speeds), np.abs(speeds) * afar  # (n, 1), and (n, k) [m]
-        self._turning = SPEEDS[1] * speed, TURN_RATE, TURN_LAG
+        self._signs, self._speeds, self._braking = np.sign(speeds), np.abs(speeds), braking
+        self._turning = SPEEDS[1] * speed, TURN_RATE, TURN_LAG, braking
         self._last = 0
 
     def needed(self, way: Array, leader: Array, others: Sequence[Array]) -> bool:
@@ -253,5 +273,5 @@ class GiveWay:
     def _runs_within(self, room: Room) -> Array:
         """(n, k) How far standing leads, then each arc ahead and each back [m]."""
         reach = np.concatenate([[0.0], *[room.ahead] * len(SPEEDS), *[room.behind] * len(SPEEDS)])[:, None]
-        runs: Array = self._signs * np.minimum(self._runs, reach)
+        runs: Array = self._signs * braked(self._speeds, reach, self.afar, self._braking)
         return runs

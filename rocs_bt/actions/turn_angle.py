@@ -10,7 +10,6 @@ from ..geometry import Twist2, wrap_angle
 from ..units import PositiveRadians, PositiveRadiansPerSecond, Radians
 from .pose import PoseWatch
 
-ACCELERATION = 4.0  # [rad/s2] what the shipped robots hold without slipping; slower drives use their own limit
 SLOWEST = 0.08  # [rad/s] below which real wheels stand still
 SLACK = 3.0  # [s] that a turn may take beyond twice its ideal time
 
@@ -64,9 +63,12 @@ class TurnAngle(AtomicAction):
 
     def _next_speed(self, body: Body, left: float) -> float:
         """The turn rate of the next period [rad/s]: as fast as it may, and as it can still brake."""
-        limit: float = min(ACCELERATION, body.drive.max_wheel_acceleration / body.drive.arm)
+        limit: float = body.drive.max_wheel_acceleration / body.drive.arm
+        # Motors that answer late go on turning as they do now: what that takes is not left.
+        late = max(self._speed * math.copysign(body.follower.settings.wheel_lag, left), 0.0)
+        rest = max(abs(left) - late, 0.0)
         # Braking is planned at half the limit and ends in a decay over two periods: the wheels follow late.
-        brake = min(math.sqrt(limit * abs(left)), 0.5 * abs(left) / body.period)
+        brake = min(math.sqrt(limit * rest), 0.5 * rest / body.period)
         rate = max(min(self.rate, body.drive.turn_limit, brake), SLOWEST)
-        wanted = math.copysign(min(rate, abs(left) / body.period), left)
+        wanted = math.copysign(min(rate, rest / body.period), left)
         return min(max(wanted, self._speed - limit * body.period), self._speed + limit * body.period)

@@ -23,6 +23,8 @@ from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
 
 T = TypeVar("T")
 
+_SPOKEN = {"rules": "rule file"}  # what is one of a kind, where that is not the kind's own name
+
 
 def shipped_root() -> Path:
     """The folder that holds the content we ship: inside a wheel's package, or a checkout's root.
@@ -108,7 +110,7 @@ class Catalog:
             return self._by_path(kind, Path(name))
         entries = self._entries(kind)
         if name not in entries:
-            raise UnknownName(unknown(kind, name, entries))
+            raise UnknownName(unknown(_SPOKEN.get(kind, kind), name, entries))
         return entries[name]
 
     def load_robot(self, name: str) -> RobotSpec:
@@ -382,7 +384,7 @@ class Catalog:
         if kind == "robot" and path.is_dir():
             path /= "robot.toml"
         if not path.is_file():
-            raise UnknownName(unknown(f"{kind} file", str(path), self._entries(kind)))
+            raise UnknownName(unknown(_SPOKEN.get(kind, f"{kind} file"), str(path), self._entries(kind)))
         return make_entry(path.resolve(), kind, "file")
 
 

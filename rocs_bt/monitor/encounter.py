@@ -16,14 +16,14 @@ STEP = 0.1
 NEAR = 0.2
 """Gap to a peer below which the robot must go from it, or stand [m]."""
 
-ASIDE, BEHIND = 0.22, 0.27
-"""Gaps beside and behind that are no reason to flinch [m]."""
+PASSED = 0.27
+"""A gap beside or behind that is no reason to begin flinching, nor to go on with it [m]."""
 
 TOUCH = 0.05
 """Gap that a way off must keep, or it is none [m]."""
 
-AWAY = 0.35
-"""Speed at which it would go [m/s]."""
+AWAY = 0.4
+"""Speed at which it would go, which is Flinch's in rules/avoid_collision.toml [m/s]."""
 
 SLOW = 0.15
 """Time lost until it is that fast [s]."""
@@ -31,11 +31,14 @@ SLOW = 0.15
 FAR = (0.1, 0.4, 0.8, 1.2, 1.6, 2.0)
 """When it looks how that came out [s]."""
 
-SURE = 0.12
+SURE = 0.14
 """By so much it keeps more than the safety distance, since it only estimates where its leader is [m]."""
 
-DUTY = 60.0
-"""For so long it keeps its distance after it was told to follow [s]: a reflex interrupts the one, not the other."""
+DUTY = 120.0
+"""For so long it keeps its distance after it was told to follow [s].
+
+A reflex interrupts the one, not the other, and may stand for a minute where others jam the way.
+"""
 
 PINNED = 5.0
 """Who was all but touched for so long goes wherever it comes no nearer than if it stood [s]; most go on before."""
@@ -123,7 +126,7 @@ class Encounters:
         left = min((g.least for g in gaps if 0.0 <= g.bearing <= 0.5 * math.pi), default=math.inf)
         right = min((g.least for g in gaps if -0.5 * math.pi <= g.bearing < 0.0), default=math.inf)
         rear = min((g.least for g in gaps if abs(g.bearing) > 0.5 * math.pi), default=math.inf)
-        left, right, rear = max(left, ASIDE), max(right, ASIDE), max(rear, BEHIND)
+        left, right, rear = max(left, PASSED), max(right, PASSED), max(rear, PASSED)
         if self._must_stand(times, way, motions):
             return TOUCH, left, right, TOUCH
         least = min(g.least for g in gaps)

@@ -85,6 +85,11 @@ class LocalMemory:
         angles = np.linspace(-self.half_angle, self.half_angle, 7)
         self._rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
+    @property
+    def cell(self) -> float:
+        """Side of the squares in which it knows the ground [m]."""
+        return self._ground.cell
+
     def look(self, t: float, pose: Pose2, ranges: Sequence[float], peers: Sequence[Pose2], radius: float) -> None:
         """Take one reading: what is explained by a peer of that radius [m] is not kept, for it will not stay."""
         last = self._last

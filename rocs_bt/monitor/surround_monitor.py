@@ -16,7 +16,7 @@ from ..errors import Fault, InputError
 from ..geometry import Pose2, along_arc
 from ..signal import Signal
 from ..units import ANGLE, LENGTH
-from .encounter import ASIDE, BEHIND, Encounters, Reach
+from .encounter import PASSED, Encounters, Reach
 from .gaps import free_turns, least_gaps
 from .local_memory import Array, LocalMemory, Mount
 from .range_monitor import RangeMonitor
@@ -68,7 +68,8 @@ class SurroundMonitor(RangeMonitor):
     only while the robot drives back, since what stands still comes no nearer.
 
     *Ground* is remembered where it was seen to be free. `room_ahead` and `room_behind` tell how far the robot may drive
-    on it, one value for each of `control.ways.BENDS` [m]; back it goes nowhere else. `room_turned` tells the same for a
+    on it, one value for each of `control.ways.BENDS` [m]; back it goes nowhere else, and a square of the memory less,
+    since no beam sees what else is in a square that the hull was over in part. `room_turned` tells the same for a
     robot that turns on the spot first, one value for each of `control.ways.HEADINGS`: none where a corner would sweep
     what it does not know. From a peer it drives only over what was seen as lately as an echo.
 
@@ -203,7 +204,7 @@ class SurroundMonitor(RangeMonitor):
     def _bends(self, since: float, pose: Pose2) -> tuple[list[float], list[float]]:
         """How far it may drive on each bend, ahead and back, on ground that was known to be free since a time [m]."""
         found = self._free(since, pose, self._edges)
-        return found[: len(BENDS)], found[len(BENDS) :]
+        return found[: len(BENDS)], [max(room - self._memory.cell, 0.0) for room in found[len(BENDS) :]]
 
     def _free(self, since: float, pose: Pose2, ways: Array) -> list[float]:
         """(n,) How far it may drive on each of some ways [m], on ground that was known to be free since a time [s]."""
@@ -228,4 +229,4 @@ class SurroundMonitor(RangeMonitor):
             return (math.inf,) * 4
         left, right, rear = least_gaps(points, np.arctan2(points[:, 1], points[:, 0]), self._half, _SECTORS)
         # What lies beside the way is passed, and no reason to flinch; a turn would lead there.
-        return math.inf, max(left, ASIDE), max(right, ASIDE), rear if backing else max(rear, BEHIND)
+        return math.inf, max(left, PASSED), max(right, PASSED), rear if backing else max(rear, PASSED)

@@ -126,12 +126,22 @@ static PyObject *bent_at(PyObject *module, PyObject *const *args, Py_ssize_t cou
     return closed_all(in, 2, fits ? NULL : "there must be a bend for each way, and room for all");
 }
 
-/* turned_at(pose, (headings, errors, reach), (speed, rate, lag), times, ways): three times (m,), (k,) and (3, m, k). */
+/* How far one has gone [m] at a time [s], at a speed [m/s] from which one brakes [m/s2] to stand at a reach [m]. */
+static double braked(double speed, double reach, double t, double braking) {
+    const double most = sqrt(2.0 * braking * reach), fast = speed < most ? speed : most;
+    double cruised = (reach - fast * fast / (2.0 * braking)) / (fast < 1e-9 ? 1e-9 : fast);
+    if (cruised < 0.0) cruised = 0.0;
+    double slowed = t - cruised < 0.0 ? 0.0 : t - cruised;
+    if (fast / braking < slowed) slowed = fast / braking;
+    return fast * (t < cruised ? t : cruised) + (fast - 0.5 * braking * slowed) * slowed;
+}
+
+/* turned_at(pose, (headings, errors, reach), (speed, rate, lag, braking), times, ways): thrice (m,), (k,), (3, m, k). */
 static PyObject *turned_at(PyObject *module, PyObject *const *args, Py_ssize_t count) {
     Py_buffer in[4], ways;
-    double at[3], turning[3];
+    double at[3], turning[4];
     (void)module;
-    if (wrong_count(count, 5) || numbers(args[0], at, 3) < 0 || numbers(args[2], turning, 3) < 0) return NULL;
+    if (wrong_count(count, 5) || numbers(args[0], at, 3) < 0 || numbers(args[2], turning, 4) < 0) return NULL;
     if (!PyTuple_Check(args[1]) || PyTuple_Size(args[1]) != 3) {
         PyErr_SetString(PyExc_TypeError, "what is ahead is a tuple of three arrays");
         return NULL;
@@ -148,9 +158,8 @@ static PyObject *turned_at(PyObject *module, PyObject *const *args, Py_ssize_t c
     for (Py_ssize_t i = 0; fits && i < many; i++) {
         const double turn = fabs(error[i]) / turning[1], took = turn + (turning[2] < turn ? turning[2] : turn), c = cos(heading[i]), s = sin(heading[i]);
         for (Py_ssize_t k = 0; k < moments; k++) {
-            const double free = turning[0] * (times[k] - took), share = times[k] / (took < 1e-6 ? 1e-6 : took);
-            double run = free < 0.0 ? 0.0 : free;
-            if (reach[i] < run) run = reach[i];
+            const double since = times[k] - took, share = times[k] / (took < 1e-6 ? 1e-6 : took);
+            const double run = braked(turning[0], reach[i], since < 0.0 ? 0.0 : since, turning[3]);
             const double there[3] = {at[0] + run * c, at[1] + run * s, at[2] + error[i] * (1.0 < share ? 1.0 : share)};
             for (int d = 0; d < 3; d++)
                 *(double *)((char *)ways.buf + d * ways.strides[0] + i * ways.strides[1] + k * ways.strides[2]) = there[d];

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rocs_bt.actions.give_way import GiveWay, pulled
+from rocs_bt.actions.give_way import GiveWay, braked, pulled
 from rocs_bt.actions.room import Room
 from rocs_bt.control.ways import BENDS, HEADINGS
 from rocs_bt.geometry import Pose2
@@ -31,7 +31,16 @@ def leading(x, y, speed=0.0, yaw=0.0):
 
 def made(**given):
     return GiveWay(
-        **{"length": 1.4, "room": 1.2, "half": (0.35, 0.28), "speed": 0.8, "times": TIMES, "afar": AFAR, **given}
+        **{
+            "length": 1.4,
+            "room": 1.2,
+            "half": (0.35, 0.28),
+            "speed": 0.8,
+            "braking": 0.75,
+            "times": TIMES,
+            "afar": AFAR,
+            **given,
+        }
     )
 
 
@@ -151,3 +160,39 @@ def test_it_never_crowds_its_leader_and_keeps_to_free_ground(
     run = np.hypot(*np.diff(way[:, :2], axis=0).T).sum()
     assert run <= max(ahead, behind, turned) + 1e-9
     assert np.hypot(*np.diff(way[:, :2], axis=0).T).max() <= 0.08 + 1e-9
+
+
+@example(speed=1.0, reach=0.09917591800522255, braking=0.203125)  # what is left to cruise rounds below 0
+@given(speed=st.floats(0.0, 1.5), reach=st.floats(0.0, 1.0), braking=st.floats(0.2, 3.0))
+def test_who_goes_as_far_as_the_ground_is_free_can_stand_there(speed, reach, braking):
+    gone = braked(speed, np.array([[reach]]), AFAR, braking)[0]
+    fast = np.diff(gone) / 0.1
+    assert gone[0] == 0.0
+    assert (gone <= reach + 1e-9).all()
+    assert (fast >= -1e-9).all()
+    assert (fast <= speed + 1e-9).all()
+    assert (np.diff(fast) >= -braking * 0.1 - 1e-6).all()
+    assert (np.square(fast) <= 2.0 * braking * (reach - gone[:-1]) + 1e-9).all()
+    if speed > 0.0 and reach / speed + speed / braking < AFAR[-1]:
+        assert gone[-1] == pytest.approx(reach, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("leader", "room"),
+    [
+        (leading(1.3, 0.0, 0.4, math.pi), free(behind=0.5)),  # straight back before one that comes
+        (leading(1.0, 0.0), free(turned=0.5)),  # and turned on the spot first, where that alone is free
+    ],
+)
+def test_the_way_slows_down_before_the_free_ground_ends(leader, room):
+    way = made().best(HERE, leader, [], room)
+    fast = np.hypot(*np.diff(way[:, :2], axis=0).T) / 0.1
+    left = 0.5 - np.hypot(way[:-1, 0], way[:-1, 1])
+    assert fast.max() > 0.4
+    assert (np.square(fast) <= 2.0 * 0.75 * left + 1e-6).all()
+    hasty = made(braking=1e6).best(HERE, leader, [], room)
+    assert np.hypot(*np.diff(hasty[:, :2], axis=0).T).max() / 0.1 > fast.max() - 1e-9
+    assert (
+        np.square(np.hypot(*np.diff(hasty[:, :2], axis=0).T) / 0.1)
+        > 2.0 * 0.75 * (0.5 - np.hypot(*hasty[:-1, :2].T)) + 1e-6
+    ).any()

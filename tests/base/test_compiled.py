@@ -154,12 +154,12 @@ def test_ways_out_of_the_way(pose, bends, moments, seed, crowd, half):
     runs = np.minimum(rng.uniform(-1.0, 3.0, (4, moments)), 1.0)  # many are alike
     leader, *others = rng.normal(0.0, 2.0, (1 + crowd, moments, 3))
     headings, errors, reach = rng.uniform(-3.0, 3.0, (3, 3))
-    errors[0] = 0.0  # it looks there already
+    errors[0] = reach[1] = 0.0  # it looks there already; it may not go there
     ahead, times = (headings, errors, np.abs(reach)), np.linspace(0.0, 2.5, moments)
     for of in (vars(give_way), PLAIN):
         ways, costs = np.zeros((3, 8, moments)), np.empty(8)
         of["bent_at"](pose, runs, bends, ways[:, 1:5])  # as GiveWay asks: for some of all ways
-        of["turned_at"](pose, ahead, (0.5, 1.5, 0.3), times, ways[:, 5:])
+        of["turned_at"](pose, ahead, (0.5, 1.5, 0.3, 0.75), times, ways[:, 5:])
         soon = [other[: (moments + 1) // 2] for other in others]
         of["costs_at"](ways, leader, soon, half, (1.4, 1.2, 0.6, 4.0, 0.02), (moments + 1) // 2, costs)
         least = [of["least_apart"](way, leader, half) for way in (ways[:, 2].T, others[0] if others else leader)]

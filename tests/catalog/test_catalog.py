@@ -65,7 +65,7 @@ def test_an_unknown_kind_lists_the_kinds(project):
 def test_content_is_found_by_its_path_too(project):
     entry = Catalog().find("robot", str(project / "robots" / "bot"))
     assert (entry.name, entry.origin) == ("bot", "file")
-    with pytest.raises(UnknownName, match="no rules file is named"):
+    with pytest.raises(UnknownName, match="no rule file is named"):
         Catalog().find("rules", str(project / "rules" / "clam.toml"))
 
 

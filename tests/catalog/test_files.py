@@ -146,7 +146,7 @@ def test_sensors_can_be_read_as_often_as_a_faster_control_needs(scenario_file, p
         ('world = "room"', 'world = "romo"', r":3:1: no world is named 'romo'. Did you mean 'room'\?"),
         ('robot = "bot"\nmission', 'robot = "bto"\nmission', r":18:1: no robot is named 'bto'. Did you mean 'bot'\?"),
         ('mission = "go"', 'mission = "goo"', r":19:1: no mission is named 'goo'. Did you mean 'go'\?"),
-        ('rules = ["calm"]', 'rules = ["clam"]', r":20:1: no rules is named 'clam'. Did you mean 'calm'\?"),
+        ('rules = ["calm"]', 'rules = ["clam"]', r":20:1: no rule file is named 'clam'. Did you mean 'calm'\?"),
         ('goal = "dock" }', 'goal = "duck" }', r":25:1: no goal is named 'duck'. Did you mean 'dock'\?"),
         ('x = "1 m"', 'x = "1 s"', r":21:1: x must be in m, found '1 s'"),
         ('yaw = "180 deg"', 'yaw = "inf deg"', r":23:1: yaw must be between"),

@@ -203,7 +203,7 @@ class TestShow:
 
     def test_neither_a_mission_nor_rules(self, rocs_bt):
         assert "no mission is named 'nosuch'" in rocs_bt("show", "nosuch").err
-        assert "no rules is named 'nosuch'" in rocs_bt("show", "nosuch", "--compiled").err
+        assert "no rule file is named 'nosuch'" in rocs_bt("show", "nosuch", "--compiled").err
 
 
 class TestWatching:

@@ -70,7 +70,7 @@ def test_a_replay_away_from_its_project_says_where_to_go(rocs_bt, tmp_path, monk
 
 
 def test_why_calls_a_reflex_active_until_its_action_has_ended(rocs_bt, recorded):
-    told = rocs_bt("replay", recorded, "--why", "3")
+    told = rocs_bt("replay", recorded, "--why", "2")
     assert told.code == 0
     assert "RUNNING AvoidCollision" in told.out
     assert "no rule is active" not in told.out

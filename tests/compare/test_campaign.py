@@ -48,7 +48,7 @@ def test_other_rules_and_parameters_are_played_on_the_same_starts(project):
 
 
 def test_what_is_wrong_in_a_worker_is_told_here(project):
-    with pytest.raises(InputError, match="no rules is named 'nonsense'"):
+    with pytest.raises(InputError, match="no rule file is named 'nonsense'"):
         play_all([Job("short", 1, rules=("nonsense",), project=project)])
 
 

@@ -44,7 +44,7 @@ def test_what_a_file_says(project, catalog):
         ('mission = "nonsense"\n', "mine.toml:2:1: no mission is named 'nonsense'"),
         ('python = "nonsense"\n', "'nonsense' names no class"),
         ('python = "nonsense.py:Class"\n', "nonsense.py"),
-        ('mission = "go_to"\nrules = ["nonsense"]\n', "mine.toml:3:1: no rules is named 'nonsense'"),
+        ('mission = "go_to"\nrules = ["nonsense"]\n', "mine.toml:3:1: no rule file is named 'nonsense'"),
         ('mission = "go_to"\nlatency = "5 m"\n', "latency must be in s"),
         ('mission = "go_to"\nlatency = "-5 s"\n', "latency"),
         ('mission = "go_to"\nspeed = 3\n', "'speed'"),

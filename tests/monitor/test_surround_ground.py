@@ -32,7 +32,8 @@ def test_it_tells_how_far_it_may_drive_on_ground_that_it_knows(rig):
     assert rig.room("room_behind")[2] > 0.4
     rig.at(Pose2(0.0, 0.0, math.pi))
     rig.groups()
-    assert rig.room("room_behind")[2] == pytest.approx(0.35, abs=0.11)  # what it saw is behind it now
+    # What it saw is behind it now, where it is sure of a square less.
+    assert rig.room("room_behind")[2] == pytest.approx(0.25, abs=0.11)
     rig.at(Pose2(math.nan, 0.0, 0.0))
     rig.groups()
     assert rig.room("room_ahead") == [0.0] * 5

@@ -6,6 +6,7 @@ import pytest
 
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2
+from rocs_bt.monitor.encounter import DUTY, SURE
 from rocs_bt.monitor.surround_monitor import GROUPS
 
 
@@ -134,11 +135,17 @@ def test_it_stands_within_the_safety_distance_of_whom_it_follows_and_a_while_aft
     assert max(standing["front"], standing["rear"]) < 0.2
     rig.knowledge.graph.unrelate("R3", "follows", "R2")  # as a reflex does that interrupts the following
     assert max(rig.groups()[name] for name in ("front", "rear")) < 0.2
-    for _ in range(1220):
-        rig.clock.advance()
-    rig.peers(math.inf, math.inf)
-    rig.at(Pose2(0.0, 0.0, 0.0))
-    assert rig.groups()["front"] == math.inf
+    for later, stands in ((DUTY - 5.0, True), (10.0, False)):
+        rig.wait(later)
+        rig.peer(Pose2(1.05, 0.0), name="R2")
+        assert bool(rig.groups()["front"] < 0.2) is stands
+
+
+@pytest.mark.parametrize(("beyond", "stands"), [(-0.01, True), (0.01, False)])
+def test_it_keeps_a_little_more_than_the_safety_distance_for_it_only_estimates_its_leader(rig, beyond, stands):
+    rig.peer(Pose2(1.2, 0.0), name="R2")
+    rig.knowledge.graph.relate("R3", "follows", "R2", distance=1.4, safety=1.2 - SURE - beyond)
+    assert bool(rig.groups()["front"] < 0.2) is stands
 
 
 def test_without_its_pose_or_its_robot_sensor_nothing_is_known(rig):

@@ -9,6 +9,7 @@ from rocs_bt.actions import ACTIONS as SHIPPED_ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import fitted_rules
 from rocs_bt.expression import Environment
+from rocs_bt.monitor.encounter import PASSED
 from rocs_bt.reactive import Override, RuleModel, check_rules, load_rules
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED
@@ -56,14 +57,31 @@ class TestShipped:
         assert "AvoidCollision" in self.wanted(front=0.04, goal_distance=0.0)
 
     def test_it_flinches_away_from_what_is_close(self):
-        assert self.wanted(front=0.19)["Flinch"]["speed"] == -0.35
-        assert self.wanted(rear=0.19)["Flinch"]["speed"] == 0.35
-        assert self.wanted(left_gap=0.14)["Flinch"]["speed"] == -0.35
-        assert "Flinch" not in self.wanted(left_gap=0.16)
+        assert self.wanted(front=0.19)["Flinch"]["speed"] == -0.4
+        assert self.wanted(rear=0.19)["Flinch"]["speed"] == 0.4
+        assert self.wanted(front=0.4, left_gap=0.19)["Flinch"]["speed"] == -0.4
+        assert "Flinch" not in self.wanted(left_gap=0.21)
+        assert self.wanted(front=0.19)["Flinch"]["distance"] >= 0.26  # it goes on until the rule is released
+
+    def test_what_a_monitor_says_has_been_passed_releases_it(self):
+        close = {"front": 0.19, "left_gap": 0.5}
+        passed = {"front": 1.0, "rear": PASSED, "left_gap": PASSED, "right_gap": PASSED}
+        assert "Flinch" in self.wanted(before=close, **close)
+        assert "Flinch" not in self.wanted(before=close, **passed)
+
+    def test_from_what_comes_from_the_side_it_goes_on_as_it_is_driving(self):
+        beside = {"front": 0.8, "rear": 0.7, "left_gap": 0.19}  # whichever is less far off does not matter
+        assert self.wanted(**beside)["Flinch"]["speed"] == 0.4
+        assert self.wanted(**beside | {"front": np.inf, "speed": 0.0})["Flinch"]["speed"] == 0.4
+        assert self.wanted(**beside | {"speed": -0.03})["Flinch"]["speed"] == 0.4  # it stands, or all but
+        assert self.wanted(**beside | {"speed": -0.3})["Flinch"]["speed"] == -0.4
+        assert self.wanted(**beside | {"front": 0.5, "speed": 0.3})["Flinch"]["speed"] == -0.4
+        assert self.wanted(**beside | {"rear": 0.5, "speed": -0.3})["Flinch"]["speed"] == 0.4
+        assert self.wanted(**beside | {"speed": np.nan})["Flinch"]["speed"] == 0.0
 
     def test_between_two_things_it_stands_still(self):
         assert self.wanted(front=0.19, rear=0.24)["Flinch"]["speed"] == 0.0
-        assert self.wanted(front=0.19, rear=0.26)["Flinch"]["speed"] == -0.35
+        assert self.wanted(front=0.19, rear=0.26)["Flinch"]["speed"] == -0.4
 
     def test_wedged_it_turns_out_once_driving_straight_has_not_helped(self):
         slot = {"front": 0.22, "rear": 0.19, "left_gap": 0.3, "speed": 0.0}
@@ -71,8 +89,8 @@ class TestShipped:
         wedged = self.wanted(after=2.1, **slot)
         assert set(wedged) == {"AvoidCollision"}
         assert wedged["AvoidCollision"]["turn"] == pytest.approx(-np.pi / 3)
-        beside = {"front": 0.6, "rear": 0.6, "left_gap": 0.18, "speed": -0.1}  # which no driving straight takes it from
-        came = beside | {"left_gap": 0.14}
+        beside = {"front": 0.6, "rear": 0.6, "left_gap": 0.22, "speed": -0.1}  # which no driving straight takes it from
+        came = beside | {"left_gap": 0.18}
         assert set(self.wanted(after=2.1, before=came, **beside)) == {"AvoidCollision"}
         assert set(self.wanted(after=2.1, before=came, **beside | {"speed": 0.2})) == {"Flinch"}  # it drives
         assert self.wanted(after=2.1, **beside) == {}  # it may have been put there
