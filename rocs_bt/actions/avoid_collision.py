@@ -14,7 +14,7 @@ from .turn_angle import TurnAngle
 
 BACK = 0.3  # [m] that it backs off at most
 BACKING = 0.35  # [m/s] at which it does
-LEFT = 0.1  # of a turn: to close in on it takes as long as the turn before, while the obstacle comes nearer
+LEFT = 0.1  # of a turn: while it is closed in on, the obstacle comes nearer
 
 
 @dataclass(kw_only=True, eq=False)
