@@ -15,7 +15,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
-from ..errors import RecordingError
+from ..errors import RecordingError, unknown
 from ..event import Event, SensorFailed, SensorRead
 from . import codec
 from .container import MAGIC
@@ -35,6 +35,11 @@ class _Contents:
     attachments: dict[str, bytes] = field(default_factory=dict)
     chunks: list[bytes] = field(default_factory=list)
     complete: bool = False
+
+
+def _near(path: Path) -> set[str]:
+    """The runs that a user may have meant who asked for one that is not there: those in it, beside it and in runs/."""
+    return {str(file.parent) for folder in (path, path.parent, Path("runs")) for file in folder.glob("*/run.mcap")}
 
 
 class Recording:
@@ -65,6 +70,8 @@ class Recording:
         file = path / "run.mcap" if path.is_dir() else path
         try:
             data = file.read_bytes()
+        except FileNotFoundError as error:
+            raise RecordingError(str(unknown("recording", str(path), _near(path)))) from error
         except OSError as error:
             raise RecordingError(f"the recording '{file}' cannot be read: {error.strerror}.") from error
         if not data.startswith(MAGIC):

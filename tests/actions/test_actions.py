@@ -305,6 +305,96 @@ class TestFlinch:
         assert ticket.state is SUCCEEDED
         assert rig.pose.x == pytest.approx(3 * 0.35 * 0.05 - 0.08, abs=0.02)
 
+    @pytest.mark.parametrize("push", [0.15, -0.15])
+    def test_without_a_speed_it_drives_back_to_where_it_came_to_stand(self, rig, push):
+        rig.put(1.0, 0.5, 30.0)
+        ticket = rig.submit(Flinch(speed=0.0, resist=0.2), Priority.HIGH)
+        rig.run(40)
+        assert rig.pose == rig.path[0]
+        x, y = rig.pose.transform(push, 0.0)
+        rig.put(x, y, 30.0)
+        rig.run(60)
+        assert rig.pose.distance(rig.path[0]) < 0.01
+        assert rig.wheels.speeds == [0.0, 0.0]
+        assert max(abs(v) for e in rig.of(ActuatorCommanded) for v in e.values) == pytest.approx(0.2)
+        assert ticket.state is TicketState.RUNNING
+
+    def test_a_nudge_does_not_move_it(self, rig):
+        rig.submit(Flinch(speed=0.0, resist=0.2), Priority.HIGH)
+        rig.run(2)
+        rig.put(0.035, 0.0)
+        rig.run(10)
+        assert rig.pose.x == 0.035
+
+    def test_what_it_drove_while_it_came_to_stand_is_no_push(self, rig):
+        ticket = rig.submit(Flinch(speed=0.0, resist=0.2), Priority.HIGH)
+        for speed in (0.4, 0.2):  # still braking
+            rig.wheels.speeds = [speed, speed]
+            rig.put(rig.pose.x + 0.06, 0.0)
+            rig.run()
+        rig.run(20)
+        assert rig.pose.x == pytest.approx(0.12)
+        assert ticket.state is TicketState.RUNNING
+
+    @pytest.mark.parametrize(("ahead", "aside", "turned"), [(0.0, 0.1, 0.0), (0.0, -0.1, 0.0), (0.1, 0.0, 90.0)])
+    def test_from_the_side_it_lets_itself_be_pushed(self, rig, ahead, aside, turned):
+        rig.submit(Flinch(speed=0.0, resist=0.2), Priority.HIGH)
+        rig.run(2)
+        rig.put(ahead, aside, turned)
+        rig.run(10)
+        assert (rig.pose.x, rig.pose.y) == (ahead, aside)
+
+    @pytest.mark.parametrize(("x", "y"), [(0.35, 0.0), (-2.0, 0.0), (0.1, 0.3)])
+    def test_who_was_carried_off_stands_there_anew(self, rig, x, y):
+        rig.submit(Flinch(speed=0.0, resist=0.2), Priority.HIGH)
+        rig.run(2)
+        rig.put(x, y)
+        rig.run(20)
+        assert (rig.pose.x, rig.pose.y) == (x, y)
+        rig.put(x + 0.1, y)
+        rig.run(40)
+        assert rig.pose.x == pytest.approx(x, abs=0.011)
+
+    def test_where_its_pose_is_found_again_it_stands_anew(self, rig):
+        rig.submit(Flinch(speed=0.0, resist=0.2), Priority.HIGH)
+        rig.run(2)
+        rig.lost = True
+        rig.clock.advance(100)
+        rig.put(0.1, 0.0)
+        rig.run(2)
+        rig.lost = False
+        rig.run(10)
+        assert rig.pose.x == 0.1
+
+    def test_it_may_let_itself_be_pushed(self, rig):
+        rig.submit(Flinch(speed=0.0, resist=0.0), Priority.HIGH)
+        rig.run(2)
+        rig.put(-0.5, 0.0)
+        rig.run(10)
+        assert rig.pose.x == -0.5
+
+    def test_it_stands_while_its_pose_is_lost(self, rig):
+        rig.submit(Flinch(speed=0.0, resist=0.2), Priority.HIGH)
+        rig.run(2)
+        rig.put(-0.5, 0.0)
+        rig.lost = True
+        rig.clock.advance(100)
+        rig.sense()
+        rig.run(10)
+        assert rig.pose.x == -0.5
+
+    def test_to_set_off_begins_anew(self, rig):
+        action = Flinch(speed=-0.4, distance=0.3)
+        ticket = rig.submit(action, Priority.HIGH)
+        rig.run(10)
+        assert rig.pose.x == pytest.approx(-0.2, abs=0.01)
+        action.update(speed=0.0)
+        rig.run(100)  # far longer than its timeout, which is not for standing
+        action.update(speed=-0.4)
+        rig.finish(ticket)
+        assert ticket.state is SUCCEEDED
+        assert rig.pose.x == pytest.approx(-0.5, abs=0.02)
+
 
 class TestStop:
     def test_ends_when_the_wheels_stand(self, rig):

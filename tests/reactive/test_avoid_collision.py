@@ -29,9 +29,12 @@ SHIPPED = Path(__file__).parents[2] / "rules" / "avoid_collision.toml"
 class TestShipped:
     """rules/avoid_collision.toml on ranges by hand."""
 
-    def wanted(self, *, after=1.0, before=None, turning="0.16 m", lean="0 m", creep="0 m/s", **changes):
-        """What is wanted when some values have stood for a while [s], and others before them."""
-        fitted = {name: Override(value) for name, value in (("turning", turning), ("lean", lean), ("creep", creep))}
+    def wanted(self, *, after=1.0, before=None, **changes):
+        """What is wanted when some values have stood for a while [s], and others before them; a text is a threshold."""
+        given = {"turning": "0.16 m"} | {
+            name: changes.pop(name) for name, v in [*changes.items()] if isinstance(v, str)
+        }
+        fitted = {name: Override(value) for name, value in given.items()}
         rules = load_rules(SHIPPED, ENVIRONMENT, SHIPPED_ACTIONS, overrides=fitted)
         model, told = RuleModel(rules), []
         for t, values in ((0.0, before or changes), (0.05, changes), (after - 0.2, changes), (after, changes)):
@@ -119,6 +122,15 @@ class TestShipped:
         assert self.wanted(after=2.1, creep="0.1 m/s", **middle)["Flinch"]["speed"] == 0.0
         assert self.wanted(after=2.1, creep="0.1 m/s", **slot | {"left_gap": 0.14})["Flinch"]["speed"] == 0.0
         assert self.wanted(after=2.1, **slot)["Flinch"]["speed"] == 0.0  # as the file has it
+
+    def test_it_resists_only_between_two_things_that_it_hears(self):
+        def resist(**changes):
+            return self.wanted(after=0.25, resist="0.3 m/s", **changes)["Flinch"]["resist"]
+
+        assert resist(front=0.15, rear=0.22) == pytest.approx(0.3)
+        assert resist(front=0.15, rear=0.26) == 0.0
+        assert resist(before={"front": 0.15, "rear": 0.22}, front=np.nan, rear=0.22) == 0.0  # until Blind takes over
+        assert self.wanted(front=0.15, rear=0.22)["Flinch"]["resist"] == 0.0  # as the file has it
 
     def test_wedged_without_a_speed_it_stands_still(self):
         assert "Blind" in self.wanted(after=2.3, front=0.22, rear=0.19, speed=np.nan)

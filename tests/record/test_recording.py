@@ -169,9 +169,16 @@ def test_what_is_no_recording_is_refused(tmp_path, content, says):
         Recording.open(path)
 
 
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(RecordingError, match=r"nothing\.mcap.*No such file"):
-        Recording.open(tmp_path / "nothing.mcap")
+def test_a_missing_file_is_refused_with_those_that_there_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for run in ("runs/exp1-1", "mine/exp3-2"):
+        (tmp_path / run).mkdir(parents=True)
+        (tmp_path / run / "run.mcap").touch()
+    with pytest.raises(RecordingError, match=r"named 'mine/exp3-1'\. Did you mean 'mine/exp3-2'\?") as told:
+        Recording.open(Path("mine/exp3-1"))
+    assert "runs/exp1-1" in str(told.value)
+    with pytest.raises(RecordingError, match=r"no recording is named 'runs'.*runs/exp1-1"):
+        Recording.open(Path("runs"))
 
 
 def test_another_programs_mcap_is_refused(tmp_path):
