@@ -173,24 +173,25 @@ import socket
 import sys
 import time
 
-TRACK, PERIOD, WATCHDOG = 0.331, 0.05, 0.3  # [m], [s], [s]
+TRACK, PERIOD, WATCHDOG = 0.331, 0.05, 6  # [m], [s], periods of silence after which it stops
 
 here = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 here.bind(("127.0.0.1", 0))
 here.setblocking(False)
 print(here.getsockname()[1], flush=True)
 
-x, y, yaw, wheels, heard, friend = -0.7, 0.7, -0.8, [0.0, 0.0], None, None
-stopped, until = False, time.monotonic() + float(sys.argv[1])
+x, y, yaw, wheels, friend = -0.7, 0.7, -0.8, [0.0, 0.0], None
+heard, silence, stopped, until = False, 0, False, time.monotonic() + float(sys.argv[1])
 while time.monotonic() < until and not stopped:
+    silence += 1
     try:
         while True:
             message, friend = here.recvfrom(65536)
             if asked := json.loads(message).get("wheels"):
-                wheels, heard = asked, time.monotonic()
+                wheels, heard, silence = asked, True, 0
     except OSError:
         pass
-    if heard and time.monotonic() - heard > WATCHDOG:
+    if heard and silence > WATCHDOG:
         wheels, stopped = [0.0, 0.0], True
     turn, ahead = (wheels[1] - wheels[0]) / TRACK * PERIOD, 0.5 * (wheels[0] + wheels[1]) * PERIOD
     x, y, yaw = x + ahead * math.cos(yaw + turn / 2), y + ahead * math.sin(yaw + turn / 2), yaw + turn
@@ -216,10 +217,10 @@ def write_project(project: Path, port: int) -> rocs_bt.Catalog:
 
 
 with tempfile.TemporaryDirectory() as folder:
-    arguments = [sys.executable, "-c", CONTROLLER, "60"]
+    arguments = [sys.executable, "-c", CONTROLLER, "120"]
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) as controller:
         catalog = write_project(Path(folder), int(controller.stdout.readline()))
-        found = drive("real", catalog, duration=30.0)
+        found = drive("real", catalog, duration=60.0)
         robot = json.loads(controller.stdout.readline())
     near = math.hypot(robot["x"], robot["y"]) <= 0.1
     print(f"R2: {found['R2'].status}, {'0.1 m or less' if near else 'far'} from the goal")

@@ -65,8 +65,10 @@ class WallClock(Clock):
 
     def wait_until(self, deadline: float, stop: threading.Event) -> bool:
         """Sleep until the deadline [s]; True unless `stop` was set before it."""
-        remaining = deadline - self.now()
-        return not stop.wait(remaining) if remaining > 0.0 else not stop.is_set()
+        while (remaining := deadline - self.now()) > 0.0:
+            if stop.wait(remaining):
+                return False
+        return not stop.is_set()
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,10 @@
 
 import math
 
+import hypothesis
 import pytest
 
+from rocs_bt import clock
 from rocs_bt.actions import action_table
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.drive import make_drive
@@ -18,7 +20,11 @@ from rocs_bt.pipeline import Pipeline, Priority
 from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 
+from . import awake as waking
 from . import chromium
+
+hypothesis.settings.register_profile("patient", deadline=None)  # no test is one of speed
+hypothesis.settings.load_profile("patient")
 
 DRIVE = make_drive("differential", track=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 FOLLOWER = Follower(DRIVE)  # one for all tests: whoever uses it resets it first
@@ -135,6 +141,21 @@ def rig():
 @pytest.fixture(scope="session")
 def make_rig():
     return Rig
+
+
+@pytest.fixture
+def one_processor():
+    """Threads and processes of a test share one: when the machine stalls, all of them do."""
+    with waking.one_processor():
+        yield
+
+
+@pytest.fixture
+def awake(monkeypatch, one_processor):
+    """Wall clocks stand still while the machine does: for all tests of threads (tests/awake.py)."""
+    with waking.Awake() as time:
+        monkeypatch.setattr(clock, "time", time)
+        yield time
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,8 @@ from rocs_bt.monitor import PoseMonitor
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay, run
 
+pytestmark = pytest.mark.usefixtures("awake")
+
 AT = 0.5  # [s]
 LOG: list[str] = []
 

@@ -1,4 +1,4 @@
-"""Threads on wall time with mock devices. Nothing here depends on a tight clock."""
+"""Threads on wall time with mock devices."""
 
 import random
 import sys
@@ -17,6 +17,8 @@ from rocs_bt.clock import WallClock
 from rocs_bt.event import ActuatorCommanded, BlockFailed, ListSink, RuleChanged, SensorRead, TicketChanged
 from rocs_bt.plan import Plan
 from rocs_bt.simulation import SinkThread
+
+pytestmark = pytest.mark.usefixtures("awake")
 
 ENDS = ("SUCCEEDED", "FAILED", "CANCELLED")
 

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from rocs_bt.agent import RuleWatch
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.event import ListSink, RuleChanged, RulesReplaced
@@ -267,15 +268,16 @@ class TestWatching:
         play, _ = played
         assert play({})[0].summary["trajectory_hash"] == play({}, watch_rules=True)[0].summary["trajectory_hash"]
 
-    def test_in_threads_it_is_said_on_the_terminal(self, project, rocs_bt, capsys):
-        import threading
+    @pytest.mark.usefixtures("awake")
+    def test_in_threads_it_is_said_on_the_terminal(self, project, rocs_bt, monkeypatch):
+        file, sound = project / RULES, RuleWatch.__enter__
 
-        file = project / RULES
-        before = file.read_text()
-        timer = threading.Timer(1.5, file.write_text, [before.replace("0.40 m", "0.40 s")])
-        timer.start()
+        def begin(watch):
+            file.write_text(file.read_text().replace("0.40 m", "0.40 s"))
+            return sound(watch)
+
+        monkeypatch.setattr(RuleWatch, "__enter__", begin)
         told = rocs_bt("run", "first", "--mode", "threaded", "--for", "3", "--no-report", "--watch-rules")
-        timer.join()
         assert re.search(r"\d\.\d\d s, R1: keep_clear: the old rules stay in force", told.err)
 
 

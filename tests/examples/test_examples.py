@@ -16,14 +16,15 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("t*.py"))
+AWAKE = str(ROOT / "tests" / "awake.py")
 HEAD = "\nOutput:\n\n"
 
 
-def run(example, folder):
-    """What it prints, run in an empty folder without a display."""
+def run(example, folder, *launcher):
+    """What it prints, run in an empty folder without a display; by a launcher, if there is one."""
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     done = subprocess.run(
-        [sys.executable, "-W", "error", str(example)],
+        [sys.executable, "-W", "error", *launcher, str(example)],
         cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -36,9 +37,11 @@ def quoted(example):
     return textwrap.dedent(ast.get_docstring(ast.parse(example.read_text("utf-8"))).split(HEAD)[1]).strip("\n") + "\n"
 
 
+@pytest.mark.usefixtures("one_processor")
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
 def test_it_prints_what_it_says(example, tmp_path):
-    assert run(example, tmp_path) == quoted(example)
+    launcher = [AWAKE] if "drive(" in example.read_text("utf-8") else []  # it runs on wall time
+    assert run(example, tmp_path, *launcher) == quoted(example)
     assert list(tmp_path.iterdir()) == []  # and leaves nothing behind
 
 

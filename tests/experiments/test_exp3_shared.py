@@ -83,6 +83,7 @@ def test_the_same_seed_is_the_same_run_byte_by_byte_and_it_replays(shared, tmp_p
     assert replay(Recording.open(folder / "run.mcap")) is None
 
 
+@pytest.mark.usefixtures("awake")
 def test_agents_share_on_wall_time_too(tmp_path):
     (tmp_path / "scenarios").mkdir()
     for listen in ("", 'listen = "127.0.0.1:0"\n'):

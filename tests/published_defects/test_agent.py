@@ -236,6 +236,7 @@ class TestLog:
         assert agent["min_clearance"] > 0.0
 
 
+@pytest.mark.usefixtures("awake")
 class TestThreads:
     def test_all_threads_end_with_the_run(self, make_mind):
         """There: stop flags are plain bools, threads are never deleted, and bases join when the derived is gone."""

@@ -2,6 +2,7 @@
 
 import json
 import math
+from contextlib import contextmanager
 
 import msgspec
 import pytest
@@ -38,6 +39,14 @@ def faults(browser) -> list[str]:
     return [error for error in browser.errors if "403 (Forbidden)" not in error]
 
 
+@contextmanager
+def shown(browser):
+    """A live page. The browser leaves it before its server ends: who loses it goes on looking for it."""
+    with LivePage() as page:
+        yield page
+        browser.open("about:blank")
+
+
 def row(path: str) -> str:
     return f"document.querySelector('[data-node=\"{path}\"]')"
 
@@ -48,7 +57,7 @@ def cell(signal: str) -> str:
 
 @pytest.mark.browser
 def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
-    with LivePage() as page:
+    with shown(browser) as page:
         browser.open(page.url)
         assert browser.evaluate("link.textContent") == "waiting"
         page.begin(synthetic.header())
@@ -88,7 +97,7 @@ def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
 @pytest.mark.browser
 def test_in_a_browser_a_scan_is_drawn(browser):
     fan = Fan(x=0.1, y=0.0, yaw=-1.0, step=0.5, rays=5, reach=3.0)
-    with LivePage() as page:
+    with shown(browser) as page:
         browser.open(page.url)
         page.begin(
             msgspec.structs.replace(synthetic.header(), bodies=(BodyInfo(name="R2", hull=(), fans={"lidar": fan}),))
@@ -115,7 +124,7 @@ def test_in_a_browser_a_wrong_token_shows_nothing(browser, live):
 def test_in_a_browser_it_fits_a_telephone_and_the_dark(browser):
     browser.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
     browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
-    with LivePage() as page:
+    with shown(browser) as page:
         page.begin(synthetic.header())
         for event in EVENTS:
             page.emit(event)
@@ -146,7 +155,7 @@ def large(count: int) -> RunHeader:
 @pytest.mark.browser
 @pytest.mark.parametrize("count", [100, 1000])
 def test_in_a_browser_a_tree_of_any_size_is_drawn_and_walked_with_the_keyboard(browser, count):
-    with LivePage() as page:
+    with shown(browser) as page:
         page.begin(large(count))
         browser.open(page.url)
         for i in range(count):

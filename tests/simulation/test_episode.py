@@ -199,6 +199,7 @@ def test_the_published_box_leaves_few_poses_at_its_goal(catalog: Catalog) -> Non
     assert all(min(free.readings["sonar"].values) < 0.4 for free in origin)
 
 
+@pytest.mark.usefixtures("awake")
 def test_threaded_moves_the_world_with_the_wall_clock(exp1: ScenarioSpec, catalog: Catalog, make_mind) -> None:
     clock, sink = WallClock(), ListSink()
     stage = set_stage(at(exp1, 0.0, 0.0, -1.5), catalog, 1, sink, clock=clock)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,8 +12,10 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError
-from rocs_bt.event import CommandExpired, ListSink, RuleChanged, RulesReplaced, SensorFailed
+from rocs_bt.event import CommandExpired, Event, ListSink, RuleChanged, RulesReplaced, SensorFailed
 from rocs_bt.simulation import Host, drive, run
+
+pytestmark = pytest.mark.usefixtures("awake")
 
 # A robot that lives in this process and in one object: it drives as it is told, exactly.
 DRIVERS = """
@@ -193,14 +194,24 @@ def test_what_drivers_share_is_made_once_and_closed_once() -> None:
 
 
 def test_rules_that_are_broken_meanwhile_are_told(real: Callable[[str], Catalog], tmp_path: Path) -> None:
-    catalog, sink = real("fine"), ListSink()
+    catalog = real("fine")
     rules = tmp_path / "rules" / "avoid_collision.toml"
     rules.parent.mkdir()
     rules.write_text(Catalog().find("rules", "avoid_collision").path.read_text("utf-8"), "utf-8")
-    timer = threading.Timer(0.4, rules.write_text, ["no rules at all"])
-    timer.start()
+
+    class Spoiler(ListSink):
+        """Breaks the rules once time passes."""
+
+        broken = False
+
+        def emit(self, event: Event) -> None:
+            super().emit(event)
+            if event.t > 0.0 and not self.broken:
+                self.broken = True
+                rules.write_text("no rules at all")
+
+    sink = Spoiler()
     drive("real", catalog, duration=1.2, sinks=[sink], watch_rules=True)
-    timer.join()
     (told,) = [e for e in sink.events if isinstance(e, RulesReplaced)]
     assert (told.agent, told.rules, told.accepted) == ("R2", "avoid_collision", False)
     assert "the old rules stay in force: " in told.detail

@@ -73,6 +73,7 @@ def test_the_next_run_knows_what_lasts_of_the_one_before_and_can_be_replayed(tmp
     assert again.summary["trajectory_hash"] == result.summary["trajectory_hash"]
 
 
+@pytest.mark.usefixtures("awake")
 def test_a_threaded_run_keeps_its_knowledge_too(tmp_path: Path) -> None:
     file = tmp_path / "deep" / "k.sqlite"
     result = run("exp1", Catalog(), mode="threaded", duration=0.5, knowledge=file)

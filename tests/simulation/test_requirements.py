@@ -48,6 +48,7 @@ def judge(text, rows, stopped=True):
     return finding, sink.events
 
 
+@pytest.mark.usefixtures("awake")
 @pytest.mark.parametrize("mode", ["lockstep", "threaded"])
 def test_a_recording_gives_what_the_run_gave(mode, tmp_path):
     file = tmp_path / "scenarios" / "req.toml"

@@ -1,0 +1,75 @@
+"""Wall time that stands still while the machine does, for tests of threads on a machine that is taken away at times.
+
+A virtual machine may lose its processors for most of a second. To a robot that is a hang, and it is told as one; to a
+test of something else it is nothing. A witness thread wakes often; of a gap between two of its turns only what a busy
+machine may need counts. Whatever belongs to the test shares one processor, so that a gap is a gap for all of it.
+
+`python tests/awake.py FILE` runs a file on such a time.
+"""
+
+from __future__ import annotations
+
+import os
+import runpy
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+TURN = 0.005  # [s] between two turns of the witness
+MOST = 0.02  # [s] that a gap between two turns may count
+
+
+@contextmanager
+def one_processor() -> Iterator[None]:
+    """Threads and processes that are started in here share one processor, where the system has a way to say so."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before, worker = os.sched_getaffinity(0), os.environ.get("PYTEST_XDIST_WORKER", "gw0")
+    os.sched_setaffinity(0, {sorted(before)[int(worker[2:]) % len(before)]})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+class Awake:
+    """While its context is open `monotonic` is such a time [s].
+
+    It has the name of the standard library's function, so that it can stand in for the module `time` of a clock.
+    """
+
+    def __init__(self) -> None:
+        self._stop = threading.Event()
+        self._lock = threading.Lock()
+        self._seen, self._counted = time.monotonic(), 0.0
+        self._thread = threading.Thread(target=self._watch, name="witness", daemon=True)
+
+    def __enter__(self) -> Awake:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def monotonic(self) -> float:
+        """Time awake [s]."""
+        with self._lock:
+            return self._counted + min(time.monotonic() - self._seen, MOST)
+
+    def _watch(self) -> None:
+        while not self._stop.wait(TURN):
+            with self._lock:
+                now = time.monotonic()
+                self._counted += min(now - self._seen, MOST)
+                self._seen = now
+
+
+if __name__ == "__main__":
+    from rocs_bt import clock
+
+    with Awake() as clock.time:
+        runpy.run_path(sys.argv[1], run_name="__main__")
