@@ -10,7 +10,7 @@ help:
 	@echo "make test    set up, and pass the tests (lint, types, layers, pytest)"
 	@echo "make lint    the checks without the tests"
 	@echo "make bench   measured figures against their budgets"
-	@echo "make soak    long campaigns: many seeds, fuzzing"
+	@echo "make soak    long campaigns: many seeds, fuzzing; threads at once, by the wall clock itself"
 	@echo "make wheel   build wheel and sdist into dist/"
 	@echo "make clean   remove what was made, but not $(VENV)"
 
@@ -52,6 +52,7 @@ bench: setup
 
 soak: setup
 	$(BIN)/python -m pytest -m soak -n 2 -rP
+	$(BIN)/python -m pytest --real-time tests/agent tests/faults tests/simulation/test_hardware.py
 
 wheel: setup
 	$(BIN)/python -m build --no-isolation

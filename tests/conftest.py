@@ -143,19 +143,19 @@ def make_rig():
     return Rig
 
 
-@pytest.fixture
-def one_processor():
-    """Threads and processes of a test share one: when the machine stalls, all of them do."""
-    with waking.one_processor():
-        yield
+def pytest_addoption(parser):
+    parser.addoption("--real-time", action="store_true", help="threads run at once and by the wall clock itself")
 
 
 @pytest.fixture
-def awake(monkeypatch, one_processor):
+def awake(monkeypatch, request):
     """Wall clocks stand still while the machine does: for all tests of threads (tests/awake.py)."""
-    with waking.Awake() as time:
+    if request.config.getoption("--real-time"):
+        yield
+        return
+    with waking.one_processor(), waking.Awake() as time:
         monkeypatch.setattr(clock, "time", time)
-        yield time
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ STANDS = 0.05  # [m/s] below which wheels that are told to stand do
 PUSHED = 0.04  # [m] that a robot must be pushed before it drives back, ...
 BACK = 0.01  # [m] ... until so little is left
 LOST = 0.3  # [m] off, where it was carried away or could not help it: there it stands anew
+JUMP = 0.6  # [m/s] faster than which nobody pushes: a better fix
 PULL = 8.0  # [1/s] how fast it drives back for each metre
 
 
@@ -25,6 +26,7 @@ class _Course:
     sign: int  # 1 ahead, -1 back, 0 standing
     begun: float  # [s]
     start: Pose2 | None = None  # where its pose was first known; standing, where it came to stand
+    last: Pose2 | None = None  # standing, where it was a period ago
     blind: float = 0.0  # [m] that it was told to drive without a pose
     pushed: bool = False  # whether it drives back to where it stood
 
@@ -39,10 +41,10 @@ class Flinch(AtomicAction):
 
     Without a speed it stands until an `update` gives it one. Locked wheels alone slide before another robot that
     drives on, into what is behind them. With `resist` they turn against it once it has pushed the robot 0.04 m ahead
-    or back, until it is where it came to stand, or has lost 0.3 m and stands there. From the side, or without pose
-    or speed, it lets itself be pushed.
+    or back, until it is where it came to stand, or has lost 0.3 m and stands there anew. From the side, or without
+    pose or speed, it lets itself be pushed; a pose that jumps is no push.
 
-    An `update` that asks for another of the three, ahead, back or standing, begins anew.
+    An `update` that asks for another of the three, ahead, back or standing, begins distance and timeout anew.
 
     Attributes:
         speed: How fast, negative backward, 0 to stand [m/s].
@@ -84,10 +86,12 @@ class Flinch(AtomicAction):
 
     def _back(self, body: Body, course: _Course) -> float:
         """How fast to drive to where it came to stand [m/s]."""
-        pose = _pose(body)
+        pose, last, speed = _pose(body), course.last, body.knowledge.robot.speed(body.clock.now())
+        course.last = pose
+        if pose is None or last is None or pose.distance(last) > JUMP * body.period or math.isnan(speed):
+            course.start = None
         if pose is None or course.start is None or pose.distance(course.start) > LOST:
-            stands = abs(body.knowledge.robot.speed(body.clock.now())) < STANDS
-            course.start, course.pushed = pose if stands else None, False
+            course.start, course.pushed = pose if abs(speed) < STANDS else None, False
             return 0.0
         off = _ahead(pose, course.start)
         course.pushed = self.resist > 0.0 and abs(off) > (BACK if course.pushed else PUSHED)

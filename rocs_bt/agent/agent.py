@@ -118,8 +118,8 @@ class Agent:
 
     @property
     def status(self) -> str:
-        """The mission's: `RUNNING`, `SUCCESS` or `FAILURE`."""
-        return self.plan.status
+        """The mission's: `RUNNING`, `SUCCESS` or `FAILURE`. What it makes of an action that broke does not count."""
+        return "RUNNING" if self.execute.broken else self.plan.status
 
     @property
     def reason(self) -> str:
@@ -162,9 +162,9 @@ class Agent:
         self.reacted = t
 
     def decide(self, t: float) -> None:
-        """One turn of Plan; none once it is closed. Safe while another thread stops the agent."""
+        """One turn of Plan; none once it is closed or Execute broke. Safe while another thread stops the agent."""
         with self._planning:
-            if not self._plan_closed:
+            if not (self._plan_closed or self.execute.broken):
                 begun = self._timer()
                 self.plan.run(t)
                 self.pipeline.charge(self._timer() - begun)
@@ -194,16 +194,17 @@ class Agent:
                 return
             self.failure = BlockError(f"{self.name}/{block}", kind, detail)
             self.failure.__cause__ = cause
-        self._sink.emit(BlockFailed(t=self.clock.now(), agent=self.name, block=block, kind=kind, detail=detail))
-        self.pipeline.clear(f"the failure of {block}")
+            self._sink.emit(BlockFailed(t=self.clock.now(), agent=self.name, block=block, kind=kind, detail=detail))
+            self.pipeline.clear(f"the failure of {block}")
 
     def stop(self, by: str = "the end of the run") -> None:
         """Halt the plan, cancel everything and let the wheels stand, once; the agent may not be used after it.
 
         After a failure too: what runs is halted and stopped, so that every ticket and every node comes to its end.
         """
-        if self.stopped:
-            return
+        with self._failing:  # a failure that another thread tells of is told to its end first
+            if self.stopped:
+                return
         self._sink.emit(AgentStopped(t=self.clock.now(), agent=self.name, by=by))
         self._attempt("plan", self._close_plan)
         self._attempt("execute", self.execute.stop, by)

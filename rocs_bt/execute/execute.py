@@ -32,10 +32,14 @@ class Execute:
     Args:
         pipeline: Where actions are submitted.
         body: The robot.
+
+    Attributes:
+        broken: Whether an action had a defect; true before its ticket fails, so that nobody decides on that.
     """
 
     def __init__(self, pipeline: Pipeline, body: RobotBody) -> None:
         self.pipeline = pipeline
+        self.broken = False
         self._body = body
         self._executor = AtomicActionExecutor(body)
         self._ticket: Ticket | None = None
@@ -67,6 +71,7 @@ class Execute:
                 self._serve()
             except BaseException as error:  # the wheels stop first, whatever it is, and it goes on to the agent
                 self._body.neutral()
+                self.broken = True
                 self._end(Failure(Reason.OTHER, f"it raised {type(error).__name__}: {error}"))
                 raise
             finally:

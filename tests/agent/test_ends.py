@@ -148,7 +148,9 @@ def test_after_a_failure(block, mode, monkeypatch):
     assert len([e for e in events if isinstance(e, BlockFailed)]) == 1
     check_ends(events)
     states = {e.action: (e.state, e.by) for e in events if isinstance(e, TicketChanged)}
-    assert states["Stop"] == ("CANCELLED", f"the failure of {block}")
+    assert states["Stop"][0] == "CANCELLED"
+    if (block, mode) != ("execute", "threaded"):  # there a tick under way may see that Crawl failed, and halt it first
+        assert states["Stop"][1] == f"the failure of {block}"
     if block == "execute":
         assert states["Crawl"][0] == "FAILED"
         assert LOG == ["crawl closed", "watch shut down"]

@@ -15,3 +15,6 @@ def test_it_stands_still_while_its_witness_does_and_goes_on_afterwards():
         while awake.monotonic() - before < 20 * MOST:
             assert time.monotonic() < end
             time.sleep(0.01)
+    after = awake.monotonic()  # whoever still waits for it then must not wait for ever
+    time.sleep(0.1)
+    assert awake.monotonic() - after > 4 * MOST

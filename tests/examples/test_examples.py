@@ -37,10 +37,9 @@ def quoted(example):
     return textwrap.dedent(ast.get_docstring(ast.parse(example.read_text("utf-8"))).split(HEAD)[1]).strip("\n") + "\n"
 
 
-@pytest.mark.usefixtures("one_processor")
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
 def test_it_prints_what_it_says(example, tmp_path):
-    launcher = [AWAKE] if "drive(" in example.read_text("utf-8") else []  # it runs on wall time
+    launcher = [AWAKE] if "simulation import drive" in example.read_text("utf-8") else []  # it runs on wall time
     assert run(example, tmp_path, *launcher) == quoted(example)
     assert list(tmp_path.iterdir()) == []  # and leaves nothing behind
 

@@ -43,8 +43,10 @@ def faults(browser) -> list[str]:
 def shown(browser):
     """A live page. The browser leaves it before its server ends: who loses it goes on looking for it."""
     with LivePage() as page:
-        yield page
-        browser.open("about:blank")
+        try:
+            yield page
+        finally:
+            browser.open("about:blank")
 
 
 def row(path: str) -> str:
