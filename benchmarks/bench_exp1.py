@@ -3,7 +3,8 @@
 CPU time in one process. What counts is the episode's loop, from its first control period to its last: observing and
 judging, monitors, reflexes, analysis, the mission's tree, the follower, recording to a file, mover and physics. What
 comes before (loading, compiling the world and the follower) and after (the recording's index) is a row of its own;
-the follower's program is kept from run to run, so its building is in the first one alone.
+the follower's program is kept from run to run, so its building is in none. Each period's time is its median over
+several plays of the same seed, since a machine that is lent out stops now and then (periods.py).
 
 The other side of the comparison plays the commands that the whole stack gave: the same world, the same walker, the
 sonars read at their rate, and nothing else. Both must come to the same trajectory, bit by bit, or nothing is printed.
@@ -22,6 +23,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from periods import clocked
 from row import Row
 
 from rocs_bt import simulation
@@ -36,12 +38,11 @@ PACE, RATIO = 50.0, 3.0
 
 @dataclass(frozen=True)
 class Timed:
-    """One whole run: CPU time of its loop and of everything else [s], control periods, and what came of it."""
+    """One seed, whole: CPU time of its loop and of everything else [s], and its control periods."""
 
     loop: float
     rest: float
     periods: int
-    result: RunResult
 
 
 class Commands:
@@ -55,65 +56,84 @@ class Commands:
             self.at[event.t] = event.values
 
 
-def whole(catalog: Catalog, seed: int, out: Path | None, commands: Commands | None = None) -> Timed:
+def heard(catalog: Catalog, seed: int) -> tuple[Commands, RunResult]:
+    """The wheel commands that the whole stack gives, and what came of them."""
+    commands = Commands()
+    return commands, simulation.run("exp1", catalog, seed=seed, report=False, sinks=(commands,))
+
+
+def whole(catalog: Catalog, seed: int, out: Path | None) -> Timed:
     """The whole stack; recorded where `out` is given."""
-    ticks: list[float] = []
+    rests: list[float] = []
 
-    def tick(t: float) -> None:
-        ticks.append(time.process_time())
+    def play(tick: Callable[[float], None]) -> str:
+        marks = [time.process_time()]
 
-    begin = time.process_time()
-    sinks = () if commands is None else (commands,)
-    result = simulation.run("exp1", catalog, seed=seed, out=out, report=False, progress=tick, sinks=sinks)
-    loop = ticks[-1] - ticks[0]
-    return Timed(loop, time.process_time() - begin - loop, len(ticks) - 1, result)
+        def marked(t: float) -> None:
+            tick(t)
+            marks.append(time.process_time())
+
+        result = simulation.run("exp1", catalog, seed=seed, out=out, report=False, progress=marked)
+        rests.append(marks[1] - marks[0] + time.process_time() - marks[-1])
+        return str(result.summary["trajectory_hash"])
+
+    periods = clocked(play)
+    return Timed(sum(periods), statistics.median(rests), len(periods))
 
 
-def alone(catalog: Catalog, seed: int, commands: Commands, periods: int) -> tuple[float, str]:
-    """Physics, rays and mover alone: CPU time of the loop [s], and the hash of the trajectory."""
+def alone(catalog: Catalog, seed: int, commands: Commands, periods: int, expected: str) -> float:
+    """Physics, rays and mover alone: CPU time of the loop [s].
+
+    Raises:
+        RuntimeError: They came to another trajectory than the whole stack.
+    """
     scenario = catalog.load_scenario("exp1")
-    stage = set_stage(scenario, catalog, seed, NullSink())
-    world, every, digest = stage.world, scenario.rate.control_rate.every, hashlib.sha256()
-    sonar, wheels = stage.sensors[AGENT][RANGES], stage.actuators[AGENT][WHEELS]
-    due = stage.sensor_rates[AGENT][RANGES].due
-    world.digest(digest)
-    begin = time.process_time()
-    for count in range(periods):
-        t = stage.clock.now()
-        if due(count):
-            sonar.read()
-        if (speeds := commands.at.get(t)) is not None:
-            wheels.command(speeds)
-        for mover in stage.movers:
-            mover.step(t)
-        world.advance(every)
+
+    def play(tick: Callable[[float], None]) -> str:
+        stage = set_stage(scenario, catalog, seed, NullSink())
+        world, every, digest = stage.world, scenario.rate.control_rate.every, hashlib.sha256()
+        sonar, wheels = stage.sensors[AGENT][RANGES], stage.actuators[AGENT][WHEELS]
+        due = stage.sensor_rates[AGENT][RANGES].due
         world.digest(digest)
-    return time.process_time() - begin, digest.hexdigest()
+        tick(stage.clock.now())
+        for count in range(periods):
+            t = stage.clock.now()
+            if due(count):
+                sonar.read()
+            if (speeds := commands.at.get(t)) is not None:
+                wheels.command(speeds)
+            for mover in stage.movers:
+                mover.step(t)
+            world.advance(every)
+            world.digest(digest)
+            tick(t)
+        if digest.hexdigest() != expected:
+            raise RuntimeError(f"seed {seed}: physics alone came to another trajectory; the comparison means nothing.")
+        return expected
+
+    return sum(clocked(play))
 
 
-def measure(catalog: Catalog, folder: Path) -> tuple[list[Timed], list[Timed], list[float]]:
-    """By seed: recorded, not recorded, and physics alone."""
-    recorded, plain, bare = [], [], []
+def measure(catalog: Catalog, folder: Path) -> tuple[list[float], list[Timed], list[Timed], list[float]]:
+    """By seed: simulated time [s]; recorded, not recorded, and physics alone."""
+    simulated, recorded, plain, bare = [], [], [], []
     for seed in SEEDS:
-        commands = Commands()
-        whole_run = whole(catalog, seed, None, commands)
+        commands, result = heard(catalog, seed)
+        simulated.append(result.summary["sim_time"])
         plain.append(whole(catalog, seed, None))
         recorded.append(whole(catalog, seed, folder / str(seed)))
-        seconds, found = alone(catalog, seed, commands, whole_run.periods)
-        if found != whole_run.result.summary["trajectory_hash"]:
-            raise RuntimeError(f"seed {seed}: physics alone came to another trajectory; the comparison means nothing.")
-        bare.append(seconds)
-    return recorded, plain, bare
+        bare.append(alone(catalog, seed, commands, recorded[-1].periods, result.summary["trajectory_hash"]))
+    return simulated, recorded, plain, bare
 
 
 def run() -> list[Row]:
     """All rows."""
     catalog = Catalog.here()
     with tempfile.TemporaryDirectory() as folder:
-        recorded, plain, bare = measure(catalog, Path(folder))
+        simulated, recorded, plain, bare = measure(catalog, Path(folder))
     median: Callable[..., float] = statistics.median
-    pace = median(r.result.summary["sim_time"] / r.loop for r in recorded)
-    physics = median(r.result.summary["sim_time"] / s for r, s in zip(recorded, bare, strict=True))
+    pace = median(t / r.loop for t, r in zip(simulated, recorded, strict=True))
+    physics = median(t / s for t, s in zip(simulated, bare, strict=True))
     ratio = median(r.loop / s for r, s in zip(recorded, bare, strict=True))
     each = median(r.loop / r.periods for r in recorded) * 1e6
     unrecorded = median(p.loop / s for p, s in zip(plain, bare, strict=True))

@@ -1,7 +1,8 @@
 """Many minds in one world: EXP3's whole stack, and what a robot costs when there are 1, 2, 5, 10 or 20 of them.
 
 CPU time in one process, lockstep, recorded to a file. What counts is the episode's loop, from its first control period
-to its last: observing and judging, all minds, recording, and physics.
+to its last: observing and judging, all minds, recording, and physics. Each period's time is its median over several
+plays of the same seed, since a machine that is lent out stops now and then (periods.py).
 
 The fleet is EXP3 again and again: a floor of walled squares, in each a robot that visits the corners and one that
 follows it by its robot sensor; no walkers, so that every robot thinks. An odd one out visits corners alone. A robot
@@ -19,11 +20,12 @@ from __future__ import annotations
 import math
 import statistics
 import tempfile
-import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from periods import clocked
 from row import Row
 
 from rocs_bt import simulation
@@ -78,7 +80,7 @@ WALL = '<geom name="{name}" type="box" size="{sx} {sy} 0.25" pos="{x} {y} 0.25"/
 
 @dataclass(frozen=True)
 class Timed:
-    """One run: robots with minds, what it simulated, and the CPU time of its loop [s]."""
+    """One seed: robots with minds, what it simulated, and the CPU time of its loop [s]."""
 
     robots: int
     simulated: float
@@ -116,14 +118,15 @@ def fleet(project: Path, robots: int) -> None:
 
 
 def timed(catalog: Catalog, name: str, seed: int, out: Path) -> Timed:
-    """One run of a scenario, recorded."""
-    ticks: list[float] = []
+    """One seed of a scenario, recorded."""
+    summary: dict[str, Any] = {}
 
-    def tick(t: float) -> None:
-        ticks.append(time.process_time())
+    def play(tick: Callable[[float], None]) -> str:
+        summary.update(simulation.run(name, catalog, seed=seed, out=out, report=False, progress=tick).summary)
+        return str(summary["trajectory_hash"])
 
-    summary = simulation.run(name, catalog, seed=seed, out=out, report=False, progress=tick).summary
-    return Timed(len(summary["agents"]), summary["sim_time"], ticks[-1] - ticks[0])
+    loop = sum(clocked(play))
+    return Timed(len(summary["agents"]), summary["sim_time"], loop)
 
 
 def measure() -> tuple[list[Timed], list[Timed]]:
