@@ -83,7 +83,14 @@ def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[s
         "failed": [{key: r[key] for key in ("seed", "outcome", "reason")} for r in mine if r not in good],
     }
     leashes = [(r["seed"], r["following"]) for r in mine if r["following"] is not None]
-    return {**found, "leash": followed(leashes)} if leashes else found
+    lost = [r["localisation"] for r in mine if r["localisation"] is not None]
+    return found | ({"leash": followed(leashes)} if leashes else {}) | ({"estimate": erred(lost)} if lost else {})
+
+
+def erred(runs: Sequence[dict[str, float]]) -> dict[str, Any]:
+    """How far the estimates were off [m, rad]: each figure's mean over the runs, and the greatest of all runs."""
+    mean = {key: statistics.fmean(r[key] for r in runs) for key in runs[0]}
+    return {"mean": mean, "greatest": {key: max(r[key] for r in runs) for key in ("position_max", "heading_max")}}
 
 
 def followed(leashes: Sequence[tuple[int, dict[str, Any]]]) -> dict[str, Any]:
@@ -131,6 +138,14 @@ def report(found: dict[str, Any]) -> str:
             under = leash["below_safety_driving"]
             lines.append(f"  below the safety distance while driving: {_words(under)} {under['seeds']}")
             lines.append(f"  worst: {', '.join(f'seed {seed} {kept:.0%}' for kept, seed in leash['worst'])}")
+        if off := mind.get("estimate"):
+            mean, greatest = off["mean"], off["greatest"]
+            lines.append(
+                f"  estimate, means over the runs: {100.0 * mean['position_rms']:.1f} cm rms, at most "
+                f"{100.0 * mean['position_max']:.1f} cm; {math.degrees(mean['heading_rms']):.1f} deg rms, at most "
+                f"{math.degrees(mean['heading_max']):.1f} deg; NEES over 3 {mean['nees']:.2f}; at most in all runs "
+                f"{100.0 * greatest['position_max']:.1f} cm, {math.degrees(greatest['heading_max']):.1f} deg"
+            )
         lines += [f"  seed {r['seed']}: {r['outcome']}, {r['reason']}" for r in mind["failed"]]
     return "\n".join(lines)
 
