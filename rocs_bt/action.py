@@ -168,6 +168,9 @@ class Action(ABC):
         """How far it is from done [m], by which Plan tells progress from being stuck; NaN where nobody can say."""
         return math.nan
 
+    def resume(self, cut_off: Action) -> None:
+        """Take over the timers of an action of its own class that a reflex cut off, in whose place it is submitted."""
+
     def stop(self, body: Body) -> None:
         """Called once when the action is cancelled while it runs, before any other action commands."""
 

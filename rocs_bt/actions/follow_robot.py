@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
@@ -72,11 +72,17 @@ class FollowRobot(MacroAction):
     search_rate: PositiveRadiansPerSecond = 1.0
     patience: PositiveSeconds = 2.0
     rest: Annotated[Seconds, Bounds(0.0, above=True, infinite=True)] = math.inf
+    _stand: _Stand = field(init=False, repr=False, default_factory=lambda: _Stand())
+    _search: _Search = field(init=False, repr=False, default_factory=lambda: _Search())
 
     def __post_init__(self) -> None:
         if not self.safety < self.room < self.distance:
             found = f"{self.safety:g}, {self.room:g} and {self.distance:g} m"
             raise InputError(Fault(f"safety, room and distance of FollowRobot must ascend, found {found}."))
+
+    def resume(self, cut_off: Action) -> None:
+        if isinstance(cut_off, FollowRobot) and cut_off.leader == self.leader:
+            self._stand, self._search = cut_off._stand, cut_off._search
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world, graph = body.knowledge.world, body.knowledge.graph
@@ -90,24 +96,21 @@ class FollowRobot(MacroAction):
             graph.unrelate(body.knowledge.agent, "follows", self.leader)
 
     def _follow(self, body: Body) -> Iterator[Action]:
-        drive, world, search = PathDrive(body, self.cruise), body.knowledge.world, _Search(self, body)
+        drive, world = PathDrive(body, self.cruise), body.knowledge.world
         give_way, course = self._give_way(body), Course()
-        anchor, since = None, body.clock.now()  # where the leader stands, and from when on
         while True:
             now = body.clock.now()
             pose, leader = drive.pose(), world.predicted(self.leader, now)
-            if leader is None or anchor is None or leader.distance(anchor) > MOVED:
-                anchor, since = leader, now
-            elif now - since >= self.rest:
+            if self._stand.look(leader, now) >= self.rest:
                 return
             if pose is None:
                 yield drive.brake()
                 continue
             if leader is None:
                 drive.brake()  # whoever follows next must ask how fast the wheels turn
-                yield search.step()
+                yield self._search.step(self, body)
                 continue
-            search.found(pose, leader)
+            self._search.found(pose, leader)
             course.note(now, leader)
             reference = None
             if pose.distance(leader) >= self.safety:
@@ -157,12 +160,24 @@ def _first(way: Array, pose: Pose2, least: float) -> Sequence[float] | None:
     return next((row for row in rows if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)
 
 
+class _Stand:
+    """For how long a leader has stood."""
+
+    def __init__(self) -> None:
+        self._place: Pose2 | None = None
+        self._since = 0.0
+
+    def look(self, leader: Pose2 | None, now: float) -> float:
+        """Note where it is now, and tell for how long it has stood [s]."""
+        if leader is None or self._place is None or leader.distance(self._place) > MOVED:
+            self._place, self._since = leader, now
+        return now - self._since
+
+
 class _Search:
     """Looking round for a leader that nobody knows the place of: one turn, then patience."""
 
-    def __init__(self, asked: FollowRobot, body: Body) -> None:
-        self._asked = asked
-        self._body = body
+    def __init__(self) -> None:
         self._last: Pose2 | None = None
         self._side = 1.0  # to which to turn, where it was seen last
         self._since: float | None = None
@@ -171,13 +186,12 @@ class _Search:
         """The leader's place is known."""
         self._last, self._side, self._since = leader, math.copysign(1.0, pose.bearing(leader)), None
 
-    def step(self) -> Action:
+    def step(self, asked: FollowRobot, body: Body) -> Action:
         """This period's turn, or standstill once it has looked everywhere.
 
         Raises:
             ActionFailed: LOST_LEADER, when that was to no avail.
         """
-        body, asked = self._body, self._asked
         now = body.clock.now()
         self._since = now if self._since is None else self._since
         searched, round_trip = now - self._since, math.tau / asked.search_rate

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
@@ -178,6 +179,7 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
     clearance = agent["min_clearance"]
     near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
     struck = f", struck {counted(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
+    kept = [*_followed(agent["following"]), *_located(agent["localisation"])]
     faults = [f"  fault at {fault}" for fault in agent["faults"][:_FAULTS]]
     if (more := len(agent["faults"]) - _FAULTS) > 0:
         faults.append(f"  and {counted(more, 'more fault')}: see the report")
@@ -189,5 +191,29 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
         f"  {counted(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time,"
         f" {counted(agent['replans'], 're-plan')},"
         f" {counted(agent['route_switches'], 'switch', 'es')} between plan and reflex",
+        *kept,
         *faults,
     ]
+
+
+def _followed(leash: Mapping[str, Any] | None) -> list[str]:
+    """How it kept its distance from its leader; nothing of who follows nobody, or never caught up."""
+    if leash is None or not leash["periods"]:
+        return []
+    driving = leash["least_driving"]
+    near = "" if driving is None else f", never nearer than {driving:.2f} m while it drove"
+    return [
+        f"  followed {leash['leader']} at {leash['mean_distance']:.2f} m in the mean,"
+        f" {100.0 * leash['in_band']:.0f} % of the time within its band{near}"
+    ]
+
+
+def _located(error: Mapping[str, float] | None) -> list[str]:
+    """How far off it took itself to be; nothing of who does not localise itself."""
+    if error is None:
+        return []
+    rms, most = (
+        f"{100.0 * error[f'position_{kind}']:.1f} cm and {math.degrees(error[f'heading_{kind}']):.1f} deg"
+        for kind in ("rms", "max")
+    )
+    return [f"  its estimate of its pose was {rms} off (rms), at most {most}"]

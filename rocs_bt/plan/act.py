@@ -28,7 +28,8 @@ class Act(Leaf):
 
     RUNNING while the action is queued or runs, SUCCESS and FAILURE when it ended so, with the reason in
     `feedback_message`. When a reflex cancels the action the leaf stays RUNNING, and submits the action anew (with
-    what is known by then) once the reflex is over. A leaf that is halted cancels its own ticket, and only that.
+    what is known by then, and the timers that the cancelled one had) once the reflex is over. A leaf that is halted
+    cancels its own ticket, and only that.
 
     Args:
         name: What displays call it.
@@ -95,9 +96,12 @@ class Act(Leaf):
             self.mission.pipeline.cancel(self.ticket, by=self.mission.path(self))
             self._let_go()
 
-    def _submit(self) -> None:
+    def _submit(self, cut_off: Action | None = None) -> None:
         self._counted = False
-        self.ticket = self.mission.pipeline.submit(self.make(), Priority.NORMAL, by=self.mission.path(self))
+        action = self.make()
+        if cut_off is not None and type(action) is type(cut_off):
+            action.resume(cut_off)
+        self.ticket = self.mission.pipeline.submit(action, Priority.NORMAL, by=self.mission.path(self))
 
     def _cancelled(self, ticket: Ticket) -> Status:
         if not ticket.preempted:
@@ -109,7 +113,7 @@ class Act(Leaf):
         if self.mission.pipeline.held:
             self.feedback_message = f"{ticket.action.name} waits for {ticket.cancelled_by}"
             return Status.RUNNING
-        self._submit()
+        self._submit(ticket.action)
         self.replans += 1
         self.feedback_message = f"{ticket.action.name} sent again after {ticket.cancelled_by}"
         self.mission.note(Replanned, node=self.mission.path(self), count=self.replans)

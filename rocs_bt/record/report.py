@@ -90,6 +90,8 @@ def _verdict(name: str, told: Mapping[str, Any]) -> str:
     if "outcome" not in told:
         return f"The run ended before {name} came to an outcome"
     verdict = _VERDICTS.get(told["outcome"], "{name}: " + str(told["outcome"])).format(name=name)
+    if told["outcome"] == "success" and told.get("goals_reached") == 0:
+        verdict = f"{name} fulfilled its mission"
     reached = told.get("time_to_goal")
     return f"{verdict} after {reached:.1f} s" if told["outcome"] == "success" and reached is not None else verdict
 
@@ -97,7 +99,7 @@ def _verdict(name: str, told: Mapping[str, Any]) -> str:
 def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What the summary measured, as label and text with its unit; only what is there."""
     error, solve = told.get("tracking_error") or {}, told.get("solve_time") or {}
-    lost = told.get("localisation") or {}
+    lost, leash = told.get("localisation") or {}, told.get("following") or {}
     shared = told.get("sharing") or {}
     wanted = (
         ("time to goal", told.get("time_to_goal"), "{:.2f} s"),
@@ -111,6 +113,10 @@ def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("time deliberative", told.get("time_deliberative"), "{:.2f} s"),
         ("time reactive", told.get("time_reactive"), "{:.2f} s"),
         ("cross-track error, rms", _scaled(error.get("cross_rms"), 100), "{:.2f} cm"),
+        (f"distance to {leash.get('leader')}, mean", leash.get("mean_distance"), "{:.2f} m"),
+        ("how far it is from the one asked for, mean", leash.get("distance_error"), "{:.2f} m"),
+        ("following time within its band", _scaled(leash.get("in_band"), 100), "{:.1f} %"),
+        ("least distance while driving", leash.get("least_driving"), "{:.2f} m"),
         ("position estimate's error, rms", _scaled(lost.get("position_rms"), 100), "{:.2f} cm"),
         ("position estimate's error, greatest", _scaled(lost.get("position_max"), 100), "{:.2f} cm"),
         ("heading estimate's error, rms", _scaled(lost.get("heading_rms"), 180 / math.pi), "{:.2f}°"),

@@ -128,13 +128,40 @@ def test_invalid_readings_or_no_pose_are_as_if_nobody_was_seen(world, fault):
     assert world.changes == [("seen", "R2"), ("lost", "R2"), ("given up", "R2")]
 
 
-def test_a_standing_peer_has_no_speed_and_keeps_its_heading():
-    world = World(Twist2(0.4))
+SUMMIT = {"range_noise": 0.04, "bearing_noise": math.radians(1.5)}  # as robots/summit_xl has them
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_standing_peer_has_no_speed_and_keeps_its_heading(seed):
+    world = World(Twist2(0.4), **SUMMIT)
+    world.rng = np.random.default_rng(seed)
     world.steps(40)
     world.twist = Twist2(0.0)
-    world.steps(60)
-    assert world.get("speed") < 0.12
-    assert abs(world.get("pose").yaw) < 1.0
+    world.steps(30)
+    heading = world.get("pose").yaw
+    assert abs(heading) < 0.8
+    moving = 0
+    for _ in range(600):
+        world.step()
+        moving += world.get("speed") > 0.0
+    assert moving <= 6, "half a minute, of which noise makes it seem to move for three tenths of a second at most"
+    assert moving or world.get("pose").yaw == heading
+
+
+@pytest.mark.parametrize(("speed", "latest"), [(0.5, 0.5), (0.3, 0.7), (0.2, 1.0)])
+def test_a_peer_that_begins_to_move_is_noticed_and_not_lost_again(speed, latest):
+    for seed in range(4):
+        world = World(Twist2(0.0), **SUMMIT)
+        world.rng = np.random.default_rng(seed)
+        world.steps(60)
+        world.twist = Twist2(speed)
+        world.steps(round(latest / 0.05))
+        seen = []
+        for _ in range(60):
+            world.step()
+            seen.append(world.get("speed"))
+        assert sum(v > 0.0 for v in seen) >= 58
+        assert float(np.mean(seen)) == pytest.approx(speed, abs=0.08)
 
 
 def test_a_stranger_gets_a_name_of_its_own(world):

@@ -1,5 +1,6 @@
 """`run` and `replay` through the front door: what a refused or a cut-off run leaves behind, and what is told of it."""
 
+import json
 import shutil
 
 import pytest
@@ -81,3 +82,17 @@ def test_why_asks_for_a_time_that_the_run_has(rocs_bt, recorded):
     told = rocs_bt("replay", recorded, "--why", "99")
     assert told.code == 2
     assert "the run has no time 99 s. It goes from 0 s to 6 s" in told.err
+
+
+def test_a_follower_that_localises_itself_is_told_of_as_one(rocs_bt, tmp_path):
+    told = rocs_bt("run", "exp3_localised", "--for", "8", "--out", tmp_path / "run")
+    found = json.loads((tmp_path / "run" / "summary.json").read_text("utf-8"))["agents"]
+    leash, lost = found["R3"]["following"], found["R2"]["localisation"]
+    assert f"followed R2 at {leash['mean_distance']:.2f} m in the mean" in told.out
+    assert f"{100.0 * leash['in_band']:.0f} % of the time within its band" in told.out
+    assert f"its estimate of its pose was {100.0 * lost['position_rms']:.1f} cm" in told.out
+    assert (told.out.count("followed R2"), told.out.count("its estimate of its pose")) == (1, 2)
+    page = (tmp_path / "run" / "report.html").read_text("utf-8")
+    assert f"{leash['distance_error']:.2f} m</" in page
+    assert "distance to R2, mean" in page
+    assert "following time within its band" in page

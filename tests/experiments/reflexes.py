@@ -58,7 +58,7 @@ def row(rules: str, cruise: str, runs: Sequence[dict[str, Any]]) -> tuple[str, .
         percent(share(sum(run["outcome"] == "success" for run in runs), len(runs))),
         percent(share(sum(run["collisions"] > 0 for run in runs), len(runs))),
         told(mean([run["min_clearance"] for run in runs]), "{:.3f}"),
-        told(mean(times), "{:.1f}") if len(times) > 1 else "never",
+        told(mean(times), "{:.1f}") if len(times) > 1 else next((f"{time:.1f}" for time in times), "never"),
         told(mean([float(run["route_switches"]) for run in runs]), "{:.1f}"),
         percent(mean(reactive)),
     )

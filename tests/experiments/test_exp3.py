@@ -61,6 +61,18 @@ def test_the_follower_keeps_within_the_safe_band() -> None:
     assert all(1.1 < mean < 1.8 for mean in means)
 
 
+@pytest.mark.usefixtures("awake")
+@pytest.mark.parametrize(("name", "minds"), [("exp2", ["R3"]), ("exp3", ["R2", "R3"])])
+def test_on_wall_time_minds_drive_too_each_in_threads_of_its_own(name: str, minds: list[str]) -> None:
+    found = run(name, Catalog(), seed=1, mode="threaded", duration=8.0).summary["agents"]
+    assert list(found) == minds
+    for agent in found.values():
+        assert not agent["faults"]
+        assert agent["outcome"] in ("timeout", "success")  # R3 may be at its goal already
+        assert agent["path_length"] > 1.0
+        assert agent["collisions"] == 0
+
+
 def test_a_replay_decides_the_same(tmp_path: Path) -> None:
     run("exp3", Catalog(), seed=1, out=tmp_path, report=False, duration=12.0)
     assert replay(Recording.open(tmp_path / "run.mcap"), Catalog()) is None

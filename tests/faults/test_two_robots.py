@@ -136,3 +136,15 @@ def test_when_one_mind_dies_the_other_lives_on(dead: str, other: str) -> None:
         assert pair.rows[-1][1] == pytest.approx(1.4, abs=0.3)
     else:
         assert pair.summary["R2"]["path_length"] > 2.0
+
+
+@pytest.mark.usefixtures("awake")
+@pytest.mark.parametrize(("dead", "other"), [("R2", "R3"), ("R3", "R2")])
+def test_on_wall_time_too_one_mind_lives_on_without_the_other(dead: str, other: str) -> None:
+    pair = Pair()
+    pair.run(7.0, mode="threaded", missions={dead: lambda mission: Dies("dies")})
+    assert "its time has come" in pair.summary[dead]["reason"]
+    assert pair.summary[other]["outcome"] != "error"
+    assert not pair.summary[other]["faults"]
+    assert pair.summary[other]["path_length"] > 1.0
+    assert not pair.below()

@@ -59,6 +59,48 @@ def test_after_a_reflex_it_stays_running_and_sends_the_action_again_from_where_t
     assert plan.status == "SUCCESS"
 
 
+def test_after_a_reflex_the_timers_go_on(mind):
+    """DESIGN's word for any action; here a follower counts how long its leader has stood, flinching all the while."""
+    graph = mind.rig.knowledge.graph
+    graph.add("R2", "peer", tag=2)
+    graph.set("R2", pose=Pose2(1.2, 0.0), speed=0.0, turn_rate=0.0)
+    leaf = mind.mission.act("FollowRobot", leader="R2", rest=3.0, max_preemptions=100)
+    plan = mind.start(leaf)
+    while plan.status == "RUNNING" and mind.rig.clock.now() < 10.0:
+        mind.run(10)
+        mind.flinch(Flinch(speed=-0.05, distance=0.01))
+    assert plan.status == "SUCCESS"
+    assert leaf.replans >= 3
+    assert 3.0 <= mind.rig.clock.now() < 4.2, "a reflex may be what is on when the three seconds are over"
+
+
+def test_after_a_reflex_looking_for_a_leader_goes_on(mind):
+    mind.rig.knowledge.graph.add("R2", "peer", tag=2)
+    leaf = mind.mission.act("FollowRobot", leader="R2", patience=1.0, max_preemptions=100)
+    plan = mind.start(leaf)
+    while plan.status == "RUNNING" and mind.rig.clock.now() < 20.0:
+        mind.run(20)
+        mind.flinch(Flinch(speed=-0.05, distance=0.01))
+    assert leaf.failure.reason is Reason.LOST_LEADER
+    assert mind.rig.clock.now() == pytest.approx(math.tau + 1.0, abs=1.5)
+
+
+def test_an_action_that_begins_anew_takes_over_nothing(mind):
+    """Only what a reflex cut off is gone on with: a leaf that is halted and ticked again asks anew."""
+    graph = mind.rig.knowledge.graph
+    graph.add("R2", "peer", tag=2)
+    graph.set("R2", pose=Pose2(1.2, 0.0), speed=0.0, turn_rate=0.0)
+    leaf = mind.mission.act("FollowRobot", leader="R2", rest=3.0)
+    plan = mind.start(leaf)
+    mind.run(40)
+    leaf.stop(Status.INVALID)
+    mind.run(40)
+    assert leaf.status is Status.RUNNING
+    mind.until_done()
+    assert plan.status == "SUCCESS"
+    assert mind.rig.clock.now() == pytest.approx(5.0, abs=0.3)
+
+
 def test_while_a_reflex_is_active_nothing_is_submitted(mind, goal):
     leaf = mind.mission.act("GoTo", goal=goal)
     mind.start(leaf)

@@ -56,6 +56,13 @@ def test_it_says_what_happened_in_plain_words(page):
     assert "cut off" not in page
 
 
+def test_who_was_sent_to_no_goal_has_reached_none(recording):
+    agents = {"R2": {**recording.summary["agents"]["R2"], "goals_reached": 0}}
+    page = render_report(recording, {**recording.summary, "agents": agents})
+    assert "R2 fulfilled its mission after 12.3 s." in page
+    assert "reached its goal" not in page
+
+
 def test_the_animation_has_every_body_beam_and_route(page):
     data = data_of(page)
     assert [b["name"] for b in data["bodies"]] == ["R2", "R1"]
