@@ -13,22 +13,24 @@ from .run import catalog_for
 
 if TYPE_CHECKING:
     from ..simulation.reuse import Counterpart, Reuse, Share
+    from ..simulation.settings import Setting
 
 Rows = list[Sequence[str]]
 _NONE = "–"
-_NAMES = ("robot", "mission", "rules", "script")  # settings that are short enough for a page
+_NAMES = ("robot", "mission", "rules", "script")  # settings that a page always tells
 
 
 @click.command()
 @click.argument("first")
 @click.argument("second")
 @click.option("--json", "as_json", is_flag=True, help="As JSON, with content hashes.")
-@click.option("--markdown", is_flag=True, help="As Markdown: names, and what differs.")
+@click.option("--markdown", is_flag=True, help="As Markdown: what differs, and the names of the rest.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
 def command(first: str, second: str, as_json: bool, markdown: bool, no_code: bool) -> None:
-    """List what the scenarios FIRST and SECOND share, and what differs: content, and code.
+    """List what the scenarios FIRST and SECOND share, and what differs: content, settings and code.
 
-    Content is compared by its bytes. Code is what the built minds are made of: nothing is run.
+    Content is compared by its bytes, settings are all that the scenarios say. Code is what the built minds are made of:
+    nothing is run.
     """
     from ..simulation.reuse import diff
 
@@ -45,8 +47,9 @@ def _tables(found: Reuse, *, brief: bool) -> Iterator[tuple[str, Rows]]:
     """Titles and rows, the first of them the heads."""
     first, second = found.first, found.second
     yield f"Content of {first} and {second}", _shares(found.content, first, second)
+    yield f"Settings of {first} and {second}", _settings(found.settings, found, brief=brief)
     for robot in found.robots:
-        yield _title(robot, found), _settings(robot, found, brief=brief)
+        yield _title(robot, found), _robot(robot, found, brief=brief)
     code = _differences if brief else _shares
     yield f"Engine classes that the minds are made of, {first} and {second}", code(found.code, first, second, "room")
     if not brief:
@@ -61,25 +64,27 @@ def _title(robot: Counterpart, found: Reuse) -> str:
     return f"{robot.first} of {found.first}, {robot.second} of {found.second}"
 
 
-def _settings(robot: Counterpart, found: Reuse, *, brief: bool) -> Rows:
-    from ..simulation.reuse import PARAMETER
-
-    rows: Rows = [("", found.first, found.second, "")]
-    rows += (
-        (s.what, s.first or _NONE, s.second or _NONE, "same" if s.same else "differs")
-        for s in robot.settings
-        if s.what in _NAMES or not brief
-    )
-    if brief:
-        others = [s.what for s in robot.settings if s.what not in _NAMES and not s.same]
-        if "mission" in robot.differing():  # whose parameters are its own
-            others = [*(o for o in others if not o.startswith(PARAMETER)), "parameters"]
-        rows.append(("the scenario's own", "", "", f"differs in {', '.join(others)}" if others else "same"))
+def _robot(robot: Counterpart, found: Reuse, *, brief: bool) -> Rows:
+    rows = _settings(robot.settings, found, brief=brief)
     if robot.first and robot.second and robot.code:
         both = sum(len(share.both) for share in robot.code)
         own = [", ".join(n for s in robot.code for n in getattr(s, side)) for side in ("first", "second")]
         what = "engine classes" if brief else f"{both} engine classes, and"
         rows.append((what, *(names or _NONE for names in own), "differs" if any(own) else "same"))
+    return rows
+
+
+def _settings(settings: Sequence[Setting], found: Reuse, *, brief: bool) -> Rows:
+    """What differs and, where that is to be brief, the rest in one row."""
+    rest = [s.what for s in settings if brief and s.same and s.what not in _NAMES]
+    rows: Rows = [("", found.first, found.second, "")]
+    rows += (
+        (s.what, s.first or _NONE, s.second or _NONE, "same" if s.same else "differs")
+        for s in settings
+        if s.what not in rest
+    )
+    if rest:
+        rows.append((", ".join(rest), "", "", "same"))
     return rows
 
 
@@ -108,7 +113,7 @@ def _files(found: Reuse) -> Rows:
 
 
 def _markdown(title: str, rows: Rows) -> str:
-    lines = ["| " + " | ".join(row) + " |" for row in rows]
+    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
     rule = "|" + "---|" * len(rows[0])
     return "\n".join([f"**{title}**", "", lines[0], rule, *lines[1:]])
 

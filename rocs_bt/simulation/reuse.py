@@ -1,4 +1,4 @@
-"""What two scenarios share and what differs: content by its bytes, code by what the built minds are made of.
+"""What two scenarios share and what differs: content, code by what the built minds are made of, and settings.
 
 The paper's claim is reuse: swapping the robot keeps the mission, swapping the task keeps the robot (6.2, Q2 and Q3).
 """
@@ -7,19 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..actions import action_table
 from ..catalog import KINDS, AgentSpec, Catalog, Entry, MoverSpec, ScenarioSpec, content_hash
 from ..event import NullSink
-from ..geometry import Pose2
 from .minds import load_mind
 from .run import stage_minds
+from .settings import Setting, settings
 from .stage import set_stage
 from .used import room_of, used_classes
-
-PARAMETER = "mission's "
-"""How the settings begin that are parameters of the mission."""
 
 Robot = AgentSpec | MoverSpec
 
@@ -66,20 +62,6 @@ class Share:
 
 
 @dataclass(frozen=True)
-class Setting:
-    """What a scenario says of one of its robots, beside what the other scenario says; empty where it says nothing."""
-
-    what: str
-    first: str
-    second: str
-
-    @property
-    def same(self) -> bool:
-        """Whether both say the same."""
-        return self.first == self.second
-
-
-@dataclass(frozen=True)
 class Counterpart:
     """A robot of the first scenario, and the one that takes its part in the second.
 
@@ -109,6 +91,7 @@ class Reuse:
         second: The second scenario's name.
         content: By kind.
         code: The engine's classes that all minds of each are made of, by folder.
+        settings: What they say; of their robots only who they are.
         robots: The robots, each beside its counterpart: of the same name, else the next that is left.
         pieces: Every piece of content of each scenario.
     """
@@ -117,6 +100,7 @@ class Reuse:
     second: str
     content: tuple[Share, ...]
     code: tuple[Share, ...]
+    settings: tuple[Setting, ...]
     robots: tuple[Counterpart, ...]
     pieces: Mapping[str, tuple[Piece, ...]]
 
@@ -143,6 +127,7 @@ def diff(first: ScenarioSpec, second: ScenarioSpec, catalog: Catalog) -> Reuse:
         second=second.name,
         content=tuple(_share(kind, *(of[kind] for of in hashes)) for kind in kinds),
         code=_by_room(*classes),
+        settings=settings(first, second),
         robots=tuple(_counterpart(*pair, used) for pair in pairs),
         pieces={"first": pieces[0], "second": pieces[1]},
     )
@@ -197,36 +182,6 @@ def _pairs(first: Sequence[Robot], second: Sequence[Robot]) -> Iterator[tuple[Ro
 def _counterpart(
     first: Robot | None, second: Robot | None, used: Sequence[Mapping[str, tuple[type, ...]]]
 ) -> Counterpart:
-    said = [{} if robot is None else _settings(robot) for robot in (first, second)]
     names = ["" if robot is None else robot.name for robot in (first, second)]
     classes = [side.get(name, ()) for side, name in zip(used, names, strict=True)]
-    rows = (Setting(what, said[0].get(what, ""), said[1].get(what, "")) for what in dict.fromkeys([*said[0], *said[1]]))
-    return Counterpart(names[0], names[1], tuple(rows), _by_room(*classes))
-
-
-def _settings(robot: Robot) -> dict[str, str]:
-    """What a scenario says of a robot, as texts."""
-    if isinstance(robot, MoverSpec):
-        return {"robot": robot.robot, "script": robot.script, "start": _pose(robot.pose)}
-    return {
-        "robot": robot.robot,
-        "mission": robot.mission,
-        "rules": ", ".join(robot.rules),
-        "start": _pose(robot.pose),
-        "success": _success(robot),
-        **{PARAMETER + name: _plain(value) for name, value in robot.parameters.items()},
-    }
-
-
-def _success(robot: AgentSpec) -> str:
-    if robot.success is None:
-        return "the mission's word"
-    return f"at {robot.success}" + (" at the end" if robot.at_end else "")
-
-
-def _pose(pose: Pose2) -> str:
-    return f"{pose.x:g} m, {pose.y:g} m, {pose.yaw:.3g} rad"
-
-
-def _plain(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return Counterpart(names[0], names[1], settings(first, second), _by_room(*classes))

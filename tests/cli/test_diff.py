@@ -13,7 +13,11 @@ def test_for_people_it_is_a_table_of_content_robots_code_and_files(rocs_bt, monk
     assert "Content of exp1 and exp2" in rows
     assert "mission go_to – –" in rows
     assert "robot pioneer_p3dx – summit_xl" in rows
+    assert "Settings of exp1 and exp2" in rows
+    assert "duration 60 s 60 s same" in rows
+    assert "agents R2 R3 differs" in rows
     assert "R2 of exp1, R3 of exp2" in rows
+    assert "at end false true differs" in rows
     assert "mission go_to go_to same" in rows
     assert "robot pioneer_p3dx summit_xl differs" in rows
     assert any(row.startswith("robot summit_xl ") and len(row.split()[-1]) == 12 for row in rows)
@@ -21,10 +25,11 @@ def test_for_people_it_is_a_table_of_content_robots_code_and_files(rocs_bt, monk
 
 def test_as_json_it_has_everything(rocs_bt):
     found = json.loads(rocs_bt("diff", "exp2", "exp3", "--json").out)
-    assert set(found) == {"first", "second", "content", "code", "robots", "pieces"}
+    assert set(found) == {"first", "second", "content", "code", "settings", "robots", "pieces"}
     content = {row["kind"]: row for row in found["content"]}
     assert content["mission"]["first"] == ["go_to"]
     assert "follow_robot" in content["mission"]["second"]
+    assert {"what": "duration", "first": "60 s", "second": "90 s"} in found["settings"]
     assert all(len(piece["content_hash"]) == 64 for piece in found["pieces"]["first"])
 
 
@@ -33,6 +38,21 @@ def test_as_markdown_rows_are_as_wide_as_their_heads(rocs_bt):
     for block in told.split("\n\n"):
         rows = [line for line in block.splitlines() if line.startswith("|")]
         assert len({line.count("|") for line in rows}) <= 1
+
+
+def test_as_markdown_it_has_what_differs_and_names_what_does_not(rocs_bt):
+    told = rocs_bt("diff", "exp2", "exp3", "--markdown").out.splitlines()
+    assert "| duration | 60 s | 90 s | differs |" in told
+    assert "| script's max_speed | 0.3 m/s | 0.2 m/s | differs |" in told
+    assert "| script | random_walk | random_walk | same |" in told
+    assert "| jitter, latency |  |  | same |" in told
+
+
+def test_a_bar_in_a_setting_ends_no_cell_of_markdown(rocs_bt, tmp_path):
+    requirement = '\n[[requirement]]\nname = "a|b"\nrequire = "always speed < 1 m/s"\n'
+    (tmp_path / "mine.toml").write_text('format = "scenario/1"\nbase = "exp1"\n' + requirement)
+    told = rocs_bt("diff", "exp1", tmp_path / "mine.toml", "--markdown")
+    assert r"| requirement a\|b | – | require: always speed < 1 m/s; agents: R2 | differs |" in told.out, told.err
 
 
 def test_what_does_not_exist_is_told(rocs_bt):

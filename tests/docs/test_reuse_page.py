@@ -1,4 +1,4 @@
-"""docs/reuse.md: its tables are what the command gives now."""
+"""docs/reuse.md: its tables are what the command and measurements.md give now."""
 
 import re
 
@@ -18,5 +18,11 @@ def test_all_three_questions_are_answered_and_no_table_is_written_by_hand():
         ("exp2", "exp3"),
         ("exp1", "exp3"),
     ]
-    outside = re.sub(r"<!-- rocs-bt .*?<!-- end -->", "", TEXT, flags=re.DOTALL)
+    outside = re.sub(r"<!-- (rocs-bt|measurements.md:) .*?<!-- end -->", "", TEXT, flags=re.DOTALL)
     assert "|---" not in outside
+
+
+def test_the_answer_to_q1_has_its_figures():
+    answer = TEXT.split("## Q1")[1].split("## Q2")[0]
+    for row in ("successes | 200 of 200", "both routes active | 200 of 200", "median | 0.49", "median | 13.7 s"):
+        assert row in answer

@@ -14,6 +14,7 @@ from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.event import AtomicStarted, ListSink, TicketChanged
 from rocs_bt.simulation import run
 from rocs_bt.simulation.reuse import Reuse, Share, diff
+from rocs_bt.simulation.settings import Setting
 from rocs_bt.simulation.used import counts, room_of
 
 CATALOG = Catalog()
@@ -26,6 +27,10 @@ def between(first: str, second: str) -> Reuse:
 
 def by_kind(shares: tuple[Share, ...]) -> dict[str, Share]:
     return {share.kind: share for share in shares}
+
+
+def differing(settings: tuple[Setting, ...]) -> dict[str, tuple[str, str]]:
+    return {row.what: (row.first, row.second) for row in settings if not row.same}
 
 
 def named_by_robot(name: str) -> set[str]:
@@ -44,7 +49,19 @@ def test_exp1_to_exp2_changes_the_robot_and_the_scenario_and_no_mission_no_rules
     assert (mind.first, mind.second) == ("R2", "R3")
     assert {"mission", "rules", "mission's goal", "mission's cruise"}.isdisjoint(mind.differing())
     assert "robot" in mind.differing()
-    assert (mover.first, mover.second, {"robot", "script"} & set(mover.differing())) == ("R1", "R1", set())
+    assert (mover.first, mover.second, mover.differing()) == ("R1", "R1", ())
+
+
+def test_exp1_to_exp2_changes_these_settings_and_no_other():
+    found = between("exp1", "exp2")
+    assert set(differing(found.settings)) == {"world", "place goal", "agents"}
+    assert differing(found.robots[0].settings) == {
+        "robot": ("pioneer_p3dx", "summit_xl"),
+        "start": ("-1 m, 2 m, -1.1 rad", "-1.2 m, -0.975 m, 0.733 rad"),
+        "at end": ("false", "true"),
+        "mission's hold": ("", "true"),
+        "mission's facing": ("", "-135 deg"),
+    }
 
 
 def test_what_only_exp2_is_made_of_is_chosen_by_robot_toml_and_by_the_scenarios_parameters():
@@ -69,8 +86,27 @@ def test_exp2_to_exp3_changes_r3s_mission_alone():
     assert r3.second == "R3"
     assert {"robot", "rules"}.isdisjoint(r3.differing())
     # What else differs is where it starts, how it is judged, and what the mission is told.
-    assert {s for s in r3.differing() if not s.startswith("mission's ")} <= {"mission", "start", "success"}
+    assert {s for s in r3.differing() if not s.startswith("mission's ")} == {"mission", "start", "success", "at end"}
     assert {share.kind for share in r3.code if not share.same} == {"actions"}
+
+
+def test_exp2_to_exp3_changes_these_settings_beside_r3s_and_no_other():
+    found = between("exp2", "exp3")
+    told = differing(found.settings)
+    places = {f"place {name}" for name in ("goal", "corner_1", "corner_2", "corner_3", "corner_4")}
+    assert set(told) == {"duration", "agents", *places}
+    assert (told["duration"], told["agents"]) == (("60 s", "90 s"), ("R3", "R2, R3"))
+    r3, r1, r2 = (next(r for r in found.robots if r.second == name) for name in ("R3", "R1", "R2"))
+    assert {s for s in r3.differing() if s.startswith("mission's ")} == {
+        f"mission's {name}"
+        for name in ("goal", "cruise", "hold", "facing", "leader", "distance", "room", "safety", "rest")
+    }
+    assert differing(r1.settings) == {
+        "start": ("1.5 m, -1 m, 0 rad", "0.256 m, 1.9 m, 0 rad"),
+        "jitter": ("0.3 m, 0.3 m, 3.14 rad", "0.3 m, 0.2 m, 3.14 rad"),
+        "script's max_speed": ("0.3 m/s", "0.2 m/s"),
+    }
+    assert not r2.first, "R2 is new"
 
 
 def test_a_robot_without_counterpart_is_new_and_the_other_way_round_is_gone():
@@ -82,7 +118,7 @@ def test_a_robot_without_counterpart_is_new_and_the_other_way_round_is_gone():
 
 def test_a_scenario_shares_everything_with_itself():
     found = between("exp3", "exp3")
-    assert all(share.same for share in (*found.content, *found.code))
+    assert all(share.same for share in (*found.content, *found.code, *found.settings))
     assert all(not robot.differing() for robot in found.robots)
 
 

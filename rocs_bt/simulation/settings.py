@@ -1,0 +1,128 @@
+"""What scenarios say, beside each other and as texts: every field of their specs, so that none can be forgotten."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+from ..catalog import AgentSpec, FactSpec, MoverSpec
+from ..document import Table
+from ..drivers import parameters_of_driver
+from ..geometry import Pose2
+from .carried import CARRIERS
+from .mover import MOVERS
+
+UNSAID = ("name", "file", "doc", "bases", "line", "parameters_line", "place")
+"""Fields that are no settings: words for people, and where things stand in which file. Names are told by the rows."""
+
+UNITS = {
+    **dict.fromkeys(("control", "plan", "rate", "sensors"), "Hz"),
+    **dict.fromkeys(("after", "at", "duration", "forget_after", "jitter", "latency", "lost_after", "physics"), "s"),
+    **dict.fromkeys(("shortest", "tolerance"), "m"),
+}
+"""What fields are in whose values are numbers."""
+
+_UNSET = {"latency": "measured", "success": "the mission's word"}  # what it means where these are None
+_NOTHING: tuple[Any, ...] = (None, "", (), {})  # said of a field that is not set
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What one scenario says of something, beside what the other says; empty where it says nothing."""
+
+    what: str
+    first: str
+    second: str
+
+    @property
+    def same(self) -> bool:
+        """Whether both say the same."""
+        return self.first == self.second
+
+
+def settings(first: Any, second: Any) -> tuple[Setting, ...]:
+    """What two specs say, field by field: rounded, but in full where that would hide a difference.
+
+    Args:
+        first: A scenario, agent or mover; None where there is none.
+        second: The one that takes its part.
+    """
+    short, full = (
+        [{} if spec is None else _rows(spec, full=full) for spec in (first, second)] for full in (False, True)
+    )
+    found = []
+    for what in dict.fromkeys([*full[0], *full[1]]):
+        rounded, exact = (Setting(what, *(side.get(what, "") for side in sides)) for sides in (short, full))
+        found.append(exact if rounded.same and not exact.same else rounded)
+    return tuple(found)
+
+
+def _rows(spec: Any, *, full: bool) -> dict[str, str]:
+    rows: dict[str, str] = {}
+    robot = isinstance(spec, (AgentSpec, MoverSpec))
+    for name in (field.name for field in fields(spec) if field.name not in UNSAID):
+        value = _UNSET.get(name) if getattr(spec, name) is None else getattr(spec, name)
+        what = "start" if robot and name == "pose" else name.replace("_", " ")
+        if value in _NOTHING:
+            continue
+        if robot and name == "parameters":
+            rows |= _parameters(spec, full=full)
+        elif is_dataclass(value):
+            rows |= {f"{what}'s {row}": text for row, text in _rows(value, full=full).items()}
+        elif isinstance(value, tuple) and is_dataclass(value[0]):
+            rows |= _things(what, value, full=full)
+        else:
+            rows[what] = _text(value, UNITS.get(name, ""), full=full)
+    return rows
+
+
+def _parameters(robot: AgentSpec | MoverSpec, *, full: bool) -> dict[str, str]:
+    """A mission's are as the file has them; a script's in SI units, which the script declares."""
+    if isinstance(robot, AgentSpec):
+        return {f"mission's {name}": _text(value, full=full) for name, value in robot.parameters.items()}
+    script = MOVERS.get(robot.script) or CARRIERS.get(robot.script)
+    declared = parameters_of_driver(script.Parameters) if script else {}
+    units = {name: str(of.dimension) for name, of in declared.items() if of.dimension and str(of.dimension) != "1"}
+    return {
+        f"script's {name}": _text(value, units.get(name, ""), full=full) for name, value in robot.parameters.items()
+    }
+
+
+def _things(what: str, things: Sequence[Any], *, full: bool) -> dict[str, str]:
+    """A row for each place, fact and requirement; of robots only who they are, since they have tables of their own."""
+    if isinstance(things[0], (AgentSpec, MoverSpec)):
+        return {what: _text([robot.name for robot in things], full=full)}
+    rows: dict[str, str] = {}
+    for thing in things:
+        said = "; ".join(f"{row}: {text}" for row, text in _rows(thing, full=full).items())
+        called = f"{what.removesuffix('s')} {getattr(thing, fields(thing)[0].name)}"
+        nth = sum(row == called or row.startswith(f"{called} #") for row in rows) + 1  # a node may have several facts
+        rows[called if nth == 1 else f"{called} #{nth}"] = said
+    return rows
+
+
+def _text(value: Any, unit: str = "", *, full: bool) -> str:
+    if isinstance(value, Pose2):
+        return _pose(value, full=full)
+    if isinstance(value, Table):  # of a fact
+        return _text({key: told for key, told in value.data.items() if key not in FactSpec.KEYS}, full=full)
+    if isinstance(value, Mapping):
+        parts = [f"{key} {_text(value[key], unit, full=full)}" for key in sorted(value)]
+    elif isinstance(value, (list, tuple)):
+        parts = [_text(each, unit, full=full) for each in value]
+    else:
+        text = repr(value) if full else _plain(value)
+        return f"{text} {unit}" if unit and not isinstance(value, (str, bool)) else text
+    return f"[{', '.join(parts)}]" if full else ", ".join(parts)
+
+
+def _pose(pose: Pose2, *, full: bool) -> str:
+    x, y, yaw = (repr(number) for number in pose) if full else (f"{pose.x:g}", f"{pose.y:g}", f"{pose.yaw:.3g}")
+    return f"{x} m, {y} m" + ("" if yaw == "nan" else f", {yaw} rad")
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
