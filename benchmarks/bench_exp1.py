@@ -2,9 +2,9 @@
 
 CPU time in one process. What counts is the episode's loop, from its first control period to its last: observing and
 judging, monitors, reflexes, analysis, the mission's tree, the follower, recording to a file, mover and physics. What
-comes before (loading, compiling the world and the follower) and after (the recording's index) is a row of its own;
+comes before (loading, compiling the world) and after (the recording's index) is a row of its own;
 the follower's program is kept from run to run, so its building is in none. Each period's time is its median over
-several plays of the same seed, since a machine that is lent out stops now and then (periods.py).
+several plays of the same seed, since a shared machine stops now and then (periods.py).
 
 The other side of the comparison plays the commands that the whole stack gave: the same world, the same walker, the
 sonars read at their rate, and nothing else. Both must come to the same trajectory, bit by bit, or nothing is printed.
@@ -109,7 +109,7 @@ def alone(catalog: Catalog, seed: int, commands: Commands, periods: int, expecte
             tick(t)
         if digest.hexdigest() != expected:
             raise RuntimeError(f"seed {seed}: physics alone came to another trajectory; the comparison means nothing.")
-        return expected
+        return digest.hexdigest()
 
     return sum(clocked(play))
 

@@ -2,7 +2,7 @@
 
 CPU time in one process, lockstep, recorded to a file. What counts is the episode's loop, from its first control period
 to its last: observing and judging, all minds, recording, and physics. Each period's time is its median over several
-plays of the same seed, since a machine that is lent out stops now and then (periods.py).
+plays of the same seed, since a shared machine stops now and then (periods.py).
 
 The fleet is EXP3 again and again: a floor of walled squares, in each a robot that visits the corners and one that
 follows it by its robot sensor; no walkers, so that every robot thinks. An odd one out visits corners alone. A robot

@@ -1,9 +1,9 @@
 """CPU time of an episode's loop, told apart from what else the machine did meanwhile.
 
-A run repeats to the bit, so the same period of the same seed is the same work each time. A machine that is lent
-out to others stops for tenths of a second here and there, and charges that to whoever ran; it seldom does so in the
-same period twice. The loop's time is therefore the sum, over its periods, of each period's median over several plays.
-What belongs to a period, collecting garbage included, falls into it in each play.
+A run repeats to the bit, so the same period of the same seed is the same work each time. A shared machine stops for
+tenths of a second here and there, and charges that to whoever ran; it seldom does so in the same period twice. The
+loop's time is therefore the sum, over its periods, of each period's median over several plays. What belongs to a
+period falls into it in each play.
 """
 
 from __future__ import annotations

@@ -169,7 +169,7 @@ class Action(ABC):
         return math.nan
 
     def resume(self, cut_off: Action) -> None:
-        """Take over the timers of an action of its own class that a reflex cut off, in whose place it is submitted."""
+        """Take over the timers of the action that a reflex cut off, in whose place it is submitted; of any class."""
 
     def stop(self, body: Body) -> None:
         """Called once when the action is cancelled while it runs, before any other action commands."""

@@ -38,6 +38,52 @@ START = 0.08  # [m] The same for a robot that stands: what it knows of its leade
 BRAKING = 0.5  # of what the wheels may: on the tightest bend SUMMIT-XL's outer ones brake 1.7 times as hard as it.
 
 
+class _Stand:
+    """For how long a leader has stood."""
+
+    def __init__(self) -> None:
+        self._place: Pose2 | None = None
+        self._since = 0.0
+
+    def look(self, leader: Pose2 | None, now: float) -> float:
+        """Note where it is now, and tell for how long it has stood [s]."""
+        if leader is None or self._place is None or leader.distance(self._place) > MOVED:
+            self._place, self._since = leader, now
+        return now - self._since
+
+
+class _Search:
+    """Looking round for a leader that nobody knows the place of: one turn, then patience."""
+
+    def __init__(self) -> None:
+        self._last: Pose2 | None = None
+        self._side = 1.0  # to which to turn, where it was seen last
+        self._searched = 0.0  # [s]; while a reflex has the wheels it does not search
+
+    def found(self, pose: Pose2, leader: Pose2) -> None:
+        """The leader's place is known."""
+        self._last, self._side, self._searched = leader, math.copysign(1.0, pose.bearing(leader)), 0.0
+
+    def step(self, asked: FollowRobot, body: Body) -> Action:
+        """This period's turn, or standstill once it has looked everywhere.
+
+        Raises:
+            ActionFailed: LOST_LEADER, when that was to no avail.
+        """
+        searched, round_trip = self._searched, math.tau / asked.search_rate
+        self._searched += body.period
+        if searched > round_trip + asked.patience:
+            last = "it was never seen"
+            if self._last is not None:
+                last = f"it was last taken to be at x = {self._last.x:.2f} m, y = {self._last.y:.2f} m"
+            evidence = f"'{asked.leader}' was not found in {searched:.1f} s of looking round; {last}"
+            raise ActionFailed(Reason.LOST_LEADER, evidence)
+        rate = self._side * asked.search_rate if searched < round_trip else 0.0
+        rate = free_turn(body, rate * body.period) / body.period
+        speeds = body.drive.saturate(body.drive.wheel_speeds(Twist2(0.0, rate)))
+        return SetWheelSpeed(speeds=speeds.tolist(), duration=body.period)
+
+
 @dataclass(kw_only=True, eq=False)
 class FollowRobot(MacroAction):
     """Follow a peer as if a string tied the robot to it, with the follower, on the peer's predicted way.
@@ -72,8 +118,8 @@ class FollowRobot(MacroAction):
     search_rate: PositiveRadiansPerSecond = 1.0
     patience: PositiveSeconds = 2.0
     rest: Annotated[Seconds, Bounds(0.0, above=True, infinite=True)] = math.inf
-    _stand: _Stand = field(init=False, repr=False, default_factory=lambda: _Stand())
-    _search: _Search = field(init=False, repr=False, default_factory=lambda: _Search())
+    _stand: _Stand = field(init=False, repr=False, default_factory=_Stand)
+    _search: _Search = field(init=False, repr=False, default_factory=_Search)
 
     def __post_init__(self) -> None:
         if not self.safety < self.room < self.distance:
@@ -158,50 +204,3 @@ def _first(way: Array, pose: Pose2, least: float) -> Sequence[float] | None:
     """The first pose of a way (k, 3) that is more than `least` away [m]."""
     rows: list[list[float]] = way.tolist()
     return next((row for row in rows if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)
-
-
-class _Stand:
-    """For how long a leader has stood."""
-
-    def __init__(self) -> None:
-        self._place: Pose2 | None = None
-        self._since = 0.0
-
-    def look(self, leader: Pose2 | None, now: float) -> float:
-        """Note where it is now, and tell for how long it has stood [s]."""
-        if leader is None or self._place is None or leader.distance(self._place) > MOVED:
-            self._place, self._since = leader, now
-        return now - self._since
-
-
-class _Search:
-    """Looking round for a leader that nobody knows the place of: one turn, then patience."""
-
-    def __init__(self) -> None:
-        self._last: Pose2 | None = None
-        self._side = 1.0  # to which to turn, where it was seen last
-        self._since: float | None = None
-
-    def found(self, pose: Pose2, leader: Pose2) -> None:
-        """The leader's place is known."""
-        self._last, self._side, self._since = leader, math.copysign(1.0, pose.bearing(leader)), None
-
-    def step(self, asked: FollowRobot, body: Body) -> Action:
-        """This period's turn, or standstill once it has looked everywhere.
-
-        Raises:
-            ActionFailed: LOST_LEADER, when that was to no avail.
-        """
-        now = body.clock.now()
-        self._since = now if self._since is None else self._since
-        searched, round_trip = now - self._since, math.tau / asked.search_rate
-        if searched > round_trip + asked.patience:
-            last = "it was never seen"
-            if self._last is not None:
-                last = f"it was last taken to be at x = {self._last.x:.2f} m, y = {self._last.y:.2f} m"
-            evidence = f"'{asked.leader}' was not found in {searched:.1f} s of looking round; {last}"
-            raise ActionFailed(Reason.LOST_LEADER, evidence)
-        rate = self._side * asked.search_rate if searched < round_trip else 0.0
-        rate = free_turn(body, rate * body.period) / body.period
-        speeds = body.drive.saturate(body.drive.wheel_speeds(Twist2(0.0, rate)))
-        return SetWheelSpeed(speeds=speeds.tolist(), duration=body.period)

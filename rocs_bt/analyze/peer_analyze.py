@@ -20,8 +20,7 @@ STANDING = 0.08
 SURE, CERTAIN = 1.0, 2.0
 """A standing one moves once it is faster than so many times its speed's standard deviation: for BEGUN, or at once [1].
 
-At 1.5 m, 20 times a second, noise of 3 cm and 1 degree makes a standing peer exceed the former 20 times a minute, and
-exceed it so long once in six."""
+To robots/summit_xl a peer that stands 1.5 m away exceeds the former 20 times a minute, and so long once in six."""
 
 BEGUN = 0.2
 """How long [s]."""

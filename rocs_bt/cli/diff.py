@@ -75,7 +75,7 @@ def _robot(robot: Counterpart, found: Reuse, *, brief: bool) -> Rows:
 
 
 def _settings(settings: Sequence[Setting], found: Reuse, *, brief: bool) -> Rows:
-    """What differs and, where that is to be brief, the rest in one row."""
+    """All of them; where that is to be brief, those that are the same in one row."""
     rest = [s.what for s in settings if brief and s.same and s.what not in _NAMES]
     rows: Rows = [("", found.first, found.second, "")]
     rows += (
@@ -113,7 +113,7 @@ def _files(found: Reuse) -> Rows:
 
 
 def _markdown(title: str, rows: Rows) -> str:
-    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
+    lines = ["| " + " | ".join(" ".join(cell.split()).replace("|", "\\|") for cell in row) + " |" for row in rows]
     rule = "|" + "---|" * len(rows[0])
     return "\n".join([f"**{title}**", "", lines[0], rule, *lines[1:]])
 
@@ -123,13 +123,14 @@ def _plain(title: str, rows: Rows) -> str:
     import io
 
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     head, *body = rows
-    table = Table(*head, box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    table = Table(*map(escape, head), box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     for row in body:
         style = {"same": "green", "differs": "yellow"}.get(row[-1])
-        table.add_row(*row, style=style)
+        table.add_row(*map(escape, row), style=style)  # what a file says is no markup
     text = io.StringIO()
     Console(file=text, width=max(Console().width, 80), highlight=False).print(table)
     return (

@@ -138,7 +138,7 @@ def succeeded(summary: Mapping[str, Any]) -> bool:
 
 
 def _told(result: RunResult, folder: Path) -> str:
-    """The outcome in three lines for each agent, where the report is, and what to try next."""
+    """The outcome in a few lines for each agent, where the report is, and what to try next."""
     lines: list[str] = []
     for name, agent in result.summary["agents"].items():
         lines += _outcome(name, agent, result.summary)

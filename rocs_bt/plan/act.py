@@ -28,8 +28,8 @@ class Act(Leaf):
 
     RUNNING while the action is queued or runs, SUCCESS and FAILURE when it ended so, with the reason in
     `feedback_message`. When a reflex cancels the action the leaf stays RUNNING, and submits the action anew (with
-    what is known by then, and the timers that the cancelled one had) once the reflex is over. A leaf that is halted
-    cancels its own ticket, and only that.
+    what is known by then, and what its `resume` takes over of the cancelled one) once the reflex is over. A leaf that
+    is halted cancels its own ticket, and only that.
 
     Args:
         name: What displays call it.
@@ -99,7 +99,7 @@ class Act(Leaf):
     def _submit(self, cut_off: Action | None = None) -> None:
         self._counted = False
         action = self.make()
-        if cut_off is not None and type(action) is type(cut_off):
+        if cut_off is not None:
             action.resume(cut_off)
         self.ticket = self.mission.pipeline.submit(action, Priority.NORMAL, by=self.mission.path(self))
 

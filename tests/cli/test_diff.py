@@ -55,6 +55,17 @@ def test_a_bar_in_a_setting_ends_no_cell_of_markdown(rocs_bt, tmp_path):
     assert r"| requirement a\|b | – | require: always speed < 1 m/s; agents: R2 | differs |" in told.out, told.err
 
 
+def test_what_a_file_says_is_no_markup_and_breaks_no_table(rocs_bt, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "160")
+    requirement = '\n[[requirement]]\nname = "a[/b] [bold]"\nrequire = """\nalways speed\n  < 1 m/s"""\n'
+    (tmp_path / "mine.toml").write_text('format = "scenario/1"\nbase = "exp1"\n' + requirement)
+    plain = rocs_bt("diff", "exp1", tmp_path / "mine.toml")
+    assert plain.code == 0, plain.err
+    assert "requirement a[/b] [bold]" in plain.out
+    told = rocs_bt("diff", "exp1", tmp_path / "mine.toml", "--markdown")
+    assert "| requirement a[/b] [bold] | – | require: always speed < 1 m/s; agents: R2 | differs |" in told.out
+
+
 def test_what_does_not_exist_is_told(rocs_bt):
     told = rocs_bt("diff", "exp1", "exp9")
     assert told.code == 2

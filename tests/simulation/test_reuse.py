@@ -103,7 +103,7 @@ def test_exp2_to_exp3_changes_these_settings_beside_r3s_and_no_other():
     }
     assert differing(r1.settings) == {
         "start": ("1.5 m, -1 m, 0 rad", "0.256 m, 1.9 m, 0 rad"),
-        "jitter": ("0.3 m, 0.3 m, 3.14 rad", "0.3 m, 0.2 m, 3.14 rad"),
+        "jitter": ("0.3 m, 0.3 m, 3.142 rad", "0.3 m, 0.2 m, 3.142 rad"),
         "script's max_speed": ("0.3 m/s", "0.2 m/s"),
     }
     assert not r2.first, "R2 is new"
