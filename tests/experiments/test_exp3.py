@@ -30,13 +30,13 @@ def episode(seed: int) -> tuple[dict, tuple[BodyMoved, ...], tuple[Touched, ...]
 
 
 def distances(moves: tuple[BodyMoved, ...]) -> list[tuple[float, float]]:
-    """Time [s] and distance of R3 from R2 [m], from when they first come near on."""
+    """Time [s] and distance of R3 from R2 [m], from when R3 is first within its band on."""
     at, found = {}, []
     for move in moves:
         at[move.body] = move
         if move.body == "R3" and "R2" in at:
             found.append((move.t, math.hypot(at["R2"].x - move.x, at["R2"].y - move.y)))
-    first = next(i for i, (_, d) in enumerate(found) if d < 1.5)
+    first = next(i for i, (_, d) in enumerate(found) if d <= SAFE[1])
     return found[first:]
 
 

@@ -19,7 +19,7 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.simulation import Stage, run
 from rocs_bt.testing.faults import DeadSensor, break_sensor
 
-SAFETY = 0.8  # [m] of the scenario's follower
+DISTANCE, SAFETY = 1.5, 0.8  # [m] of the scenario's follower
 DRIVES = 0.02  # [m/s] of a rim
 
 
@@ -96,7 +96,7 @@ def test_a_leader_that_vanishes_is_given_up_with_the_reason_and_the_robot_stands
 def test_a_leader_that_stands_is_driven_up_to_and_no_nearer() -> None:
     pair = Pair()
     summary = pair.run(25.0, missions={"R2": lambda mission: mission.wait("60 s")})
-    assert pair.rows[-1][1] == pytest.approx(1.4, abs=0.2)
+    assert pair.rows[-1][1] == pytest.approx(DISTANCE, abs=0.2)
     assert summary["outcome"] in ("success", "timeout")
     assert not pair.below()
     assert not pair.touched()
@@ -133,7 +133,7 @@ def test_when_one_mind_dies_the_other_lives_on(dead: str, other: str) -> None:
     assert pair.summary[other]["outcome"] != "error"
     if other == "R3":
         assert pair.summary["R3"]["outcome"] == "success"  # it has driven up to who stands for good
-        assert pair.rows[-1][1] == pytest.approx(1.4, abs=0.3)
+        assert pair.rows[-1][1] == pytest.approx(DISTANCE, abs=0.2)
     else:
         assert pair.summary["R2"]["path_length"] > 2.0
 
