@@ -14,7 +14,7 @@ from ..errors import InputError, blame
 from ..event import EventSink
 from ..plan import mission_actions, mission_arguments
 from .share import sharing_of
-from .streams import scenario_content, stream
+from .streams import stream
 
 Build = Callable[..., Any]
 
@@ -71,7 +71,6 @@ def build_minds(
     """
     period = scenario.rate.control_rate.period
     rates = Rates(control=Rate(1, period), plan=scenario.rate.plan_rate)
-    content = scenario_content(scenario)
     shares = sharing_of(scenario, clock, sink, seed)
     agents = []
     for agent in scenario.agents:
@@ -88,7 +87,7 @@ def build_minds(
                 clock=clock,
                 sink=sink,
                 timer=timer,
-                rng=partial(stream, content, seed, agent.name),
+                rng=partial(stream, scenario.name, seed, agent.name),
                 load_class=catalog.load_class,
                 keep=catalog.keep,
                 share=shares.get(agent.name),

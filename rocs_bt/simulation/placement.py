@@ -11,7 +11,7 @@ import numpy as np
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError
 from ..geometry import Pose2, wrap_angle
-from .streams import stream
+from .streams import START, stream
 
 _DRAWS = 20  # until a start is called impossible
 
@@ -40,13 +40,13 @@ class Start(Protocol):
         ...
 
 
-def place_all(world: MujocoWorld, starts: Sequence[Start], content: str, seed: int) -> dict[str, Pose2]:
+def place_all(world: MujocoWorld, starts: Sequence[Start], scenario: str, seed: int) -> dict[str, Pose2]:
     """Put every robot at its start, drawn anew while it is inside of something.
 
     Args:
         world: The world; all its robots are placed.
         starts: Where they start.
-        content: A hash of the scenario's content.
+        scenario: Name of the scenario, which keys the draws.
         seed: The episode's seed.
 
     Returns:
@@ -60,7 +60,7 @@ def place_all(world: MujocoWorld, starts: Sequence[Start], content: str, seed: i
     for i, start in enumerate(starts):
         world.place(start.name, Pose2(1e4 + 10.0 * i, 1e4))
     for start in starts:
-        rng = stream(content, seed, start.name, "start")
+        rng = stream(scenario, seed, start.name, START)
         for _ in range(_DRAWS):
             pose = jittered(start.pose, start.jitter, rng)
             world.place(start.name, pose)

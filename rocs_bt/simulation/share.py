@@ -15,7 +15,7 @@ from ..knowledge import Knowledge, Schema
 from ..knowledge.share import Ageing, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork, Trouble
 from ..knowledge.share.keys import Keys
 from ..knowledge.share.zenoh_network import ZenohNetwork, check_address
-from .streams import scenario_content, stream
+from .streams import NETWORK, stream
 
 Join = Callable[[Knowledge], Sharing]
 """Makes an agent share its knowledge."""
@@ -77,7 +77,7 @@ def _network(scenario: ScenarioSpec, spec: ShareSpec, clock: Clock, seed: int) -
         trouble = Trouble(spec.loss, spec.latency, spec.jitter)
         if trouble == Trouble():
             return LocalNetwork(), b""
-        return SimulatedNetwork(clock.now, stream(scenario_content(scenario), seed, "", "network"), trouble), b""
+        return SimulatedNetwork(clock.now, stream(scenario.name, seed, "", NETWORK), trouble), b""
     if not spec.listen:
         return LocalNetwork(), b""
     keys = None if spec.keys is None else Keys.read(spec.keys)

@@ -18,7 +18,7 @@ from .carried import Carrier, make_carrier
 from .mover import Mover, make_mover
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
-from .streams import scenario_content, stream
+from .streams import START, noise_of, stream
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,10 @@ def set_stage(
     """
     time = clock or SimulatedClock(scenario.rate.physics)
     world, robots = _compose(scenario, catalog, time)
-    content = scenario_content(scenario)
     # Things first, since they stand where they stand: robots are drawn anew while they are inside of one.
-    carriers = _carriers(world, scenario, content, seed)
+    carriers = _carriers(world, scenario, seed)
     with blame(scenario.file):
-        starts = place_all(world, [*scenario.agents, *(m for m in scenario.movers if m.robot)], content, seed)
+        starts = place_all(world, [*scenario.agents, *(m for m in scenario.movers if m.robot)], scenario.name, seed)
     sensors: dict[str, dict[str, Sensor]] = {}
     actuators: dict[str, dict[str, Watchdog]] = {}
     wheels: dict[str, Callable[[], list[float]]] = {}
@@ -89,14 +88,14 @@ def set_stage(
                     _driver(catalog, spec, s.driver),
                     s.parameters,
                     noise=s.noise,
-                    rng=stream(content, seed, agent.name, f"noise of {s.name}"),
+                    rng=stream(scenario.name, seed, agent.name, noise_of(s.name)),
                 )
         actuators[agent.name] = _actuators(world, catalog, agent.name, spec, time, sink, wheels)
     rates = {
         a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
         for a in scenario.agents
     }
-    movers: list[Mover | Carrier] = [*carriers, *_movers(world, catalog, scenario, robots, content, seed, wheels)]
+    movers: list[Mover | Carrier] = [*carriers, *_movers(world, catalog, scenario, robots, seed, wheels)]
     goals = {
         a.name: [Goal(p.name, p.pose, p.tolerance) for p in scenario.places if p.kind == "goal" and a.name in p.agents]
         for a in scenario.agents
@@ -180,7 +179,6 @@ def _movers(
     catalog: Catalog,
     scenario: ScenarioSpec,
     robots: Mapping[str, RobotSpec],
-    content: str,
     seed: int,
     wheels: dict[str, Callable[[], list[float]]],
 ) -> list[Mover]:
@@ -200,16 +198,16 @@ def _movers(
                 world=world,
                 drive=robot_drive(robot.drive),
                 wheels=device,
-                rng=stream(content, seed, mover.name, mover.script),
+                rng=stream(scenario.name, seed, mover.name, mover.script),
             )
         movers.append(made)
     return movers
 
 
-def _carriers(world: MujocoWorld, scenario: ScenarioSpec, content: str, seed: int) -> list[Carrier]:
+def _carriers(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> list[Carrier]:
     made = []
     for mover in (m for m in scenario.movers if not m.robot):
-        rng = stream(content, seed, mover.name, "start")
+        rng = stream(scenario.name, seed, mover.name, START)
         with blame(scenario.file, mover.line):
             made.append(
                 make_carrier(
@@ -218,7 +216,7 @@ def _carriers(world: MujocoWorld, scenario: ScenarioSpec, content: str, seed: in
                     name=mover.name,
                     world=world,
                     start=jittered(mover.pose, mover.jitter, rng),
-                    rng=stream(content, seed, mover.name, mover.script),
+                    rng=stream(scenario.name, seed, mover.name, mover.script),
                     period=scenario.rate.control_rate.period,
                 )
             )

@@ -1,27 +1,34 @@
-"""Random streams: one for each who and what for, so that nothing disturbs anything else (docs/architecture.md)."""
+"""Random streams of an episode: one generator per owner and purpose, so that no draw disturbs another."""
 
 from __future__ import annotations
 
 import hashlib
+from typing import Final
 
 import numpy as np
 
-from ..catalog import ScenarioSpec, content_hash, make_entry
+START: Final = "start"
+"""Purpose: the draw of a start pose. These strings key every run and are frozen: a changed one changes all runs."""
+
+NETWORK: Final = "network"
+"""Purpose: loss and delay of the simulated network of sharing agents; its owner is empty."""
 
 
-def scenario_content(scenario: ScenarioSpec) -> str:
-    """The hash that keys a scenario's streams: of its files alone, so that who plans in it changes no draw."""
-    return content_hash(make_entry(file, "scenario", "file") for file in (scenario.file, *scenario.bases))
+def noise_of(sensor: str) -> str:
+    """Purpose: the noise of one sensor of the owner."""
+    return f"noise of {sensor}"
 
 
-def stream(content: str, seed: int, who: str, what: str) -> np.random.Generator:
-    """A generator of its own.
+def stream(scenario: str, seed: int, owner: str, purpose: str) -> np.random.Generator:
+    """Generator of one owner and purpose in an episode.
+
+    The key holds names only, never the contents of files: a reworded comment or another planner changes no draw.
 
     Args:
-        content: A hash of the scenario's content: another scenario draws other numbers.
-        seed: The episode's seed.
-        who: The robot or device that draws.
-        what: What it draws for, such as `start`.
+        scenario: Name of the scenario.
+        seed: Seed of the episode.
+        owner: Robot, scripted object or agent that draws.
+        purpose: `START`, `NETWORK`, `noise_of(...)`, the name of a script, or what a mission or planner names.
     """
-    digest = hashlib.sha256("\0".join((content, str(seed), who, what)).encode()).digest()
+    digest = hashlib.sha256("\0".join((scenario, str(seed), owner, purpose)).encode()).digest()
     return np.random.default_rng(np.random.SeedSequence(int.from_bytes(digest, "big")))

@@ -278,10 +278,9 @@ def test_a_hung_c_call_is_ended_by_the_wall_limit_and_the_sweep_goes_on(project,
     file = tmp_path / "draw"
     monkeypatch.setenv("ROCS_HANG", str(file))
     # What the planner draws with seed 2 is told by a run in this process.
-    from rocs_bt.simulation.streams import scenario_content, stream
+    from rocs_bt.simulation import stream
 
-    content = scenario_content(catalog.load_scenario("short"))
-    rng = stream(content, 2, "R2", "hung.py:Told")
+    rng = stream("short", 2, "R2", "hung.py:Told")
     file.write_text(str(rng.integers(0, 2**62)))
     found = sweep(["hung", "none"], ["short"], (1, 2, 3), catalog=catalog, workers=2, wall_limit=5.0)
     outcomes = {(r.planner, r.seed): r.outcome for r in found.records()}

@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import pytest
 
+import rocs_bt
 from rocs_bt.catalog import Catalog, ScenarioSpec
 from rocs_bt.clock import WallClock
 from rocs_bt.errors import BlockError, InputError, RateError
@@ -160,6 +161,16 @@ def test_streams_are_apart() -> None:
     draws = [stream(*key).random() for key in keys]
     assert len(set(draws)) == len(keys)
     assert stream(*keys[0]).random() == draws[0]
+
+
+def test_the_words_of_a_scenario_file_key_nothing(tmp_path) -> None:
+    file = tmp_path / "exp1.toml"
+    text = Catalog().find("scenario", "exp1").path.read_text()
+    hashes = set()
+    for head in ("", "# Reworded.\n\n"):
+        file.write_text(head + text)
+        hashes.add(rocs_bt.run(str(file), Catalog(), seed=3, duration=2.0).summary["trajectory_hash"])
+    assert hashes == {rocs_bt.run("exp1", Catalog(), seed=3, duration=2.0).summary["trajectory_hash"]}
 
 
 def test_rates_that_do_not_divide_are_told(exp1: ScenarioSpec, play: Play) -> None:

@@ -1,0 +1,83 @@
+"""Golden runs: the trajectory hash of every shipped scenario with seeds 1 to 5, and what computed it.
+
+`python -m tests.golden.runs` plays them, prints what changed against `runs.json` and renews that file. The file changes
+only in commits of their own that say why. If arithmetic was only reordered, the outcomes stay the same and the times to
+goal within 0.1 s; the command prints what differs by more.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import rocs_bt
+from rocs_bt.catalog import Catalog
+from rocs_bt.compare.key import computing
+
+FILE = Path(__file__).with_name("runs.json")
+SEEDS = range(1, 6)
+
+
+def machine() -> dict[str, Any]:
+    """Versions and machine that the bits of a run depend on; BLAS chooses its code by the vector instructions."""
+    versions = {name: version for name, version in computing().items() if name not in ("python", "rocs_bt")}
+    simd = np.show_config(mode="dicts")["SIMD Extensions"]
+    return {
+        **versions,
+        "python": ".".join(platform.python_version_tuple()[:2]),
+        "system": platform.system(),
+        "libc": " ".join(platform.libc_ver()),
+        "simd": sorted([*simd["baseline"], *simd["found"]]),
+    }
+
+
+def play(scenario: str, seed: int, catalog: Catalog) -> dict[str, Any]:
+    """One run: its trajectory hash, and each agent's outcome and time to goal [s]."""
+    summary = rocs_bt.run(scenario, catalog, seed=seed).summary
+    return {
+        "hash": summary["trajectory_hash"],
+        "agents": {name: [a["outcome"], a["time_to_goal"]] for name, a in summary["agents"].items()},
+    }
+
+
+def shipped(catalog: Catalog) -> list[str]:
+    """Names of the shipped scenarios."""
+    return [entry.name for entry in catalog.list("scenario")]
+
+
+def stored() -> dict[str, Any]:
+    """What `runs.json` holds."""
+    return dict(json.loads(FILE.read_text(encoding="utf-8")))
+
+
+def differences(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
+    """More than reordered arithmetic explains: another outcome, or a time to goal more than 0.1 s apart."""
+    for run, after in new.items():
+        before = old.get(run, {"agents": {}})["agents"]
+        for agent, (outcome, time) in after["agents"].items():
+            was, then = before.get(agent, (None, None))
+            if outcome != was or (time is None) != (then is None) or (time is not None and abs(time - then) > 0.1):
+                yield f"{run} {agent}: {was} at {then} s -> {outcome} at {time} s"
+
+
+def main() -> None:
+    """Play all golden runs, print what changed and renew the file."""
+    catalog = Catalog()
+    runs = {f"{name} {seed}": play(name, seed, catalog) for name in shipped(catalog) for seed in SEEDS}
+    old = stored()["runs"] if FILE.exists() else {}
+    changed = [run for run in runs if run not in old or runs[run]["hash"] != old[run]["hash"]]
+    lines = [f"  {json.dumps(run)}: {json.dumps(found)}" for run, found in runs.items()]
+    FILE.write_text(
+        f'{{"machine": {json.dumps(machine())},\n"runs": {{\n' + ",\n".join(lines) + "\n}}\n", encoding="utf-8"
+    )
+    more = list(differences(old, runs))
+    print(f"{len(changed)} of {len(runs)} hashes changed; beyond reordered arithmetic: {len(more)}", *more, sep="\n")
+
+
+if __name__ == "__main__":
+    main()

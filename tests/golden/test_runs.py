@@ -1,0 +1,24 @@
+"""The shipped scenarios run as they ran: bit for bit on the kind of machine that made the golden file."""
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+
+from . import runs
+
+CATALOG = Catalog()
+
+
+def test_every_shipped_scenario_has_its_golden_runs():
+    assert set(runs.stored()["runs"]) == {f"{name} {seed}" for name in runs.shipped(CATALOG) for seed in runs.SEEDS}
+
+
+@pytest.mark.parametrize("seed", runs.SEEDS)
+@pytest.mark.parametrize("scenario", runs.shipped(CATALOG))
+def test_a_shipped_scenario_runs_as_it_ran(scenario, seed):
+    golden = runs.stored()
+    here = runs.machine()
+    other = {key: (value, here.get(key)) for key, value in golden["machine"].items() if here.get(key) != value}
+    if other:
+        pytest.skip(f"the golden runs were computed by another kind of machine or other versions: {other}")
+    assert runs.play(scenario, seed, CATALOG) == golden["runs"][f"{scenario} {seed}"]
