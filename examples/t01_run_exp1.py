@@ -9,11 +9,11 @@ what `rocs-bt run exp1` writes into summary.json. The same seed is the same run:
 
 Output:
 
-    exp1, seed 1, 13.6 s simulated
-    R2 success; 3.53 m, 0 collisions, 3 reflexes, 3 re-plans
+    exp1, seed 1, 13.7 s simulated
+    R2 success; 3.55 m, 0 collisions, 3 reflexes, 3 re-plans
     mission go_to, rules avoid_collision
-    nearest to anything: 0.16 m
-    wheels held by a reflex for 6.5 s, by the plan for 6.8 s
+    nearest to anything: 0.17 m
+    wheels held by a reflex for 6.6 s, by the plan for 6.8 s
     the same run again: True
 """
 

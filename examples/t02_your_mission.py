@@ -14,17 +14,17 @@ Output:
       0.0 s  RUNNING  there and back/GoTo lookout
       0.0 s  RUNNING  there and back
       3.1 s  again    there and back/GoTo lookout, after a reflex
-      7.0 s  again    there and back/GoTo lookout, after a reflex
-     12.0 s  RUNNING  there and back/look back
-     12.0 s  SUCCESS  there and back/GoTo lookout
-     13.9 s  RUNNING  there and back/look
-     13.9 s  SUCCESS  there and back/look back
-     14.9 s  RUNNING  there and back/GoTo goal
-     14.9 s  SUCCESS  there and back/look
-     17.4 s  SUCCESS  there and back/GoTo goal
-     17.4 s  SUCCESS  there and back
-    exp1, seed 1, 17.4 s simulated
-    R2 success; 4.00 m, 0 collisions, 2 reflexes, 2 re-plans
+      7.2 s  again    there and back/GoTo lookout, after a reflex
+     12.1 s  RUNNING  there and back/look back
+     12.1 s  SUCCESS  there and back/GoTo lookout
+     14.0 s  RUNNING  there and back/look
+     14.0 s  SUCCESS  there and back/look back
+     15.0 s  RUNNING  there and back/GoTo goal
+     15.0 s  SUCCESS  there and back/look
+     17.5 s  SUCCESS  there and back/GoTo goal
+     17.5 s  SUCCESS  there and back
+    exp1, seed 1, 17.6 s simulated
+    R2 success; 4.02 m, 0 collisions, 2 reflexes, 2 re-plans
 """
 
 from py_trees.behaviour import Behaviour

@@ -10,14 +10,14 @@ bit. `explain` tells what was known, planned, fired and sent at a time, and repl
 Output:
 
     left behind: report.html, run.mcap, summary.json
-    events: 1084 SensorRead, 813 SignalsWritten, 544 BodyMoved, 271 ActuatorCommanded ...
-       0.70 s  avoid_collision/AvoidCollision: min(front) = 0.393 m, min(near, to_goal) = 0.4 m, speed = 0.492 m/s
-       3.80 s  avoid_collision/AvoidCollision: min(front) = 0.363 m, min(near, to_goal) = 0.4 m, speed = 0.285 m/s
-       7.85 s  avoid_collision/AvoidCollision: min(front) = 0.384 m, min(near, to_goal) = 0.4 m, speed = 0.512 m/s
-       0.70 s  GoTo was cancelled by avoid_collision/AvoidCollision
-       3.80 s  GoTo was cancelled by avoid_collision/AvoidCollision
-       7.85 s  GoTo was cancelled by avoid_collision/AvoidCollision
-    at 0.70 s R2 knew front >= 0.39 m, had planned GoTo goal,
+    events: 1092 SensorRead, 819 SignalsWritten, 548 BodyMoved, 272 ActuatorCommanded ...
+       0.75 s  avoid_collision/AvoidCollision: min(front) = 0.381 m, min(near, to_goal) = 0.4 m, speed = 0.495 m/s
+       3.85 s  avoid_collision/AvoidCollision: min(front) = 0.375 m, min(near, to_goal) = 0.4 m, speed = 0.285 m/s
+       7.90 s  avoid_collision/AvoidCollision: min(front) = 0.392 m, min(near, to_goal) = 0.4 m, speed = 0.512 m/s
+       0.75 s  GoTo was cancelled by avoid_collision/AvoidCollision
+       3.85 s  GoTo was cancelled by avoid_collision/AvoidCollision
+       7.90 s  GoTo was cancelled by avoid_collision/AvoidCollision
+    at 0.75 s R2 knew front >= 0.38 m, had planned GoTo goal,
       had avoid_collision/AvoidCollision active, and told its wheels +0.07 and -0.07 m/s
     figures: arena.svg, coordinates.svg, activation.svg, wheels.svg
     replayed: the same decisions, event by event

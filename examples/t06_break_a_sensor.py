@@ -16,8 +16,8 @@ Output:
      2.25 s  the wheels are told to stand
      4.00 s  avoid_collision/Blind ended
      4.00 s  the wheels are told to drive
-    exp1, seed 1, 15.2 s simulated
-    R2 success; 3.53 m, 0 collisions, 5 reflexes, 3 re-plans
+    exp1, seed 1, 15.3 s simulated
+    R2 success; 3.54 m, 0 collisions, 5 reflexes, 3 re-plans
       fault at 2.00 s: sensor sonar: sensor 'sonar' does not answer.
 """
 

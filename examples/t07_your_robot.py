@@ -11,9 +11,9 @@ The shipped rules run on the scout as they are. `rocs-bt check` in such a projec
 Output:
 
     scout has sonar, position, orientation, encoders, radio
-    seek, seed 2, 13.8 s simulated
-    R2 success; 3.60 m, 0 collisions, 3 reflexes, 3 re-plans
-    the beacon was 2.29 m away at the start, and 0.01 m at the end
+    seek, seed 2, 11.0 s simulated
+    R2 success; 3.14 m, 0 collisions, 2 reflexes, 2 re-plans
+    the beacon was 2.23 m away at the start, and 0.01 m at the end
 """
 
 import shutil

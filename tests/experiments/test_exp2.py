@@ -13,7 +13,7 @@ from rocs_bt.simulation import replay, run
 
 CATALOG = Catalog()
 EXP2 = CATALOG.load_scenario("exp2")
-SEEDS = (1, 2, 16, 21)  # R1 comes near in all but the first
+SEEDS = (1, 10, 14, 26)  # R1 comes near in all but the first
 
 
 @cache
