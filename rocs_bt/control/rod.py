@@ -122,11 +122,13 @@ def _fitted(around: Surroundings, footprint: Footprint, band: Array, first: int)
         near = first + np.flatnonzero(around.sample(around.away, band[first:-1]) < footprint.outer + FIT)
         if len(near) == 0:
             break
+        low, high = band[near].min(axis=0) - footprint.outer - FIT, band[near].max(axis=0) + footprint.outer + FIT
+        things = around.points[((around.points > low) & (around.points < high)).all(axis=1)]
+        if len(things) == 0:  # the interpolated distances are smaller than the true ones
+            break
         heading = headings(band)
         ahead = np.column_stack([np.cos(heading), np.sin(heading)])
         aside = ahead[:, ::-1] * (-1.0, 1.0)
-        low, high = band[near].min(axis=0) - footprint.outer - FIT, band[near].max(axis=0) + footprint.outer + FIT
-        things = around.points[((around.points > low) & (around.points < high)).all(axis=1)]
         force, turn = np.zeros_like(band), np.zeros(len(band))
         ahead_push, aside_push, turn[near] = _pushed(footprint, band[near], ahead[near], things)
         force[near] = ahead_push[:, None] * ahead[near] + aside_push[:, None] * aside[near]
