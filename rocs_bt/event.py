@@ -133,10 +133,12 @@ class RuleChanged(Event, frozen=True, kw_only=True):
 
     Attributes:
         rule: `file/Rule`.
-        phase: `latched`, `fired`, `fired again`, `waits`, `updated`, `released`, `ended`.
+        phase: `latched`, `fired` (an activation), `fired again` (the action ended while the rule was latched), `waits`,
+            `updated`, `released`, `ended`.
         priority: The rule's.
         reading: The rule's guard with its readings, such as `min(front) = 0.21 m`.
         parameters: The action's parameters, SI units.
+        refirings: Number of times that the rule has fired again since this activation.
     """
 
     rule: str
@@ -144,6 +146,7 @@ class RuleChanged(Event, frozen=True, kw_only=True):
     priority: int
     reading: str = ""
     parameters: Mapping[str, Value] = {}
+    refirings: int = 0
 
 
 class RulesReplaced(Event, frozen=True, kw_only=True):

@@ -176,6 +176,8 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
     took = f" in {agent['time_to_goal']:.1f} s" if agent["time_to_goal"] is not None else ""
     reactive, deliberative = agent["time_reactive"], agent["time_deliberative"]
     share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
+    refirings = agent["reflex_refirings"]
+    again = f" and fired again {counted(refirings, 'time')} while latched" if refirings else ""
     clearance = agent["min_clearance"]
     near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
     struck = f", struck {counted(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
@@ -188,7 +190,7 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
         f"  drove {agent['path_length']:.2f} m with {counted(agent['collisions'], 'collision')}{struck}{near};"
         f" {summary['sim_time']:.1f} s simulated in {summary['wall_time']:.1f} s"
         f" ({summary['real_time_factor']:.0f} times real time)",
-        f"  {counted(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time,"
+        f"  {counted(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time{again},"
         f" {counted(agent['replans'], 're-plan')},"
         f" {counted(agent['route_switches'], 'switch', 'es')} between plan and reflex",
         *kept,

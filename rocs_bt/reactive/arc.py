@@ -51,8 +51,8 @@ class ReflexArc:
     Attributes:
         on_end: Called with the last rule's name when the slot has become free, outside of the arc's lock, so that the
             plan looks again from where the robot is now.
-        firings: How often each rule fired, firing again included.
-        refirings: How often a rule fired again because its action ended while it was latched.
+        activations: Number of activations of each rule; re-firings are not among them.
+        refirings: Number of times that each rule fired again because its action ended while the rule was latched.
         switches: How often the route changed between deliberative and reactive.
     """
 
@@ -66,8 +66,8 @@ class ReflexArc:
         clock: Clock,
     ) -> None:
         self.on_end: Callable[[str], None] = lambda rule: None
-        self.firings: Counter[str] = Counter()
-        self.refirings = 0
+        self.activations: Counter[str] = Counter()
+        self.refirings: Counter[str] = Counter()
         self.switches = 0
         self._models = models  # not a copy: a mission may add its own to Knowledge's
         self._pipeline = pipeline
@@ -80,6 +80,7 @@ class ReflexArc:
         self._wanted: dict[str, Reflex] = {}
         self._waiting: set[str] = set()
         self._readings: dict[str, str] = {}
+        self._again: Counter[str] = Counter()  # re-firings of each rule's present activation
         self._t = -math.inf
 
     @property
@@ -87,11 +88,6 @@ class ReflexArc:
         """The rule in the slot; None while the deliberative route is on."""
         slot = self._slot
         return slot.reflex.rule if slot else None
-
-    @property
-    def activations(self) -> int:
-        """How often any rule fired."""
-        return self.firings.total()
 
     def reading(self, rule: str) -> str:
         """What the rule saw when it last fired, such as `min(front) = 0.21 m`; empty where it never has."""
@@ -155,11 +151,11 @@ class ReflexArc:
             self._start(best)
             # Submitted before cancelled: at no moment is there nothing to act on.
             self._pipeline.cancel(slot.ticket, by=best.rule)
-            self._emit(slot.reflex, "ended", reading=False)
+            self._end(slot.reflex)
         elif slot.reflex.rule in self._wanted:
             self._continue(slot, self._wanted[slot.reflex.rule])
         elif slot.ticket.state.done:
-            self._emit(slot.reflex, "ended", reading=False)
+            self._end(slot.reflex)
             self._slot = None
             if best is not None:
                 self._start(best)
@@ -168,12 +164,19 @@ class ReflexArc:
         """Give the slot to a rule, whoever has it."""
         self._pipeline.hold(True)
         self._waiting.discard(reflex.rule)
+        self.activations[reflex.rule] += 1
         self._slot = self._fire(reflex, "fired")
+
+    def _end(self, reflex: Reflex) -> None:
+        """Report the end of an activation."""
+        self._emit(reflex, "ended", reading=False)
+        del self._again[reflex.rule]
 
     def _continue(self, slot: _Active, own: Reflex) -> None:
         """The rule in the slot is still wanted."""
         if slot.ticket.state.done:
-            self.refirings += 1
+            self.refirings[own.rule] += 1
+            self._again[own.rule] += 1
             self._slot = self._fire(own, "fired again")
             return
         if own.parameters != slot.reflex.parameters:
@@ -193,7 +196,6 @@ class ReflexArc:
             action = make_action(self._actions, reflex.action, reflex.parameters)
         except InputError as error:  # what it cannot do must stop the robot, and not the arc
             action = Impossible(reflex.action, reflex.parameters, error)
-        self.firings[reflex.rule] += 1
         self._readings[reflex.rule] = reflex.describe()
         self._emit(reflex, phase)
         return _Active(reflex, self._pipeline.submit(action, Priority.HIGH, by=reflex.rule))
@@ -208,6 +210,7 @@ class ReflexArc:
                 priority=reflex.priority,
                 reading=reflex.describe() if reading else "",
                 parameters=reflex.parameters,
+                refirings=self._again[reflex.rule],
             )
         )
 

@@ -77,6 +77,14 @@ class Span:
 
 
 @dataclass
+class Activation(Span):
+    """One activation of a rule: the event that began it, and the number of re-firings while it was latched."""
+
+    event: RuleChanged
+    refirings: int = 0
+
+
+@dataclass
 class Worst:
     """The worst moment of a requirement: its name, its verdict, when it was [s], and its margin with its unit."""
 
@@ -119,17 +127,19 @@ class AgentHistory:
         """The nodes of the mission's tree at the end, after all swaps of subtrees."""
         return nodes_after(self.swaps[-1]) if self.swaps else info.nodes
 
-    def reflexes(self, end: float) -> list[Span]:
-        """When each rule was active: from its firing until it ended, or until `end` [s]."""
-        spans: list[Span] = []
-        active: dict[str, Span] = {}
+    def reflexes(self, end: float) -> list[Activation]:
+        """The activations of all rules: each from its firing until it ended, or until `end` [s]."""
+        found: list[Activation] = []
+        active: dict[str, Activation] = {}
         for event in self.rules:
             if event.phase == "fired":
-                span = active[event.rule] = Span(event.rule, event.t, end)
-                spans.append(span)
+                active[event.rule] = Activation(event.rule, event.t, end, event)
+                found.append(active[event.rule])
+            elif event.phase == "fired again" and event.rule in active:
+                active[event.rule].refirings = event.refirings
             elif event.phase == "ended" and event.rule in active:
                 active.pop(event.rule).end = event.t
-        return spans
+        return found
 
     def runs(self, end: float) -> list[Span]:
         """When each ticket's action ran, as `action #ticket`."""

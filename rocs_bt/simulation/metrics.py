@@ -43,6 +43,7 @@ class _Tally:
     touches: Counter[str] = field(default_factory=Counter)
     contacts: dict[str, Counter[str]] = field(default_factory=dict)
     activations: int = 0
+    refirings: int = 0
     switches: int = 0
     replans: int = 0
     route: str = ""  # of the last command; empty while idle
@@ -117,6 +118,7 @@ class Metrics:
             "struck": tally.touches["struck"],
             "contacts": {kind: dict(sorted(counts.items())) for kind, counts in sorted(tally.contacts.items())},
             "reflex_activations": tally.activations,
+            "reflex_refirings": tally.refirings,
             "route_switches": tally.switches,
             "time_reactive": tally.times["reactive"],
             "time_deliberative": tally.times["deliberative"],
@@ -162,7 +164,8 @@ def _touched(tally: _Tally, event: Touched) -> None:
 
 
 def _rule(tally: _Tally, event: RuleChanged) -> None:
-    tally.activations += event.phase in ("fired", "fired again")
+    tally.activations += event.phase == "fired"
+    tally.refirings += event.phase == "fired again"
 
 
 def _commanded(tally: _Tally, event: ActuatorCommanded) -> None:

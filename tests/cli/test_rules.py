@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -28,6 +29,34 @@ def runs(tmp_path_factory) -> list[Path]:
     for seed in (3, 4):
         run("exp1", Catalog(), seed=seed, out=folder / f"exp1-{seed}", duration=10.0, report=False)
     return [folder / "exp1-3", folder / "exp1-4"]
+
+
+LATCHED = """format = "reflex/1"
+[rule.Halt]
+when = "goal_distance < 2.5 m"
+until = "goal_distance > 2.7 m"
+priority = 10
+[rule.Halt.action]
+name = "Stop"
+"""
+
+
+def test_refirings_while_latched_are_counted_apart_from_activations(project, rocs_bt):
+    (project / RULES).write_text(LATCHED)
+    told = rocs_bt("run", "first", "--for", "4", "--out", "out")
+    assert told.code == 1
+    summary = json.loads((project / "out/summary.json").read_text())
+    agent = summary["agents"]["R1"]
+    events = [e for e in Recording.open(project / "out").events() if isinstance(e, RuleChanged)]
+    again = [e.refirings for e in events if e.phase == "fired again"]
+    assert again == list(range(1, agent["reflex_refirings"] + 1))
+    assert len(again) > 20  # a period each
+    assert agent["reflex_activations"] == 1
+    assert re.search(rf"  1 reflex held the wheels \d+ % of the time and fired again {len(again)} times", told.out)
+    report = (project / "out/report.html").read_text()
+    row = re.search(r'<table class="firings">.*?<tbody>(.*?)</tbody>', report, re.S)[1]
+    assert row.count("<tr>") == 1
+    assert re.findall(r"<td[^>]*>([^<>]+)</td>", row)[-1] == str(len(again))
 
 
 class TestTests:

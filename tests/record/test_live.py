@@ -118,7 +118,7 @@ def test_the_last_scan_of_a_scanner_is_shown_too():
         (["latched", "fired"], True, True, 1),
         (["latched", "fired", "released"], False, True, 1),
         (["latched", "fired", "released", "ended"], False, False, 1),
-        (["latched", "fired", "fired again"], True, True, 2),
+        (["latched", "fired", "fired again"], True, True, 1),
         (["latched", "fired", "released", "latched"], True, True, 1),
     ],
 )

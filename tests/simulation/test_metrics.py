@@ -41,6 +41,7 @@ def test_nothing_happened() -> None:
         "struck": 0,
         "contacts": {},
         "reflex_activations": 0,
+        "reflex_refirings": 0,
         "route_switches": 0,
         "time_reactive": 0.0,
         "time_deliberative": 0.0,
@@ -79,7 +80,8 @@ def test_everything_is_counted_for_its_own_agent() -> None:
     assert found["path_length"] == pytest.approx(0.6)
     assert found["min_clearance"] == 0.2
     assert (found["collisions"], found["struck"]) == (1, 1)
-    assert (found["reflex_activations"], found["replans"], found["goals_reached"]) == (2, 1, 1)
+    assert (found["reflex_activations"], found["reflex_refirings"]) == (1, 1)
+    assert (found["replans"], found["goals_reached"]) == (1, 1)
     assert found["actions"] == {"GoTo": {"CANCELLED": 1}}
     assert found["tracking_error"] == {"cross_rms": pytest.approx(math.sqrt(0.00125)), "cross_max": 0.04}
     assert found["solve_time"] == {"median": 1e-4, "p99": 1e-4}

@@ -52,8 +52,8 @@ class Activation(Figure):
 def _rows(run: History, name: str) -> dict[str, list[Span]]:
     agent = run.agents[name]
     rows: dict[str, list[Span]] = {"route": agent.routes}
-    for span in agent.reflexes(run.end):
-        rows.setdefault(f"rule {span.name.rpartition('/')[2]}", []).append(span)
+    for reflex in agent.reflexes(run.end):
+        rows.setdefault(f"rule {reflex.name.rpartition('/')[2]}", []).append(reflex)
     for span in agent.runs(run.end):
         rows.setdefault(f"{span.name.partition(' #')[0]}()", []).append(span)
     return rows

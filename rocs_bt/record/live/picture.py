@@ -42,11 +42,21 @@ class Body(msgspec.Struct, omit_defaults=True):
 
 
 class Rule(msgspec.Struct, frozen=True):
-    """One rule: whether it is latched and its action active, how often it fired, its last reading, and when [s]."""
+    """One rule: its state, its counts and what it read.
+
+    Attributes:
+        latched: Whether the rule is latched.
+        active: Whether its action is active.
+        fired: Number of activations.
+        refirings: Number of re-firings of the present or last activation.
+        reading: The last reading of its guard.
+        t: Time of the last change [s].
+    """
 
     latched: bool
     active: bool
     fired: int
+    refirings: int
     reading: str
     t: float
 
@@ -183,14 +193,14 @@ class Picture:
     def _ruled(self, event: RuleChanged) -> None:
         before = self._whole.agent(event.agent).rules.get(event.rule)
         latched, active, fired = (before.latched, before.active, before.fired) if before else (False, False, 0)
-        if event.phase.startswith("fired"):
+        if event.phase == "fired":
             active, fired = True, fired + 1
         elif event.phase == "ended":
             active = False
         latched = event.phase != "released" and (latched or event.phase in ("latched", "waits"))
         reading = event.reading or (before.reading if before else "")
         for agent in self._both(event.agent):
-            agent.rules[event.rule] = Rule(latched, active, fired, reading, event.t)
+            agent.rules[event.rule] = Rule(latched, active, fired, event.refirings, reading, event.t)
 
     def _read(self, event: SensorRead) -> None:
         values = event.values

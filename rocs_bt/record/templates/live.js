@@ -92,7 +92,7 @@
       first.append(cell("b", name.split("/").pop()), cell("span", rule.reading, "small reading"));
       const lamp = (on, yes, no) => { const made = cell("td", ""); made.append(cell("span", "", on ? "lamp on" : "lamp"), on ? yes : no); return made; };
       row.dataset.rule = name;
-      row.append(first, lamp(rule.latched, "latched", "open"), lamp(rule.active, "acts", "rests"), cell("td", rule.fired, "n"));
+      row.append(first, lamp(rule.latched, "latched", "open"), lamp(rule.active, "acts", "rests"), cell("td", rule.refirings ? `${rule.fired} (+${rule.refirings})` : rule.fired, "n"));
       return row;
     }));
   };
