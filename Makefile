@@ -9,7 +9,7 @@ help:
 	@echo "make run     set up, and simulate EXP1 to its report"
 	@echo "make test    set up, and pass the tests (lint, types, layers, pytest)"
 	@echo "make lint    the checks without the tests"
-	@echo "make bench   measured figures against their budgets"
+	@echo "make bench   measured figures against their budgets, a row at a time"
 	@echo "make soak    long campaigns: many seeds, fuzzing; threads at once, by the wall clock itself"
 	@echo "make wheel   build wheel and sdist into dist/"
 	@echo "make clean   remove what was made, but not $(VENV)"

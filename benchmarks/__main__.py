@@ -1,36 +1,46 @@
-"""`make bench`: runs every `bench_*.py` here and prints one table. Words choose: `python benchmarks rules`."""
+"""`make bench`: every `bench_*.py` of this folder, a row at a time.
+
+`python benchmarks rules trees` runs only those whose name contains one of the words. `--quick` runs the smallest sizes:
+it shows that the benchmarks run, and its figures mean nothing. A benchmark that raises does not stop the others.
+"""
 
 from __future__ import annotations
 
 import importlib
+import os
 import sys
+import traceback
 from pathlib import Path
 
-from row import Row
+from row import QUICK
 
 
 def main(words: list[str]) -> int:
-    """Run the benchmarks whose names contain one of the words; all of them without words."""
+    """Run benchmarks and print their rows; 1 if one of them raised, 2 for words that match none."""
+    if "--quick" in words:
+        os.environ[QUICK] = "1"  # also for the processes that benchmarks start
+        words = [word for word in words if word != "--quick"]
     names = sorted(p.stem for p in Path(__file__).parent.glob("bench_*.py"))
     chosen = [n for n in names if not words or any(w in n for w in words)]
     if not chosen:
         print(f"no benchmark matches {' '.join(words)}. There are: {', '.join(names)}.", file=sys.stderr)
         return 2
-    table = [("what", "measured", "ratio", "budget", "holds")]
-    for name in chosen:
-        print(f"{name} ...", file=sys.stderr, flush=True)
-        table += [cells(row) for row in importlib.import_module(name).run()]
-    widths = [max(len(line[column]) for line in table) for column in range(len(table[0]))]
-    for line in table:
-        print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
-    return 0
+    broken = [name for name in chosen if not finished(name)]
+    if broken:
+        print(f"{len(broken)} of {len(chosen)} benchmarks did not finish: {', '.join(broken)}.", file=sys.stderr)
+    return 1 if broken else 0
 
 
-def cells(row: Row) -> tuple[str, str, str, str, str]:
-    """A row as the texts of the table."""
-    ratio = "" if row.ratio is None else f"{row.ratio:.3g}x {row.baseline}"
-    holds = "" if row.holds is None else ("yes" if row.holds else "NO")
-    return row.name, f"{row.value:.4g} {row.unit}", ratio, row.budget, holds
+def finished(name: str) -> bool:
+    """Run one benchmark and print its rows as they come; False if it raised."""
+    print(f"{name} ...", file=sys.stderr, flush=True)
+    try:
+        for row in importlib.import_module(name).run():
+            print(row, flush=True)
+    except Exception:  # noqa: BLE001 - the others are still worth their time
+        traceback.print_exc()
+        return False
+    return True
 
 
 if __name__ == "__main__":

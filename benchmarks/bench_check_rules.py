@@ -7,9 +7,9 @@ interpreter, which is counted in.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
-from row import Row
+from row import Row, size
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.expression import Environment, compile_expression
@@ -22,6 +22,7 @@ ENVIRONMENT = Environment.packed(
     [Signal("range", 64, (LENGTH,), bounds=(0.02, 30.0)), Signal("speed", 1, (SPEED,), bounds=(-1.0, 1.5))]
 )
 BUDGET = 5.0  # [s] for 1000 rules
+FEW, MANY = size((100, 1000), (5, 10))
 
 
 def rule(k: int, priority: int) -> Rule:
@@ -48,22 +49,15 @@ PRIORITIES: dict[str, Callable[[int], int]] = {
 }
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """The rows of this benchmark."""
-    rows = []
     for words, priority in PRIORITIES.items():
         seconds = {}
-        for count in (100, 1000):
+        for count in (FEW, MANY):
             rules = [rule(k, priority(k)) for k in range(count)]
             start = time.process_time()
             findings = len(analyse_rules(rules, ENVIRONMENT, ACTIONS))
             seconds[count] = time.process_time() - start
-        name = f"check 1000 rules, {words}, {findings} findings"
-        ratio = seconds[1000] / seconds[100]
-        rows.append(Row(name, seconds[1000], "s", "100 rules", ratio, f"<= {BUDGET:g} s", seconds[1000] <= BUDGET))
-    return rows
-
-
-if __name__ == "__main__":
-    for each in run():
-        print(each)
+        name, took = f"check {MANY} rules, {words}, {findings} findings", seconds[MANY]
+        ratio = took / seconds[FEW]
+        yield Row(name, took, "s", f"{FEW} rules", ratio, f"<= {BUDGET:g} s", took <= BUDGET)

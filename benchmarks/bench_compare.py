@@ -6,27 +6,26 @@ takes besides playing, in this process and in its workers: keys, messages, the s
 time, so it means something on an idle machine with two cores only. Memory is this process's growth over a sweep of
 episodes that are over at once, for every 1,000 of them.
 
-Run it with `python benchmarks/bench_compare.py [EPISODES]`, or all benchmarks with `make bench`.
+Run it with `python benchmarks compare`, or all benchmarks with `make bench`.
 """
 
 from __future__ import annotations
 
 import resource
-import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future
 from pathlib import Path
 
-from row import Row
+from row import Row, size
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Bench, Place, ScenarioScene, Store, Trial, cores, scenes_of, sweep
 
-SEEDS = range(1, 25)
-FIELDS = 8
-MANY = 1000
+SEEDS = range(1, size(25, 2))
+FIELDS, FIELD_SEEDS = size((8, (1, 2)), (1, (1,)))
+MANY = size(1000, 10)
 
 
 class Here(Executor):
@@ -93,24 +92,16 @@ def growth(episodes: int) -> float:
     return (peaks[1] - peaks[0]) / 1024.0 / (0.9 * episodes / 1000.0)
 
 
-def run(episodes: int = MANY) -> list[Row]:
+def run() -> Iterator[Row]:
     """The rows of the table."""
-    play = playing("tree", [ScenarioScene("exp1")], SEEDS)
-    barn = playing("hybrid", scenes_of("barn_like", FIELDS), SEEDS[:2])
+    play = 1.0 / playing("tree", [ScenarioScene("exp1")], SEEDS)
+    yield Row("sweep: EXP1, one core", play, "episodes/s", budget=">= 3", holds=play >= 3.0)
+    barn = 1.0 / playing("hybrid", scenes_of("barn_like", FIELDS), FIELD_SEEDS)
+    yield Row("sweep: barn_like with lidar, one core", barn, "episodes/s", budget=">= 1", holds=barn >= 1.0)
     whole, counted = swept()
-    rows = [
-        Row("sweep: EXP1, one core", 1.0 / play, "episodes/s", budget=">= 3", holds=1.0 / play >= 3.0),
-        Row("sweep: barn_like with lidar, one core", 1.0 / barn, "episodes/s", budget=">= 1", holds=1.0 / barn >= 1.0),
-        Row("sweep: store and engine", 100.0 * (whole - counted) / whole, "%", budget="< 5 %",
-            holds=whole - counted < 0.05 * whole),
-        Row(f"sweep: memory, {episodes} episodes", growth(episodes), "MB/1000", budget="< 5", holds=None),
-    ]  # fmt: skip
+    share = 100.0 * (whole - counted) / whole
+    yield Row("sweep: store and engine", share, "%", budget="< 5 %", holds=share < 5.0)
+    yield Row(f"sweep: memory, {MANY} episodes", growth(MANY), "MB/1000", budget="< 5", holds=None)
     if cores() > 1:
         one, two = rate(1), rate(2)
-        rows.append(Row("sweep: two workers", two / one, "x one worker", budget=">= 1.8", holds=two >= 1.8 * one))
-    return rows
-
-
-if __name__ == "__main__":
-    for row in run(int(sys.argv[1]) if len(sys.argv) > 1 else MANY):
-        print(f"{row.name}: {row.value:.3g} {row.unit} (budget {row.budget})")
+        yield Row("sweep: two workers", two / one, "x one worker", budget=">= 1.8", holds=two >= 1.8 * one)

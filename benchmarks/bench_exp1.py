@@ -10,7 +10,7 @@ The other side of the comparison plays the commands that the whole stack gave: t
 sonars read at their rate, and nothing else. Both must come to the same trajectory, bit by bit, or nothing is printed.
 The two take turns, seed by seed; figures are medians over the seeds.
 
-Run it with `python benchmarks/bench_exp1.py`, or all benchmarks with `make bench`.
+Run it with `python benchmarks exp1`, or all benchmarks with `make bench`.
 """
 
 from __future__ import annotations
@@ -19,19 +19,20 @@ import hashlib
 import statistics
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from periods import clocked
-from row import Row
+from row import Row, size
 
 from rocs_bt import simulation
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ActuatorCommanded, Event, NullSink
 from rocs_bt.simulation import RunResult, set_stage
 
-SEEDS = range(1, 8)
+SEEDS = range(1, size(8, 2))
+DURATION = size(None, 1.0)  # [s] simulated; None is the scenario's
 AGENT, RANGES, WHEELS = "R2", "sonar", "wheels"
 PACE, RATIO = 50.0, 3.0
 
@@ -59,7 +60,7 @@ class Commands:
 def heard(catalog: Catalog, seed: int) -> tuple[Commands, RunResult]:
     """The wheel commands that the whole stack gives, and what came of them."""
     commands = Commands()
-    return commands, simulation.run("exp1", catalog, seed=seed, report=False, sinks=(commands,))
+    return commands, simulation.run("exp1", catalog, seed=seed, duration=DURATION, report=False, sinks=(commands,))
 
 
 def whole(catalog: Catalog, seed: int, out: Path | None) -> Timed:
@@ -73,7 +74,7 @@ def whole(catalog: Catalog, seed: int, out: Path | None) -> Timed:
             tick(t)
             marks.append(time.process_time())
 
-        result = simulation.run("exp1", catalog, seed=seed, out=out, report=False, progress=marked)
+        result = simulation.run("exp1", catalog, seed=seed, duration=DURATION, out=out, report=False, progress=marked)
         rests.append(marks[1] - marks[0] + time.process_time() - marks[-1])
         return str(result.summary["trajectory_hash"])
 
@@ -126,7 +127,7 @@ def measure(catalog: Catalog, folder: Path) -> tuple[list[float], list[Timed], l
     return simulated, recorded, plain, bare
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
     catalog = Catalog.here()
     with tempfile.TemporaryDirectory() as folder:
@@ -141,16 +142,9 @@ def run() -> list[Row]:
     record = median((r.loop - p.loop) / r.periods for r, p in zip(recorded, plain, strict=True)) * 1e6
     rest = median(r.rest for r in recorded) * 1e3
     what = "physics, rays and mover alone"
-    return [
-        Row("EXP1: whole stack, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE),
-        Row("EXP1: time of the whole stack", each, "us a period", what, ratio, f"<= {RATIO:g}x", ratio <= RATIO),
-        Row(f"EXP1: {what}", physics, "x real time"),
-        Row("EXP1: time of the whole stack, not recorded", bare_each, "us a period", what, unrecorded),
-        Row("EXP1: recording", record, "us a period", "the whole stack", record / each),
-        Row("EXP1: before and after the episode", rest, "ms a run"),
-    ]
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)
+    yield Row("EXP1: whole stack, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)
+    yield Row("EXP1: time of the whole stack", each, "us a period", what, ratio, f"<= {RATIO:g}x", ratio <= RATIO)
+    yield Row(f"EXP1: {what}", physics, "x real time")
+    yield Row("EXP1: time of the whole stack, not recorded", bare_each, "us a period", what, unrecorded)
+    yield Row("EXP1: recording", record, "us a period", "the whole stack", record / each)
+    yield Row("EXP1: before and after the episode", rest, "ms a run")

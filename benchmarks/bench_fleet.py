@@ -12,7 +12,7 @@ The growth is the slope of a straight line through the logarithms of cost and nu
 proportional to how many there are when its slope is at most 1. The line, and where the time goes, are drawn in
 runs/bench/fleet.png and fleet.svg.
 
-Run it with `python benchmarks/bench_fleet.py`, or all benchmarks with `make bench`.
+Run it with `python benchmarks fleet`, or all benchmarks with `make bench`.
 """
 
 from __future__ import annotations
@@ -20,21 +20,22 @@ from __future__ import annotations
 import math
 import statistics
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from periods import clocked
-from row import Row
+from row import Row, size
 
 from rocs_bt import simulation
 from rocs_bt.catalog import Catalog
 
-SEEDS = range(1, 4)
-COUNTS = (1, 2, 5, 10, 20)
-PACE, FLEET_PACE, SLOPE = 30.0, 3.0, 1.0
-SPAN = 15.0  # [s] that a fleet is simulated: nobody has finished by then
+SEEDS = range(1, size(4, 2))
+COUNTS = size((1, 2, 5, 10, 20), (1, 2))
+PACE, FLEET_PACE, SLOPE = 20.0, 3.0, 1.0
+DURATION = size(None, 0.5)  # [s] of EXP3; None is the scenario's
+SPAN = size(15.0, 0.5)  # [s] that a fleet is simulated: nobody has finished by then
 PITCH = 5.0  # [m] from one square to the next
 PICTURE = Path("runs/bench")
 
@@ -117,30 +118,25 @@ def fleet(project: Path, robots: int) -> None:
     (project / "scenarios" / "fleet.toml").write_text("\n".join(scenario))
 
 
-def timed(catalog: Catalog, name: str, seed: int, out: Path) -> Timed:
+def timed(catalog: Catalog, name: str, seed: int, out: Path, duration: float | None = None) -> Timed:
     """One seed of a scenario, recorded."""
     summary: dict[str, Any] = {}
 
     def play(tick: Callable[[float], None]) -> str:
-        summary.update(simulation.run(name, catalog, seed=seed, out=out, report=False, progress=tick).summary)
+        result = simulation.run(name, catalog, seed=seed, duration=duration, out=out, report=False, progress=tick)
+        summary.update(result.summary)
         return str(summary["trajectory_hash"])
 
     loop = sum(clocked(play))
     return Timed(len(summary["agents"]), summary["sim_time"], loop)
 
 
-def measure() -> tuple[list[Timed], list[Timed]]:
-    """EXP3 by seed, and the fleets, each the fastest of its seeds."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "run"
-        experiment = [timed(Catalog(), "exp3", seed, out) for seed in SEEDS]
-        fleets = []
-        for count in COUNTS:
-            project = Path(folder) / f"fleet_{count}"
-            fleet(project, count)
-            runs = [timed(Catalog(project), "fleet", seed, out) for seed in SEEDS]
-            fleets.append(min(runs, key=lambda run: run.loop / run.simulated))
-    return experiment, fleets
+def fleet_of(count: int, folder: Path) -> Timed:
+    """A fleet of so many robots, the fastest of its seeds."""
+    project = folder / f"fleet_{count}"
+    fleet(project, count)
+    runs = [timed(Catalog(project), "fleet", seed, folder / "run") for seed in SEEDS]
+    return min(runs, key=lambda run: run.loop / run.simulated)
 
 
 def slope(costs: Mapping[int, float]) -> float:
@@ -178,34 +174,26 @@ def draw(costs: Mapping[int, float], growth: float) -> None:
         canvas.savefig(PICTURE / f"fleet.{form}", dpi=160)
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows; draws the picture."""
-    experiment, fleets = measure()
-    pace = statistics.median(run.simulated / run.loop for run in experiment)
-    costs = {run.robots: run.loop / run.simulated / run.robots for run in fleets}
+    costs: dict[int, float] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        experiment = [timed(Catalog(), "exp3", seed, Path(folder) / "run", DURATION) for seed in SEEDS]
+        pace = statistics.median(run.simulated / run.loop for run in experiment)
+        yield Row("EXP3: whole stack, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)
+        for count in COUNTS:
+            found = fleet_of(count, Path(folder))
+            costs[count] = found.loop / found.simulated / found.robots
+            yield row_of(found, costs[count] / costs[1])
     growth = slope(costs)
     draw(costs, growth)
-    rows = [Row("EXP3: whole stack, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)]
-    for each in fleets:
-        rate, budget = each.simulated / each.loop, FLEET_PACE if each.robots == 10 else None
-        rows.append(
-            Row(
-                f"fleet: {each.robots} robots with minds, recorded",
-                rate,
-                "x real time",
-                "what one costs alone",
-                costs[each.robots] / costs[1],
-                "" if budget is None else f">= {budget:g}x",
-                None if budget is None else rate >= budget,
-            )
-        )
-    allowed = f"<= {SLOPE:g}"
-    rows.append(
-        Row("fleet: cost of a robot grows as their number to the", growth, "", "", None, allowed, growth <= SLOPE)
-    )
-    return rows
+    name, allowed = "fleet: cost of a robot grows as their number to the", f"<= {SLOPE:g}"
+    yield Row(name, growth, "", "", None, allowed, growth <= SLOPE)
 
 
-if __name__ == "__main__":
-    for row in run():
-        print(row)
+def row_of(found: Timed, ratio: float) -> Row:
+    """A fleet's row; the ratio is a robot's cost to that of one alone."""
+    name, rate = f"fleet: {found.robots} robots with minds, recorded", found.simulated / found.loop
+    judged = found.robots == 10
+    budget, holds = (f">= {FLEET_PACE:g}x", rate >= FLEET_PACE) if judged else ("", None)
+    return Row(name, rate, "x real time", "what one costs alone", ratio, budget, holds)

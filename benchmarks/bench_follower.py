@@ -6,24 +6,24 @@ Times are thread CPU time. A tick of the follower is a whole `Follower.step`, on
 the path reference; the NLP is charged for its solve alone. Cross-track errors are exact distances from the polyline
 after the first 3 s.
 
-Run it with `python benchmarks/bench_follower.py`, or all benchmarks with `make bench`.
+Run it with `python benchmarks follower`, or all benchmarks with `make bench`.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from follower_peers import DRIVE, PERIOD, Nlp, Plant, PurePursuit, anchored, corners, distance_to
-from row import Row
+from row import Row, size
 
 from rocs_bt.control.follower import Follower
 from rocs_bt.control.reference import Preview, Reference
 from rocs_bt.geometry import Pose2
 
-TICKS, ROUNDS, SETTLED = 400, 5, 60
+TICKS, ROUNDS, SETTLED = size((400, 5, 60), (4, 1, 2))
 OURS = "follower"
 BUDGET, RATIO, CROSS = 80e-6, 3.0, 0.008  # [s], [1], [m]
 
@@ -104,7 +104,7 @@ CONTROLLERS: dict[str, Callable[[], Callable[[Plant], tuple[np.ndarray, float]]]
 }
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """The rows of this benchmark."""
     times: dict[str, list[float]] = {name: [] for name in CONTROLLERS}
     runs: dict[str, Run] = {}
@@ -115,11 +115,10 @@ def run() -> list[Row]:
                 one.step()
             times[name] += one.times
     medians = {name: float(np.median(t)) for name, t in times.items()}
-    line, rows = corners(), []
+    line = corners()
     for name, one in runs.items():
         cross = distance_to(line, np.array(one.places[SETTLED:]))
-        rows += _rows(name, np.array(times[name]), medians[OURS], cross)
-    return rows
+        yield from _rows(name, np.array(times[name]), medians[OURS], cross)
 
 
 def _rows(name: str, times: np.ndarray, ours: float, cross: np.ndarray) -> list[Row]:
@@ -154,10 +153,3 @@ def _rows(name: str, times: np.ndarray, ours: float, cross: np.ndarray) -> list[
         ),
         Row(f"{name}: cross-track max", most * 100, "cm"),
     ]
-
-
-if __name__ == "__main__":
-    for row in run():
-        ratio = "" if row.ratio is None else f"{row.ratio:.3g}x {row.baseline}"
-        holds = "" if row.holds is None else ("yes" if row.holds else "NO")
-        print(f"{row.name:48} {row.value:9.4g} {row.unit:3} {ratio:22} {row.budget:14} {holds}".rstrip())

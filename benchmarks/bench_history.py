@@ -1,6 +1,6 @@
 """What keeping knowledge costs, and asking what was: 10,000 nodes, beside raw networkx, in CPU time.
 
-Run it with `python benchmarks/bench_history.py`, or all benchmarks with `make bench`.
+Run it with `python benchmarks history`, or all benchmarks with `make bench`.
 """
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ import itertools
 import statistics
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import networkx
-from row import Row
+from row import Row, size
 
 from rocs_bt.clock import SimulatedClock, WallClock
 from rocs_bt.event import NullSink
@@ -22,16 +22,17 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, Journal
 
-NODES = 10_000
-WRITES = 50_000
-SECONDS = 4.0
+NODES, WRITES, SINGLE = size((10_000, 50_000, 500), (100, 1_000, 5))
+SECONDS, READS = size((4.0, 2000), (0.1, 10))
 CONTROL = 0.02  # [s] a control period, of which half is work
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
     with TemporaryDirectory() as folder:
-        return [*_writing(Path(folder)), *_asking(Path(folder)), *_together(Path(folder))]
+        yield from _writing(Path(folder))
+        yield from _asking(Path(folder))
+        yield from _together(Path(folder))
 
 
 def _graph() -> KnowledgeGraph:
@@ -76,13 +77,13 @@ def _writing(folder: Path) -> list[Row]:
     naive.attach(graph)
 
     def one_by_one() -> None:
-        for i in range(500):
+        for i in range(SINGLE):
             graph.set("o1", radius=float(i))
             naive.flush()
 
-    alone = _cpu(one_by_one) / 500
+    alone = _cpu(one_by_one) / SINGLE
     naive.close()
-    assert graph.revision - begin == 500
+    assert graph.revision - begin == SINGLE
     return [
         Row("history: checked write, nobody keeps it", plain, "us"),
         Row(
@@ -95,7 +96,7 @@ def _writing(folder: Path) -> list[Row]:
     ]
 
 
-def _asking(folder: Path) -> list[Row]:
+def _asking(folder: Path) -> Iterator[Row]:
     graph = _graph()
     clock = graph.clock
     assert isinstance(clock, SimulatedClock)
@@ -104,23 +105,19 @@ def _asking(folder: Path) -> list[Row]:
     with Journal(folder / "asking.sqlite", patient=True) as journal:
         journal.attach(graph)
         _write(graph, WRITES, clock.advance)
-    rows = []
     with History(folder / "asking.sqlite") as history:
         for part, words in ((0.0, "at its beginning"), (0.5, f"{WRITES // 2} changes later")):
             revision = history.first.first + int(part * (history.last.last - history.first.first))
             took = statistics.median(_cpu(lambda r=revision: history.as_of(revision=r)) for _ in range(5))
-            rows.append(
-                Row(f"history: all {NODES} nodes as of, {words}", took / 1e3, "ms", "networkx copy", took / copy)
-            )
+            yield Row(f"history: all {NODES} nodes as of, {words}", took / 1e3, "ms", "networkx copy", took / copy)
         last, end = history.last.last, history.last.end
         turns = itertools.cycle(range(0, NODES, 7))
         for name, when in (("a revision", {"revision": last - WRITES // 2}), ("a time", {"t": end / 2})):
-            took = _cpu(lambda w=when: [history.value(f"o{next(turns)}", "radius", **w) for _ in range(2000)]) / 2000
-            rows.append(Row(f"history: one value as of {name}", took, "us", "networkx copy", took / copy))
+            took = _cpu(lambda w=when: [history.value(f"o{next(turns)}", "radius", **w) for _ in range(READS)]) / READS
+            yield Row(f"history: one value as of {name}", took, "us", "networkx copy", took / copy)
         state = history.as_of()
         took = _cpu(lambda: [state.get(f"o{i}", "radius") for i in range(NODES)]) / NODES
-        rows.append(Row("history: read an attribute of a state", took, "us"))
-    return rows
+        yield Row("history: read an attribute of a state", took, "us")
 
 
 def _together(folder: Path) -> list[Row]:
@@ -187,8 +184,3 @@ def _control() -> float:
             count += 1
         time.sleep(max(0.0, start + (period + 1) * CONTROL - time.monotonic()))
     return time.process_time() - begin
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)

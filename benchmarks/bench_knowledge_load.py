@@ -17,19 +17,19 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import knowledge_world as world
-from row import Row
+from row import Row, size
 
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.history import Journal
 
-PERIOD, WORK = 0.05, 4_000  # [s]; attributes read in a period, some 4 ms
-ROUNDS, PERIODS = 12, 20  # of each sort; in a round
+PERIOD, WORK = 0.05, size(4_000, 100)  # [s]; attributes read in a period, some 4 ms
+ROUNDS, PERIODS = size((12, 20), (1, 3))  # of each sort; in a round
 WRITES, READS = 1000.0, 100.0  # a second: of the writer, of each of the readers
 QUERY = "object where moves and distance(pose, robot) < 2 m order by distance(pose, robot) limit 3"
 SWITCH = 0.0005  # [s], as agents in threaded mode have it
@@ -45,14 +45,14 @@ class Period(NamedTuple):
     waits: int
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
     known, before = world.known(), sys.getswitchinterval()
     sys.setswitchinterval(SWITCH)
     try:
         with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "knowledge.sqlite") as journal:
             journal.attach(known.graph)
-            return _rows(known)
+            yield from _rows(known)
     finally:
         sys.setswitchinterval(before)
 
@@ -161,8 +161,3 @@ def _round(known: Knowledge) -> list[Period]:
 def _waits() -> int:
     """How often this thread gave way of its own: in its work, to wait for the GIL."""
     return resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)

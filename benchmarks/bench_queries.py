@@ -16,19 +16,21 @@ from typing import Any
 
 import knowledge_world as world
 from bench_knowledge import micros
-from row import Row
+from row import Row, size
 
 from rocs_bt.knowledge.history import History, Journal, JournalPast
 
 NEAREST_BUDGET = 20.0  # [us]
+PATIENCE = size(1e5, 1e2)  # [us] CPU time of a round
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
     known, raw = world.known(), world.raw()
     rdf = world.Rdf() if importlib.util.find_spec("rdflib") else None
-    rows = [row for ours in _questions(known, raw, rdf) for row in _beside(*ours)]
-    return [*rows, *_past(known, raw, rdf)]
+    for question in _questions(known, raw, rdf):
+        yield from _beside(*question)
+    yield from _past(known, raw, rdf)
 
 
 def _questions(known: Any, raw: Any, rdf: world.Rdf | None) -> Iterator[tuple[str, Any, Any, Any, float | None]]:
@@ -111,9 +113,9 @@ def _beside(name: str, ours: Any, networkx: Any, rdflib: Any, budget: float | No
 
 
 def _micros(call: Callable[[], object]) -> float:
-    """CPU time of one call [us], with as many calls as take about a tenth of a second."""
+    """CPU time of one call [us], with as many calls as fill a round."""
     once = micros(call, 1, 1)
-    return once if once > 1e5 else micros(call, max(1, min(20_000, int(1e5 / max(once, 1.0)))), 3)
+    return once if once > PATIENCE else micros(call, max(1, min(20_000, int(PATIENCE / max(once, 1.0)))), 3)
 
 
 def _past(known: Any, raw: Any, rdf: world.Rdf | None) -> Iterator[Row]:
@@ -127,7 +129,7 @@ def _past(known: Any, raw: Any, rdf: world.Rdf | None) -> Iterator[Row]:
         past = known.past = JournalPast(journal, graph)
         for i in range(world.COUNT):
             graph.set(f"o{i}", radius=0.5 + i / 1e5)
-            if i % 100 == 0:
+            if i % (world.COUNT // 100) == 0:
                 clock.advance()
         journal.flush()
         copies = [("networkx copied", _micros(raw.copy))]
@@ -151,8 +153,3 @@ def _of_copies(name: str, ours: Callable[[], Any], copies: list[tuple[str, float
     value = _micros(ours)
     for words, other in copies:
         yield Row(f"queries: {name}", value / 1e3, "ms", words, value / other)
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)

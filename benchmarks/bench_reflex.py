@@ -3,7 +3,7 @@
 The P3DX's whole mind (its robot.toml, the shipped rules and the mission `go_to`) on mock devices and wall time, with a
 recording. Something comes near at random times. First the plan's leaf burns Python all the while, then it is idle.
 
-Run it with `python benchmarks/bench_reflex.py`, or all benchmarks with `make bench`.
+Run it with `python benchmarks reflex`, or all benchmarks with `make bench`.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import statistics
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
-from row import Row
+from row import Row, size
 
 from rocs_bt.agent import Mind, ThreadedRunner
 from rocs_bt.catalog import Catalog, PlaceSpec
@@ -34,7 +34,7 @@ from rocs_bt.record import Recorder, RunHeader
 from rocs_bt.simulation import SinkThread
 from rocs_bt.testing.mock_agent import MockStage, mock_agent
 
-CROSSINGS = 200
+CROSSINGS = size(200, 2)
 P50, P99 = 2.0, 10.0  # [ms]
 PAPER = 78.0  # [ms] the paper's C++, mean of its reactive route; 138 ms at most
 NEAR, FAR = 0.15, math.inf  # [m]
@@ -149,14 +149,7 @@ def rows(what: str, found: list[float], judged: bool) -> list[Row]:
     ]
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
-    return [
-        *rows("a leaf burns Python", measure(burn=1.9, plan=0.5), True),
-        *rows("idle", measure(burn=0.0, plan=10.0), True),
-    ]
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)
+    yield from rows("a leaf burns Python", measure(burn=1.9, plan=0.5), True)
+    yield from rows("idle", measure(burn=0.0, plan=10.0), True)

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import rule_peers as peers
-from row import Row
+from row import Row, size
 from rule_peers import Evaluator, Floats, Guard
 
 from rocs_bt.actions import ACTIONS
@@ -32,8 +32,10 @@ from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH
 from rocs_bt.units import SPEED as SPEED_UNIT
 
-ROUNDS, PERIOD = 15, 0.05
-PATIENCE = 0.05  # [s] CPU time that an evaluator may take in a round
+ROUNDS, PERIOD = size(15, 1), 0.05
+COUNTS, FILE = size(((1, 10, 100, 1000), 1000), ((1, 10), 10))
+TILES, CHUNKS = size((100, 10), (1, 1))  # of 1000 recorded rows each
+PATIENCE = size(0.05, 0.0001)  # [s] CPU time that an evaluator may take in a round
 ENVIRONMENT = Environment.packed(
     [
         Signal("range", peers.RANGES, (LENGTH,), bounds=(0.02, 30.0)),
@@ -43,11 +45,13 @@ ENVIRONMENT = Environment.packed(
 )
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
     trace = peers.trace(500)
-    found = [row for count in (1, 10, 100, 1000) for row in _snapshot(count, trace)]
-    return [*found, *_batch(trace), *_compile()]
+    for count in COUNTS:
+        yield from _snapshot(count, trace)
+    yield from _batch(trace)
+    yield from _compile()
 
 
 def _snapshot(count: int, trace: Floats) -> Iterator[Row]:
@@ -135,29 +139,31 @@ def _copying(rows: Floats, x: Floats) -> float:
 def _batch(trace: Floats) -> Iterator[Row]:
     """A million recorded rows, and a fleet, through 100 rules in the kernel."""
     table = lower_rules(_rules(peers.guards(100)).rules)
-    chunk = np.tile(np.concatenate([trace, trace[::-1]]), (100, 1))
+    chunk = np.tile(np.concatenate([trace, trace[::-1]]), (TILES, 1))
     times = np.arange(len(chunk)) * PERIOD
     kernel = next((b for b in _backends() if b.name == "kernel"), None)
     if kernel is None:
         return
-    values, start, chunks = table.start(), time.process_time(), 10
-    for k in range(chunks):
+    values, start = table.start(), time.process_time()
+    for k in range(CHUNKS):
         kernel.batch_time(table, chunk, times + k * (times[-1] + PERIOD), values)
-    took = (time.process_time() - start) * 1e6 / (chunks * len(chunk))
+    took = (time.process_time() - start) * 1e6 / (CHUNKS * len(chunk))
     yield Row("rules: 100 on 1e6 recorded rows, kernel", took, "s", "", None, "<= 2 s", took <= 2.0)
-    lanes, states = chunk[:4096], table.start(4096)
+    lanes = chunk[:4096]
+    states = table.start(len(lanes))
     tick = _median(lambda: kernel.batch_lanes(table, lanes, 0.0, states))
-    yield Row("rules: 100 for 4096 robots, one tick, kernel", tick * 1e3, "ms")
+    yield Row(f"rules: 100 for {len(lanes)} robots, one tick, kernel", tick * 1e3, "ms")
 
 
 def _compile() -> Iterator[Row]:
     """From typed trees to what a back end runs; and from the file."""
-    rules = _rules(peers.guards(1000)).rules
+    rules = _rules(peers.guards(FILE)).rules
     took = {b.name: 1e3 * _median(functools.partial(_compiled, b, rules)) for b in _backends()}
     for name, value in took.items():
         limit, holds = ("<= 50 ms", value <= 50.0) if name == "kernel" else ("", None)
-        yield Row(f"rules: compile 1000, {name}", value, "ms", "", None, limit, holds)
-    yield Row("rules: read and type 1000 from their file", 1e3 * _median(lambda: _rules(peers.guards(1000)), 2), "ms")
+        yield Row(f"rules: compile {FILE}, {name}", value, "ms", "", None, limit, holds)
+    reading = 1e3 * _median(lambda: _rules(peers.guards(FILE)), 2)
+    yield Row(f"rules: read and type {FILE} from their file", reading, "ms")
 
 
 def _compiled(backend: Backend, rules: Sequence[Rule]) -> None:
@@ -176,8 +182,3 @@ def _median(call: Callable[[], object], rounds: int = 7) -> float:
 
 def _rules(guards: list[Guard]) -> RuleSet:
     return load_rules(read_toml(Path("bench.toml"), peers.rule_file(guards)), ENVIRONMENT, ACTIONS)
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)

@@ -1,6 +1,6 @@
 """What sharing costs, and how fast knowledge travels between processes on this host.
 
-Run it with `python benchmarks/bench_share.py`, or all benchmarks with `make bench`. Each peer is a process of its own,
+Run it with `python benchmarks share`, or all benchmarks with `make bench`. Each peer is a process of its own,
 on zenoh over loopback; with 20 of them a small machine measures its scheduler too. Loro and pycrdt, where installed,
 hold the same writes beside our replica.
 """
@@ -15,28 +15,29 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
-from row import Row
+from row import Row, size
 
 from rocs_bt.clock import SimulatedClock, WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share import LocalNetwork, Replica, Scope, Sharing
 
-PEERS = (2, 5, 20)
-WRITES = 200  # for the latency
-SECONDS = 4.0  # for the throughput
+PEERS = size((2, 5, 20), (2,))
+WRITES = size(200, 3)  # for the latency
+SECONDS = size(4.0, 0.1)  # for the throughput
 BATCH = 50
-HOUR = 20 * 5 * 3600  # writes of five values at 20 Hz in an hour
+HOUR = size(20 * 5 * 3600, 100)  # writes of five values at 20 Hz in an hour
+CALLS, BUSY, REPEATS = size((5000, 200, 5), (5, 2, 1))
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
-    rows = [*_costs(), *_stores()]
+    yield from _costs()
+    yield from _stores()
     for count in PEERS:
-        rows += _travel(count)
-    return rows
+        yield from _travel(count)
 
 
 # -- in this process ------------------------------------------------------------------------------------------------
@@ -63,13 +64,13 @@ def _costs() -> list[Row]:
 
     for i in range(BATCH):
         graph.add(f"box {i}", "object")
-    writes = _micros(lambda: [graph.set(f"box {i}", radius=float(next(values))) for i in range(BATCH)], 200)
+    writes = _micros(lambda: [graph.set(f"box {i}", radius=float(next(values))) for i in range(BATCH)], BUSY)
     return [
         Row(
             "a write of the graph that is shared: on the writer's thread", heard, "us", "one that is not", heard / bare
         ),
-        Row("a turn of sharing with nothing new", _micros(turn, 2000), "us"),
-        Row(f"a turn that tells {BATCH} changes, for each of them", (_micros(busy, 200) - writes) / BATCH, "us"),
+        Row("a turn of sharing with nothing new", _micros(turn), "us"),
+        Row(f"a turn that tells {BATCH} changes, for each of them", (_micros(busy, BUSY) - writes) / BATCH, "us"),
     ]
 
 
@@ -146,7 +147,7 @@ def _each(count: int, write: Callable[[int], object]) -> float:
     return (time.process_time_ns() - start) / count / 1e3
 
 
-def _micros(call: Callable[[], object], count: int = 5000, repeats: int = 5) -> float:
+def _micros(call: Callable[[], object], count: int = CALLS, repeats: int = REPEATS) -> float:
     rounds = []
     for _ in range(repeats):
         start = time.process_time_ns()
@@ -256,7 +257,7 @@ def _write(graph: object) -> int:
     for _ in range(WRITES):
         time.sleep(0.02)
         graph.set("clock", radius=time.time())
-    time.sleep(1.0)
+    time.sleep(size(1.0, 0.1))
     return WRITES
 
 
@@ -275,11 +276,4 @@ def _race(name: str, graph: object, sharing: Sharing) -> float:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        _work(*sys.argv[1:])
-    else:
-        for row in run():
-            print(
-                f"{row.name:75s} {row.value:12.4g} {row.unit}"
-                + (f"  ({row.ratio:.2f}x {row.baseline})" if row.ratio else "")
-            )
+    _work(*sys.argv[1:])

@@ -1,6 +1,6 @@
 """What sharing costs who acts: the loop in lockstep, and the reflex while another process floods.
 
-Run it with `python benchmarks/bench_share_loop.py`, or all benchmarks with `make bench`. The reflex is that of
+Run it with `python benchmarks share_loop`, or all benchmarks with `make bench`. The reflex is that of
 bench_reflex. The flood comes over zenoh on loopback from a process that sends as fast as it can: messages,
 questions for all that is known, writes that are refused, and frames that nobody sealed.
 """
@@ -14,13 +14,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 from bench_reflex import measure
 from bench_share import _addresses
-from row import Row
+from row import Row, size
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NullSink
@@ -30,14 +30,15 @@ from rocs_bt.knowledge.share.wire import Delta, Say, Want, encode
 from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
 from rocs_bt.simulation import run as play
 
-SEEDS = (1, 2, 3)
-SECONDS = 20.0  # of simulated time
-CROSSINGS = 60
+SEEDS = size((1, 2, 3), (1,))
+SECONDS = size(20.0, 0.5)  # of simulated time
+CROSSINGS = size(60, 1)
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
-    return [*_lockstep(), *_reflex()]
+    yield from _lockstep()
+    yield from _reflex()
 
 
 # -- in lockstep ------------------------------------------------------------------------------------------------------
@@ -91,8 +92,8 @@ def _cpu(catalog: Catalog, scenario: str, seed: int) -> tuple[float, float]:
 # -- on wall time -----------------------------------------------------------------------------------------------------
 
 
-def _reflex() -> list[Row]:
-    rows, counts = [], {}
+def _reflex() -> Iterator[Row]:
+    counts: Mapping[str, int] = {}
     for what, goal in (
         ("shares nothing", None),
         ("shares nothing, another process burns", "burn"),
@@ -105,11 +106,12 @@ def _reflex() -> list[Row]:
             join = None if goal in (None, "burn") else _join(here, sharing)
             found = sorted(measure(burn=0.0, plan=10.0, crossings=CROSSINGS, share=join))
         name = f"reflex, threaded, {what}, {CROSSINGS} crossings"
-        rows.append(Row(f"{name}: p50", statistics.median(found), "ms"))
-        rows.append(Row(f"{name}: p99", found[math.ceil(0.99 * len(found)) - 1], "ms"))
+        yield Row(f"{name}: p50", statistics.median(found), "ms")
+        yield Row(f"{name}: p99", found[math.ceil(0.99 * len(found)) - 1], "ms")
         counts = sharing[0].counts.as_dict() if sharing else counts
     bad = sum(counts[reason] for reason in ("oversized", "unauthenticated", "malformed", "flooded", "refused"))
-    return [*rows, Row("frames of the flood that came", counts["frames"], ""), Row("turned away", bad, "")]
+    yield Row("frames of the flood that came", counts["frames"], "")
+    yield Row("turned away", bad, "")
 
 
 def _join(listen: str, found: list[Sharing]) -> Callable[[Knowledge], Sharing]:
@@ -148,13 +150,9 @@ def _flood(what: str, listen: str, peer: str) -> None:
         delta = Delta(number, 0, 1, "", {}, {}, bad, [0.0] * len(bad))
         for message in (Say(number, "x" * 1000), Want({}), delta):
             link.send(encode(origin, message, b""))
-        for size in (100, 60000):
-            link.send(bytes(size))
+        for length in (100, 60000):
+            link.send(bytes(length))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        _flood(*sys.argv[1:])
-    else:
-        for row in run():
-            print(f"{row.name:90s} {row.value:12.4g} {row.unit}")
+    _flood(*sys.argv[1:])

@@ -1,6 +1,6 @@
 """What a tick costs, beside BehaviorTree.CPP (behaviortreepy) and stock py_trees in the same process, in CPU time.
 
-Run it with `python benchmarks/bench_trees.py`, or all benchmarks with `make bench`. The C++ engine is measured twice,
+Run it with `python benchmarks trees`, or all benchmarks with `make bench`. The C++ engine is measured twice,
 ticked from Python and turning round in a Repeat of its own; the faster one counts. py_trees is ticked by `tick_once`,
 which is faster than its BehaviourTree. Rounds are interleaved, and the fastest one of each counts: what else runs on
 the machine only adds.
@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, Success
-from row import Row
+from row import Row, size
 
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.plan.nodes import BUILTIN, Tree
@@ -26,7 +26,9 @@ try:
 except ImportError:
     behaviortreepy = None
 
-ROUNDS = 15
+ROUNDS = size(15, 1)
+ROUND = size(1e7, 1e4)  # [ns] CPU time of a round
+TIMES = size(20, 1)  # calls that find out how many fill a round
 LONG = "100000000"
 
 
@@ -91,12 +93,12 @@ def guarded_leaf() -> Shape:
     return Shape("", "AlwaysSuccess", _skipIf="x < 3")
 
 
-def run() -> list[Row]:
+def run() -> Iterator[Row]:
     """All rows."""
-    rows = []
     for shape in [*shapes(), guarded()]:
-        rows += measured(shape)
-    return [*rows, loading(), from_xml()]
+        yield from measured(shape)
+    yield loading()
+    yield from_xml()
 
 
 def measured(shape: Shape) -> list[Row]:
@@ -135,9 +137,9 @@ def timed(call: Callable[[], object]) -> Callable[[], float]:
     """One round: the CPU time of a call, the empty loop included [us]."""
     call()
     start = time.process_time_ns()
-    for _ in range(20):
+    for _ in range(TIMES):
         call()
-    count = max(20, int(1e7 / max((time.process_time_ns() - start) / 20, 1.0)))
+    count = max(TIMES, int(ROUND / max((time.process_time_ns() - start) / TIMES, 1.0)))
 
     def once() -> float:
         start = time.process_time_ns()
@@ -153,7 +155,7 @@ def cpp(shape: Shape) -> dict[str, Callable[[], float]]:
     called = theirs(shape.xml()).tick_exactly_once
     found = {"C++ called": timed(called)}
     if "Sleep" not in shape.xml():
-        rounds = 2000
+        rounds = size(2000, 2)
         alone = theirs(f'<Repeat num_cycles="{rounds}"><ForceSuccess>{shape.xml()}</ForceSuccess></Repeat>').tick_once
 
         def once() -> float:
@@ -204,8 +206,3 @@ def from_xml() -> Row:
 
     value = min(once() for _ in range(5))
     return Row("tree: load 1000 nodes from XML", value, "ms", "", None, "<= 100 ms", value <= 100.0)
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import networkx
+from row import size
 
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import NullSink
@@ -16,7 +17,11 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH
 
-COUNT, NEIGHBOURS, SIDE = 10_000, 3, 100.0  # objects, edges from each, side of the square that they stand in [m]
+COUNT, NEIGHBOURS, SIDE = (
+    size(10_000, 200),
+    3,
+    100.0,
+)  # objects, edges from each, side of the square that they stand in [m]
 HERE = (50.0, 50.0)  # where the robot is [m]
 
 

@@ -14,7 +14,9 @@ import time
 from collections.abc import Callable
 from itertools import pairwise
 
-PLAYS = 5
+from row import size
+
+PLAYS = size(5, 2)
 
 
 def clocked(play: Callable[[Callable[[float], None]], str]) -> list[float]:
