@@ -333,7 +333,7 @@ class CommandExpired(Event, frozen=True, kw_only=True):
 
 
 class Judged(Event, frozen=True, kw_only=True):
-    """An agent's outcome: `error`, `collision`, `success`, `stuck` or `timeout` (docs/architecture.md), and why."""
+    """An agent's outcome and its reason; the outcomes are listed in docs/architecture.md."""
 
     outcome: str
     reason: str = ""

@@ -30,7 +30,7 @@ _LISTED = 12  # things that are told of a scene
 @click.option("--vary", multiple=True, metavar="NAME=LOW..HIGH", help="The range of one; half to twice if left out.")
 @click.option(
     "--failure",
-    type=click.Choice(["any", "collision", "stuck", "timeout", "error"]),
+    type=click.Choice(["any", "collision", "failed", "stuck", "timeout", "error"]),
     default="any",
     show_default=True,
     help="What to seek.",

@@ -22,7 +22,9 @@ from .recording import Recording
 _VERDICTS = {
     "success": "{name} reached its goal",
     "collision": "{name} collided",
+    "failed": "The mission of {name} failed",
     "stuck": "{name} got stuck",
+    "interrupted": "The run was ended before {name} came to another outcome",
     "timeout": "{name} ran out of time",
     "error": "{name} was stopped by an error",
 }

@@ -10,8 +10,8 @@ from typing import Protocol
 from ..errors import BlockError
 from ..geometry import Pose2
 
-OUTCOMES = ("error", "collision", "success", "stuck", "timeout")
-"""In the order of their weight: an earlier one outranks all later ones."""
+OUTCOMES = ("error", "collision", "success", "failed", "stuck", "interrupted", "timeout")
+"""All outcomes; an agent has the first one that applies."""
 
 _PROGRESS = 0.05  # [m] that a robot must get on ...
 _PATIENCE = 15.0  # [s] ... in this time, while it is commanded to move
@@ -60,7 +60,7 @@ class Judge:
     Args:
         goal: The scenario's goal check; None where the mission's word is enough.
         at_end: Whether the goal check counts when the run ends, whatever the mission says: for one that never ends.
-        after: Where the agent must have been before, each by when [s]; too late is stuck.
+        after: Goals to be reached before, each with its deadline [s]; a missed deadline is a `timeout`.
         end_on_collision: Whether a collision decides at once.
 
     Attributes:
@@ -117,7 +117,7 @@ class Judge:
         if succeeded and not self._at_end:
             self._note("success", "", decides=True)
         elif mind.status == "FAILURE":
-            self._note("stuck", f"the mission failed: {mind.reason or 'it says not why'}", decides=True)
+            self._note("failed", f"the mission failed: {mind.reason or 'without a reason'}", decides=True)
         self._watch_progress(t, pose, commanded)
         return self.decided
 
@@ -126,6 +126,10 @@ class Judge:
         if self._goal is not None and self._goal.name == name:
             self._goal = replace(self._goal, pose=pose)
         self._after = [(replace(g, pose=pose) if g.name == name else g, by) for g, by in self._after]
+
+    def interrupt(self, reason: str) -> None:
+        """End the run early, as a signal or a person does; a decided outcome stays."""
+        self._note("interrupted", reason, decides=True)
 
     def verdict(self) -> Verdict:
         """The outcome as things stand."""
@@ -142,11 +146,11 @@ class Judge:
         self.decided = self.decided or decides
 
     def _visit(self, t: float, pose: Pose2) -> None:
-        """Strike off where the robot is; where it is too late to be decides."""
+        """Strike off the goals that are reached; a missed deadline decides."""
         self._after = [(goal, by) for goal, by in self._after if pose.distance(goal.pose) > goal.tolerance]
         for goal, by in self._after:
             if t > by:
-                self._note("stuck", f"it was not at '{goal.name}' by {by:g} s", decides=True)
+                self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
     def _watch_progress(self, t: float, pose: Pose2, commanded: bool) -> None:
         passed = 0.0 if self._last is None else t - self._last

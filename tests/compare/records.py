@@ -38,8 +38,8 @@ def episode(planner, scene, seed=1, outcome="success", time=20.0, **metrics):
 
 
 def table(planner, endings, seeds=1, family="field", **metrics):
-    """Records from a text of endings, a letter an episode: s success, c collision, k stuck, t timeout, e error."""
-    words = {"s": "success", "c": "collision", "k": "stuck", "t": "timeout", "e": "error"}
+    """Records from a text of endings, a letter an episode: success, collision, failed, k (stuck), timeout, error."""
+    words = {"s": "success", "c": "collision", "f": "failed", "k": "stuck", "t": "timeout", "e": "error"}
     return [
         episode(planner, f"{family}-{i // seeds}", 1 + i % seeds, words[letter], **metrics)
         for i, letter in enumerate(endings.replace(" ", ""))

@@ -39,7 +39,7 @@ def test_a_success_by_hand():
     assert found["margin of keeps clear"] == -0.05
 
 
-@pytest.mark.parametrize("outcome", ["collision", "stuck", "timeout", "error"])
+@pytest.mark.parametrize("outcome", ["collision", "failed", "stuck", "timeout", "error"])
 def test_a_failure_counts_and_never_flatters(outcome):
     found = measure_all(measured(outcome, collisions=int(outcome == "collision")))
     assert found["time"] == 60.0  # even where it was at the goal before

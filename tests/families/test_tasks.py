@@ -165,10 +165,10 @@ def test_errands_are_done_in_their_order(tmp_path: Path) -> None:
     assert other["outcome"] == "timeout" or "it was not at 'urgent'" in other["reason"]
 
 
-def test_who_does_not_charge_in_time_is_stuck(tmp_path: Path) -> None:
+def test_a_missed_deadline_is_a_timeout(tmp_path: Path) -> None:
     assert play(tmp_path, "low_battery", 0, rows=2)["agents"]["R"]["outcome"] == "success"
     late = play(tmp_path / "b", "low_battery", 0, rows=2, spare=0.01)["agents"]["R"]
-    assert late["outcome"] == "stuck"
+    assert late["outcome"] == "timeout"
     assert "it was not at 'charger' by" in late["reason"]
 
 
@@ -192,11 +192,11 @@ def test_success_only_after_the_goals_before_it() -> None:
     assert judge.verdict().time_to_goal == 7.0
 
 
-def test_too_late_is_stuck_and_a_goal_that_moves_is_visited_where_it_is() -> None:
+def test_too_late_is_a_timeout_and_a_goal_that_moves_is_visited_where_it_is() -> None:
     end, first = Goal("end", Pose2(0.0, 0.0), 0.2), Goal("first", Pose2(1.0, 0.0), 0.2)
     judge = Judge(end, after=[(first, 5.0)])
     judge.move_goal("first", Pose2(3.0, 0.0))
     assert not judge.update(5.0, Pose2(1.0, 0.0), Asked(), commanded=False)
     assert judge.update(5.05, Pose2(1.0, 0.0), Asked(), commanded=False)
-    assert judge.verdict().outcome == "stuck"
+    assert judge.verdict().outcome == "timeout"
     assert judge.verdict().reason == "it was not at 'first' by 5 s"

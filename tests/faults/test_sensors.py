@@ -75,7 +75,7 @@ def test_a_sound_robot_raises_no_alarm(broken):
 def test_wheels_that_refuse_fail_the_ticket_and_the_run_says_so(broken):
     run = broken(lambda stage: break_actuator(stage, "wheels", RefusingActuator, at=2.0))
     assert run.touched == []
-    assert run.agent["outcome"] == "stuck"
+    assert run.agent["outcome"] == "failed"
     assert "REFUSED: actuator 'wheels' does not answer" in run.agent["reason"]
     assert run.agent["actions"]["GoTo"]["FAILED"] == 1
     assert run.coast() < 0.02

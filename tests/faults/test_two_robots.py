@@ -87,7 +87,7 @@ def test_a_leader_that_vanishes_is_given_up_with_the_reason_and_the_robot_stands
     summary = pair.run(30.0)
     changes = [e.kind for e in pair.told if isinstance(e, Change) and e.subject == "R2"]
     assert changes == ["seen", "lost", "given up"]
-    assert summary["outcome"] == "stuck"
+    assert summary["outcome"] == "failed"
     assert "LOST_LEADER: 'R2' was not found" in summary["reason"]
     assert not pair.rows[-1][2]
     assert not pair.touched()

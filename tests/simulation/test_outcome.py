@@ -24,7 +24,7 @@ class Mind:
 
 
 def judged(judge: Judge, outcome: str, t: float) -> None:
-    """Let a judge see what makes an outcome."""
+    """Show a judge what makes an outcome, from a time on [s]."""
     mind, pose, hit = Mind(), Pose2(0.0, 0.0), []
     if outcome == "error":
         mind.failure = BlockError("R2/plan", "raised", "ValueError: 3")
@@ -32,17 +32,22 @@ def judged(judge: Judge, outcome: str, t: float) -> None:
         hit = ["box"]
     elif outcome == "success":
         mind.status, pose = "SUCCESS", Pose2(0.95, 0.0)
-    elif outcome == "stuck":
+    elif outcome == "failed":
         mind.status, mind.reason = "FAILURE", "STUCK: 5 pre-emptions"
-    judge.update(t, pose, mind, commanded=True, collisions=hit)
+    elif outcome == "stuck":
+        for k in range(16):
+            judge.update(t + k, pose, mind, commanded=True)
+    elif outcome == "interrupted":
+        judge.interrupt("SIGTERM")
+    judge.update(t + 16.0, pose, mind, commanded=False, collisions=hit)
 
 
 @pytest.mark.parametrize("pair", list(combinations(OUTCOMES, 2)))
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 def test_an_earlier_outcome_outranks_a_later_one(pair: tuple[str, str], order: tuple[int, int]) -> None:
     judge = Judge(GOAL)
-    for t, i in enumerate(order):
-        judged(judge, pair[i], float(t))
+    for k, i in enumerate(order):
+        judged(judge, pair[i], 20.0 * k)
     assert judge.verdict().outcome == pair[0]
 
 
@@ -68,14 +73,14 @@ def test_a_collision_ends_the_run_only_if_the_scenario_says_so() -> None:
         judge = Judge(GOAL, end_on_collision=ends)
         judged(judge, "collision", 1.0)
         assert judge.decided is ends
-        assert judge.verdict().reason == "it ran into box at 1.00 s"
+        assert judge.verdict().reason == "it ran into box at 17.00 s"
 
 
 def test_a_collision_on_the_way_keeps_the_time_to_the_goal() -> None:
     judge = Judge(GOAL)
     judged(judge, "collision", 1.0)
     judged(judge, "success", 2.0)
-    assert (judge.verdict().outcome, judge.verdict().time_to_goal) == ("collision", 2.0)
+    assert (judge.verdict().outcome, judge.verdict().time_to_goal) == ("collision", 18.0)
 
 
 @given(st.floats(0.0, 0.049), st.booleans())
@@ -115,7 +120,7 @@ def test_at_the_end_the_missions_word_counts_for_nothing_but_its_failure_does() 
     assert (judge.decided, judge.verdict().outcome) == (False, "timeout")
     judge.update(2.0, Pose2(1.0, 0.0), Mind(status="FAILURE", reason="NO_GOAL"), commanded=False)
     assert judge.decided
-    assert (judge.verdict().outcome, judge.verdict().reason) == ("stuck", "the mission failed: NO_GOAL")
+    assert (judge.verdict().outcome, judge.verdict().reason) == ("failed", "the mission failed: NO_GOAL")
 
 
 @pytest.mark.parametrize("worse", ["error", "collision"])

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
+    from ..record import EpisodeRecord
+
 _SUCCESS, _COLLISION, _OTHER = 1, 2, 3
-_CAUSES = {"success": _SUCCESS, "collision": _COLLISION, "timeout": 0}
+_CAUSES = {"success": _SUCCESS, "collision": _COLLISION}
 _POINTS, _RESAMPLES, _BINS = 120, 400, 5
 _APART = 0.012  # of the width, between the bars of two planners
 _SCENES_FOR_BINS = 10
@@ -113,8 +115,15 @@ def _ends(comparison: Comparison, planner: str) -> Floats:
     for i, scene in enumerate(comparison.scenes):
         for k, seed in enumerate(comparison.seeds):
             if (record := comparison.find(planner, scene, seed)) is not None:
-                found[i, k] = record.sim_time, _CAUSES.get(record.outcome, _OTHER)
+                found[i, k] = record.sim_time, _cause(record)
     return found if len(comparison.scenes) > 1 else found.swapaxes(0, 1)
+
+
+def _cause(record: EpisodeRecord) -> int:
+    """Cause of an episode's end; 0 (censored) if only the time limit ended it. A missed deadline is a cause."""
+    if record.outcome == "timeout" and record.sim_time >= record.time_limit - 1e-6:
+        return 0
+    return _CAUSES.get(record.outcome, _OTHER)
 
 
 def _costs(comparison: Comparison, planner: str) -> Floats:

@@ -14,7 +14,7 @@ from ..record import OUTCOMES
 from ..statistics import Estimate, Size, bootstrapped, interquartile_mean, mean_over_scenes
 from ..verdict import Verdict, favourable, turned
 
-BEST_FIRST = sorted(OUTCOMES, key=("success", "stuck", "timeout", "collision", "error").index)
+BEST_FIRST = sorted(OUTCOMES, key=("success", "stuck", "failed", "timeout", "interrupted", "collision", "error").index)
 
 
 @dataclass(frozen=True)

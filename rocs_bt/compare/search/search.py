@@ -22,7 +22,7 @@ from .playing import SEED, Player
 from .shrink import Shrinking
 from .space import Drawn, Space
 
-FAILURES = tuple(outcome for outcome in OUTCOMES if outcome != "success")
+FAILURES = tuple(outcome for outcome in OUTCOMES if outcome not in ("success", "interrupted"))
 
 
 @dataclass(frozen=True)
