@@ -130,7 +130,7 @@ class TestReflex:
             if before.route == "reactive":  # the reflex goes on, the plan has the wheels, or they stand
                 assert after.route in ("reactive", "deliberative") or not any(after.values)
                 assert after.t - before.t == pytest.approx(0.05)
-            elif before.route == "idle":
+            elif before.route == "idle" and after.route != "idle":  # two idle ones: neutral at the run's end
                 assert after.t - before.t < 0.11  # the tree ticks at 10 Hz
 
 
