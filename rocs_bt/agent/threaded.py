@@ -2,7 +2,7 @@
 
 A thread for every Monitor, Analyze, Plan and Execute. The reflex arc runs on the thread of the monitor whose sample
 wakes it, and a HIGH submission wakes Execute; nothing is polled. A heartbeat notices a thread that ended, or that
-hangs, within three of its block's periods.
+hangs, within three of its block's periods; the threads notice the heartbeat's own death.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from ..clock import WallClock
 from ..knowledge.share import Sharing
 from ..monitor import Monitor
 from .agent import Agent
+from .heartbeat import Heartbeat
 from .worker import PACE, Step, Ticker, Worker
 
 _UNWATCHED = 1.5  # control periods without a sample, after which the reflexes are evaluated without one
@@ -43,14 +44,14 @@ class ThreadedRunner:
         self._spread = self._period / (len(agent.monitors) + 2)
         self._act_at = self._period - self._spread
         self._plan_at = self._plan_called_at = self._rested_at = 0.0
-        self.workers = self._build()
-        self._heart = threading.Thread(target=self._beat, name=f"{agent.name}/heartbeat", daemon=True)
+        self._heartbeat = Heartbeat(agent, clock, self._period - 0.5 * self._spread, self._stop)
+        self._heartbeat.workers = self.workers = self._build()
 
     def __enter__(self) -> ThreadedRunner:
         PACE.enter()
         for worker in self.workers:
             worker.thread.start()
-        self._heart.start()
+        self._heartbeat.start()
         return self
 
     def __exit__(self, *exc: object) -> None:
@@ -63,7 +64,7 @@ class ThreadedRunner:
             analyze.inbox.wake()
         for worker in self.workers:  # one that hangs is left behind: it is a daemon, and ends when its turn does
             worker.thread.join(timeout=worker.patience)
-        self._heart.join(timeout=1.0)
+        self._heartbeat.join()
         self.agent.stop()
         PACE.leave()
 
@@ -94,7 +95,9 @@ class ThreadedRunner:
         return self._worker(name, self._period, partial(self._wait_sample, analyze), Step(name, self._at(analyze.run)))
 
     def _worker(self, name: str, period: float, wait: Callable[[], bool], *steps: Step) -> Worker:
-        return Worker(self.agent, name, steps, wait, period=period, beat=self._period)
+        return Worker(
+            self.agent, name, steps, wait, period=period, beat=self._period, check_heartbeat=self._heartbeat.check
+        )
 
     def _at(self, turn: Callable[[float], None]) -> Callable[[], None]:
         return lambda: turn(self._clock.now())
@@ -149,13 +152,3 @@ class ThreadedRunner:
         sharing.run(begun)
         ended = self._clock.now()
         self._rested_at = ended + min(_REST * (ended - begun), _SHARED)
-
-    def _beat(self) -> None:
-        """Look at every thread, once a control period."""
-        ticker = Ticker(self._clock, self._period, self._stop, self._period - 0.5 * self._spread)
-        while ticker.wait() and self.agent.going:
-            for worker in self.workers:
-                if (block := worker.hangs()) is not None:
-                    self.agent.fail(block, "hung", worker.overdue)
-                elif not worker.thread.is_alive() and not self._stop.is_set() and self.agent.going:
-                    self.agent.fail(worker.name, "ended", "its thread is gone")

@@ -35,6 +35,7 @@ class Worker:
         wait: Sleeps until the next turn; False ends the thread.
         period: How long a turn may normally take [s].
         beat: How often `hangs` is asked [s].
+        check_heartbeat: Called before each turn; fails the agent if the heartbeat has ended.
 
     Attributes:
         name: The thread's block.
@@ -51,6 +52,7 @@ class Worker:
         *,
         period: float,
         beat: float,
+        check_heartbeat: Callable[[], None] = lambda: None,
     ) -> None:
         self.name = name
         self.patience = PATIENCE * period
@@ -58,6 +60,7 @@ class Worker:
         self._agent = agent
         self._steps = tuple(steps)
         self._wait = wait
+        self._check_heartbeat = check_heartbeat
         self._limit = max(round(self.patience / beat), 1)
         self._turns = 0
         self._doing: str | None = None
@@ -82,6 +85,7 @@ class Worker:
 
     def _run(self) -> None:
         while self._wait() and self._agent.going:
+            self._check_heartbeat()
             for step in self._steps:
                 self._doing = step.block
                 self._agent.guarded(step.block, step.run)
