@@ -104,7 +104,8 @@ def command(
         click.echo(json.dumps(result.summary, indent=2) if as_json else _told(result, folder))
         if live is not None:
             click.echo("The live page stays until Ctrl-C.", err=True)
-            live.wait()
+            if not live.wait():
+                click.echo("The live page does not respond any more, so it was closed.", err=True)
     return 0 if succeeded(result.summary) else 1
 
 

@@ -1,5 +1,6 @@
 """`run --live`: the page is told, shown while the run goes on and after it, and goes with Ctrl-C."""
 
+import fcntl
 import json
 import re
 import signal
@@ -48,3 +49,32 @@ def test_a_port_that_is_taken_is_told_before_the_run(rocs_bt, tmp_path):
     assert told.code == 2
     assert re.search(r"port \d+ cannot be had: .*--port", told.err)
     assert not (tmp_path / "run").exists()
+
+
+STOPPED = """
+import fcntl, os, signal, sys
+from rocs_bt.cli.main import call
+from rocs_bt.record.live import LivePage
+
+begin = LivePage.begin
+
+def begin_and_stop(page, header):
+    fcntl.fcntl(page._process.stdin, fcntl.F_SETPIPE_SZ, 4096)
+    os.kill(page._process.pid, signal.SIGSTOP)
+    begin(page, header)
+
+LivePage.begin = begin_and_stop
+sys.exit(call(sys.argv[1:]))
+"""
+
+
+@pytest.mark.skipif(not hasattr(fcntl, "F_SETPIPE_SZ"), reason="pipes of this system cannot be made small")
+def test_a_page_that_is_stopped_keeps_neither_the_run_nor_the_command_from_ending(tmp_path):
+    command = ["run", "exp1", "--live", "--for", "0.3", "--no-report", "--out", tmp_path / "run"]
+    done = subprocess.run([sys.executable, "-c", STOPPED, *command], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert "R2 timeout" in done.stdout
+    assert done.stderr.splitlines()[1:] == [
+        "The live page stays until Ctrl-C.",
+        "The live page does not respond any more, so it was closed.",
+    ]

@@ -4,6 +4,7 @@ import http.client
 import json
 import math
 import re
+import socket
 import time
 from urllib.parse import urlsplit
 
@@ -26,6 +27,7 @@ from rocs_bt.event import (
 )
 from rocs_bt.record.header import BodyInfo, Fan
 from rocs_bt.record.live import LivePage, frames
+from rocs_bt.record.live import page as page_module
 from rocs_bt.record.live.picture import Picture
 from rocs_bt.record.live.server import Feed, Server
 
@@ -220,10 +222,15 @@ def messages(url: str):
     connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=10)
     connection.request("GET", parts.path + "events")
     lines = connection.getresponse()
-    while True:
-        kind, data = lines.readline().decode(), lines.readline().decode()
+    while kind := lines.readline().decode():
+        data = lines.readline().decode()
         lines.readline()
         yield kind.removeprefix("event: ").strip(), json.loads(data.removeprefix("data: "))
+
+
+def whole_run(stream):
+    """The first message that knows of the run: who comes at once may hear of it a moment later."""
+    return next(data for kind, data in stream if kind == "whole" and "run" in data)
 
 
 def test_a_browser_hears_everything_at_first_and_then_what_is_new():
@@ -231,8 +238,7 @@ def test_a_browser_hears_everything_at_first_and_then_what_is_new():
         page.begin(synthetic.header())
         page.emit(NodeTicked(t=0.5, agent="R2", node="go to", status="RUNNING"))
         stream = messages(page.url)
-        kind, whole = next(stream)
-        assert kind == "whole"
+        whole = whole_run(stream)
         assert whole["run"]["scenario"] == "exp1"
         page.emit(NodeTicked(t=0.7, agent="R2", node="go to", status="SUCCESS"))
         while True:
@@ -247,9 +253,10 @@ def test_what_was_emitted_last_is_sent_before_the_page_ends():
     with LivePage() as page:
         page.begin(synthetic.header())
         stream = messages(page.url)
-        next(stream)
+        whole_run(stream)
         page.emit(Judged(t=3.0, agent="R2", outcome="success"))
-    assert next(stream)[1]["agents"]["R2"]["outcome"] == ["success", "", None]
+    ended = [data for _, data in stream if "outcome" in data.get("agents", {}).get("R2", {})]
+    assert [data["agents"]["R2"]["outcome"] for data in ended] == [["success", "", None]]
 
 
 def test_a_page_that_dies_holds_nobody_up():
@@ -263,6 +270,29 @@ def test_a_page_that_dies_holds_nobody_up():
         while page._waiting and time.monotonic() < end:
             time.sleep(0.05)
         assert not page._waiting
+
+
+def test_a_page_that_reads_nothing_for_long_is_given_up(monkeypatch):
+    monkeypatch.setattr(page_module, "_BACKLOG", 5)
+    with LivePage() as page:
+        for event in EVENTS[:7]:
+            page.emit(event)
+        assert list(page._waiting) == EVENTS[2:7]
+        page.begin(synthetic.header())
+        assert page.wait() is False  # its process was ended
+
+
+def test_a_browser_that_reads_nothing_does_not_keep_the_page_open():
+    with LivePage() as page, socket.create_connection(("127.0.0.1", urlsplit(page.url).port)) as deaf:
+        page.begin(synthetic.header())
+        parts = urlsplit(page.url)
+        deaf.sendall(f"GET {parts.path}events HTTP/1.1\r\nHost: {parts.netloc}\r\n\r\n".encode())
+        assert deaf.recv(1)
+        text = "x" * 16_000_000  # more than both ends of the connection can hold
+        page.emit(KnowledgeChanged(t=0.1, agent="R2", what="attribute", subject="box", name="text", value=text))
+        process = page._process
+        page.__exit__(None, None, None)
+        assert process.poll() is not None
 
 
 def test_a_browser_that_is_far_behind_is_let_go_and_gets_everything_when_it_comes_back():

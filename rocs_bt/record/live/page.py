@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import secrets
 import subprocess
 import sys
 import threading
+import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 
@@ -22,7 +24,10 @@ RATE = 10.0
 """How often browsers hear news [Hz]."""
 
 _PACKAGES = str(Path(__file__).resolve().parents[3])
-_GOODBYE = 5.0  # [s]
+_START = 60.0  # [s] within which the page's process must serve
+_PATIENCE = 3.0  # [s] without reading anything, after which the page's process counts as stalled
+_GOODBYE = 5.0  # [s] that the page's process has to take what is left, and again to end
+_BACKLOG = 100_000  # events that may wait; a page that is further behind is given up, so its memory is bounded
 
 
 class LivePage:
@@ -34,7 +39,8 @@ class LivePage:
             page.wait()
 
     `emit` only appends to a list. One thread sends what came ten times a second to a process of its own, which serves
-    the page on loopback behind a token. A page that broke, or that nobody looks at, never holds a run up.
+    the page on loopback behind a token. A page that broke, stalled, or that nobody looks at never holds a run up:
+    leaving takes at most some seconds, after which the page's process is killed.
 
     Args:
         port: Where it is served; 0 for any port that is free.
@@ -50,10 +56,11 @@ class LivePage:
     def __init__(self, port: int = 0, host: str = "127.0.0.1") -> None:
         self.url = ""
         self._settings = frames.Settings(host, port, secrets.token_urlsafe(16))
-        self._waiting: deque[Event] = deque()
+        self._waiting: deque[Event] = deque(maxlen=_BACKLOG)
         self.emit: Callable[[Event], None] = self._waiting.append
         self._leaving = threading.Event()
-        self._sender = threading.Thread(target=self._send, name="live page", daemon=True)
+        self._sender = threading.Thread(target=lambda: None)  # until a run begins
+        self._writing_since = math.inf  # [s] on the monotonic clock; infinite while nothing is being written
         self._process: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> LivePage:
@@ -64,8 +71,9 @@ class LivePage:
             stdout=subprocess.PIPE,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
         )
-        self._write(frames.encode(self._settings))
-        answer = None if self._process.stdout is None else frames.read(self._process.stdout)
+        with _killed_after(_START, self._process):
+            self._write(frames.encode(self._settings))
+            answer = None if self._process.stdout is None else frames.read(self._process.stdout)
         found = frames.Answer(error="its process ended.") if answer is None else frames.decode(answer, frames.Answer)
         if found.error:
             self._end(self._process)
@@ -76,10 +84,14 @@ class LivePage:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._leaving.set()
+        if self._process is None:
+            return
         if self._sender.ident is not None:
             self._sender.join(_GOODBYE)
-        if self._process is not None:
-            self._end(self._process)
+            if self._sender.is_alive():  # it writes to a process that reads no more; closing the pipe would wait too
+                self._process.kill()
+                self._sender.join()
+        self._end(self._process)
 
     def begin(self, header: RunHeader) -> None:
         """The run begins.
@@ -89,32 +101,49 @@ class LivePage:
         """
         if self._process is None or self._sender.ident is not None:
             raise InputError("a live page shows one run, between entering and leaving it.")
-        self._write(frames.encode(header))
+        args = (frames.encode(header),)
+        self._sender = threading.Thread(target=self._send, args=args, name="live page", daemon=True)
         self._sender.start()
 
-    def wait(self) -> None:
-        """Keep the page up until somebody interrupts."""
-        if self._process is not None:
-            with contextlib.suppress(KeyboardInterrupt):
-                self._process.wait()
+    def wait(self) -> bool:
+        """Keep the page up until a person interrupts.
 
-    def _send(self) -> None:
-        heard, leaving = True, False
+        Returns:
+            Whether a person interrupted; False if the page's process ended or stalled.
+        """
+        try:
+            while self._process is not None and time.monotonic() - self._writing_since < _PATIENCE:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._process.wait(1.0 / RATE)
+                    return False
+        except KeyboardInterrupt:
+            return True
+        if self._process is not None:
+            self._process.kill()
+        return False
+
+    def _send(self, header: bytes) -> None:
+        heard, leaving = self._write(header), False
         while not leaving:
             leaving = self._leaving.wait(1.0 / RATE)
             batch = [self._waiting.popleft() for _ in range(len(self._waiting))]
-            if batch and heard:
+            if len(batch) == _BACKLOG and self._process is not None:  # the oldest were lost: it would show nonsense
+                self._process.kill()
+            elif batch and heard:
                 heard = self._write(frames.encode_events(batch))
 
     def _write(self, frame: bytes) -> bool:
         process = self._process
         if process is None or process.stdin is None:
             return False
+        self._writing_since = time.monotonic()
         try:
             process.stdin.write(frame)
             process.stdin.flush()
         except OSError:  # the page's process is gone; the run goes on
             return False
+        finally:
+            self._writing_since = math.inf
         return True
 
     def _end(self, process: subprocess.Popen[bytes]) -> None:
@@ -128,3 +157,15 @@ class LivePage:
             process.kill()
             process.wait()
         self._process = None
+
+
+@contextlib.contextmanager
+def _killed_after(seconds: float, process: subprocess.Popen[bytes]) -> Iterator[None]:
+    """Kill a process if the block takes longer [s]: whatever waits for that process goes on then."""
+    timer = threading.Timer(seconds, process.kill)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
