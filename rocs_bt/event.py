@@ -261,6 +261,25 @@ class BlockFailed(Event, frozen=True, kw_only=True):
     detail: str
 
 
+class ContentRaised(Event, frozen=True, kw_only=True):
+    """Content raised an exception; reported once while a sensor or monitor goes on to raise.
+
+    Attributes:
+        kind: `leaf`, `planner`, `route planner`, `action`, `reflex action`, `sensor`, `monitor` ...
+        content: Its name, such as the path of a leaf or the class of an action.
+        detail: Type and message of the exception.
+        file: Name of the file of content; empty where no line of content took part. `line` is the line in it.
+        effect: What the agent does about it, such as `brakes, and asks the plan again`.
+    """
+
+    kind: str
+    content: str
+    detail: str
+    file: str = ""
+    line: int = 0
+    effect: str = ""
+
+
 class AgentStopped(Event, frozen=True, kw_only=True):
     """An agent was stopped, and does nothing after this but to cancel what is left. `by` says who stopped it."""
 

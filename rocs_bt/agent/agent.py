@@ -7,19 +7,16 @@ process. It holds the blocks and knows the order of effects; `lockstep` and `thr
 from __future__ import annotations
 
 import math
-import sys
 import threading
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from ..analyze import Analyze
 from ..clock import Clock, Rate
 from ..device import Sensor, Watchdog
-from ..errors import BlockError, RocsError
+from ..errors import BlockError
 from ..event import AgentStopped, BlockFailed, EventSink
 from ..execute import Execute
 from ..knowledge import Knowledge
@@ -27,6 +24,7 @@ from ..knowledge.share import Sharing
 from ..monitor import Monitor
 from ..pipeline import Pipeline
 from ..plan import Plan
+from ..raised import describe, raised_at
 from ..reactive import ReflexArc
 from .rule_files import RuleFile
 
@@ -184,7 +182,8 @@ class Agent:
         if isinstance(error, SystemExit):
             self.fail(block, "ended", f"it called for an exit ({error.code})", error)
         else:
-            self.fail(block, "raised", f"{type(error).__name__}: {error}{_where(error)}", error)
+            place = raised_at(error)
+            self.fail(block, "raised", describe(error) + (f" ({place})" if place is not None else ""), error)
 
     def fail(self, block: str, kind: str, detail: str, cause: BaseException | None = None) -> None:
         """Stop the wheels for good, then say which block failed and why. Any thread may; the first failure counts."""
@@ -242,13 +241,3 @@ class Agent:
             except Exception as error:  # noqa: BLE001 - one that breaks its contract must not keep the next from stopping
                 problems += f"; and actuator '{actuator.name}' did not stop: {type(error).__name__}: {error}"
         return problems
-
-
-def _where(error: BaseException) -> str:
-    """The line of content at which it was raised, such as ` (mine.py:12)`; empty for an error that says it itself."""
-    if isinstance(error, RocsError):
-        return ""
-    ours = (str(Path(__file__).resolve().parents[1]), sys.prefix, sys.base_prefix)
-    places = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)]
-    theirs = [f" ({Path(file).name}:{line})" for file, line in places if not file.startswith((*ours, "<"))]
-    return theirs[-1] if theirs else ""

@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import Any
 
 from ..errors import Fault, InputError, unknown
+from ..raised import CONTENT_PREFIX
 
 _REFERENCE = re.compile(r"[^:]+\.py:[A-Za-z_]\w*")
 
@@ -30,7 +31,7 @@ def module_name(path: Path) -> str:
     Stable, so that tracebacks, dataclasses and pickles hold; never the same for two files.
     """
     place = path.resolve()
-    return f"rocs_bt_content_{place.stem}_{hashlib.sha256(str(place).encode()).hexdigest()[:12]}"
+    return f"{CONTENT_PREFIX}{place.stem}_{hashlib.sha256(str(place).encode()).hexdigest()[:12]}"
 
 
 def load_module(path: Path) -> ModuleType:

@@ -42,6 +42,7 @@ TOPICS: dict[type[Event], str] = {
     ev.ActuatorCommanded: "commands",
     ev.Followed: "follower",
     ev.BlockFailed: "blocks",
+    ev.ContentRaised: "exceptions",
     ev.BodyMoved: "poses",
     ev.Touched: "contacts",
     ev.Judged: "outcome",

@@ -1,0 +1,194 @@
+"""Exceptions of content: which content raised, what, and at which line of which file."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+import site
+import sysconfig
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from traceback import walk_tb
+from types import FrameType
+from typing import Any
+
+from .event import ContentRaised
+
+CONTENT_PREFIX = "rocs_bt_content_"
+"""Beginning of the names of modules that `catalog` loads: content, wherever its file is."""
+
+_LONGEST = 400
+"""Characters of an exception's message that are kept."""
+
+
+@dataclass(frozen=True)
+class CodeLocation:
+    """A line of a Python file.
+
+    Attributes:
+        file: The file.
+        line: 1-based line.
+    """
+
+    file: Path
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file.name}:{self.line}"
+
+
+@dataclass(frozen=True)
+class Raised:
+    """An exception that content raised.
+
+    Attributes:
+        kind: Kind of content, such as `leaf`, `action`, `sensor`.
+        content: Name of the content: the path of a leaf, the class of an action, the name of a sensor.
+        detail: Type and message of the exception.
+        location: Line of content that raised it; None if no line of content took part.
+    """
+
+    kind: str
+    content: str
+    detail: str
+    location: CodeLocation | None = None
+
+    @classmethod
+    def of(cls, kind: str, content: str, error: BaseException, *owners: object) -> Raised:
+        """Describe an exception.
+
+        Args:
+            kind: Kind of content.
+            content: Name of the content.
+            error: The exception.
+            owners: Objects, classes or functions of the content, for `raised_at`.
+        """
+        return cls(kind, content, describe(error), raised_at(error, *owners))
+
+    def event(self, t: float, agent: str, effect: str) -> ContentRaised:
+        """The event that reports it.
+
+        Args:
+            t: Time [s].
+            agent: Name of the agent.
+            effect: What the agent does about it.
+        """
+        file, line = ("", 0) if self.location is None else (self.location.file.name, self.location.line)
+        return ContentRaised(
+            t=t,
+            agent=agent,
+            kind=self.kind,
+            content=self.content,
+            detail=self.detail,
+            file=file,
+            line=line,
+            effect=effect,
+        )
+
+    def __str__(self) -> str:
+        where = "" if self.location is None else f" ({self.location})"
+        return f"{self.kind} '{self.content}' raised {self.detail}{where}"
+
+
+def describe(error: BaseException) -> str:
+    """Type and message of an exception in one line; never raises, whatever the exception's own `__str__` does."""
+    if isinstance(error, SystemExit):
+        return f"SystemExit: it called for an exit ({error.code!r:.40})"
+    try:
+        message = " ".join(str(error).split())
+    except Exception:  # noqa: BLE001 - an exception of content may be broken itself
+        message = "(its message cannot be read)"
+    if len(message) > _LONGEST:
+        message = f"{message[:_LONGEST]} ..."
+    name = type(error).__name__
+    return f"{name}: {message}" if message else name
+
+
+def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:
+    """Location of the line of content at which an exception was raised.
+
+    The innermost frame that belongs to content. If there is none, because the engine refuses what content returned, the
+    definition of the first of `owners` that belongs to content; else the innermost frame of all.
+
+    Args:
+        error: The exception; its causes are searched if it has no frame of content itself.
+        owners: Objects, classes or functions of the content.
+    """
+    for each in causes(error):
+        if found := [(frame, line) for frame, line in walk_tb(each.__traceback__) if is_content(frame)]:
+            return _location(*found[-1])
+    for owner in owners:
+        if (place := _definition(owner)) is not None:
+            return place
+    frames = list(walk_tb(error.__traceback__))
+    return _location(*frames[-1]) if frames else None
+
+
+def called_at() -> CodeLocation | None:
+    """Location of the innermost line of content that is being executed; None if no content is."""
+    frame = inspect.currentframe()
+    while frame is not None and not is_content(frame):
+        frame = frame.f_back
+    return None if frame is None else _location(frame, frame.f_lineno)
+
+
+def causes(error: BaseException) -> Iterator[BaseException]:
+    """An exception and the exceptions that it was raised from, outermost first."""
+    seen: set[int] = set()
+    each: BaseException | None = error
+    while each is not None and id(each) not in seen:
+        seen.add(id(each))
+        yield each
+        each = each.__cause__
+
+
+def owners_of(error: BaseException) -> Iterator[Any]:
+    """The objects whose methods an exception passed through, innermost first, those of its causes before its own."""
+    for each in reversed(list(causes(error))):
+        for frame, _ in reversed(list(walk_tb(each.__traceback__))):
+            code = frame.f_code
+            if code.co_argcount and (name := code.co_varnames[0]) in frame.f_locals:
+                yield frame.f_locals[name]
+
+
+def is_content(frame: FrameType) -> bool:
+    """Whether a frame belongs to content: not to the engine, nor to Python's library or an installed package."""
+    return _is_content(frame.f_globals.get("__name__", ""), frame.f_code.co_filename)
+
+
+@functools.lru_cache(maxsize=1024)
+def _is_content(module: str, file: str) -> bool:
+    return module.startswith(CONTENT_PREFIX) or not file.startswith(("<", *_installed()))
+
+
+@functools.cache
+def _installed() -> tuple[str, ...]:
+    """Folders of the engine, of Python's library and of installed packages, each with a separator at its end."""
+    names = ("stdlib", "platstdlib", "purelib", "platlib")
+    here = Path(__file__).parent
+    folders = [
+        str(here),
+        str(here.resolve()),
+        *(sysconfig.get_paths()[name] for name in names),
+        *site.getsitepackages(),
+    ]
+    return tuple(sorted({os.path.join(folder, "") for folder in (*folders, site.getusersitepackages())}))
+
+
+def _definition(owner: object) -> CodeLocation | None:
+    """Location of the definition of a function, class or object; None if it belongs to no content."""
+    thing = owner if inspect.isroutine(owner) or isinstance(owner, type) else type(owner)
+    try:
+        thing = inspect.unwrap(thing) if callable(thing) else thing
+        file, line = inspect.getsourcefile(thing), inspect.getsourcelines(thing)[1]
+    except (OSError, TypeError, ValueError):  # built in, or typed at a prompt
+        return None
+    if file is None or not _is_content(getattr(thing, "__module__", "") or "", file):
+        return None
+    return CodeLocation(Path(file), max(line, 1))
+
+
+def _location(frame: FrameType, line: int) -> CodeLocation:
+    return CodeLocation(Path(frame.f_code.co_filename), line)
