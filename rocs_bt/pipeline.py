@@ -105,6 +105,7 @@ class Pipeline:
         self._queues = {Priority.HIGH: self._high, Priority.NORMAL: self._normal}
         self._count = 0
         self._held = False
+        self._cut_off: list[Ticket] = []  # NORMAL, cancelled by reflexes that are not over
         self._woken = False
         self._latency = latency
         self._uncharged: list[Ticket] = []
@@ -132,6 +133,7 @@ class Pipeline:
             if priority is Priority.HIGH:
                 for waiting in list(self._normal):
                     waiting.preempted = True
+                    self._cut_off.append(waiting)
                     self._end(waiting, TicketState.CANCELLED, by)
             elif self._latency is None:
                 ticket.due = math.inf
@@ -147,10 +149,12 @@ class Pipeline:
     def cancel(self, ticket: Ticket, by: str) -> bool:
         """Take a ticket back; False if it had ended already. A running action is stopped by Execute, at once.
 
-        Where the planner has a latency its NORMAL tickets are taken back that much later, by `settle`.
+        A ticket that a reflex cut off does not wait for its end any more. Where the planner has a latency its NORMAL
+        tickets are taken back that much later, by `settle`.
         """
         with self._lock:
             if ticket.state.done:
+                self._cut_off = [other for other in self._cut_off if other is not ticket]
                 return False
             if ticket.priority is Priority.NORMAL and self._latency != 0.0:
                 due = None if self._latency is None else self._clock.now() + self._latency
@@ -234,11 +238,19 @@ class Pipeline:
         """Let NORMAL tickets wait (a reflex is active), or go on."""
         with self._lock:
             self._held = held
+            if not held:
+                self._cut_off.clear()
 
     @property
     def held(self) -> bool:
         """Whether NORMAL tickets wait."""
         return self._held
+
+    @property
+    def blocked(self) -> bool:
+        """Whether an action of the plan waits for the end of a reflex: one in the queue, or one that it cut off."""
+        with self._lock:
+            return self._held and bool(self._normal or self._cut_off)
 
     def queued(self) -> tuple[Ticket, ...]:
         """All tickets that have not ended, in the order in which they would be served."""

@@ -120,6 +120,20 @@ class Agent:
         return "RUNNING" if self.execute.broken else self.plan.status
 
     @property
+    def reflex(self) -> str:
+        """Rule of the active reflex; empty while none is active."""
+        return self.arc.active or ""
+
+    @property
+    def held(self) -> bool:
+        """Whether an action of the plan waits for the end of a reflex."""
+        return self.pipeline.blocked
+
+    def reading(self, rule: str) -> str:
+        """Guard of a rule with the values of its last firing, such as `min(front) = 0.21 m`; empty before the first."""
+        return self.arc.reading(rule)
+
+    @property
     def reason(self) -> str:
         """Why the mission, or a block, failed; empty while nothing did."""
         return str(self.failure) if self.failure is not None else self.plan.reason

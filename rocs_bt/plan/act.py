@@ -131,6 +131,8 @@ class Act(Leaf):
     def _fail(self, failure: Failure) -> Status:
         self.failure = failure
         self.feedback_message = str(failure)
+        if self.ticket is not None:  # nobody waits for a reflex any more that cut it off
+            self.mission.pipeline.cancel(self.ticket, by=self.mission.path(self))
         self._let_go()
         return Status.FAILURE
 

@@ -9,12 +9,10 @@ from typing import Protocol
 
 from ..errors import BlockError
 from ..geometry import Pose2
+from .progress import ProgressWatch
 
 OUTCOMES = ("error", "collision", "success", "failed", "stuck", "interrupted", "timeout")
 """All outcomes; an agent has the first one that applies."""
-
-_PROGRESS = 0.05  # [m] that a robot must get on ...
-_PATIENCE = 15.0  # [s] ... in this time, while it is commanded to move
 
 
 @dataclass(frozen=True)
@@ -53,6 +51,20 @@ class MindState(Protocol):
         """The block that failed; None while all is well."""
         ...
 
+    @property
+    def reflex(self) -> str:
+        """Rule of the active reflex; empty while none is active."""
+        ...
+
+    @property
+    def held(self) -> bool:
+        """Whether an action of the plan waits for the end of that reflex."""
+        ...
+
+    def reading(self, rule: str) -> str:
+        """Guard of a rule with the values of its last firing."""
+        ...
+
 
 class Judge:
     """Watches one agent, a control period at a time.
@@ -80,9 +92,7 @@ class Judge:
         self._after = list(after)
         self._end_on_collision = end_on_collision
         self._found: dict[str, str] = {}
-        self._anchor: Pose2 | None = None
-        self._trying = 0.0
-        self._last: float | None = None
+        self._progress = ProgressWatch()
         self._mission = "RUNNING"
         self._distance = math.inf
         self.time_to_goal: float | None = None
@@ -110,7 +120,7 @@ class Judge:
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
         self._visit(t, pose)
-        there = not self._after and (self._goal is None or self._distance <= self._goal.tolerance)
+        there = not self._after and (self._goal is None or self._at_goal)
         succeeded = there and mind.status == "SUCCESS"
         if self.time_to_goal is None and (succeeded or (there and self._at_end)):
             self.time_to_goal = t
@@ -118,7 +128,7 @@ class Judge:
             self._note("success", "", decides=True)
         elif mind.status == "FAILURE":
             self._note("failed", f"the mission failed: {mind.reason or 'without a reason'}", decides=True)
-        self._watch_progress(t, pose, commanded)
+        self._watch_progress(t, pose, mind, commanded)
         return self.decided
 
     def move_goal(self, name: str, pose: Pose2) -> None:
@@ -136,10 +146,13 @@ class Judge:
         for outcome in OUTCOMES:
             if outcome in self._found:
                 return Verdict(outcome, self._found[outcome], self.time_to_goal)
-        there = self._goal is not None and self._distance <= self._goal.tolerance
-        if self._at_end and there and not self._after:
+        if self._at_end and self._at_goal and not self._after:
             return Verdict("success", "", self.time_to_goal)
         return Verdict("timeout", self._why_not(), None)
+
+    @property
+    def _at_goal(self) -> bool:
+        return self._goal is not None and self._distance <= self._goal.tolerance
 
     def _note(self, outcome: str, reason: str, *, decides: bool) -> None:
         self._found.setdefault(outcome, reason)
@@ -152,16 +165,12 @@ class Judge:
             if t > by:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
-    def _watch_progress(self, t: float, pose: Pose2, commanded: bool) -> None:
-        passed = 0.0 if self._last is None else t - self._last
-        self._last = t
-        if self._anchor is None or pose.distance(self._anchor) >= _PROGRESS:
-            self._anchor, self._trying = pose, 0.0
-        elif commanded:
-            self._trying += passed
-        if self._trying >= _PATIENCE - 1e-9:
-            reason = f"it got on less than {_PROGRESS} m in {_PATIENCE:g} s near x = {pose.x:.2f} m, y = {pose.y:.2f} m"
-            self._note("stuck", reason, decides=True)
+    def _watch_progress(self, t: float, pose: Pose2, mind: MindState, commanded: bool) -> None:
+        """Decide where the robot makes no progress; it needs none where only its place at the end counts."""
+        arrived = self._at_end and not self._after and self._at_goal
+        watch, held = self._progress, mind.held and not arrived
+        if watch.update(t, pose, commanded=commanded and not arrived, reflex=mind.reflex, held=held):
+            self._note("stuck", watch.reason(pose, mind.reading), decides=True)
 
     def _why_not(self) -> str:
         if self._goal is None:

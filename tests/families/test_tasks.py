@@ -175,7 +175,7 @@ def test_a_missed_deadline_is_a_timeout(tmp_path: Path) -> None:
 class Asked:
     """A mind that says what a test wants."""
 
-    status, reason, failure = "RUNNING", "", None
+    status, reason, failure, reflex, held = "RUNNING", "", None, "", False
 
 
 def test_success_only_after_the_goals_before_it() -> None:

@@ -57,6 +57,25 @@ def test_a_high_submission_leaves_high_ones_alone(pipeline):
     assert pipeline.queued() == (first, second)
 
 
+def test_the_plan_is_blocked_while_one_of_its_actions_waits_for_a_reflex(pipeline):
+    first = pipeline.submit(Nod(), NORMAL, "leaf")
+    assert not pipeline.blocked
+    pipeline.hold(True)
+    pipeline.submit(Nod(), HIGH, "rules/Halt")
+    assert pipeline.blocked  # what was cut off waits
+    pipeline.submit(Nod(), HIGH, "rules/Halt")
+    assert pipeline.blocked
+    pipeline.cancel(first, "leaf")
+    assert not pipeline.blocked  # its leaf was halted
+    second = pipeline.submit(Nod(), NORMAL, "leaf")
+    assert pipeline.blocked
+    pipeline.cancel(second, "leaf")
+    assert not pipeline.blocked
+    pipeline.submit(Nod(), NORMAL, "leaf")
+    pipeline.hold(False)
+    assert not pipeline.blocked
+
+
 def test_normal_ones_wait_behind_high_ones_and_while_held(pipeline):
     reflex = pipeline.submit(Nod(), HIGH, "rule")
     pipeline.hold(True)

@@ -25,12 +25,17 @@ class Wheels:
     status: str = "RUNNING"
     reason: str = ""
     failure: BlockError | None = None
+    reflex: str = ""
+    held: bool = False
     stopped: int = 0
 
     def step(self, count: int) -> None:
         speeds = self.script(self.stage.clock.now())
         if speeds is not None:
             self.stage.actuators[self.name]["wheels"].command(speeds)
+
+    def reading(self, rule: str) -> str:
+        return ""
 
     def stop(self, by: str = "") -> None:
         self.stopped += 1

@@ -21,6 +21,11 @@ class Mind:
     status: str = "RUNNING"
     reason: str = ""
     failure: BlockError | None = None
+    reflex: str = ""
+    held: bool = False
+
+    def reading(self, rule: str) -> str:
+        return "front = 0.21 m"
 
 
 def judged(judge: Judge, outcome: str, t: float) -> None:
@@ -94,6 +99,35 @@ def test_stuck_is_no_progress_while_commanded(wobble: float, commanded: bool) ->
         assert t == pytest.approx(15.05, abs=0.06)
         assert judge.verdict().outcome == "stuck"
         assert "less than 0.05 m in 15 s" in judge.verdict().reason
+
+
+@given(st.booleans(), st.booleans(), st.booleans())
+def test_stuck_by_a_reflex_only_while_an_action_of_the_plan_waits_for_it(held: bool, active: bool, there: bool) -> None:
+    """A plan that waits of its own accord is not stuck, whatever a reflex does; nor is a robot whose place counts."""
+    judge, mind, t = Judge(GOAL, at_end=there), Mind(reflex="r/Halt" if active else "", held=held and active), 0.0
+    while t < 20.0 and not judge.decided:
+        judge.update(t, Pose2(1.0 if there else 0.0, 0.0), mind, commanded=False)
+        t += 0.05
+    assert judge.decided is (held and active and not there)
+    if judge.decided:
+        assert judge.verdict().outcome == "stuck"
+        assert judge.verdict().reason.endswith("held by r/Halt for 15.0 s (front = 0.21 m)")
+
+
+def test_the_clock_of_stuck_stops_in_between_and_its_reason_names_the_rule_that_held_longest() -> None:
+    judge, mind, t = Judge(GOAL), Mind(), 0.0
+    phases = ((4, "r/A", True), (30, "", False), (6, "r/B", False), (30, "", False), (4, "", True))
+    for seconds, rule, commanded in phases:
+        mind.reflex, mind.held = rule, bool(rule)
+        for _ in range(20 * seconds):
+            t += 0.05
+            judge.update(t, Pose2(0.0, 0.0), mind, commanded=commanded)
+    assert not judge.decided
+    for _ in range(22):
+        t += 0.05
+        judge.update(t, Pose2(0.0, 0.0), mind, commanded=True)
+    assert judge.verdict().outcome == "stuck"
+    assert "held by r/B for 6.0 s" in judge.verdict().reason
 
 
 def test_slow_progress_is_progress() -> None:

@@ -1,0 +1,70 @@
+"""Detection of a robot that makes no progress (docs/architecture.md, outcomes)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..geometry import Pose2
+
+PROGRESS = 0.05
+"""Distance from the last anchor that counts as progress [m]."""
+
+PATIENCE = 15.0
+"""Time without progress after which a robot is stuck [s]; only time in which it tries to move counts."""
+
+_SLACK = 1e-9  # [s] by which a sum of periods may miss a time
+
+
+class ProgressWatch:
+    """Clock of the time without progress, started anew at each step of `PROGRESS`.
+
+    It runs while the robot is commanded to move, and while a reflex holds an action of the plan. It does not run while
+    the plan waits of its own accord, whatever a reflex does then.
+    """
+
+    def __init__(self) -> None:
+        self._anchor: Pose2 | None = None
+        self._last: float | None = None
+        self._trying = 0.0
+        self._rules: dict[str, float] = {}  # [s] by the active rule
+
+    def update(self, t: float, pose: Pose2, *, commanded: bool, reflex: str, held: bool) -> bool:
+        """Take note of one control period.
+
+        Args:
+            t: Time [s].
+            pose: Pose of the robot, world frame.
+            commanded: Whether the robot is commanded to move.
+            reflex: Rule of the active reflex; empty if none is active.
+            held: Whether an action of the plan waits for the end of that reflex.
+
+        Returns:
+            True if the robot is stuck.
+        """
+        passed, self._last = 0.0 if self._last is None else t - self._last, t
+        if self._anchor is None or pose.distance(self._anchor) >= PROGRESS:
+            self._anchor, self._trying = pose, 0.0
+            self._rules.clear()
+        elif commanded or held:
+            self._trying += passed
+            if reflex:
+                self._rules[reflex] = self._rules.get(reflex, 0.0) + passed
+        return self._trying >= PATIENCE - _SLACK
+
+    @property
+    def rule(self) -> str:
+        """Rule whose reflexes were active longest since the last progress; empty if there was none."""
+        return max(self._rules, key=self._rules.__getitem__, default="")
+
+    def reason(self, pose: Pose2, reading: Callable[[str], str]) -> str:
+        """Why the robot counts as stuck, with the place and the rule.
+
+        Args:
+            pose: Pose of the robot, world frame.
+            reading: Guard of a rule with its last values, by the rule's name.
+        """
+        where = f"it moved less than {PROGRESS} m in {PATIENCE:g} s near x = {pose.x:.2f} m, y = {pose.y:.2f} m"
+        if not (rule := self.rule):
+            return where
+        values = f" ({text})" if (text := reading(rule)) else ""
+        return f"{where}, held by {rule} for {self._rules[rule]:.1f} s{values}"
