@@ -171,7 +171,7 @@ class Trace:
             case "or":
                 return _best([of(arg) for arg in node.args])
             case "if":
-                return self._margin_of_choice(node, of)
+                return self._margin_of_choice(node, i, of)
             case "any" | "all":
                 group = of(node.args[0])
                 fold = _best if node.op == "any" else _worst
@@ -185,8 +185,10 @@ class Trace:
                 return of(node.args[0], j) if self._times[i] - self._times[j] >= node.value - TOLERANCE else None
         return self._gaps(node, i, margin_scale(node) if mixed else 1.0)
 
-    def _margin_of_choice(self, node: Node, of: Callable[..., Value]) -> Value:
+    def _margin_of_choice(self, node: Node, i: int, of: Callable[..., Value]) -> Value:
         test, then, other = (of(arg) for arg in node.args)
+        if self.value(node.args[0], i) is None:  # the value is invalid, whatever the branches are
+            return [None] * node.kind.size if node.kind.size else None
         if not node.kind.size:
             return _best([_worst([test, then]), _worst([_negative(test), other])])
         pairs = zip(then, other, strict=True)

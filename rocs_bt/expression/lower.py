@@ -201,9 +201,12 @@ class _Lowering:
                 return self._chain(Op.WORST if node.op == "and" else Op.BEST, [of(arg) for arg in node.args], node)
             case "if":
                 test, then, other = (of(arg) for arg in node.args)
-                yes = self._emit(Op.WORST, node, test, then, wide=2 if node.kind.size else 0)
-                no = self._emit(Op.WORST, node, neg(test), other, wide=2 if node.kind.size else 0)
-                return self._emit(Op.BEST, node, yes, no, wide=3 if node.kind.size else 0)
+                one, both = (2, 3) if node.kind.size else (0, 0)
+                yes = self._emit(Op.WORST, node, test, then, wide=one)
+                no = self._emit(Op.WORST, node, neg(test), other, wide=one)
+                best = self._emit(Op.BEST, node, yes, no, wide=both)
+                # NaN if the condition has no value, even if the branches have the same margin.
+                return self._emit(Op.SELECT, node, best, best, self.node(node.args[0]), wide=both, truth=False)
             case "any" | "all":
                 group = node.args[0]
                 op = Op.BEST_OF if node.op == "any" else Op.WORST_OF

@@ -139,6 +139,15 @@ def test_a_margin_has_the_sign_of_the_truth(text, x):
     assert margin is None or margin == 0.0 or value is (margin > 0.0)
 
 
+@pytest.mark.parametrize("text", ["any(b > 0) if c < 1 else any(b > 0)", "any(b > 0 if c < 1 else b > 0)"])
+def test_a_choice_without_a_condition_has_no_margin(text):
+    x = [0.0] * 4 + [-1.0] * 4 + [math.nan] + [0.0] * 3
+    trace, compiled = Trace(), compile_node(parse(text, ENVIRONMENT), margins=True)
+    trace.append(x, 0.0)
+    assert trace.value(compiled.node) is trace.margin(compiled.node) is compiled(x) is None
+    assert math.isnan(compiled.margin)
+
+
 def test_what_is_invalid_counts_only_where_it_matters():
     x = [math.nan] * SIZE
     x[8], x[9] = 1.0, 2.0
