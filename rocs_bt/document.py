@@ -278,6 +278,7 @@ _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]#]+?)\s*\]\]?\s*(?:#.*)?$")
 _ASSIGN = re.compile(
     r"""^(\s*)((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
 )
+_MARK = re.compile(r"""[#"'\[\]{}]""")  # what changes how the rest of a line is read
 _PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 
 
@@ -326,7 +327,7 @@ def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
                 if end < 0:
                     break
                 at, inside = end + len(inside), ""
-            elif line[at] == "#":
+            elif (mark := _MARK.search(line, at)) is None or line[at := mark.start()] == "#":
                 break
             elif line[at] in "\"'":
                 quote = line[at] * 3 if line.startswith(line[at] * 3, at) else line[at]

@@ -66,6 +66,10 @@ class Expression:
         value, self.margin = self._function(x.tolist() if isinstance(x, np.ndarray) else x, t, self._cells)
         return value
 
+    def prepare(self) -> None:
+        """Compile now; otherwise the first call does, which then takes about a millisecond."""
+        _ = self._function
+
     def reset(self) -> None:
         """Forget all earlier calls."""
         self._time = -math.inf

@@ -56,14 +56,13 @@ class Node:
         return set().union(*(arg.reads() for arg in self.args))
 
     @cached_property
-    def depth(self) -> int:
-        """How many operations stand inside each other."""
-        return 1 + max((arg.depth for arg in self.args), default=0)
-
-    @cached_property
-    def operations(self) -> int:
-        """How many operations it has, those of aliases counted at every use."""
-        return 1 + sum(arg.operations for arg in self.args)
+    def extent(self) -> tuple[int, int]:
+        """The number of operations inside each other, and of all, those of aliases counted at every use."""
+        depth = operations = 0
+        for arg in self.args:
+            inner, count = arg.extent
+            depth, operations = max(depth, inner), operations + count
+        return depth + 1, operations + 1
 
     @cached_property
     def temporal(self) -> bool:

@@ -65,11 +65,11 @@ def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
 
 def _bounded(node: Node) -> None:
     """Aliases can make a short text large; this refuses it before anything walks through all of it."""
-    if node.depth > MAX_DEPTH:
-        message = f"an expression is at most {MAX_DEPTH} deep, found {node.depth} with its aliases."
-        raise InputError(Fault(message))
-    if node.operations > MAX_SIZE:
-        message = f"an expression has at most {MAX_SIZE} operations, found {node.operations} with its aliases."
+    depth, operations = node.extent
+    if depth > MAX_DEPTH:
+        raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep, found {depth} with its aliases."))
+    if operations > MAX_SIZE:
+        message = f"an expression has at most {MAX_SIZE} operations, found {operations} with its aliases."
         raise InputError(Fault(message))
 
 

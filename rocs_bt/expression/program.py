@@ -142,6 +142,11 @@ REDUCTIONS = frozenset(
 )
 TEMPORAL = frozenset({Op.HELD, Op.SINCE, Op.AGO, Op.RATE, Op.DELAY, Op.LOWEST, Op.SINCE_MARGIN})
 RINGS = frozenset({Op.RATE, Op.DELAY, Op.LOWEST, Op.SINCE_MARGIN})
+_UNARY = (REDUCTIONS - {Op.DOT, Op.MIN_VALID}) | {
+    Op.NEG, Op.ABS, Op.SIGN, Op.SIDE, Op.SQRT, Op.WRAP, Op.NOT, Op.HELD, Op.AGO, Op.RATE, Op.DELAY, Op.LOWEST,
+}  # fmt: skip
+_TERNARY = (Op.CLIP, Op.SELECT, Op.GAP)
+_OPERANDS = [0 if op is Op.LOAD else 1 if op in _UNARY else 3 if op in _TERNARY else 2 for op in Op]
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,16 +178,9 @@ class Program:
     reads: tuple[tuple[int, int], ...]
 
 
-def operands(op: Op, a: int, b: int, c: int) -> tuple[int, ...]:
+def operands(op: int, a: int, b: int, c: int) -> tuple[int, ...]:
     """The registers that an instruction computes with, constants of temporal ones left out."""
-    if op is Op.LOAD:
-        return ()
-    if op in (Op.CLIP, Op.SELECT, Op.GAP):
-        return a, b, c
-    one = (Op.NEG, Op.ABS, Op.SIGN, Op.SIDE, Op.SQRT, Op.WRAP, Op.NOT, Op.HELD, Op.AGO, Op.RATE, Op.DELAY, Op.LOWEST)
-    if op in one or (op in REDUCTIONS and op not in (Op.DOT, Op.MIN_VALID)):
-        return (a,)
-    return a, b
+    return (a, b, c)[: _OPERANDS[op]]
 
 
 def ring_shape(window: float) -> tuple[float, int]:

@@ -71,7 +71,7 @@ class PythonCode:
         for register in used:
             uses[register] = uses.get(register, 0) + 1
         for op, _, _, a, b, c, *_ in self._code:
-            for register in operands(Op(op), a, b, c):
+            for register in operands(op, a, b, c):
                 uses[register] = uses.get(register, 0) + 1
         return uses
 
@@ -80,7 +80,7 @@ class PythonCode:
         if not self._uses.get(dst) and dst not in self._kept and op not in TEMPORAL:
             return
         source = self._operation(Op(op), n, dst, a, b, c, wide, cell)
-        depth = 1 + max((self._depth.get(r, 0) for r in operands(Op(op), a, b, c)), default=0)
+        depth = 1 + max((self._depth.get(r, 0) for r in operands(op, a, b, c)), default=0)
         if self._uses.get(dst, 0) != 1 or dst in self._kept or op in TEMPORAL or depth > _DEEP:
             comment = f"  # {' '.join(text.split())}" if text else ""
             self.lines.append(f"v{dst} = {source}{comment}")

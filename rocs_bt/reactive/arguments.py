@@ -8,7 +8,7 @@ from typing import Any
 from ..action import Action, Parameter, parameters_of
 from ..document import Table
 from ..errors import InputError, unknown
-from ..expression import Expression
+from ..expression import Expression, evaluate
 from ..units import Dimension, convert
 from .placed import Placed
 from .rule import Argument
@@ -103,7 +103,7 @@ def _number(placed: Placed, table: Table, key: str, value: Any, dimension: Dimen
     expression = placed.number(table, key, value, dimension)
     if expression is None or not expression.node.constant:
         return expression
-    constant = expression(())
+    constant = evaluate(expression.node, ())  # no function is compiled for a single use
     if constant is None:
         table.fault(key, f"'{key}' has no value: {value} cannot be computed.")
     return constant

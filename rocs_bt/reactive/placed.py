@@ -26,6 +26,9 @@ class Placed:
         self.environment = environment
         self.never = compile_node(Node("truth", TRUTH, value=False, text="False"))
         self._lines = lines
+        self._parsed_with = environment
+        self._trees: dict[str, Node] = {}
+        self._numbers: dict[Node, Expression] = {}
 
     def guard(self, table: Table, key: str) -> Expression | None:
         """The true-or-false expression at a key; None, and a fault, where it is none."""
@@ -49,12 +52,12 @@ class Placed:
             fault = Fault(f"'{key}' must be one number in {dimension}, but {text} is {node.kind.words}.")
             self._note(table, key, text, fault)
             return None
-        return compile_node(node)
+        return compile_node(node) if node.temporal else self._numbers.setdefault(node, compile_node(node))
 
     def node(self, table: Table, key: str, text: str) -> Node | None:
         """The typed tree of a text at a key; None, and faults, where it has none."""
         try:
-            return parse(text, self.environment)
+            return self._parsed(text)
         except InputError as error:
             for fault in error.faults:
                 self._note(table, key, text, fault)
@@ -81,6 +84,14 @@ class Placed:
             table.fault(key, f"{key} must be a time of 0 s or more, but the threshold '{named.text}' is {found}.")
             return 0.0
         return float(named.value)
+
+    def _parsed(self, text: str) -> Node:
+        """The typed tree of a text; rules of a file often share an expression."""
+        if self._parsed_with is not self.environment:
+            self._parsed_with, self._trees = self.environment, {}
+        if text not in self._trees:
+            self._trees[text] = parse(text, self.environment)
+        return self._trees[text]
 
     def _note(self, table: Table, key: str, text: str, fault: Fault) -> None:
         place = self.place(table, key, text)

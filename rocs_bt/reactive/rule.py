@@ -137,6 +137,13 @@ class Rule:
                 if isinstance(part, Expression):
                     yield part.node
 
+    def prepare(self) -> None:
+        """Compile the action's parameters, so that the control period in which the rule fires need not."""
+        for argument in self.arguments.values():
+            for part in argument.value if isinstance(argument.value, tuple) else (argument.value,):
+                if isinstance(part, Expression):
+                    part.prepare()
+
     def parameters(self, x: Sequence[float], blind: bool) -> dict[str, Any]:
         """The action's parameters for a snapshot, SI units.
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,24 @@ from .rule import Rule, RuleSet
 from .rule_table import RuleTable, carry, lower_rules
 from .told import describe, without_time
 
-_Prepared = tuple[RuleSet, RuleTable, Machine]
+
+@dataclass(frozen=True)
+class _Prepared:
+    """A rule set that is ready to be put in force.
+
+    Attributes:
+        rules: The rule set.
+        table: Its table.
+        machine: The machine that runs the table.
+        told: The rules with temporal values read from behind the first `size` values of a snapshot.
+        size: Number of values of a snapshot that the rules read.
+    """
+
+    rules: RuleSet
+    table: RuleTable
+    machine: Machine
+    told: Sequence[Rule]
+    size: int
 
 
 class RuleModel(ReactiveModel):
@@ -85,10 +103,9 @@ class RuleModel(ReactiveModel):
         if machine.step(x, t) < 0 and True not in self._was:
             return ()
         was, self._was = self._was, [bool(on) for on in machine.mask]
-        values = x.tolist()
-        told = self._told(len(values))
+        values = x[: self._size].tolist()
         values += [machine.register(register) for register in self._temporal]
-        wanted = zip(told, was, self._was, machine.blind, strict=True)
+        wanted = zip(self._told, was, self._was, machine.blind, strict=True)
         return [self._reflex(rule, now, values, bool(blind)) for rule, before, now, blind in wanted if before or now]
 
     def _reflex(self, rule: Rule, latched: bool, values: Sequence[float], blind: bool) -> Reflex:
@@ -116,7 +133,7 @@ class RuleModel(ReactiveModel):
         table, values, time = self.table, self._machine.values(), self._time
         was = {rule.name for rule, on in zip(self.rules.rules, self._was, strict=True) if on}
         same = {(rule.name, rule.action, rule.keep) for rule in self.rules.rules}
-        still = {rule.name for rule in prepared[0].rules if (rule.name, rule.action, rule.keep) in same}
+        still = {rule.name for rule in prepared.rules.rules if (rule.name, rule.action, rule.keep) in same}
         self._kept = {name: kept for name, kept in self._kept.items() if name in still}
         self._take(prepared)
         self._machine.restore(carry(values, table, self.table))
@@ -126,19 +143,17 @@ class RuleModel(ReactiveModel):
 
     def _prepared(self, rules: RuleSet) -> _Prepared:
         table = lower_rules(rules.rules)
-        return rules, table, self._backend.machine(table)
+        size = max((stop for _, stop in table.program.reads), default=0)
+        places = {node: size + i for i, node in enumerate(table.program.temporal)}
+        told = [without_time(rule, places) for rule in rules.rules]
+        for rule in told:
+            rule.prepare()
+        return _Prepared(rules, table, self._backend.machine(table), told, size)
 
     def _take(self, prepared: _Prepared) -> None:
-        self.rules, self.table, self._machine = prepared
+        self.rules, self.table, self._machine = prepared.rules, prepared.table, prepared.machine
+        self._told, self._size = prepared.told, prepared.size
         self._temporal = list(self.table.program.temporal.values())
-        self._rules_told: list[Rule] | None = None
         self._was = [False] * len(self.rules.rules)
         self._time = -math.inf
         self._enable()
-
-    def _told(self, size: int) -> list[Rule]:
-        """The rules as they are told; temporal values stand behind the snapshot, which is that long."""
-        if self._rules_told is None:
-            places = {node: size + i for i, node in enumerate(self.table.program.temporal)}
-            self._rules_told = [without_time(rule, places) for rule in self.rules.rules]
-        return self._rules_told
