@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -105,21 +105,26 @@ def _body(program: Program, fast: bool) -> list[str]:
     return [*lines, f"    v = {code.value(root)}", f"    return (None if v != v else v), {margin_code}"]
 
 
-def compile_plain(node: Node) -> Callable[[Sequence[float]], float | bool | None]:
-    """The bare function of an expression of a single value without temporal operations: snapshot -> value.
+def compile_plain(
+    node: Node, argument: str = "x", head: Sequence[str] = (), names: Mapping[str, Any] | None = None
+) -> Callable[[Any], Any]:
+    """The bare function of an expression of a single value without temporal operations.
 
     Args:
         node: Its typed tree.
+        argument: The name of the function's argument.
+        head: Source lines that assign `x`, the values that the expression reads, where that is not the argument.
+        names: Names that these lines use.
 
     Returns:
-        A function of a plain sequence of floats; None where the value is invalid.
+        A function of the argument; None where the value is invalid.
     """
     program = lower([node])
-    lines = [f"def plain(x):  # {' '.join(node.text.split())}"]
+    lines = [f"def plain({argument}):  # {' '.join(node.text.split())}", *(f"    {line}" for line in head)]
     if program.reads:
         lines += [f"    s = {sum_code(program)}", "    if s != s:", "        return careful(x)"]
     lines += _plain_body(program, fast=True)
-    return define("\n".join([*lines, "def careful(x):", *_plain_body(program, fast=False)]), "plain")
+    return define("\n".join([*lines, "def careful(x):", *_plain_body(program, fast=False)]), "plain", names)
 
 
 def _plain_body(program: Program, fast: bool) -> list[str]:

@@ -17,6 +17,7 @@ from .program import REDUCTIONS, RINGS, TEMPORAL, Op, Program, operands
 from .python_helpers import HELPERS
 from .python_sure import Sure
 
+_FEW = 4  # values that are added faster one by one than by a sum over a slice
 _DEEP = 12  # operations inside each other on one line; more are hard to read, and Python's own parser has a limit
 _CALLS = {
     Op.SIGN: "sign", Op.SIDE: "side", Op.SQRT: "root", Op.WRAP: "angle", Op.DIV: "divide", Op.HYPOT: "length",
@@ -190,7 +191,9 @@ class PythonCode:
 
 def sum_code(program: Program) -> str:
     """Source of a sum of all that a program reads: NaN if any of it is, since NaN survives a sum."""
-    return " + ".join(f"x[{a}]" if b == a + 1 else f"sum(x[{a}:{b}])" for a, b in program.reads)
+    short = [range(a, b) if b - a <= _FEW else () for a, b in program.reads]
+    terms = [[f"x[{i}]" for i in r] or [f"sum(x[{a}:{b}])"] for r, (a, b) in zip(short, program.reads, strict=True)]
+    return " + ".join(term for group in terms for term in group)
 
 
 def define(source: str, name: str, extra: Mapping[str, Any] | None = None) -> Callable[..., Any]:

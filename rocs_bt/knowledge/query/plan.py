@@ -7,9 +7,9 @@ the order in which the query mentions them. Which order does not change the answ
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ...expression import Node, compile_plain, evaluate
 from ...expression.python_code import define
@@ -19,22 +19,28 @@ from .pattern import Link, Pattern
 from .scope import Scope, Slot
 from .steps import Absent, Code, Follow, Joined, Near, Pin, Scan, Step, Test
 
+_PARTS = re.compile(r"\b([nrec])\b(?=[\[.])")
 
-def code_of(source: str, **names: Any) -> Code:
-    """A function of the state from generated source, which may use these names."""
-    text = f"def code(state):\n    n, r, e, c = state.n, state.r, state.e, state.c\n    return {source}"
-    return define(text, "code", {**HELPERS, **names})
+
+def code_of(source: str) -> Code:
+    """A function of the state from generated source."""
+    return define("\n    ".join(["def code(state):", *_parts(source), f"return {source}"]), "code", HELPERS)
 
 
 def value_of(node: Node, slots: Sequence[Slot]) -> Code:
     """An expression as a function of the state: its value, None where it is not known."""
-    return code_of(f"plain({_loaded(node, slots)})", plain=compile_plain(node))
+    source = _loaded(node, slots)
+    return compile_plain(node, "state", [*_parts(source), f"x = {source}"], HELPERS)
 
 
 def test_of(nodes: Sequence[Node], slots: Sequence[Slot]) -> Code:
-    """Expressions as a function of the state: whether all of them hold."""
-    node = nodes[0] if len(nodes) == 1 else Node("and", nodes[0].kind, tuple(nodes))
-    return code_of(f"plain({_loaded(node, slots)}) is True", plain=compile_plain(node))
+    """Expressions as a function of the state that is true if all of them hold."""
+    return value_of(nodes[0] if len(nodes) == 1 else Node("and", nodes[0].kind, tuple(nodes)), slots)
+
+
+def _parts(source: str) -> list[str]:
+    """Source lines that assign the parts of the state that a source names."""
+    return [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
 
 
 def _loaded(node: Node, slots: Sequence[Slot]) -> str:
