@@ -4,9 +4,10 @@
 # ///
 """Build a robot of your own: a folder with a table of devices, a model, and a driver in Python.
 
-The scout is a Pioneer that also hears a beacon at the origin. Its driver and its Monitor stand beside robot.toml, which
-names them as `file.py:Class`. The signal that they make is one like any other: the mission asks for it, a rule could.
-The shipped rules run on the scout as they are. `rocs-bt check` in such a project finds what does not fit.
+The scout is a Pioneer that also hears a beacon at the origin. Its driver and its Monitor are beside robot.toml, which
+names them as `file.py:Class`; the driver's key `at` is a keyword of its constructor, with its unit. The signal that
+they make is one like any other: the mission reads it, a rule could. The shipped rules run on the scout unchanged.
+`rocs-bt check` in such a project finds what does not fit.
 
 Output:
 
@@ -24,19 +25,24 @@ import rocs_bt
 from rocs_bt.event import ListSink, SignalsWritten
 
 DRIVER = '''
-"""A radio beacon at the origin, and what the scout makes of its loudness."""
+"""A radio beacon, and what the scout makes of its loudness."""
 
 from rocs_bt import Monitor, Signal
-from rocs_bt.drivers.mujoco import MujocoSensor
-from rocs_bt.units import LENGTH
+from rocs_bt.drivers.mujoco import Mount, MujocoSensor
+from rocs_bt.units import LENGTH, Metres
 
 
 class Beacon(MujocoSensor):
     """How loud the beacon is: 1 at a metre, less with the square of the distance."""
 
-    def sample(self):
-        x, y, z = self.mount.world.position(self.mount.robot)
-        return [1.0 / (x * x + y * y + 1e-4)]
+    def __init__(self, name: str, mount: Mount, *, at: tuple[Metres, Metres]) -> None:
+        super().__init__(name, mount)
+        self.at = at
+
+    def sample(self) -> list[float]:
+        robot = self.mount.world.pose(self.mount.robot)
+        away = (robot.x - self.at[0]) ** 2 + (robot.y - self.at[1]) ** 2
+        return [1.0 / (away + 1e-4)]
 
 
 class BeaconMonitor(Monitor):
@@ -53,6 +59,7 @@ DEVICES = """
 [[sensor]]
 name = "radio"
 driver = "beacon.py:Beacon"
+at = ["0 m", "0 m"]
 rate = "10 Hz"
 noise = "0"
 signal = "beacon"

@@ -91,9 +91,8 @@ class Link:
 class Told(Sensor):
     """What the datagrams hold under its name; a robot that falls silent repeats an old stamp, and so goes stale."""
 
-    def __init__(self, name, parameters, host):
+    def __init__(self, name, host, *, address: str):
         super().__init__(name)
-        address = parameters["address"]
         self._link = host.share(address, lambda: Link(address, host.clock))
 
     def read(self):
@@ -104,9 +103,8 @@ class Told(Sensor):
 class Wheels(Actuator):
     """Rim speeds, left and right."""
 
-    def __init__(self, name, parameters, host):
+    def __init__(self, name, host, *, address: str):
         super().__init__(name, 2)
-        address = parameters["address"]
         self._link = host.share(address, lambda: Link(address, host.clock))
 
     def command(self, values):

@@ -116,14 +116,21 @@ def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:
         error: The exception; its causes are searched if it has no frame of content itself.
         owners: Objects, classes or functions of the content.
     """
+    if (place := content_line(error, *owners)) is not None:
+        return place
+    frames = list(walk_tb(error.__traceback__))
+    return _location(*frames[-1]) if frames else None
+
+
+def content_line(error: BaseException, *owners: object) -> CodeLocation | None:
+    """As `raised_at`, but None where neither a frame nor an owner belongs to content."""
     for each in causes(error):
         if found := [(frame, line) for frame, line in walk_tb(each.__traceback__) if is_content(frame)]:
             return _location(*found[-1])
     for owner in owners:
         if (place := _definition(owner)) is not None:
             return place
-    frames = list(walk_tb(error.__traceback__))
-    return _location(*frames[-1]) if frames else None
+    return None
 
 
 def called_at() -> CodeLocation | None:

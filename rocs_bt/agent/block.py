@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from ..errors import Fault, InputError
+from ..raised import content_line
 
 T = TypeVar("T")
 
@@ -19,6 +20,7 @@ def make_block(cls: type[T], parameters: Mapping[str, Any], *args: Any) -> T:
 
     Raises:
         InputError: A parameter does not exist, is missing, or is not of the type that the class declares.
+        Exception: What a user's own class raises.
     """
     what = f"{cls.__name__} '{args[0]}'"
     declared = _declared(cls)
@@ -33,6 +35,8 @@ def make_block(cls: type[T], parameters: Mapping[str, Any], *args: Any) -> T:
         inspect.signature(cls).bind(*args, **parameters)
         return cls(*args, **parameters)
     except (TypeError, ValueError, OverflowError) as error:  # what only the class itself can tell
+        if content_line(error) is not None:  # a user's own class raised it, at that line
+            raise
         raise InputError(f"{what} does not take these parameters: {error}.") from error
 
 

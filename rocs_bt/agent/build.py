@@ -8,36 +8,32 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from ..action import Action
 from ..actions import action_table
-from ..analyze import ANALYZERS, Analyze
-from ..catalog import DriveSpec, FactSpec, PlaceSpec, RobotSpec, is_reference, robot_drive
+from ..catalog import DriveSpec, FactSpec, PlaceSpec, RobotSpec, robot_drive
 from ..catalog import load_class as load_class_from_file
 from ..clock import Clock, Rate, SimulatedClock
 from ..control.drive import Drive
 from ..control.follower import Follower, FollowerSettings
 from ..device import Sensor, Watchdog
-from ..errors import Fault, InputError, blame, unknown
+from ..errors import Fault, InputError, blame
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
 from ..knowledge import SCHEMA, Knowledge, RobotModel, Schema, StrategyModel, WorldModel
 from ..knowledge.share import Mailbox, Sharing
-from ..monitor import MONITORS, Monitor, Watched
 from ..pipeline import Pipeline
 from ..plan import Mission, Plan, TreePlan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from .agent import Agent, Rates
-from .block import make_block
 from .facts import examine_queries, tell_facts
 from .rule_files import RuleFile
+from .wiring import LoadClass, declare_signals, make_analyzers, make_monitors
 
-T = TypeVar("T")
-LoadClass = Callable[[Path, str], type]
 Keep = Callable[[Hashable, Callable[[], Any]], Any]
 
 
@@ -121,8 +117,8 @@ def build_agent(
     drive = robot_drive(robot.drive)
     knowledge = _knowledge(name, robot, drive, mind, clock, sink)
     _check_wheels(robot, drive, actuators)
-    monitors = _monitors(robot, knowledge, sensors, sensor_rates, sink, load_class)
-    analyzers = _analyzers(robot, knowledge, monitors, sink, load_class)
+    monitors = make_monitors(robot, knowledge, sensors, sensor_rates, sink, load_class)
+    analyzers = make_analyzers(robot, knowledge, monitors, sink, load_class)
     declare_signals(knowledge, [*monitors, *analyzers], robot)
     examine_queries(knowledge, mind.facts)
     actions = action_table(*mind.actions)
@@ -268,88 +264,6 @@ def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:
     tell()
 
 
-def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], robot: RobotSpec) -> None:
-    """Declare what the monitors and analysers write; after this the layout of a snapshot is fixed.
-
-    Raises:
-        InputError: Two blocks write one signal, or a sensor of robot.toml names one that nobody writes.
-    """
-    lines = {f"monitor '{m.name}'": m.line for m in robot.monitors}
-    lines |= {f"analyze '{a.name}'": a.line for a in robot.analyzers}
-    first: dict[str, str] = {}
-    for writer in writers:
-        block = f"{'monitor' if isinstance(writer, Monitor) else 'analyze'} '{writer.name}'"
-        with blame(robot.file, lines.get(block, 0)):
-            for signal in writer.signals():
-                if (other := first.setdefault(signal.name, block)) != block:
-                    raise InputError(
-                        f"the {other} and the {block} both write the signal '{signal.name}'. Take one of them out."
-                    )
-                knowledge.signals.declare(signal)
-    known = knowledge.signals.names
-    faults = [
-        unknown("signal", s.signal, known, "The robot").at(robot.file, s.line)
-        for s in robot.sensors
-        if s.signal not in known
-    ]
-    if faults:
-        raise InputError(*faults)
-    knowledge.signals.freeze()
-
-
-def _monitors(
-    robot: RobotSpec,
-    knowledge: Knowledge,
-    sensors: Mapping[str, Sensor],
-    rates: Mapping[str, Rate],
-    sink: EventSink,
-    load_class: LoadClass,
-) -> list[Monitor]:
-    monitors, devices = [], {s.name: s for s in robot.sensors}
-    for spec in robot.monitors:
-        watched = [Watched(sensors[name], rates[name], devices[name].max_age) for name in spec.sensors]
-        with blame(robot.file, spec.line):
-            cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
-            monitor = make_block(cls, spec.parameters, spec.name, watched, knowledge, sink)
-            for sensor, size in monitor.expects().items():
-                if sensor not in spec.sensors:
-                    raise InputError(unknown("sensor", sensor, spec.sensors, f"The monitor '{spec.name}'"))
-                if devices[sensor].size not in (None, size):
-                    raise InputError(
-                        f"{spec.cls} '{spec.name}' expects {size} values from the sensor '{sensor}', which has "
-                        f"{devices[sensor].size}. Make the two agree."
-                    )
-        monitors.append(monitor)
-    return monitors
-
-
-def _analyzers(
-    robot: RobotSpec,
-    knowledge: Knowledge,
-    monitors: Sequence[Monitor],
-    sink: EventSink,
-    load_class: LoadClass,
-) -> list[Analyze]:
-    """The analysers, attached to their monitors; those that write signals first, for the others to read."""
-    by_name = {m.name: m for m in monitors}
-    analyzers: list[Analyze] = []
-    for spec in robot.analyzers:
-        with blame(robot.file, spec.line):
-            cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
-            analyzers.append(make_block(cls, spec.parameters, spec.name, knowledge, sink))
-    found = {signal.name for analyze in analyzers for signal in analyze.signals()}
-    for spec, analyze in zip(robot.analyzers, analyzers, strict=True):
-        heard = [signal.name for monitor in spec.monitors for signal in by_name[monitor].signals()]
-        missed = [name for name in analyze.expects() if name not in heard]
-        if unheard := [name for name in missed if name not in found]:
-            where = f"What '{spec.name}' listens to"
-            raise InputError(*(unknown("signal", n, heard, where).at(robot.file, spec.line) for n in unheard))
-        analyze.from_knowledge = tuple(missed)
-        for monitor in spec.monitors:
-            by_name[monitor].attach(analyze)
-    return sorted(analyzers, key=lambda analyze: not analyze.signals())
-
-
 def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
     """Have what others say put where the robot's mailbox reads it."""
     sharing.messenger.letterbox = next((s.letterbox for s in sensors.values() if isinstance(s, Mailbox)), None)
@@ -378,16 +292,6 @@ def _source(build: Callable[..., Any]) -> tuple[Path | None, int]:
         return file, 0
     code = getattr(inspect.unwrap(build), "__code__", None)
     return (None, 0) if code is None else (Path(code.co_filename), code.co_firstlineno)
-
-
-def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpec, load_class: LoadClass) -> type[T]:
-    """A class by its name in our table, or by `file.py:Class` beside robot.toml."""
-    if is_reference(name):
-        file, _, cls = name.partition(":")
-        return load_class(robot.beside(file), cls)
-    if name not in table:
-        raise InputError(unknown(f"{kind} class", name, table))
-    return table[name]
 
 
 def _follower_settings(drive: DriveSpec) -> FollowerSettings:

@@ -5,7 +5,7 @@ from .entry import KINDS, Entry, content_hash, kind_of, make_entry
 from .facts import FactSpec
 from .keeping import KeepingCatalog
 from .planner_file import PlannerSpec, at_parameters, read_planner
-from .python_content import classes_in, functions_in, is_reference, load_class
+from .python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .rates import RateSpec
 from .robot_file import (
     ActuatorSpec,
@@ -54,5 +54,7 @@ __all__ = [
     "read_planner",
     "read_scenario",
     "robot_drive",
+    "running",
+    "running_class",
     "shipped_root",
 ]

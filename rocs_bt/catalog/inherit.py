@@ -1,8 +1,8 @@
 """A file that is based on another: what it says stands before what the other says.
 
 Tables are laid over each other key by key, arrays of tables by their `name`; a name that the other does not have is
-added at the end. Anything else that the file says stands instead of what the other says. Who is given another mission
-is not given the parameters of the mission that it had: they are that one's.
+added at the end. Anything else that the file says stands instead of what the other says. The parameters of a mission
+are inherited only with that mission, and the keys of a driver only with that driver.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from ..document import Key, Table, read_toml
 from ..errors import InputError
 
 Places = dict[Key, tuple[int, int]]
-BELONGS = {"parameters": "mission"}
-"""What is inherited only along with what it belongs to."""
+DEVICE_KEYS = ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount", "max_command_age")
+"""Keys of a `[[sensor]]` or `[[actuator]]` that belong to the robot's wiring; all others belong to the driver."""
 
 FindBase = Callable[[str], Path]
 """The file that a `base` means; raises InputError where there is none."""
@@ -69,8 +69,8 @@ def _laid_over(
     own: dict[str, Any], base: dict[str, Any], key: Key, there: Key, places: Places, found: Places
 ) -> dict[str, Any]:
     """`own` over `base`; moves the places of what stands at `key` in the file to `there` in what comes of it."""
-    other = {name for name, owner in BELONGS.items() if owner in own and own[owner] != base.get(owner)}
-    laid = {name: value for name, value in base.items() if name not in other}
+    dropped = _not_inherited(own, base, key)
+    laid = {name: value for name, value in base.items() if name not in dropped}
     for name, value in own.items():
         under = laid.get(name)
         here, to = (*key, name), (*there, name)
@@ -83,6 +83,16 @@ def _laid_over(
             _move(places, found, here, to)
             laid[name] = value
     return laid
+
+
+def _not_inherited(own: dict[str, Any], base: dict[str, Any], key: Key) -> set[str]:
+    """Keys of the base that belong to a mission or a driver which the file replaces."""
+    dropped = set[str]()
+    if "mission" in own and own["mission"] != base.get("mission"):
+        dropped.add("parameters")
+    if key[:1] in (("sensor",), ("actuator",)) and "driver" in own and own["driver"] != base.get("driver"):
+        dropped.update(name for name in base if name not in DEVICE_KEYS)
+    return dropped
 
 
 def _arrays(

@@ -8,14 +8,14 @@ import hashlib
 import importlib.util
 import re
 import sys
-import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from ..errors import Fault, InputError, unknown
-from ..raised import CONTENT_PREFIX
+from ..raised import CONTENT_PREFIX, CodeLocation, content_line, describe
 
 _REFERENCE = re.compile(r"[^:]+\.py:[A-Za-z_]\w*")
 
@@ -51,10 +51,11 @@ def load_module(path: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # a person's own code may raise anything, and that is an input that is wrong
+        with running(path):
+            spec.loader.exec_module(module)
+    except InputError:
         del sys.modules[name]
-        raise InputError(fault_of(path, error)) from error
+        raise
     return module
 
 
@@ -102,14 +103,41 @@ def guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
 
     @functools.wraps(build)
     def safe(*args: Any, **kwargs: Any) -> Any:
-        try:
+        with running(path):
             return build(*args, **kwargs)
-        except InputError as error:  # told by what the mission used; the mission is where it was asked for
-            raise error.at(path, fault_of(path, error).line) from error
-        except Exception as error:  # a person's own code may raise anything, and that is an input that is wrong
-            raise InputError(fault_of(path, error)) from error
 
     return safe
+
+
+@contextmanager
+def running(path: Path, *owners: object, passing: type[Exception] | tuple[type[Exception], ...] = ()) -> Iterator[None]:
+    """Turn whatever a person's code raises into a fault of its file, at the line; `sys.exit` too.
+
+    Args:
+        path: The file.
+        owners: Classes or functions of it: what the engine raises over a value that they returned is a fault at their
+            definition.
+        passing: Exceptions that the code may raise.
+
+    Raises:
+        InputError: The code raised anything else.
+    """
+    try:
+        yield
+    except passing:
+        raise
+    except InputError as error:  # raised by what the code used; the code is the place that asked for it
+        raise error.at(path, fault_of(path, error, *owners).line) from error
+    except (Exception, SystemExit) as error:  # a person's own code may raise anything
+        raise InputError(fault_of(path, error, *owners)) from error
+
+
+def running_class(cls: type, *passing: type[Exception]) -> AbstractContextManager[None]:
+    """As `running` for a class of content, whose InputErrors pass, too; nothing for a class of the engine."""
+    if not cls.__module__.startswith(CONTENT_PREFIX):
+        return nullcontext()
+    file = sys.modules[cls.__module__].__file__ or ""
+    return running(Path(file), cls, passing=(InputError, *passing))
 
 
 def _parse(path: Path) -> ast.Module:
@@ -121,10 +149,16 @@ def _parse(path: Path) -> ast.Module:
         raise InputError(fault_of(path, error)) from error
 
 
-def fault_of(path: Path, error: Exception) -> Fault:
-    """The error of a person's code, at the last of its lines that had a part in it."""
-    if isinstance(error, SyntaxError):
+def fault_of(path: Path, error: BaseException, *owners: object) -> Fault:
+    """The fault of a person's code, at the last of its lines that had a part in it.
+
+    Args:
+        path: The file.
+        error: What was raised.
+        owners: Classes or functions of the file, at whose definition it is reported where no line had a part in it.
+    """
+    if isinstance(error, SyntaxError) and error.filename in (None, str(path)):
         return Fault(f"not valid Python: {error.msg}.", path, error.lineno or 0, error.offset or 0)
-    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
-    line = (lines[-1] or 0) if lines else 0
-    return Fault(f"running this file raised {type(error).__name__}: {error}", path, line)
+    place = content_line(error, *owners) or CodeLocation(path, 0)
+    name = next((f"{owner.__name__} of" for owner in owners if isinstance(owner, type)), "running")
+    return Fault(f"{name} this file raised {describe(error)}", place.file, place.line)

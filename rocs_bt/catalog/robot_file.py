@@ -15,9 +15,9 @@ from ..errors import InputError, did_you_mean
 from ..geometry import Pose2
 from ..monitor import MONITORS
 from ..units import ANGLE, FREQUENCY, LENGTH, NONE, TIME, Dimension, parse_unit
-from .inherit import FindBase, no_base, read_inheriting
+from .inherit import DEVICE_KEYS, FindBase, no_base, read_inheriting
 from .python_content import classes_in, is_reference
-from .values import drive_parameters, driver_parameters, free_parameters, given_name
+from .values import drive_parameters, driver_parameters, free_parameters, given_name, to_si
 
 FORMAT = "robot/1"
 
@@ -53,9 +53,10 @@ class SensorSpec:
         dimension: What its values are.
         max_age: How long a reading stays valid [s]; None for three of its periods.
         mount: Where it sits and looks, in the body frame; None where nothing asks.
-        parameters: What the driver takes, in SI units.
+        parameters: Arguments of the driver: in SI units for a shipped one, as the file has them for a user's own.
         size: How many values a reading has; None where only a user's own driver knows.
         line: Where its table stands in the file.
+        places: Line and column of each parameter.
     """
 
     name: str
@@ -70,6 +71,7 @@ class SensorSpec:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     size: int | None = None
     line: int = 0
+    places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -78,7 +80,7 @@ class SensorSpec:
         if self.mount is not None:
             told["mount"] = self.mount
         if {"rays", "span"} <= self.parameters.keys():  # it is a scanner
-            told |= {name: self.parameters[name] for name in ("rays", "span")}
+            told |= {name: to_si(self.parameters[name]) for name in ("rays", "span")}
         return told
 
 
@@ -128,9 +130,10 @@ class ActuatorSpec:
         name: The actuator's node in the knowledge graph.
         driver: The driver that makes it, or `file.py:Class` beside robot.toml.
         max_command_age: The longest silence after which it goes to neutral [s].
-        parameters: What the driver takes, in SI units.
+        parameters: Arguments of the driver: in SI units for a shipped one, as the file has them for a user's own.
         size: How many values a command has; None where only a user's own driver knows.
         line: Where its table stands in the file.
+        places: Line and column of each parameter.
     """
 
     name: str
@@ -139,6 +142,7 @@ class ActuatorSpec:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     size: int | None = None
     line: int = 0
+    places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -265,11 +269,10 @@ def _drive(table: Table, actuators: Sequence[str]) -> DriveSpec:
 
 
 def _sensor(table: Table) -> SensorSpec:
-    known = ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount")
     name = given_name(table)
     dimension = _dimension(table)
     driver = _class(table, "driver")
-    parameters, size = driver_parameters(table, known, driver)
+    parameters, size = driver_parameters(table, DEVICE_KEYS, driver)
     return SensorSpec(
         name=name,
         driver=driver,
@@ -283,6 +286,7 @@ def _sensor(table: Table) -> SensorSpec:
         parameters=parameters,
         size=size,
         line=table.place()[0],
+        places={key: table.place(key) for key in parameters},
     )
 
 
@@ -343,11 +347,11 @@ def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
 
 
 def _actuator(table: Table) -> ActuatorSpec:
-    known = ("name", "driver", "max_command_age")
     age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
     driver = _class(table, "driver")
-    parameters, size = driver_parameters(table, known, driver)
-    return ActuatorSpec(given_name(table), driver, age, parameters, size, table.place()[0])
+    parameters, size = driver_parameters(table, DEVICE_KEYS, driver)
+    places = {key: table.place(key) for key in parameters}
+    return ActuatorSpec(given_name(table), driver, age, parameters, size, table.place()[0], places)
 
 
 def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:

@@ -80,7 +80,9 @@ def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
 
 
 def driver_parameters(table: Table, known: Collection[str], driver: str) -> tuple[dict[str, Any], int | None]:
-    """The parameters of a device's driver, held against what the driver declares; free ones for a user's own.
+    """The parameters of a device's driver, checked against what a shipped driver declares.
+
+    Those of a user's own driver are checked when its class is loaded (`drivers.own`): no code runs here.
 
     Args:
         table: The device's table.
@@ -88,10 +90,11 @@ def driver_parameters(table: Table, known: Collection[str], driver: str) -> tupl
         driver: Its name, or `file.py:Class`.
 
     Returns:
-        The parameters in SI units, and how many values the device has; None where that is not known.
+        The parameters, in SI units for a shipped driver and as the file has them for a user's own; and the number of
+        values of the device, None where that is not known.
     """
     if is_reference(driver):
-        return free_parameters(table, known), None
+        return {key: table.raw(key) for key in table.keys() if key not in known}, None  # noqa: SIM118 - no mapping
     if driver not in DRIVER_PARAMETERS:
         if driver:
             hint = did_you_mean(driver, DRIVER_PARAMETERS, "The table")

@@ -9,6 +9,7 @@ from pathlib import Path
 from ..catalog import KINDS, Catalog, Entry, find_project, kind_of, make_entry
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
+from ..raised import content_line, describe
 from .mission import check_mission_file
 from .model import check_world
 from .planner import check_planner_file
@@ -28,10 +29,12 @@ class Findings:
     Attributes:
         files: The files that were checked.
         faults: Everything that is wrong or doubtful, each fault once.
+        defect: An exception of the engine's own that cut the check of a file short; None for none.
     """
 
     files: tuple[Path, ...]
     faults: tuple[Fault, ...]
+    defect: BaseException | None = None
 
     @property
     def wrong(self) -> bool:
@@ -61,19 +64,31 @@ def check_content(
             entries += _entries(path, code)
         except InputError as error:
             faults += error.faults
+    defect: BaseException | None = None
     for done, (entry, catalog) in enumerate(entries):
         progress(done)
-        faults += _faults(entry, catalog)
-    return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(dict.fromkeys(faults)))
+        found, ended = _faults(entry, catalog)
+        faults += found
+        defect = defect or ended
+    return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(dict.fromkeys(faults)), defect)
 
 
-def _faults(entry: Entry, catalog: Catalog) -> list[Fault]:
+def _faults(entry: Entry, catalog: Catalog) -> tuple[list[Fault], BaseException | None]:
+    """The faults of one entry, and the exception that ended its check early and is no content's; None for none."""
+    found: list[Fault] = []
     try:
-        return [fault.at(entry.path) for fault in _CHECKERS[entry.kind](entry, catalog)]
+        for fault in _CHECKERS[entry.kind](entry, catalog):
+            found.append(fault.at(entry.path))
     except InputError as error:
-        return list(error.at(entry.path).faults)
-    except RocsError as error:  # whatever one file does, the others are checked too
-        return [Fault(str(error), entry.path)]
+        found += error.at(entry.path).faults
+    except RocsError as error:
+        found.append(Fault(str(error), entry.path))
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever one file does, the others are checked too
+        if (place := content_line(error)) is not None:
+            return [*found, Fault(f"this line raised {describe(error)}", place.file, place.line)], None
+        message = f"checking this file raised {describe(error)}: a defect of rocs_bt."
+        return [*found, Fault(message, entry.path)], error
+    return found, None
 
 
 def _default() -> Path:

@@ -13,6 +13,7 @@ from ..geometry import Pose2
 from ..reactive import RuleModel
 from ..simulation import POSES_TRIED, FreePose, Stage, free_goal_poses, set_stage
 from .paper import idle
+from .trial import trial_faults
 
 _EASY = 0.5  # the share of poses at a goal that must be free for nobody to worry
 _LATER = 1e6  # [s]; by then a guard that holds has held for any rule's `for`
@@ -21,19 +22,25 @@ _LATER = 1e6  # [s]; by then a guard that holds has held for any rule's `for`
 def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
     """What keeps a scenario from being played; a goal that cannot be reached is a warning, as the run still runs.
 
-    A goal needs a pose within its tolerance at which the robot touches nothing and no reflex fires; one that leaves
-    few such poses is told too.
+    A goal needs a pose within its tolerance at which the robot touches nothing and no reflex fires; a goal with few
+    such poses is reported too. Every goal that an agent knows is checked.
 
     Raises:
-        InputError: The world does not compile, or somebody cannot stand at the start.
+        InputError: The world does not compile, or a robot cannot be at its start.
     """
     yield from _beyond(scenario, set_stage(scenario, catalog, 1, NullSink()))
-    goals = {p.name: p for p in scenario.places}
     for agent in scenario.agents:
-        if agent.success is not None:
-            fault = _doubt(scenario, catalog, agent, goals[agent.success])
-            if fault is not None:
-                yield replace(fault, file=scenario.file, line=agent.line, warning=True)
+        stage = set_stage(replace(scenario, agents=(agent,), movers=()), catalog, 1, NullSink())
+        built = _build(scenario, catalog, agent, stage)
+        faults = list(trial_faults(built, stage.robots[agent.name], stage.sensors[agent.name]))
+        yield from faults
+        if faults:
+            continue  # no reflex can be asked about poses that cannot be sensed
+        for goal in scenario.places:
+            if goal.kind == "goal" and agent.name in goal.agents:
+                fault = _doubt(stage, built, agent, goal)
+                if fault is not None:
+                    yield replace(fault, file=scenario.file, line=goal.line, warning=True)
 
 
 def _beyond(scenario: ScenarioSpec, stage: Stage) -> Iterable[Fault]:
@@ -54,19 +61,9 @@ def _beyond(scenario: ScenarioSpec, stage: Stage) -> Iterable[Fault]:
             )
 
 
-def _doubt(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
-    """Why an agent, alone in the world, cannot stand at a goal, or hardly; None when it can with ease."""
-    stage = set_stage(replace(scenario, agents=(agent,), movers=()), catalog, 1, NullSink())
-    world, what = stage.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
-    poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance)
-    if not poses:
-        world.place(agent.name, goal.pose._replace(yaw=0.0))
-        depth, thing = world.clearance(agent.name)
-        where = f"at the goal itself its hull is {max(-depth, 0.0):.2f} m inside '{thing}'"
-        message = f"{what}: within {goal.tolerance:g} m of it {agent.robot} is free at no pose; {where}."
-        return Fault(message, hint="Move the goal or what stands there.")
-    rates = Rates(scenario.rate.control_rate, scenario.rate.plan_rate)
-    built = build_agent(
+def _build(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, stage: Stage) -> Agent:
+    """An agent alone in the world, without a mission."""
+    return build_agent(
         agent.name,
         stage.robots[agent.name],
         Mind(
@@ -79,11 +76,23 @@ def _doubt(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, goal: Pla
         sensors=stage.sensors[agent.name],
         actuators=stage.actuators[agent.name],
         sensor_rates=stage.sensor_rates[agent.name],
-        rates=rates,
+        rates=Rates(scenario.rate.control_rate, scenario.rate.plan_rate),
         clock=stage.clock,
         sink=NullSink(),
         load_class=catalog.load_class,
     )
+
+
+def _doubt(stage: Stage, built: Agent, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
+    """Why an agent, alone in the world, cannot stand at a goal, or hardly; None when it can with ease."""
+    world, what = stage.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
+    poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance)
+    if not poses:
+        world.place(agent.name, goal.pose._replace(yaw=0.0))
+        depth, thing = world.clearance(agent.name)
+        where = f"at the goal itself its hull is {max(-depth, 0.0):.2f} m inside '{thing}'"
+        message = f"{what}: within {goal.tolerance:g} m of it {agent.robot} is free at no pose; {where}."
+        return Fault(message, hint="Move the goal or what stands there.")
     built.knowledge.world.pursue(goal.name)
     fires = ""
     for free in poses:

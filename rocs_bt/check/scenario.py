@@ -8,7 +8,7 @@ from ..actions import action_table
 from ..agent import Mind
 from ..agent.build import thresholds
 from ..catalog import AgentSpec, Catalog, Entry, RobotSpec, ScenarioSpec, is_reference
-from ..drivers.mujoco import MujocoSensor
+from ..drivers.mujoco import MujocoActuator, MujocoSensor
 from ..errors import Fault, InputError
 from ..expression import Environment
 from ..plan import mission_actions, mission_arguments
@@ -38,9 +38,14 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 
 
 def _simulated(robot: RobotSpec, catalog: Catalog) -> bool:
-    """Whether all of a robot's own sensor drivers are MuJoCo's, not those of a real one."""
-    own = [s.driver.partition(":") for s in robot.sensors if is_reference(s.driver)]
-    return all(issubclass(catalog.load_class(robot.beside(file), cls), MujocoSensor) for file, _, cls in own)
+    """Whether a robot's own drivers are MuJoCo's, not those of hardware; wrong ones are reported with the robot."""
+    for driver in [*(s.driver for s in robot.sensors), *(a.driver for a in robot.actuators)]:
+        file, _, name = driver.partition(":")
+        if is_reference(driver) and not issubclass(
+            catalog.load_class(robot.beside(file), name), (MujocoSensor, MujocoActuator)
+        ):
+            return False
+    return True
 
 
 def mind_doubts(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:

@@ -3,6 +3,7 @@
 robot.toml names a driver; each backend has its own class of that name, with the same parameters.
 """
 
+from .own import constructor_parameters
 from .parameters import (
     DRIVER_PARAMETERS,
     DriverParameter,
@@ -34,6 +35,7 @@ __all__ = [
     "VelocityParameters",
     "WheelSpeedParameters",
     "WheelTravelParameters",
+    "constructor_parameters",
     "parameters_of_driver",
     "pick",
     "read_parameters",

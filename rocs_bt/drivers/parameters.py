@@ -301,19 +301,21 @@ def parameters_of_driver(declared: type) -> dict[str, DriverParameter]:
     return found
 
 
-def read_parameters(declared: type[T], values: Mapping[str, Any], what: str) -> T:
+def read_parameters(declared: type[T], values: Mapping[str, Any], what: str, *, among: bool = False) -> T:
     """A driver's parameters from what robot.toml holds, already in SI units.
 
     Args:
         declared: The driver's dataclass.
         values: By name: floats, whole numbers, texts, or lists of them.
         what: The device and its driver, for messages.
+        among: Whether there may be others among them, as for a user's own driver that extends this one.
 
     Raises:
         InputError: Unknown, missing or wrong parameters; with every fault.
     """
     specs = parameters_of_driver(declared)
-    faults = [unknown(f"parameter of {what}", name, specs, what) for name in values if name not in specs]
+    others = [name for name in values if name not in specs]
+    faults = [] if among else [unknown(f"parameter of {what}", name, specs, what) for name in others]
     missing = [s.name for s in specs.values() if s.required and s.name not in values]
     if missing:
         faults.append(Fault(f"{what} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(specs)}."))

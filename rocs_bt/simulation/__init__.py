@@ -1,6 +1,7 @@
 """A world, its agents and movers: one episode, from a scenario's file to its outcome."""
 
 from .carried import CARRIERS, Carrier, make_carrier
+from .devices import Driver, hardware_driver, mujoco_driver
 from .episode import Episode, Mind, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
 from .hardware import Driven, Host, drive
@@ -23,6 +24,7 @@ __all__ = [
     "POSES_TRIED",
     "Carrier",
     "Driven",
+    "Driver",
     "Episode",
     "Finding",
     "FreePose",
@@ -43,8 +45,10 @@ __all__ = [
     "compose_scenario",
     "drive",
     "free_goal_poses",
+    "hardware_driver",
     "make_carrier",
     "make_mover",
+    "mujoco_driver",
     "place_all",
     "replay",
     "requirement_faults",

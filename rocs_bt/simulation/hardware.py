@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from ..agent import Agent, RuleWatch, ThreadedRunner
-from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec, is_reference
+from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec
 from ..clock import Clock, WallClock
 from ..device import Actuator, Sensor, Watchdog
-from ..errors import Fault, InputError, blame
 from ..event import CommandExpired, EventSink, Fanout, NullSink
+from .devices import make_hardware
 from .minds import build_minds
 from .sink_thread import SinkThread
 
@@ -101,7 +101,7 @@ def drive(
         for name, robot in robots.items():
             host = Host(clock)
             stack.callback(host.close)
-            sensors[name] = {s.name: _made(catalog, robot, s, host) for s in robot.sensors}
+            sensors[name] = {s.name: make_hardware(catalog, robot, s, host) for s in robot.sensors}
             actuators[name] = {a.name: _guarded(catalog, robot, a, host, name, sink) for a in robot.actuators}
         rates = {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()}
         minds = build_minds(
@@ -139,25 +139,5 @@ def _guarded(
     def expired(t: float) -> None:
         sink.emit(CommandExpired(t=t, agent=agent, actuator=spec.name))
 
-    device: Actuator = _made(catalog, robot, spec, host)
+    device: Actuator = make_hardware(catalog, robot, spec, host)
     return Watchdog(device, host.clock, spec.max_command_age, expired)
-
-
-def _made(catalog: Catalog, robot: RobotSpec, spec: SensorSpec | ActuatorSpec, host: Host) -> Any:
-    """A device, made by the class that its driver names, with (name, parameters, host)."""
-    with blame(robot.file, spec.line):
-        if not is_reference(spec.driver):
-            raise InputError(
-                Fault(
-                    f"the driver '{spec.driver}' of '{spec.name}' is one of a simulation.",
-                    hint="To drive a real robot write 'file.py:Class', a Sensor or Actuator of your own.",
-                )
-            )
-        file, _, cls = spec.driver.partition(":")
-        wanted: type = Sensor if isinstance(spec, SensorSpec) else Actuator
-        made: Any = catalog.load_class(robot.beside(file), cls)
-        if not issubclass(made, wanted):
-            kind = wanted.__name__
-            raise InputError(f"'{spec.driver}' of '{spec.name}' is no {kind}: extend rocs_bt.{kind}.")
-        parameters: Mapping[str, Any] = spec.parameters
-        return made(spec.name, parameters, host)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..agent import robot_drive
-from ..catalog import Catalog, RobotSpec, ScenarioSpec, is_reference
+from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
-from ..device import Sensor, Watchdog
+from ..device import Actuator, Sensor, Watchdog
 from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compile_model, make_actuator, make_sensor
 from ..errors import Fault, InputError, blame
 from ..event import CommandExpired, EventSink
 from ..geometry import Pose2
 from .carried import Carrier, make_carrier
+from .devices import mujoco_driver
 from .mover import Mover, make_mover
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
@@ -80,13 +80,14 @@ def set_stage(
         spec = robots[agent.name]
         sensors[agent.name] = {}
         for s in spec.sensors:
-            with blame(spec.file, s.line):
+            driver = mujoco_driver(catalog, spec, s)
+            with blame(spec.file, s.line), driver.running():
                 sensors[agent.name][s.name] = make_sensor(
                     world,
                     agent.name,
                     s.name,
-                    _driver(catalog, spec, s.driver),
-                    s.parameters,
+                    driver.make,
+                    driver.parameters,
                     noise=s.noise,
                     rng=stream(scenario.name, seed, agent.name, noise_of(s.name)),
                 )
@@ -132,22 +133,17 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
             raise InputError(
                 Fault(f"the robot '{spec.name}' has no model.", spec.file, hint='Add model = "robot.xml".')
             )
-        mounts = [
-            SensorMount(s.name, _driver(catalog, spec, s.driver), s.parameters, spec.file, s.line) for s in spec.sensors
-        ]
-        placed.append(Placed(name, spec.model, mounts if name in minds else ()))
+        mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in minds else []
+        placed.append(Placed(name, spec.model, mounts))
     arena, step = catalog.find("world", scenario.world).path, scenario.rate.physics
     key = ("model", arena, step, *((name, spec.file, name in minds) for name, spec in robots.items()))
     model = catalog.keep(key, lambda: compile_model(arena, placed, step=step))
     return MujocoWorld(model, list(robots), clock), robots
 
 
-def _driver(catalog: Catalog, robot: RobotSpec, driver: str) -> Any:
-    """A driver's name, or the class that `file.py:Class` beside robot.toml means."""
-    if not is_reference(driver):
-        return driver
-    file, _, cls = driver.partition(":")
-    return catalog.load_class(robot.beside(file), cls)
+def _mount(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec) -> SensorMount:
+    driver = mujoco_driver(catalog, robot, sensor)
+    return SensorMount(sensor.name, driver.make, driver.parameters, robot.file, sensor.line, driver.running)
 
 
 def _actuators(
@@ -161,8 +157,7 @@ def _actuators(
 ) -> dict[str, Watchdog]:
     made = {}
     for spec in robot.actuators:
-        with blame(robot.file, spec.line):
-            device = make_actuator(world, agent, spec.name, _driver(catalog, robot, spec.driver), spec.parameters)
+        device = _actuator(world, catalog, agent, robot, spec)
         if spec.name == robot.drive.actuator and hasattr(device, "measured"):
             wheels[agent] = device.measured
 
@@ -172,6 +167,12 @@ def _actuators(
         made[spec.name] = Watchdog(device, clock, spec.max_command_age, expired)
         world.guard(made[spec.name])
     return made
+
+
+def _actuator(world: MujocoWorld, catalog: Catalog, name: str, robot: RobotSpec, spec: ActuatorSpec) -> Actuator:
+    driver = mujoco_driver(catalog, robot, spec)
+    with blame(robot.file, spec.line), driver.running():
+        return make_actuator(world, name, spec.name, driver.make, driver.parameters)
 
 
 def _movers(
@@ -186,8 +187,7 @@ def _movers(
     for mover in (m for m in scenario.movers if m.robot):
         robot = robots[mover.name]
         spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
-        with blame(robot.file, spec.line):
-            device = make_actuator(world, mover.name, spec.name, _driver(catalog, robot, spec.driver), spec.parameters)
+        device = _actuator(world, catalog, mover.name, robot, spec)
         if hasattr(device, "measured"):
             wheels[mover.name] = device.measured
         with blame(scenario.file, mover.line):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..agent import Agent, Mind, Rates, build_agent, robot_drive
-from ..agent.build import LoadClass
+from ..agent.wiring import LoadClass
 from ..catalog import RobotSpec, load_class
 from ..clock import Clock, Rate
 from ..device import Sensor, Watchdog

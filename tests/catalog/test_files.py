@@ -179,14 +179,17 @@ def test_a_robot_that_is_wrong_is_told_with_its_own_file(robot_file, project):
         Catalog(project).load_scenario("walk")
 
 
-def test_the_parameters_of_a_users_own_driver_are_free(project):
+def test_the_parameters_of_a_users_own_driver_stay_as_they_are_until_its_class_is_loaded(project):
     robot = project / "robots" / "bot" / "robot.toml"
     (robot.parent / "own.py").write_text("class Own:\n    pass\n")
     edit(robot, 'driver = "velocity"', 'driver = "own.py:Own"\ngain = 2.5\nport = "can0"\nratio = "3"')
-    assert load_robot(robot).actuators[0].parameters == {
-        "motors": ["left", "right"],
+    found = load_robot(robot).actuators[0]
+    assert found.parameters == {
         "gain": 2.5,
         "port": "can0",
-        "ratio": 3.0,
-        "wheel_radius": 0.0975,
+        "ratio": "3",
+        "motors": ["left", "right"],
+        "wheel_radius": "9.75 cm",
     }
+    line = next(i for i, text in enumerate(robot.read_text().splitlines(), 1) if text == "gain = 2.5")
+    assert found.places["gain"] == (line, 1)

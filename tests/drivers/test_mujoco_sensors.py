@@ -16,6 +16,7 @@ from rocs_bt.control.drive import make_drive
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import (
+    Mount,
     MujocoSensor,
     MujocoWorld,
     Placed,
@@ -27,6 +28,7 @@ from rocs_bt.drivers.mujoco import (
 from rocs_bt.drivers.mujoco.sensors import RangeCone
 from rocs_bt.errors import InputError, UnknownName
 from rocs_bt.geometry import Pose2
+from rocs_bt.units import Metres
 
 MakeWorld = Callable[..., MujocoWorld]
 
@@ -192,6 +194,9 @@ def test_an_unknown_sensor_driver_lists_those_there_are(make_world: MakeWorld) -
 
 class Tilt(MujocoSensor):
     """A user's own driver: the tilt of the base, through a site that it adds to the model itself."""
+
+    def __init__(self, name: str, mount: Mount, *, height: Metres) -> None:
+        super().__init__(name, mount)
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:

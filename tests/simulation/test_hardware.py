@@ -44,7 +44,7 @@ class Body:
 
 
 class Part(Sensor):
-    def __init__(self, name, parameters, host):
+    def __init__(self, name, host):
         super().__init__(name)
         self.body, self.wobble = host.share("body", lambda: Body(host.clock)), 0
 
@@ -63,7 +63,7 @@ class Part(Sensor):
 
 
 class Wheels(Actuator):
-    def __init__(self, name, parameters, host):
+    def __init__(self, name, host):
         super().__init__(name, 2)
         self.body, self.count = host.share("body", lambda: Body(host.clock)), 0
 

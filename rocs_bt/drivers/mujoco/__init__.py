@@ -1,8 +1,10 @@
 """MuJoCo: a world of one arena and its robots, and the devices that live in it. MuJoCo is imported when one is made."""
 
-from .actuators import ACTUATORS, make_actuator
+from .actuators import ACTUATORS, MujocoActuator, make_actuator
 from .compose import Placed, SensorMount, compile_model, compose_world
-from .sensor import Mount, MujocoSensor
+from .motors import Motors
+from .mount import DriverWorld, Mount
+from .sensor import MujocoSensor
 from .sensors import SENSORS, make_sensor
 from .world import Contact, MujocoWorld
 
@@ -10,7 +12,10 @@ __all__ = [
     "ACTUATORS",
     "SENSORS",
     "Contact",
+    "DriverWorld",
+    "Motors",
     "Mount",
+    "MujocoActuator",
     "MujocoSensor",
     "MujocoWorld",
     "Placed",

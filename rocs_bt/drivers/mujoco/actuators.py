@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 from ...device import Actuator
 from ...errors import DeviceError
 from ..parameters import VelocityParameters, read_parameters
 from ..table import pick
-from .sensor import Mount
-
-if TYPE_CHECKING:
-    from .world import MujocoWorld
+from .mount import Mount
+from .world import MujocoWorld
 
 
 class MujocoActuator(Actuator):
-    """The common part; a user's own driver extends it and implements `command` and `neutral`.
+    """Base of all actuators in MuJoCo; a user's own driver extends it and implements `command` and `neutral`.
+
+    The keyword-only parameters of a subclass's constructor are the keys that its table in robot.toml may have.
 
     Args:
-        name: What robot.toml calls it.
-        size: How many values a command has.
-        mount: Where it sits.
+        name: The actuator's name in robot.toml.
+        size: Number of values of a command.
+        mount: The robot and the world.
+
+    Attributes:
+        mount: The robot and the world.
+        declares: The dataclass that declares a shipped driver's keys; None for a user's own driver.
     """
+
+    declares: ClassVar[type | None] = None
 
     def __init__(self, name: str, size: int, mount: Mount) -> None:
         super().__init__(name, size)
@@ -35,12 +41,14 @@ class Velocity(MujocoActuator):
     Neutral brakes them at that same rate. Whatever they are told acts after the delay of their electronics.
 
     Args:
-        name: What robot.toml calls it.
-        parameters: What robot.toml gives it, in SI units.
-        mount: Where it sits.
+        name: The actuator's name in robot.toml.
+        mount: The robot and the world.
+        parameters: Those of `VelocityParameters`.
     """
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+    declares = VelocityParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         wanted = read_parameters(VelocityParameters, parameters, f"velocity actuator '{name}'")
         super().__init__(name, len(wanted.motors), mount)
         self._factors = wanted.factors
@@ -73,7 +81,7 @@ def make_actuator(
         world: The world.
         robot: The robot's name.
         name: What robot.toml calls the actuator.
-        driver: Its driver's name, or a class of a user's own that is made with (name, parameters, mount).
+        driver: Its driver's name, or a user's own class, which is called with (name, mount, **parameters).
         parameters: What the driver takes, in SI units.
 
     Raises:
@@ -81,5 +89,5 @@ def make_actuator(
     """
     world.body(robot)
     cls: Any = pick(ACTUATORS, driver, "actuator", "mujoco")
-    actuator: Actuator = cls(name, parameters, Mount(world, robot))
+    actuator: Actuator = cls(name, Mount(world, robot), **parameters)
     return actuator

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ class SensorMount:
         driver: Its driver's name, or a class of a user's own.
         parameters: What the driver takes, in SI units.
         file, line: Where it is written, for messages.
+        running: Context in which a user's own class is run.
     """
 
     name: str
@@ -33,6 +34,7 @@ class SensorMount:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     file: Path | None = None
     line: int = 0
+    running: Callable[[], AbstractContextManager[None]] = nullcontext
 
 
 @dataclass(frozen=True)
@@ -89,14 +91,8 @@ def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005)
         model = read_model(robot.model)
         _check_base(model, robot.model)
         for sensor in robot.sensors:
-            with blame(sensor.file or robot.model, sensor.line), _compiling(robot.model):
-                driver = pick(SENSORS, sensor.driver, "sensor", "mujoco")
-                if not issubclass(driver, MujocoSensor):
-                    raise InputError(
-                        f"the driver '{driver.__name__}' of '{sensor.name}' is none for MuJoCo. To simulate it extend "
-                        "rocs_bt.drivers.mujoco.MujocoSensor; to drive a real robot call rocs_bt.simulation.drive."
-                    )
-                driver.prepare(model, sensor.name, sensor.parameters)
+            with blame(sensor.file or robot.model, sensor.line), _compiling(robot.model), sensor.running():
+                pick(SENSORS, sensor.driver, "sensor", "mujoco").prepare(model, sensor.name, sensor.parameters)
         _take_options(spec, model)
         spec.attach(model, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())
     spec.option.timestep = step

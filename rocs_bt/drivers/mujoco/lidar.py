@@ -13,8 +13,9 @@ from ...device import Reading
 from ...errors import InputError, unknown
 from ...record.header import Fan
 from ..parameters import LidarParameters, read_parameters
+from .mount import Mount
 from .rays import Rays
-from .sensor import Mount, MujocoSensor
+from .sensor import MujocoSensor
 
 Array = npt.NDArray[np.float64]
 
@@ -25,8 +26,10 @@ class Lidar(MujocoSensor):
     The rays lie in the plane of the site and pitch with the robot. They pass through the body that carries the scanner.
     """
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = LidarParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         self.parameters = _read(parameters, name)
         model = mount.world.model
         self._site = model.site(f"{mount.robot}/{self.parameters.site}").id
@@ -37,7 +40,7 @@ class Lidar(MujocoSensor):
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
-        wanted = _read(parameters, name).site
+        wanted = _read(parameters, name, among="declares" not in vars(cls)).site
         known = [site.name for site in model.sites if site.name and "/" not in site.name]
         if wanted not in known:
             raise InputError(unknown(f"site for sensor '{name}'", wanted, known, "The model"))
@@ -79,5 +82,5 @@ class Lidar(MujocoSensor):
         return found
 
 
-def _read(parameters: Mapping[str, Any], name: str) -> LidarParameters:
-    return read_parameters(LidarParameters, parameters, f"lidar '{name}'")
+def _read(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> LidarParameters:
+    return read_parameters(LidarParameters, parameters, f"lidar '{name}'", among=among)

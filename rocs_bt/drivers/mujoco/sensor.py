@@ -4,44 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import Any, ClassVar
 
 from ...device import Reading, Sensor
-
-if TYPE_CHECKING:
-    from .world import MujocoWorld
-
-
-@dataclass(frozen=True)
-class Mount:
-    """Where a device sits.
-
-    Attributes:
-        world: The world.
-        robot: The robot's name, which is the prefix of its elements.
-        noise: Standard deviation of each value [SI].
-        rng: Where the noise comes from; its own, so that no other device changes it.
-    """
-
-    world: MujocoWorld
-    robot: str
-    noise: float = 0.0
-    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+from .mount import Mount
 
 
 class MujocoSensor(Sensor):
-    """The common part; a user's own driver extends it and implements `sample`.
+    """Base of all sensors in MuJoCo; a user's own driver extends it and implements `sample`.
+
+    The keyword-only parameters of a subclass's constructor are the keys that its table in robot.toml may have.
 
     Args:
-        name: What robot.toml calls it.
-        parameters: What robot.toml gives it, in SI units.
-        mount: Where it sits.
+        name: The sensor's name in robot.toml.
+        mount: The robot, the world, the noise.
+
+    Attributes:
+        mount: The robot, the world, the noise.
+        declares: The dataclass that declares a shipped driver's keys; None for a user's own driver.
     """
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
+    declares: ClassVar[type | None] = None
+
+    def __init__(self, name: str, mount: Mount) -> None:
         super().__init__(name)
         self.mount = mount
         self._drawn_at = math.nan
@@ -49,10 +34,17 @@ class MujocoSensor(Sensor):
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
-        """Add what it needs to the robot's MjSpec, before the world is compiled; nothing by default."""
+        """Add what the sensor needs to the robot's MjSpec before the world is compiled; nothing by default.
+
+        Args:
+            model: MuJoCo's `MjSpec` of the robot alone, without prefix.
+            name: The sensor's name in robot.toml.
+            parameters: The arguments that the constructor will get by keyword; an own driver that extends a shipped one
+                passes them on as they are.
+        """
 
     def sample(self) -> list[float]:
-        """What it says in the present state, without noise [SI]."""
+        """Values in the present state of the world, without noise [SI]; `mount.world.lock` is held."""
         raise NotImplementedError
 
     def read(self) -> Reading:

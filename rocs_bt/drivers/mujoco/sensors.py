@@ -28,7 +28,8 @@ from ..sightings import Sightings
 from ..table import pick
 from ..turning import Turning
 from .lidar import Lidar
-from .sensor import Mount, MujocoSensor
+from .mount import Mount
+from .sensor import MujocoSensor
 
 if TYPE_CHECKING:
     from .world import MujocoWorld
@@ -37,8 +38,10 @@ if TYPE_CHECKING:
 class Position(MujocoSensor):
     """x, y, z of the base [m], world frame."""
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = PositionParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         read_parameters(PositionParameters, parameters, f"position sensor '{name}'")
 
     def sample(self) -> list[float]:
@@ -48,8 +51,10 @@ class Position(MujocoSensor):
 class Orientation(MujocoSensor):
     """Yaw of the base [rad], world frame."""
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = OrientationParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         read_parameters(OrientationParameters, parameters, f"orientation sensor '{name}'")
 
     def sample(self) -> list[float]:
@@ -59,8 +64,10 @@ class Orientation(MujocoSensor):
 class WheelSpeed(MujocoSensor):
     """Rim speeds [m/s] from the motors' shafts."""
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = WheelSpeedParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         wanted = read_parameters(WheelSpeedParameters, parameters, f"wheel_speed sensor '{name}'")
         self._motors = mount.world.motors(mount.robot, wanted.motors)
         self._factors = wanted.factors
@@ -73,8 +80,10 @@ class WheelSpeed(MujocoSensor):
 class WheelTravel(MujocoSensor):
     """How far the rims have rolled [m], in whole counts, from the motors' shafts: what slips has rolled too."""
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = WheelTravelParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         self._parameters = read_parameters(WheelTravelParameters, parameters, f"wheel_travel sensor '{name}'")
         self._motors = mount.world.motors(mount.robot, self._parameters.motors)
 
@@ -85,8 +94,10 @@ class WheelTravel(MujocoSensor):
 class Gyro(MujocoSensor):
     """Mean yaw rate since the reading before [rad/s]."""
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = GyroParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         self._turning = Turning(read_parameters(GyroParameters, parameters, f"gyro '{name}'"), mount.rng)
 
     def sample(self) -> list[float]:
@@ -97,8 +108,10 @@ class Gyro(MujocoSensor):
 class RangeCone(MujocoSensor):
     """Ranges [m] of cones: the nearest echo of a fan of MuJoCo's rangefinder rays each."""
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = RangeConeParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         self.parameters = _cones(parameters, name)
         addresses = [
             mount.world.sensor_address(mount.robot, f"{name}/{site}/{ray}")
@@ -111,7 +124,7 @@ class RangeCone(MujocoSensor):
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
         import mujoco
 
-        wanted = _cones(parameters, name)
+        wanted = _cones(parameters, name, among="declares" not in vars(cls))
         _require_sites(model, wanted.sites, name)
         compiled = model.copy().compile()  # which resolves however the file orients its sites
         for site in wanted.sites:
@@ -155,8 +168,10 @@ class RangeCone(MujocoSensor):
 class RobotSensor(MujocoSensor):
     """Tags, ranges [m] and bearings [rad] of the other robots that a ray at its height finds nothing before."""
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = RobotSensorParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         self.parameters = read_parameters(RobotSensorParameters, parameters, f"robot_sensor '{name}'")
         if mount.noise > 0.0:
             raise InputError(
@@ -176,8 +191,10 @@ class RobotSensor(MujocoSensor):
 class MailboxSensor(MujocoSensor):
     """What other robots said, as it came since the last reading; the same on every robot, simulated or not."""
 
-    def __init__(self, name: str, parameters: Mapping[str, Any], mount: Mount) -> None:
-        super().__init__(name, parameters, mount)
+    declares = MailboxParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
         read_parameters(MailboxParameters, parameters, f"mailbox '{name}'")
         self.letterbox = Letterbox()
 
@@ -224,7 +241,7 @@ def make_sensor(
     """
     world.body(robot)
     mount = Mount(world, robot, noise, np.random.default_rng(0) if rng is None else rng)
-    return pick(SENSORS, driver, "sensor", "mujoco")(name, parameters, mount)
+    return pick(SENSORS, driver, "sensor", "mujoco")(name, mount, **parameters)
 
 
 @compiled
@@ -234,8 +251,8 @@ def least_echoes(rays: npt.NDArray[np.float64], each: int) -> list[float]:
     return nearest
 
 
-def _cones(parameters: Mapping[str, Any], name: str) -> RangeConeParameters:
-    return read_parameters(RangeConeParameters, parameters, f"range_cone sensor '{name}'")
+def _cones(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> RangeConeParameters:
+    return read_parameters(RangeConeParameters, parameters, f"range_cone sensor '{name}'", among=among)
 
 
 def _axis(quat: Any) -> list[float]:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,36 +16,12 @@ from ...device import Watchdog
 from ...errors import Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Twist2, pose2, wrap_angle
 from .body import RobotBody, Thing, bounds, find_bodies, find_things
+from .motors import Motors
 from .nearness import Among, Nearness
 from .sight import Sight
 from .touch import Contact, TouchWatch
 
-__all__ = ["Contact", "Motors", "MujocoWorld"]
-
-
-@dataclass
-class Motors:
-    """Some motors of one robot: what they are asked for, and how fast they may get there.
-
-    Attributes:
-        ids: Their places in MuJoCo's control vector.
-        joints: Their joints' places in the velocity vector.
-        angles: Their joints' places in the position vector.
-        target: Speeds that they are asked for [rad/s].
-        change: Greatest change of a speed in one physics step [rad/s].
-        settled: Whether all have reached their target.
-        delay: How many physics steps later a target holds than it was asked for.
-        coming: Targets that do not hold yet, each with the step at which it will.
-    """
-
-    ids: list[int]
-    joints: list[int]
-    angles: list[int]
-    target: list[float]
-    change: float = math.inf
-    settled: bool = True
-    delay: int = 0
-    coming: deque[tuple[int, Sequence[float]]] = field(default_factory=deque)
+__all__ = ["Contact", "MujocoWorld"]
 
 
 class MujocoWorld:

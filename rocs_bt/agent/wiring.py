@@ -1,0 +1,123 @@
+"""The Monitors and Analyze blocks of a robot.toml: made, connected, and their signals declared (paper, 5.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from ..analyze import ANALYZERS, Analyze
+from ..catalog import RobotSpec, is_reference, running_class
+from ..clock import Rate
+from ..device import Sensor
+from ..errors import InputError, blame, unknown
+from ..event import EventSink
+from ..knowledge import Knowledge
+from ..monitor import MONITORS, Monitor, Watched
+from .block import make_block
+
+T = TypeVar("T")
+LoadClass = Callable[[Path, str], type]
+
+
+def make_monitors(
+    robot: RobotSpec,
+    knowledge: Knowledge,
+    sensors: Mapping[str, Sensor],
+    rates: Mapping[str, Rate],
+    sink: EventSink,
+    load_class: LoadClass,
+) -> list[Monitor]:
+    """The Monitors of a robot.toml with their sensors, in its order."""
+    monitors, devices = [], {s.name: s for s in robot.sensors}
+    for spec in robot.monitors:
+        watched = [Watched(sensors[name], rates[name], devices[name].max_age) for name in spec.sensors]
+        with blame(robot.file, spec.line):
+            cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
+        with blame(robot.file, spec.line), running_class(cls):
+            monitor = make_block(cls, spec.parameters, spec.name, watched, knowledge, sink)
+            for sensor, size in monitor.expects().items():
+                if sensor not in spec.sensors:
+                    raise InputError(unknown("sensor", sensor, spec.sensors, f"The monitor '{spec.name}'"))
+                if devices[sensor].size not in (None, size):
+                    raise InputError(
+                        f"{spec.cls} '{spec.name}' expects {size} values from the sensor '{sensor}', which has "
+                        f"{devices[sensor].size}. Make the two agree."
+                    )
+        monitors.append(monitor)
+    return monitors
+
+
+def make_analyzers(
+    robot: RobotSpec,
+    knowledge: Knowledge,
+    monitors: Sequence[Monitor],
+    sink: EventSink,
+    load_class: LoadClass,
+) -> list[Analyze]:
+    """The analysers, attached to their monitors; those that write signals first, for the others to read."""
+    analyzers: list[Analyze] = []
+    for spec in robot.analyzers:
+        with blame(robot.file, spec.line):
+            cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
+        with blame(robot.file, spec.line), running_class(cls):
+            analyzers.append(make_block(cls, spec.parameters, spec.name, knowledge, sink))
+    found = {signal for analyze in analyzers for signal in _written(analyze)}
+    by_name = {monitor.name: monitor for monitor in monitors}
+    written = {name: _written(monitor) for name, monitor in by_name.items()}
+    for spec, analyze in zip(robot.analyzers, analyzers, strict=True):
+        heard = [signal for monitor in spec.monitors for signal in written[monitor]]
+        with running_class(type(analyze)):
+            missed = [name for name in analyze.expects() if name not in heard]
+        if unheard := [name for name in missed if name not in found]:
+            where = f"What '{spec.name}' listens to"
+            raise InputError(*(unknown("signal", n, heard, where).at(robot.file, spec.line) for n in unheard))
+        analyze.from_knowledge = tuple(missed)
+        for monitor in spec.monitors:
+            by_name[monitor].attach(analyze)
+    return sorted(analyzers, key=lambda analyze: not analyze.signals())
+
+
+def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], robot: RobotSpec) -> None:
+    """Declare what the monitors and analysers write; after this the layout of a snapshot is fixed.
+
+    Raises:
+        InputError: Two blocks write one signal, or a sensor of robot.toml names one that nobody writes.
+    """
+    lines = {f"monitor '{m.name}'": m.line for m in robot.monitors}
+    lines |= {f"analyze '{a.name}'": a.line for a in robot.analyzers}
+    first: dict[str, str] = {}
+    for writer in writers:
+        block = f"{'monitor' if isinstance(writer, Monitor) else 'analyze'} '{writer.name}'"
+        with blame(robot.file, lines.get(block, 0)), running_class(type(writer)):
+            for signal in writer.signals():
+                if (other := first.setdefault(signal.name, block)) != block:
+                    raise InputError(
+                        f"the {other} and the {block} both write the signal '{signal.name}'. Take one of them out."
+                    )
+                knowledge.signals.declare(signal)
+    known = knowledge.signals.names
+    faults = [
+        unknown("signal", s.signal, known, "The robot").at(robot.file, s.line)
+        for s in robot.sensors
+        if s.signal not in known
+    ]
+    if faults:
+        raise InputError(*faults)
+    knowledge.signals.freeze()
+
+
+def _written(block: Monitor | Analyze) -> list[str]:
+    """The names of the signals that a block writes."""
+    with running_class(type(block)):
+        return [signal.name for signal in block.signals()]
+
+
+def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpec, load_class: LoadClass) -> type[T]:
+    """A class by its name in our table, or by `file.py:Class` beside robot.toml."""
+    if is_reference(name):
+        file, _, cls = name.partition(":")
+        return load_class(robot.beside(file), cls)
+    if name not in table:
+        raise InputError(unknown(f"{kind} class", name, table))
+    return table[name]

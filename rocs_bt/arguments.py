@@ -1,0 +1,148 @@
+"""Keyword arguments from files: the keyword-only parameters of a person's function or class, typed and in SI units."""
+
+from __future__ import annotations
+
+import inspect
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from .action import Parameter
+from .errors import Fault, InputError, unknown
+from .units import NONE, convert
+
+
+def keyword_parameters(
+    function: Callable[..., Any], positional: Sequence[str], what: str, write: str
+) -> tuple[dict[str, Parameter], bool]:
+    """The keyword-only parameters of a function, by name.
+
+    Args:
+        function: A function; of a class its `__init__`, whose `self` does not count.
+        positional: Names of the arguments that the engine passes by position.
+        what: The function, for messages, such as `build`.
+        write: The form that is expected, for messages.
+
+    Returns:
+        The parameters, and whether the function takes any further keyword (`**rest`).
+
+    Raises:
+        InputError: The function does not have that form; all that is wrong with it.
+    """
+    try:
+        signature = inspect.signature(function)
+        hints = typing.get_type_hints(function, include_extras=True)
+    except (TypeError, NameError, AttributeError, SyntaxError) as error:
+        raise InputError(Fault(f"the parameters of {what} cannot be read: {error}.")) from error
+    given = list(signature.parameters.values())
+    if given and given[0].name == "self":
+        given = given[1:]
+    by_place = [p for p in given if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    open_end = any(p.kind is p.VAR_POSITIONAL for p in given)
+    found, faults = {}, []
+    if len(by_place) < len(positional) and not open_end:
+        faults.append(Fault(f"{what} takes no {positional[len(by_place)]}.", hint=write))
+    for parameter in by_place[len(positional) :]:
+        hint = "Write a '*' before it: parameters are given by name."
+        faults.append(Fault(f"parameter '{parameter.name}' of {what} is not keyword-only.", hint=f"{hint} {write}"))
+    for parameter in (p for p in given if p.kind is p.KEYWORD_ONLY):
+        if parameter.name not in hints:
+            hint = "Write for example 'cruise: MetresPerSecond = 0.5'."
+            faults.append(Fault(f"parameter '{parameter.name}' of {what} has no type.", hint=hint))
+            continue
+        required = parameter.default is parameter.empty
+        default = None if required else parameter.default
+        found[parameter.name] = Parameter.annotated(parameter.name, hints[parameter.name], required, default)
+    if faults:
+        raise InputError(*faults)
+    return found, any(p.kind is p.VAR_KEYWORD for p in given)
+
+
+def read_arguments(
+    declared: Mapping[str, Parameter],
+    values: Mapping[str, object],
+    owner: str,
+    *,
+    file: Path | None = None,
+    places: Mapping[str, tuple[int, int]] | None = None,
+) -> dict[str, Any]:
+    """A file's values as keyword arguments: numbers in SI units, the rest as it is.
+
+    Args:
+        declared: The parameters by name.
+        values: The file's values, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
+        owner: The taker of the parameters, for messages, such as `the mission`.
+        file: The file.
+        places: Line and column of each value.
+
+    Raises:
+        InputError: A name, a type, a unit or a value is wrong, or a required parameter is missing; all faults at once.
+    """
+    faults = []
+    places = places or {}
+    start = f"{owner[:1].upper()}{owner[1:]}"
+    for name in values:
+        if name not in declared:
+            faults.append(unknown("parameter", name, declared, start).at(file, *places.get(name, (0, 0))))
+    missing = [name for name, parameter in declared.items() if parameter.required and name not in values]
+    if missing:
+        faults.append(Fault(f"{owner} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(declared)}."))
+    arguments: dict[str, Any] = {}
+    for name in (name for name in values if name in declared):
+        try:
+            arguments[name] = read_argument(declared[name], values[name])
+        except InputError as error:
+            faults.extend(error.at(file, *places.get(name, (0, 0))).faults)
+    if faults:
+        raise InputError(*faults)
+    return arguments
+
+
+def read_argument(parameter: Parameter, value: object) -> Any:
+    """A file's value for one parameter: a number in SI units, a list of them, or the value as it is.
+
+    Raises:
+        InputError: The type, the unit or the number is wrong.
+    """
+    kind = parameter.type
+    if typing.get_origin(kind) in (typing.Union, types.UnionType):
+        kinds = [each for each in typing.get_args(kind) if each is not type(None)]
+        return read_argument(_part(parameter, kinds[0]), value) if len(kinds) == 1 else value
+    if kind is float:
+        number = convert(value, parameter.dimension or NONE, parameter.name)
+        if faults := parameter.faults(number, parameter.name):
+            raise InputError(*faults)
+        return number
+    if typing.get_origin(kind) in (list, tuple, Sequence):
+        return _list(parameter, value)
+    # bool is an int to Python, and True is no number of rounds.
+    fits = isinstance(value, kind) if kind in (str, int, bool) else True
+    if not fits or (kind is int and isinstance(value, bool)):
+        raise InputError(Fault(f"{parameter.name} must be of type {kind.__name__}, found {value!r}."))
+    if kind is int and (faults := parameter.faults(value, parameter.name)):
+        raise InputError(*faults)
+    return value
+
+
+def _list(parameter: Parameter, value: object) -> list[Any] | tuple[Any, ...]:
+    if not isinstance(value, (list, tuple)):
+        raise InputError(Fault(f"{parameter.name} must be a list, found {value!r}."))
+    kinds = typing.get_args(parameter.type)
+    is_tuple = typing.get_origin(parameter.type) is tuple
+    if not is_tuple or kinds[-1] is Ellipsis:
+        kinds = (kinds[0],) * len(value)
+    if len(kinds) != len(value):
+        raise InputError(Fault(f"{parameter.name} must have {len(kinds)} values, found {len(value)}."))
+    found = [read_argument(_part(parameter, kind), each) for kind, each in zip(kinds, value, strict=True)]
+    return tuple(found) if is_tuple else found
+
+
+def _part(parameter: Parameter, kind: Any) -> Parameter:
+    """An element of a list, or the one type of an optional parameter; the unit may be given at the list."""
+    part = Parameter.annotated(parameter.name, kind, parameter.required, None)
+    if parameter.dimension not in (None, NONE) and part.dimension in (None, NONE):
+        return replace(part, dimension=parameter.dimension, bounds=parameter.bounds)
+    return part

@@ -1,0 +1,152 @@
+"""What a device in MuJoCo is given: its robot, its noise, and the world as a driver may use it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ...geometry import Pose2, Twist2
+from .motors import Motors
+
+
+class DriverWorld(Protocol):
+    """The simulated world as a driver may use it: `mount.world`.
+
+    Poses and twists are true, without noise. Robots are named as in the scenario; a robot's elements in the compiled
+    model have its name as a prefix, such as `R2/base`. All values are of the present state, reached at `stamp`.
+    """
+
+    @property
+    def model(self) -> Any:
+        """MuJoCo's compiled `MjModel`. Read only."""
+        ...
+
+    @property
+    def data(self) -> Any:
+        """MuJoCo's `MjData`. Hold `lock`, and call `update_poses` before reading poses of sites or geoms; read only."""
+        ...
+
+    @property
+    def lock(self) -> AbstractContextManager[Any]:
+        """Lock of the state, held for each physics step; `MujocoSensor.read` holds it around `sample`."""
+        ...
+
+    @property
+    def stamp(self) -> float:
+        """Time at which the present state was reached [s]."""
+        ...
+
+    @property
+    def step(self) -> float:
+        """Physics step [s]."""
+        ...
+
+    @property
+    def robots(self) -> Collection[str]:
+        """Names of all robots in the world."""
+        ...
+
+    def pose(self, robot: str) -> Pose2:
+        """Pose of a robot's base, world frame."""
+        ...
+
+    def position(self, robot: str) -> list[float]:
+        """x, y, z of the origin of a robot's base [m], world frame."""
+        ...
+
+    def twist(self, robot: str) -> Twist2:
+        """Velocity of a robot's base, body frame."""
+        ...
+
+    def thing_pose(self, name: str) -> Pose2:
+        """Pose of a named mocap body, world frame."""
+        ...
+
+    def clearance(
+        self, robot: str, limit: float = ..., among: Literal["all", "robots", "things"] = ...
+    ) -> tuple[float, str]:
+        """Distance from a robot's hull to the nearest thing but the floor [m], negative inside, and that thing's name.
+
+        Args:
+            robot: The robot.
+            limit: Greatest distance of interest [m]; (limit, "") where nothing is nearer.
+            among: Which things count.
+        """
+        ...
+
+    def room(self, x: float, y: float, z: float = ...) -> float:
+        """Distance from a point [m], world frame, to the nearest thing that cannot move, but the floor [m]."""
+        ...
+
+    def sees(self, robot: str, other: str, height: float) -> bool:
+        """Whether the line between the bases of two robots is free at a height over the floor [m]."""
+        ...
+
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Least x, least y, greatest x, greatest y of all that cannot move [m]; infinite where the floor has no end."""
+        ...
+
+    def update_poses(self) -> None:
+        """Compute the poses of all geoms and sites in `data` for the present state."""
+        ...
+
+    def sensor_address(self, robot: str, name: str) -> int:
+        """Index of the first value of one of the model's sensors, for `sensed`.
+
+        Raises:
+            UnknownName: The robot's model has no such sensor.
+        """
+        ...
+
+    def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
+        """(n,) Values of the model's sensors at n addresses, in the present state."""
+        ...
+
+    def motors(self, robot: str, names: Sequence[str], max_change: float = ..., delay: float = ...) -> Motors:
+        """Handle of some velocity motors of a robot's model; an actuator takes it once, in its constructor.
+
+        Args:
+            robot: The robot.
+            names: The model's actuators, without the robot's prefix.
+            max_change: Greatest change of a motor's speed [rad/s2].
+            delay: Delay of each command [s], a whole number of physics steps.
+
+        Raises:
+            UnknownName: The robot's model has no such actuator.
+            InputError: The delay is no whole number of physics steps.
+        """
+        ...
+
+    def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
+        """Command motors [rad/s], in their order."""
+        ...
+
+    def motor_speeds(self, motors: Motors) -> list[float]:
+        """True speeds of motors [rad/s]."""
+        ...
+
+    def motor_angles(self, motors: Motors) -> list[float]:
+        """True angles of motors since the start [rad]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Mount:
+    """What a device is given.
+
+    Attributes:
+        world: The world.
+        robot: The robot's name, which is the prefix of its elements.
+        noise: Standard deviation of each value [SI].
+        rng: The device's own random stream.
+    """
+
+    world: DriverWorld
+    robot: str
+    noise: float = 0.0
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))

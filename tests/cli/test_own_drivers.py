@@ -1,0 +1,212 @@
+"""A user's own drivers: keys by the constructor's signature, and classes that raise, through `check` and `run`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+DRIVER = """\
+from rocs_bt import Monitor, Signal
+from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
+from rocs_bt.units import LENGTH, Metres, PositiveMetres
+
+
+class Beacon(MujocoSensor):
+    def __init__(self, name: str, mount: Mount, *, reach: PositiveMetres, steps: int = 2, at: list[Metres] = ()):
+        super().__init__(name, mount)
+        self.reach, self.at = reach, at
+
+    @classmethod
+    def prepare(cls, model, name, parameters):
+        pass
+
+    def sample(self) -> list[float]:
+        return [self.reach]
+
+
+class Hear(Monitor):
+    def signals(self):
+        return [Signal("beacon", 1, (LENGTH,), (0.0, 100.0), self.max_age)]
+
+    def interpret(self, readings):
+        return {"beacon": readings["radio"].values}
+
+
+class Idle(MujocoActuator):
+    def __init__(self, name: str, mount: Mount, *, motors: tuple[str, ...]) -> None:
+        super().__init__(name, len(motors), mount)
+        self.motors = mount.world.motors(mount.robot, motors)
+
+    def command(self, values):
+        self.mount.world.drive(self.motors, values)
+
+    def neutral(self):
+        self.mount.world.drive(self.motors, [0.0] * self.size)
+"""
+
+SENSOR = """
+[[sensor]]
+name = "radio"
+driver = "beacon.py:Beacon"
+signal = "beacon"
+monitor = "beacon.py:Hear"
+reach = "150 cm"
+"""
+
+
+@pytest.fixture
+def beacon(project):
+    """Puts a beacon on the robot of a new project, with its driver and its table changed; gives the robot's folder."""
+
+    def put(code: tuple[str, str] = ("", ""), table: tuple[str, str] = ("", "")) -> Path:
+        folder = project / "robots" / "rover"
+        for old, text in ((code[0], DRIVER), (table[0], SENSOR)):
+            assert old in text
+        (folder / "beacon.py").write_text(DRIVER.replace(*code))
+        with (folder / "robot.toml").open("a") as file:
+            file.write(SENSOR.replace(*table))
+        return folder
+
+    return put
+
+
+def line_of(file: Path, text: str) -> int:
+    return next(i for i, line in enumerate(file.read_text().splitlines(), 1) if line.strip().startswith(text))
+
+
+def test_keys_reach_the_constructor_by_keyword_in_si_units(beacon, rocs_bt):
+    keys = 'steps = 3\nat = ["1 m", "20 cm"]\nreach ='
+    folder = beacon(
+        ("        self.reach, ", "        if steps == 3: raise OSError(reach, at)\n        self.reach, "),
+        ("reach =", keys),
+    )
+    told = rocs_bt("check", folder)
+    assert told.code == 2
+    assert "OSError: [Errno 1.5] [1.0, 0.2]" in told.out + told.err
+    file = folder / "robot.toml"
+    file.write_text(file.read_text().replace("steps = 3", "steps = 4"))
+    assert rocs_bt("check").code == 0
+    assert rocs_bt("run", "first", "--for", "1").code in (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        (("reach =", "raech ="), "no parameter is named 'raech'. Did you mean 'reach'? "),
+        (("reach =", 'colour = "red"\nreach ='), "no parameter is named 'colour'. "),
+        (('"150 cm"', '"150 s"'), "reach must be in m, found '150 s' which is in s."),
+        (('"150 cm"', "1.5"), "reach needs a unit, found the bare number 1.5."),
+        (('"150 cm"', '"-1 m"'), "reach must be positive and finite, found -1 m."),
+        (("reach =", 'steps = "3"\nreach ='), "steps must be of type int, found '3'."),
+        (("reach =", 'at = ["1 m", "2 s"]\nreach ='), "at must be in m, found '2 s' which is in s."),
+        (("reach =", 'at = "1 m"\nreach ='), "at must be a list, found '1 m'."),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("command", [("check",), ("run", "first")], ids=lambda c: c[0])
+def test_a_wrong_key_is_refused_at_its_line_and_column(beacon, rocs_bt, command, table, message):
+    toml = beacon(table=table) / "robot.toml"
+    key = table[1].partition("=")[0].strip() if "=" in table[1] else "reach"
+    told = rocs_bt(*command)
+    assert told.code == 2, told.out + told.err
+    assert f"{toml}:{line_of(toml, key + ' =')}:1: {message}" in told.out + told.err
+
+
+def test_a_needed_key_that_is_missing_is_told_with_those_there_are(beacon, rocs_bt):
+    beacon(table=('reach = "150 cm"\n', ""))
+    told = rocs_bt("check")
+    assert told.code == 2
+    assert "the driver Beacon of 'radio' needs reach. It takes: reach, steps, at." in told.out + told.err
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        (("mount: Mount, *", "parameters, mount, *"), "'mount' of Beacon.__init__ is not keyword-only"),
+        (("reach: PositiveMetres", "reach"), "parameter 'reach' of Beacon.__init__ has no type"),
+        (("reach: PositiveMetres", "reach: Furlongs"), "the parameters of Beacon.__init__ cannot be read"),
+        (("class Beacon(MujocoSensor)", "class Beacon"), "the driver 'Beacon' of 'radio' is none for MuJoCo. To"),
+    ],
+)  # fmt: skip
+def test_a_constructor_of_another_form_is_refused(beacon, rocs_bt, code, message):
+    beacon(code)
+    for command in (("check",), ("run", "first")):
+        told = rocs_bt(*command)
+        assert told.code == 2, told.err
+        assert "Traceback" not in told.err
+        assert message in told.out + told.err or "Furlongs" in told.out + told.err
+
+
+def test_a_driver_that_extends_a_shipped_one_takes_its_keys_and_its_own(project, rocs_bt):
+    folder = project / "robots" / "rover"
+    (folder / "deaf.py").write_text("""\
+from rocs_bt.drivers.mujoco import SENSORS
+
+
+class Deaf(SENSORS["range_cone"]):
+    def __init__(self, name, mount, *, deaf: bool = False, **rest):
+        super().__init__(name, mount, **rest)
+""")
+    toml = folder / "robot.toml"
+    toml.write_text(toml.read_text().replace('driver = "range_cone"', 'driver = "deaf.py:Deaf"\ndeaf = true'))
+    told = rocs_bt("check")
+    assert told.code == 0, told.out + told.err
+    toml.write_text(toml.read_text().replace("half_angle =", "half_angel ="))
+    told = rocs_bt("check")
+    assert "no parameter is named 'half_angel'. Did you mean 'half_angle'?" in told.out + told.err
+
+
+def test_a_driver_that_replaces_an_inherited_one_does_not_inherit_its_keys(beacon, project, rocs_bt):
+    beacon()
+    folder = project / "robots" / "quiet"
+    folder.mkdir()
+    (folder / "robot.toml").write_text(
+        'format = "robot/1"\nbase = "rover"\n[[actuator]]\nname = "wheels"\ndriver = "beacon.py:Idle"\n'
+        'motors = ["left_motor", "right_motor"]\n'
+    )
+    (folder / "beacon.py").write_text(DRIVER)
+    told = rocs_bt("check", folder)
+    assert told.code == 0, told.out + told.err
+
+
+RAISING = {
+    "import": ("class Beacon(", "1 / 0\nclass Beacon("),
+    "exit": ("class Beacon(", "raise SystemExit(7)\nclass Beacon("),
+    "constructor": ("self.reach, self.at = reach, at", "self.reach, self.at = {}[reach], at"),
+    "prepare": ("        pass", "        model.body('nose').pos[0] = 1"),
+    "sample": ("return [self.reach]", "return [self.reach / 0]"),
+    "interpret": ('return {"beacon": readings["radio"].values}', 'return {"beacon": readings["radios"].values}'),
+    "signals": ("return [Signal(", "return [Sgnal("),
+}
+ODD = {
+    "sample none": ("return [self.reach]", "return None"),
+    "sample texts": ("return [self.reach]", 'return ["far"]'),
+    "sample number": ("return [self.reach]", "return self.reach"),
+    "interpret none": ('return {"beacon": readings["radio"].values}', "return 3"),
+    "interpret other": ('return {"beacon": readings["radio"].values}', 'return {"nothing": [1.0]}'),
+    "interpret long": ('return {"beacon": readings["radio"].values}', 'return {"beacon": [1.0, 2.0]}'),
+    "signals none": ("return [Signal(", "return None and [Signal("),
+    "signals texts": ("return [Signal(", 'return ["beacon"] or [Signal('),
+}
+
+
+@pytest.mark.parametrize("code", RAISING.values(), ids=RAISING.keys())
+def test_check_reports_what_an_own_class_raises_at_its_line_and_goes_on(beacon, project, rocs_bt, code):
+    file = beacon(code) / "beacon.py"
+    scenario = project / "scenarios" / "first.toml"
+    scenario.write_text(scenario.read_text().replace('"60 s"', '"60 m"'))  # another fault, which must not be lost
+    told = rocs_bt("check")
+    assert told.code == 2, told.out + told.err
+    assert "Traceback" not in told.out + told.err
+    assert f"{file}:{line_of(file, code[1].splitlines()[0].strip())}: " in told.out + told.err
+    assert "duration must be in s" in told.out + told.err
+
+
+@pytest.mark.parametrize("code", ODD.values(), ids=ODD.keys())
+def test_check_reports_what_an_own_class_returns_wrongly_at_the_class(beacon, rocs_bt, code):
+    file = beacon(code) / "beacon.py"
+    told = rocs_bt("check")
+    assert told.code == 2, told.out + told.err
+    assert "Traceback" not in told.out + told.err
+    name = "Beacon" if "self.reach" in code[0] else "Hear"
+    assert f"{file}:{line_of(file, f'class {name}')}: {name} of this file raised" in told.out + told.err
