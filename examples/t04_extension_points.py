@@ -44,7 +44,6 @@ from rocs_bt.agent import Mind, Rates, build_agent, robot_drive
 from rocs_bt.catalog import load_robot
 from rocs_bt.channel import Signals, Stamped
 from rocs_bt.clock import Rate
-from rocs_bt.device import Watchdog
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.event import Event, RuleChanged, TicketChanged
 from rocs_bt.knowledge import RobotModel, StrategyModel, WorldModel
@@ -59,7 +58,6 @@ doc = "A shuttle with an echo sounder and a battery."
 [drive]
 kind = "differential"
 track = "0.3 m"
-max_wheel_speed = "1 m/s"
 max_wheel_acceleration = "2 m/s2"
 [[sensor]]
 name = "echo"
@@ -82,6 +80,7 @@ near = "0.6 m"
 [[actuator]]
 name = "wheels"
 driver = "{Path(__file__).name}:Wheels"
+range = ["-1 m/s", "1 m/s"]
 """
 
 
@@ -130,15 +129,17 @@ class Wheels(rocs_bt.Actuator):
 
 @dataclass(kw_only=True, eq=False)
 class Creep(rocs_bt.AtomicAction):
-    """Drive on, slower where the gap is small, until somebody takes the action back."""
+    """Drive on, slower where the gap is small, until the action is cancelled."""
 
     speed: MetresPerSecond = 0.4
 
     def act(self, body):
         """One control period."""
         gap = body.knowledge.signals.value("gap", body.clock.now())
-        speed = self.speed * min(1.0, gap)
-        body.wheels.command([speed, speed])
+        if math.isnan(gap):
+            return rocs_bt.Failure(rocs_bt.Reason.LOST_SENSOR, "the gap is not known")
+        ahead = rocs_bt.Twist2(self.speed * min(1.0, gap))
+        body.wheels.command(body.drive.wheel_speeds(ahead).tolist())
         return rocs_bt.Progress.RUNNING
 
 
@@ -309,8 +310,8 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
         file.with_name(Path(__file__).name).write_bytes(Path(__file__).read_bytes())
         spec = load_robot(file)
     body = MockRobot(world, robot_drive(spec.drive), rocs_bt.Pose2(0.0, 0.0, 0.0))
-    watchdog = Watchdog(Wheels(body), clock, max_age=0.2)
-    body.watchdogs.append(watchdog)
+    gate = spec.actuators[0].guard(Wheels(body), clock, PERIOD)
+    body.gates.append(gate)
     mind = Mind(
         build=lambda mission: Shuttle(
             "shuttle", knowledge=mission.knowledge, pipeline=mission.pipeline, actions=mission.actions,
@@ -328,7 +329,7 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
         spec,
         mind,
         sensors={"echo": Echo(body), "battery": Battery(clock)},
-        actuators={"wheels": watchdog},
+        actuators={"wheels": gate},
         sensor_rates={"echo": every_period, "battery": every_period},
         rates=Rates(control=every_period, plan=Rate(2, PERIOD)),
         clock=clock,

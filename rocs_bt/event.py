@@ -345,6 +345,22 @@ class RequirementViolated(Event, frozen=True, kw_only=True):
     margin: float | None = None
 
 
+class CommandLimited(Event, frozen=True, kw_only=True):
+    """The safety gate scaled a command that exceeded the actuator's limits.
+
+    Attributes:
+        actuator: Name of the actuator.
+        wanted: Wanted command, SI units.
+        given: Command that the device got, SI units.
+        action: Name of the atomic action that commanded; empty outside of actions.
+    """
+
+    actuator: str
+    wanted: tuple[float, ...]
+    given: tuple[float, ...]
+    action: str = ""
+
+
 class CommandExpired(Event, frozen=True, kw_only=True):
     """No command came for too long: the actuator's watchdog went to neutral."""
 

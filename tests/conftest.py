@@ -17,6 +17,7 @@ from rocs_bt.execute import Execute, RobotBody
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.pipeline import Pipeline, Priority
+from rocs_bt.safety import Limits, SafetyGate
 from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 
@@ -78,6 +79,8 @@ class Rig:
         self.knowledge.signals.freeze()
         self.actions = action_table()
         self.pipeline = Pipeline(self.clock, self.sink, "R1")
+        limits = Limits((-DRIVE.max_wheel_speed,), (DRIVE.max_wheel_speed,), together=True)
+        self.gate = SafetyGate(self.wheels, self.clock, limits, period=period, max_age=0.2, sink=self.sink, agent="R1")
         self.body = RobotBody(
             agent="R1",
             knowledge=self.knowledge,
@@ -85,7 +88,7 @@ class Rig:
             follower=FOLLOWER,
             clock=self.clock,
             period=period,
-            actuators={"wheels": self.wheels},
+            actuators={"wheels": self.gate},
             wheels="wheels",
             sink=self.sink,
         )

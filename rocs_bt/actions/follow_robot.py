@@ -80,7 +80,7 @@ class _Search:
             raise ActionFailed(Reason.LOST_LEADER, evidence)
         rate = self._side * asked.search_rate if searched < round_trip else 0.0
         rate = free_turn(body, rate * body.period) / body.period
-        speeds = body.drive.saturate(body.drive.wheel_speeds(Twist2(0.0, rate)))
+        speeds = body.drive.wheel_speeds(Twist2(0.0, rate))
         return SetWheelSpeed(speeds=speeds.tolist(), duration=body.period)
 
 

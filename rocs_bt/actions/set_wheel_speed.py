@@ -21,8 +21,7 @@ class SetWheelSpeed(AtomicAction):
     least one; the last of them is commanded and succeeds at once, so the next action begins in the period after.
 
     Attributes:
-        speeds: Rim speeds in the drive's order, left then right for two wheels [m/s]; slowed in proportion to what
-            the wheels can.
+        speeds: Rim speeds in the drive's order, left then right for two wheels [m/s].
         duration: For how long [s].
         until: Asked before each command; true ends it.
     """
@@ -44,7 +43,7 @@ class SetWheelSpeed(AtomicAction):
         elapsed = now - self._begun
         if elapsed >= self.duration or (self.until is not None and self.until(body)):
             return Progress.SUCCEEDED
-        body.wheels.command(body.drive.saturate(speeds).tolist())
+        body.wheels.command(speeds.tolist())
         # Half a period forgives the jitter of real time and rounds the duration to whole periods.
         last = elapsed + 1.5 * body.period > self.duration
         return Progress.SUCCEEDED if last else Progress.RUNNING

@@ -58,7 +58,7 @@ class TurnAngle(AtomicAction):
             return Failure(Reason.TIMEOUT, f"{degrees:.0f} of {math.degrees(self.angle):.0f} deg were left")
         self._speed = self._next_speed(body, self._left)
         wheels = body.drive.wheel_speeds(Twist2(0.0, turn=self._speed))
-        body.wheels.command(body.drive.saturate(wheels).tolist())
+        body.wheels.command(wheels.tolist())
         return Progress.RUNNING
 
     def _next_speed(self, body: Body, left: float) -> float:

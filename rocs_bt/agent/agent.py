@@ -15,7 +15,7 @@ import numpy as np
 
 from ..analyze import Analyze
 from ..clock import Clock, Rate
-from ..device import Sensor, Watchdog
+from ..device import Sensor
 from ..errors import BlockError
 from ..event import AgentStopped, BlockFailed, EventSink
 from ..execute import Execute
@@ -26,6 +26,7 @@ from ..pipeline import Pipeline
 from ..plan import Plan
 from ..raised import describe, raised_at
 from ..reactive import ReflexArc
+from ..safety import SafetyGate
 from .rule_files import RuleFile
 
 HALT = 3
@@ -70,7 +71,7 @@ class Agent:
         *,
         knowledge: Knowledge,
         sensors: Mapping[str, Sensor],
-        actuators: Mapping[str, Watchdog],
+        actuators: Mapping[str, SafetyGate],
         monitors: Sequence[Monitor],
         analyzes: Sequence[Analyze],
         arc: ReflexArc,

@@ -14,12 +14,12 @@ import numpy as np
 
 from ..action import Action
 from ..actions import action_table
-from ..catalog import DriveSpec, FactSpec, PlaceSpec, RobotSpec, robot_drive
+from ..catalog import ActuatorSpec, DriveSpec, FactSpec, PlaceSpec, RobotSpec, robot_drive
 from ..catalog import load_class as load_class_from_file
 from ..clock import Clock, Rate, SimulatedClock
 from ..control.drive import Drive
 from ..control.follower import Follower, FollowerSettings
-from ..device import Sensor, Watchdog
+from ..device import Sensor
 from ..errors import Fault, InputError, blame
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
@@ -29,6 +29,7 @@ from ..knowledge.share import Mailbox, Sharing
 from ..pipeline import Pipeline
 from ..plan import Mission, Plan, TreePlan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
+from ..safety import SafetyGate
 from .agent import Agent, Rates
 from .facts import examine_queries, tell_facts
 from .rule_files import RuleFile
@@ -81,7 +82,7 @@ def build_agent(
     mind: Mind,
     *,
     sensors: Mapping[str, Sensor],
-    actuators: Mapping[str, Watchdog],
+    actuators: Mapping[str, SafetyGate],
     sensor_rates: Mapping[str, Rate],
     rates: Rates,
     clock: Clock,
@@ -99,7 +100,7 @@ def build_agent(
         robot: Its robot; exactly this table is built.
         mind: Mission, rules, and what it is told of the world.
         sensors: The devices by name, one for each of robot.toml's.
-        actuators: The devices by name, one for each of robot.toml's.
+        actuators: The devices behind their limits by name, one for each of robot.toml's.
         sensor_rates: How often each sensor is read, in control periods.
         rates: How often the blocks run.
         clock: Time.
@@ -234,7 +235,7 @@ def describe(
             graph.relate(name, "has_sensor", sensor.name)
     for actuator in robot.actuators:
         with blame(robot.file, actuator.line):
-            graph.add(actuator.name, "actuator", driver=actuator.driver, max_command_age=actuator.max_command_age)
+            graph.add(actuator.name, "actuator", driver=actuator.driver, **_limits(actuator))
             graph.relate(name, "has_actuator", actuator.name)
     for place in places:
         x, y, yaw = place.pose
@@ -244,6 +245,13 @@ def describe(
             knowledge.world.place(place.name, pose, kind=place.kind, **attributes)
     for peer, tag in peers.items():
         graph.add(peer, "peer", tag=tag)
+
+
+def _limits(actuator: ActuatorSpec) -> dict[str, float]:
+    """Attributes of an actuator's node: what every one of its values may be commanded."""
+    limits = actuator.limits
+    found = {"range_low": max(limits.low), "range_high": min(limits.high), "max_command_age": actuator.max_command_age}
+    return found | ({"max_change": limits.max_change} if math.isfinite(limits.max_change) else {})
 
 
 def thresholds(robot: RobotSpec, rules: Path) -> dict[str, Override]:
@@ -270,7 +278,7 @@ def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
     return sharing
 
 
-def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, Watchdog]) -> None:
+def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, SafetyGate]) -> None:
     """That the drive's actuator has a motor for each of its wheels."""
     size, wheels = actuators[robot.drive.actuator].size, drive.wheels
     if size != len(wheels):

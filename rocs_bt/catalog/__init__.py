@@ -14,6 +14,7 @@ from .robot_file import (
     MonitorSpec,
     RobotSpec,
     SensorSpec,
+    command_size,
     load_robot,
     robot_drive,
 )
@@ -42,6 +43,7 @@ __all__ = [
     "ShareSpec",
     "at_parameters",
     "classes_in",
+    "command_size",
     "content_hash",
     "find_project",
     "functions_in",

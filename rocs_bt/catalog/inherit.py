@@ -15,7 +15,10 @@ from ..document import Key, Table, read_toml
 from ..errors import InputError
 
 Places = dict[Key, tuple[int, int]]
-DEVICE_KEYS = ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount", "max_command_age")
+DEVICE_KEYS = {
+    "sensor": ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount"),
+    "actuator": ("name", "driver", "unit", "range", "max_change", "max_command_age"),
+}
 """Keys of a `[[sensor]]` or `[[actuator]]` that belong to the robot's wiring; all others belong to the driver."""
 
 FindBase = Callable[[str], Path]
@@ -90,8 +93,9 @@ def _not_inherited(own: dict[str, Any], base: dict[str, Any], key: Key) -> set[s
     dropped = set[str]()
     if "mission" in own and own["mission"] != base.get("mission"):
         dropped.add("parameters")
-    if key[:1] in (("sensor",), ("actuator",)) and "driver" in own and own["driver"] != base.get("driver"):
-        dropped.update(name for name in base if name not in DEVICE_KEYS)
+    wiring = DEVICE_KEYS.get(str(key[0])) if key else None
+    if wiring is not None and "driver" in own and own["driver"] != base.get("driver"):
+        dropped.update(name for name in base if name not in wiring)
     return dropped
 
 

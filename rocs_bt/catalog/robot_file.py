@@ -9,13 +9,18 @@ from pathlib import Path
 from typing import Any
 
 from ..analyze import ANALYZERS
+from ..clock import Clock
 from ..control.drive import DRIVES, Drive, make_drive
+from ..device import Actuator
 from ..document import Table
 from ..errors import InputError, did_you_mean
+from ..event import EventSink
 from ..geometry import Pose2
 from ..monitor import MONITORS
-from ..units import ANGLE, FREQUENCY, LENGTH, NONE, TIME, Dimension, parse_unit
+from ..safety import Limits, SafetyGate
+from ..units import ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, parse_unit
 from .inherit import DEVICE_KEYS, FindBase, no_base, read_inheriting
+from .limits import actuator_limits, check_braking, drive_limits
 from .python_content import classes_in, is_reference
 from .values import drive_parameters, driver_parameters, free_parameters, given_name, to_si
 
@@ -129,6 +134,7 @@ class ActuatorSpec:
     Attributes:
         name: The actuator's node in the knowledge graph.
         driver: The driver that makes it, or `file.py:Class` beside robot.toml.
+        limits: Range and rate of change of its commands, which the safety gate keeps.
         max_command_age: The longest silence after which it goes to neutral [s].
         parameters: Arguments of the driver: in SI units for a shipped one, as the file has them for a user's own.
         size: How many values a command has; None where only a user's own driver knows.
@@ -138,11 +144,31 @@ class ActuatorSpec:
 
     name: str
     driver: str
+    limits: Limits
     max_command_age: float = 0.2
     parameters: Mapping[str, Any] = field(default_factory=dict)
     size: int | None = None
     line: int = 0
     places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+
+    def guard(
+        self, device: Actuator, clock: Clock, period: float, sink: EventSink | None = None, agent: str = ""
+    ) -> SafetyGate:
+        """The device behind this actuator's limits and watchdog.
+
+        Args:
+            device: The device; the caller must not keep it.
+            clock: Source of time.
+            period: Control period [s].
+            sink: Receives the gate's events.
+            agent: Name of the agent, for these events.
+
+        Raises:
+            InputError: The range has bounds for another number of values than the device takes.
+        """
+        return SafetyGate(
+            device, clock, self.limits, period=period, max_age=self.max_command_age, sink=sink, agent=agent
+        )
 
 
 @dataclass(frozen=True)
@@ -202,6 +228,13 @@ def robot_drive(spec: DriveSpec) -> Drive:
     return make_drive(spec.kind, **{k: v for k, v in spec.parameters.items() if k not in _NO_DRIVE_NUMBERS})
 
 
+def command_size(robot: RobotSpec, actuator: ActuatorSpec) -> int:
+    """Number of values of an actuator's command, where no device tells it: the driver's, the drive's or the range's."""
+    if actuator.size is not None:
+        return actuator.size
+    return len(robot_drive(robot.drive).wheels) if actuator.name == robot.drive.actuator else len(actuator.limits.low)
+
+
 def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     """Read a robot.toml; what is wrong in it is told all at once.
 
@@ -224,8 +257,10 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     sensors, made = _wire_sensors(sensor_tables, [_sensor(t) for t in sensor_tables], monitor_tables)
     monitors = (*made, *_wire_monitors(monitor_tables, sensors))
     analyzers = tuple(_analyze(t, monitors) for t in _unique(root.tables("analyze")))
-    actuators = tuple(_actuator(t) for t in actuator_tables)
-    drive = _drive(root.table("drive", optional=False), [a.name for a in actuators])
+    drive_table = root.table("drive", optional=False)
+    wheels = drive_table.text("actuator", "wheels")
+    actuators = tuple(_actuator(t, wheels) for t in actuator_tables)
+    drive = _drive(drive_table, wheels, actuators, monitor_tables)
     thresholds = {
         rules: {name: (own.raw(name), *own.place(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
         for rules, own in root.named_tables("rules").items()
@@ -254,12 +289,18 @@ def _beside(table: Table, key: str, named: str) -> bool:
     return False
 
 
-def _drive(table: Table, actuators: Sequence[str]) -> DriveSpec:
-    actuator = table.text("actuator", "wheels")
-    if actuator not in actuators:
-        _unknown(table, "actuator", actuator, actuators, "actuator")
+def _drive(table: Table, wheels: str, actuators: Sequence[ActuatorSpec], monitors: Sequence[Table]) -> DriveSpec:
     kind, before = table.choice("kind", DRIVES), len(table.faults)
-    spec = DriveSpec(kind, actuator, drive_parameters(table, kind))
+    numbers = drive_parameters(table, kind)
+    actuator = next((a for a in actuators if a.name == wheels), None)
+    if actuator is None:
+        _unknown(table, "actuator", wheels, [a.name for a in actuators], "actuator")
+    else:
+        ramp = actuator.parameters.get("max_acceleration", math.inf)
+        ramp = ramp if actuator.driver == "velocity" else math.inf
+        check_braking(monitors, min(actuator.limits.max_change, ramp))
+        numbers |= drive_limits(table, numbers, actuator.limits, ramp)
+    spec = DriveSpec(kind, wheels, numbers)
     if kind in DRIVES and len(table.faults) == before:
         try:
             robot_drive(spec)
@@ -272,7 +313,7 @@ def _sensor(table: Table) -> SensorSpec:
     name = given_name(table)
     dimension = _dimension(table)
     driver = _class(table, "driver")
-    parameters, size = driver_parameters(table, DEVICE_KEYS, driver)
+    parameters, size = driver_parameters(table, DEVICE_KEYS["sensor"], driver)
     return SensorSpec(
         name=name,
         driver=driver,
@@ -294,9 +335,9 @@ def _mount(table: Table) -> Pose2:
     return Pose2(table.quantity("x", LENGTH, 0.0), table.quantity("y", LENGTH, 0.0), table.quantity("yaw", ANGLE, 0.0))
 
 
-def _dimension(table: Table) -> Dimension:
+def _dimension(table: Table, default: str = "1") -> Dimension:
     try:
-        return parse_unit(table.text("unit", "1")).dimension
+        return parse_unit(table.text("unit", default)).dimension
     except InputError as error:
         table.adopt("unit", error)
         return NONE
@@ -346,12 +387,17 @@ def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
     return AnalyzeSpec(given_name(table), cls, tuple(wanted), free_parameters(table, known), table.place()[0])
 
 
-def _actuator(table: Table) -> ActuatorSpec:
+def _actuator(table: Table, wheels: str) -> ActuatorSpec:
+    moves = table.raw("name", None) == wheels
+    dimension = _dimension(table, "m/s" if moves else "1")
+    if moves and dimension != SPEED:
+        table.fault("unit", f"the wheels' actuator takes speeds, found '{table.raw('unit')}'.", 'Write unit = "m/s".')
+    limits = actuator_limits(table, dimension, together=moves)
     age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
     driver = _class(table, "driver")
-    parameters, size = driver_parameters(table, DEVICE_KEYS, driver)
+    parameters, size = driver_parameters(table, DEVICE_KEYS["actuator"], driver)
     places = {key: table.place(key) for key in parameters}
-    return ActuatorSpec(given_name(table), driver, age, parameters, size, table.place()[0], places)
+    return ActuatorSpec(given_name(table), driver, limits, age, parameters, size, table.place()[0], places)
 
 
 def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection
 from typing import Any
 
-from ..control.drive import DRIVES
+from ..control.drive import DRIVES, LIMITS
 from ..document import Table
 from ..drivers import DRIVER_PARAMETERS, DriverParameter, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
@@ -69,8 +69,8 @@ def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
 
 
 def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
-    """The numbers of a `[drive]` table; those that its kind needs must be there."""
-    needed = DRIVES[kind][1] if kind in DRIVES else ()
+    """The numbers of a `[drive]` table; the geometry that its kind needs must be there."""
+    needed = [name for name in (DRIVES[kind][1] if kind in DRIVES else ()) if name not in LIMITS]
     for name in needed:
         if name not in table:
             table.fault(None, f"a '{kind}' drive needs '{name}'.", f"Add a line '{name} = ...'.")

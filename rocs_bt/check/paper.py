@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..agent import Agent, Mind, Rates, build_agent, robot_drive
-from ..catalog import RateSpec, RobotSpec
+from ..agent import Agent, Mind, Rates, build_agent
+from ..catalog import RateSpec, RobotSpec, command_size
 from ..clock import SimulatedClock
-from ..device import Actuator, Reading, Sensor, Watchdog
+from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError
 from ..event import NullSink
 from ..plan import Mission, Plan
@@ -65,7 +65,6 @@ def paper_agent(
         InputError: The robot, the mission or a place is wrong.
     """
     rate = RateSpec()
-    wheels = len(robot_drive(robot.drive).wheels)  # a user's own actuator takes what the drive gives it
     clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
     return build_agent(
         name,
@@ -73,7 +72,8 @@ def paper_agent(
         mind or Mind(build=idle),
         sensors={s.name: _NoSensor(s.name) for s in robot.sensors},
         actuators={
-            a.name: Watchdog(_NoActuator(a.name, a.size or wheels), clock, a.max_command_age) for a in robot.actuators
+            a.name: a.guard(_NoActuator(a.name, command_size(robot, a)), clock, rate.control_rate.period)
+            for a in robot.actuators
         },
         sensor_rates={s.name: RateSpec(sensors=rate.control).sensor_rate(None, s.name) for s in robot.sensors},
         rates=rates,

@@ -37,8 +37,9 @@ class Drive:
         wheels: (w,) Names in the order of every wheel command.
         twist_from_q: (3, n) Rows forward [m/s], left [m/s], turn [rad/s].
         wheels_from_q: (w, n) Rim speeds [m/s].
-        max_wheel_speed: Largest rim speed, either way [m/s].
-        max_wheel_acceleration: Largest rim acceleration, either way [m/s2].
+        max_wheel_speed: Largest wheel linear speed that is planned, either way [m/s]; at most the actuator's limit.
+        max_wheel_acceleration: Largest wheel linear acceleration that is planned, either way [m/s2]; at most the
+            actuator's limit.
 
     Raises:
         InputError: A limit is not positive, or the matrices do not fit each other.
@@ -132,7 +133,7 @@ class Drive:
         return twist2((forward, turn, left))
 
     def saturate(self, wheel_speeds: Array) -> Array:
-        """(w,) The wheel speeds [m/s], slowed in proportion until the fastest wheel can: curvature is kept."""
+        """(w,) The wheel speeds [m/s] scaled by one factor into what is planned; commands are limited by the gate."""
         fastest = _largest(wheel_speeds)
         if fastest <= self.max_wheel_speed:
             return wheel_speeds
@@ -227,12 +228,13 @@ def make_drive(kind: str, **numbers: float) -> Drive:
 
 
 _FOUR = ("front_left", "front_right", "rear_left", "rear_right")
-_LIMITS = ("max_wheel_speed", "max_wheel_acceleration")
+LIMITS = ("max_wheel_speed", "max_wheel_acceleration")
+"""Numbers of every kind: what a robot's actuator allows, or less where its `[drive]` prefers that."""
 
 DRIVES: dict[str, tuple[Callable[..., Drive], tuple[str, ...]]] = {
-    "differential": (differential_drive, ("track", *_LIMITS)),
-    "skid": (skid_drive, ("effective_track", *_LIMITS)),
-    "mecanum": (mecanum_drive, ("half_length", "half_width", *_LIMITS)),
+    "differential": (differential_drive, ("track", *LIMITS)),
+    "skid": (skid_drive, ("effective_track", *LIMITS)),
+    "mecanum": (mecanum_drive, ("half_length", "half_width", *LIMITS)),
 }
 
 OPTIONAL = {"skid": ("pivot",)}

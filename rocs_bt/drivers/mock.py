@@ -18,10 +18,11 @@ import numpy as np
 
 from ..clock import Clock
 from ..control.drive import Drive
-from ..device import Actuator, Reading, Sensor, Watchdog
+from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
 from ..knowledge.share import Letterbox, packed
+from ..safety import SafetyGate
 from .parameters import (
     DRIVER_PARAMETERS,
     GyroParameters,
@@ -89,13 +90,13 @@ class MockRobot:
         self.mounts = dict(mounts or {})
         self.wheel_speeds = [0.0] * len(drive.wheels)  # [m/s]
         self.wheel_travel = [0.0] * len(drive.wheels)  # [m]
-        self.watchdogs: list[Watchdog] = []
+        self.gates: list[SafetyGate] = []
         world.robots.append(self)
 
     def advance(self, duration: float) -> None:
         """Drive on for a while [s], along an exact arc."""
-        for watchdog in self.watchdogs:
-            watchdog.check()
+        for gate in self.gates:
+            gate.check()
         self.pose = along_arc(self.pose, self.drive.twist(np.array(self.wheel_speeds)), duration)
         travelled = zip(self.wheel_travel, self.wheel_speeds, strict=True)
         self.wheel_travel = [way + speed * duration for way, speed in travelled]

@@ -38,13 +38,16 @@ class AtomicActionExecutor:
                 route=self._body.turn.route,
                 parameters=action.parameters,
             )
-        self._body.turn.commanded = False
+        turn = self._body.turn
+        turn.commanded, turn.action = False, action.name
         try:
             result = action.act(self._body)
         except ActionFailed as error:
             return error.failure
         except InputError as error:
             return Failure.cannot(error)
+        finally:
+            turn.action = ""
         if not isinstance(result, (Progress, Failure)):
             raise PipelineError(f"{action.name}.act must return a Progress or a Failure, it returned {result!r}.")
         return result

@@ -1,16 +1,16 @@
-"""RobotBody: what actions may use, with actuators that check and record every command."""
+"""RobotBody: what actions may use, with actuators that record every command."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..clock import Clock
 from ..device import Actuator
-from ..errors import DeviceError, WiringError, unknown
+from ..errors import WiringError, unknown
 from ..event import ActuatorCommanded, Event, EventSink, pack
+from ..safety import SafetyGate
 
 if TYPE_CHECKING:
     from ..control.drive import Drive
@@ -25,47 +25,44 @@ class Turn:
 
     Attributes:
         route: `reactive`, `deliberative` or `idle`.
+        action: Name of the atomic action that acts now; empty while none does.
         commanded: Whether the action that acts now has commanded any actuator.
         open: Whether commands pass; Execute.stop shuts the gate for an action that is in mid-act.
     """
 
     route: str = "idle"
+    action: str = ""
     commanded: bool = False
     open: bool = True
 
 
 class CommandedActuator(Actuator):
-    """An actuator as actions see it: refuses what is no command, records the rest, keeps nothing beyond a period.
+    """An actuator as actions see it: records what the gate gives the device, keeps no command beyond its period.
 
     Args:
-        actuator: The device.
-        body: Whose it is.
+        gate: The actuator behind its limits.
+        body: The body that it belongs to.
     """
 
-    def __init__(self, actuator: Actuator, body: RobotBody) -> None:
-        super().__init__(actuator.name, actuator.size)
-        self._actuator = actuator
+    def __init__(self, gate: SafetyGate, body: RobotBody) -> None:
+        super().__init__(gate.name, gate.size)
+        self._gate = gate
         self._body = body
         self._fresh = False
         self._active = False
 
     def command(self, values: Sequence[float]) -> None:
-        values = [float(v) for v in values]
-        if len(values) != self.size:
-            raise DeviceError(f"actuator '{self.name}' takes {self.size} values, found {len(values)}: {values}.")
-        if not all(map(math.isfinite, values)):
-            raise DeviceError(f"actuator '{self.name}' takes finite values, found {values}.")
         turn = self._body.turn
         if not turn.open:
             return
         # Before the device is asked: one that refuses half-way may move all the same, and must then go to neutral.
         self._active = True
-        self._actuator.command(values)
+        given = self._gate.give(values, turn.action)
         self._fresh = turn.commanded = True
-        self._record(values)
+        self._record(given)
 
     def neutral(self) -> None:
-        self._actuator.neutral()
+        self._gate.neutral()
         self._active = self._fresh = False
         self._record([0.0] * self.size)
 
@@ -89,11 +86,11 @@ class RobotBody:
     Args:
         agent: The agent's name, for events.
         knowledge: All that the robot knows.
-        drive: Kinematics and limits of the wheels.
+        drive: Kinematics of the wheels.
         follower: The trajectory follower.
         clock: Time.
         period: The control period [s].
-        actuators: All devices, by name.
+        actuators: All actuators behind their limits, by name.
         wheels: The name of the one that takes wheel rim speeds.
         sink: Where events go.
         messenger: Sends messages to other robots; None where the robot shares nothing.
@@ -111,7 +108,7 @@ class RobotBody:
         follower: Follower,
         clock: Clock,
         period: float,
-        actuators: Mapping[str, Actuator],
+        actuators: Mapping[str, SafetyGate],
         wheels: str,
         sink: EventSink,
         messenger: Messenger | None = None,

@@ -68,8 +68,8 @@ class Vehicle:
         return (0.0 if math.isnan(speed) else speed), (0.0 if math.isnan(turn) else turn)
 
     def wheels(self, speed: float, turn: float) -> list[float]:
-        """Rim speeds that drive [m/s] and turn [rad/s]; slowed in proportion where the wheels cannot."""
-        speeds: list[float] = self.drive.saturate(self.drive.wheel_speeds(Twist2(speed, turn))).tolist()
+        """Wheel linear speeds [m/s] that drive at `speed` [m/s] and turn at `turn` [rad/s]."""
+        speeds: list[float] = self.drive.wheel_speeds(Twist2(speed, turn)).tolist()
         return speeds
 
     def stand(self) -> list[float]:

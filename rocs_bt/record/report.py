@@ -112,6 +112,7 @@ def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("fired again while latched", told.get("reflex_refirings"), "{}"),
         ("switches of route", told.get("route_switches"), "{}"),
         ("plans made anew", told.get("replans"), "{}"),
+        ("commands limited by the safety gate", _counts(told.get("commands_limited")), "{}"),
         ("time deliberative", told.get("time_deliberative"), "{:.2f} s"),
         ("time reactive", told.get("time_reactive"), "{:.2f} s"),
         ("cross-track error, rms", _scaled(error.get("cross_rms"), 100), "{:.2f} cm"),
@@ -135,6 +136,14 @@ def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
 def _turned_away(shared: Mapping[str, int]) -> int | None:
     reasons = ("oversized", "unauthenticated", "malformed", "flooded", "refused")
     return sum(shared[reason] for reason in reasons) if shared else None
+
+
+def _counts(counts: Mapping[str, int] | None) -> str | None:
+    """Counts by action, such as `12 (Creep 12)`; None where there are none."""
+    if not counts:
+        return None
+    each = ", ".join(f"{name or 'outside of actions'} {count}" for name, count in counts.items())
+    return f"{sum(counts.values())} ({each})"
 
 
 def _scaled(value: float | None, factor: float) -> float | None:

@@ -11,6 +11,7 @@ from ..event import (
     AtomicStarted,
     BodyMoved,
     Change,
+    CommandLimited,
     Event,
     Followed,
     KnowledgeChanged,
@@ -43,6 +44,7 @@ class Why:
         tickets: The tickets that have not ended.
         atomic: The atomic action that began last.
         commands: The last command by actuator.
+        limited: The last command that the safety gate limited, by actuator.
         followed: The follower's last tick.
         bodies: Where the simulation says the bodies are.
         changes: The last change of each kind.
@@ -59,6 +61,7 @@ class Why:
     tickets: dict[int, TicketChanged] = field(default_factory=dict)
     atomic: AtomicStarted | None = None
     commands: dict[str, ActuatorCommanded] = field(default_factory=dict)
+    limited: dict[str, CommandLimited] = field(default_factory=dict)
     followed: Followed | None = None
     bodies: dict[str, BodyMoved] = field(default_factory=dict)
     changes: dict[str, Change] = field(default_factory=dict)
@@ -118,6 +121,8 @@ def _take(why: Why, event: Event) -> None:
         why.atomic = event
     elif isinstance(event, ActuatorCommanded):
         why.commands[event.actuator] = event
+    elif isinstance(event, CommandLimited):
+        why.limited[event.actuator] = event
     elif isinstance(event, Followed):
         why.followed = event
     elif isinstance(event, BodyMoved):
@@ -162,6 +167,10 @@ def _render(why: Why) -> Iterable[str]:
         yield f"             began {why.atomic.action}({_values(why.atomic.parameters)}){_since(why.atomic, why.t)}"
     for command in why.commands.values():
         yield f"             {command.actuator} = {_numbers(command.values)} ({command.route}){_since(command, why.t)}"
+        limited = why.limited.get(command.actuator)
+        if limited is not None and limited.t == command.t:
+            by = f"{limited.action} wanted" if limited.action else "wanted"
+            yield f"             limited by the safety gate: {by} {_numbers(list(limited.wanted))}"
     if why.followed is not None:
         yield f"             {_follower(why.followed)}{_since(why.followed, why.t)}"
     yield from _part(

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from ..agent import Agent, RuleWatch, ThreadedRunner
-from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec
+from ..catalog import Catalog, ScenarioSpec
 from ..clock import Clock, WallClock
-from ..device import Actuator, Sensor, Watchdog
-from ..event import CommandExpired, EventSink, Fanout, NullSink
+from ..device import Sensor
+from ..event import EventSink, Fanout, NullSink
+from ..safety import SafetyGate
 from .devices import make_hardware
 from .minds import build_minds
 from .sink_thread import SinkThread
@@ -92,17 +93,21 @@ def drive(
     catalog = catalog or Catalog.here()
     spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
     clock, limit = WallClock(running=False), spec.duration if duration is None else duration
+    period = spec.rate.control_rate.period
     target: EventSink = Fanout(*sinks) if sinks else NullSink()
     with ExitStack() as stack:
         sink = stack.enter_context(SinkThread(target))
         robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
         sensors: dict[str, dict[str, Sensor]] = {}
-        actuators: dict[str, dict[str, Watchdog]] = {}
+        actuators: dict[str, dict[str, SafetyGate]] = {}
         for name, robot in robots.items():
             host = Host(clock)
             stack.callback(host.close)
             sensors[name] = {s.name: make_hardware(catalog, robot, s, host) for s in robot.sensors}
-            actuators[name] = {a.name: _guarded(catalog, robot, a, host, name, sink) for a in robot.actuators}
+            actuators[name] = {
+                a.name: a.guard(make_hardware(catalog, robot, a, host), clock, period, sink, name)
+                for a in robot.actuators
+            }
         rates = {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()}
         minds = build_minds(
             spec, catalog, robots, sensors, actuators, rates, clock=clock, sink=sink, timer=time.perf_counter
@@ -111,12 +116,12 @@ def drive(
             stack.callback(mind.close)
         if watch_rules:
             stack.enter_context(RuleWatch([(m.name, file) for m in minds for file in m.rule_files], clock, sink))
-        watchdogs = [watchdog for each in actuators.values() for watchdog in each.values()]
-        _play(minds, watchdogs, clock, limit, spec.rate.control_rate.period)
+        gates = [gate for each in actuators.values() for gate in each.values()]
+        _play(minds, gates, clock, limit, period)
     return {mind.name: Driven(mind.status, mind.reason) for mind in minds}
 
 
-def _play(minds: Sequence[Agent], watchdogs: Sequence[Watchdog], clock: WallClock, limit: float, period: float) -> None:
+def _play(minds: Sequence[Agent], gates: Sequence[SafetyGate], clock: WallClock, limit: float, period: float) -> None:
     never, count = threading.Event(), 0
     clock.start()
     with ExitStack() as stack:
@@ -124,20 +129,10 @@ def _play(minds: Sequence[Agent], watchdogs: Sequence[Watchdog], clock: WallCloc
             stack.enter_context(ThreadedRunner(mind, clock))
         try:
             while clock.wait_until(count * period, never) and clock.now() < limit:
-                for watchdog in watchdogs:
-                    watchdog.check()
+                for gate in gates:
+                    gate.check()
                 if all(mind.status != "RUNNING" or mind.failure is not None for mind in minds):
                     break
                 count = max(count + 1, int(clock.now() / period) + 1)
         except KeyboardInterrupt:  # a person's way to end it: what is above stops the wheels on the way out
             pass
-
-
-def _guarded(
-    catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host, agent: str, sink: EventSink
-) -> Watchdog:
-    def expired(t: float) -> None:
-        sink.emit(CommandExpired(t=t, agent=agent, actuator=spec.name))
-
-    device: Actuator = make_hardware(catalog, robot, spec, host)
-    return Watchdog(device, host.clock, spec.max_command_age, expired)

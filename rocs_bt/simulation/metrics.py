@@ -14,6 +14,7 @@ from ..event import (
     BlockFailed,
     BodyMoved,
     CommandExpired,
+    CommandLimited,
     Event,
     Followed,
     GoalEntered,
@@ -50,6 +51,7 @@ class _Tally:
     driven_by: str = ""  # the last route that was not idle
     since: float = 0.0
     times: dict[str, float] = field(default_factory=lambda: {"reactive": 0.0, "deliberative": 0.0})
+    limited: Counter[str] = field(default_factory=Counter)  # by action
     actions: dict[str, Counter[str]] = field(default_factory=dict)
     cross: list[float] = field(default_factory=list)
     solve: list[float] = field(default_factory=list)
@@ -84,6 +86,7 @@ class Metrics:
             SignalsWritten: _wrote,
             BlockFailed: _block_failed,
             CommandExpired: _expired,
+            CommandLimited: _limited,
             Judged: _judged,
         }
 
@@ -123,6 +126,7 @@ class Metrics:
             "time_reactive": tally.times["reactive"],
             "time_deliberative": tally.times["deliberative"],
             "replans": tally.replans,
+            "commands_limited": dict(sorted(tally.limited.items())),
             "actions": {name: dict(sorted(counts.items())) for name, counts in sorted(tally.actions.items())},
             "tracking_error": {
                 "cross_rms": math.sqrt(sum(c * c for c in tally.cross) / len(tally.cross)) if tally.cross else None,
@@ -212,6 +216,10 @@ def _block_failed(tally: _Tally, event: BlockFailed) -> None:
 
 def _expired(tally: _Tally, event: CommandExpired) -> None:
     tally.faults.append(f"{event.t:.2f} s: no command came for {event.actuator}, which went to neutral")
+
+
+def _limited(tally: _Tally, event: CommandLimited) -> None:
+    tally.limited[event.action] += 1
 
 
 def _judged(tally: _Tally, event: Judged) -> None:

@@ -9,10 +9,11 @@ from typing import Any
 from ..agent import Agent, Mind, Rates, build_agent
 from ..catalog import AgentSpec, Catalog, RobotSpec, ScenarioSpec
 from ..clock import Clock, Rate
-from ..device import Sensor, Watchdog
+from ..device import Sensor
 from ..errors import InputError, blame
 from ..event import EventSink
 from ..plan import mission_actions, mission_arguments
+from ..safety import SafetyGate
 from .share import sharing_of
 from .streams import stream
 
@@ -55,7 +56,7 @@ def build_minds(
     catalog: Catalog,
     robots: Mapping[str, RobotSpec],
     sensors: Mapping[str, Mapping[str, Sensor]],
-    actuators: Mapping[str, Mapping[str, Watchdog]],
+    actuators: Mapping[str, Mapping[str, SafetyGate]],
     sensor_rates: Mapping[str, Mapping[str, Rate]],
     *,
     clock: Clock,

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from ..control.drive import Drive
-from ..device import Actuator
 from ..drivers import read_parameters
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..geometry import Pose2, Twist2, wrap_angle
+from ..safety import SafetyGate
 from ..units import Metres, MetresPerSecond, RadiansPerSecond, Seconds
 
 
@@ -30,7 +30,9 @@ class Mover(ABC):
         rng: Its own random stream.
     """
 
-    def __init__(self, name: str, world: MujocoWorld, drive: Drive, wheels: Actuator, rng: np.random.Generator) -> None:
+    def __init__(
+        self, name: str, world: MujocoWorld, drive: Drive, wheels: SafetyGate, rng: np.random.Generator
+    ) -> None:
         self.name = name
         self.world = world
         self.drive = drive
@@ -53,7 +55,7 @@ class Mover(ABC):
         twist = self.twist(t, self.world.pose(self.name))
         if twist != self._asked:
             self._asked = twist
-            self._speeds = self.drive.saturate(self.drive.wheel_speeds(twist)).tolist()
+            self._speeds = self.drive.wheel_speeds(twist).tolist()
         self.wheels.command(self._speeds)
 
 
@@ -153,7 +155,7 @@ def make_mover(
     name: str,
     world: MujocoWorld,
     drive: Drive,
-    wheels: Actuator,
+    wheels: SafetyGate,
     rng: np.random.Generator,
 ) -> Mover:
     """A mover by its script's name.

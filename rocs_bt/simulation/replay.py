@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace as replace_fault
 
-from ..agent import robot_drive
-from ..catalog import Catalog, RobotSpec, ScenarioSpec
+from ..catalog import Catalog, RobotSpec, ScenarioSpec, command_size
 from ..clock import SimulatedClock
-from ..device import Sensor, Watchdog
+from ..device import Sensor
 from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..errors import InputError, RecordingError, UnknownName, unknown
-from ..event import AgentStopped, CommandExpired, Event, ListSink, RulesReplaced
+from ..event import AgentStopped, CommandExpired, Event, EventSink, ListSink, RulesReplaced
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, compare
+from ..safety import SafetyGate
 from .memory import recall
 from .minds import Build, build_minds
 from .news import news_of
@@ -108,7 +107,7 @@ def _decide(
         catalog,
         robots,
         sensors,
-        {name: _actuators(robot, clock) for name, robot in robots.items()},
+        {name: _actuators(robot, name, control.period, clock, sink) for name, robot in robots.items()},
         {n: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()},
         clock=clock,
         sink=sink,
@@ -132,11 +131,10 @@ def _decide(
     return sink.events
 
 
-def _actuators(robot: RobotSpec, clock: SimulatedClock) -> dict[str, Watchdog]:
-    wheels = len(robot_drive(robot.drive).wheels)
+def _actuators(
+    robot: RobotSpec, agent: str, period: float, clock: SimulatedClock, sink: EventSink
+) -> dict[str, SafetyGate]:
     return {
-        a.name: Watchdog(
-            ReplayActuator(a.name, wheels if a.name == robot.drive.actuator else 1, clock), clock, math.inf
-        )
+        a.name: a.guard(ReplayActuator(a.name, command_size(robot, a), clock), clock, period, sink, agent)
         for a in robot.actuators
     }

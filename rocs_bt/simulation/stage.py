@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from ..agent import robot_drive
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
-from ..device import Actuator, Sensor, Watchdog
+from ..device import Sensor
 from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compile_model, make_actuator, make_sensor
 from ..errors import Fault, InputError, blame
-from ..event import CommandExpired, EventSink
+from ..event import EventSink
 from ..geometry import Pose2
+from ..safety import SafetyGate
 from .carried import Carrier, make_carrier
 from .devices import mujoco_driver
 from .mover import Mover, make_mover
@@ -30,7 +31,7 @@ class Stage:
         clock: Its time.
         robots: By agent and mover.
         sensors: By agent, then by name.
-        actuators: By agent, then by name; guarded.
+        actuators: Behind their limits; by agent, then by name.
         sensor_rates: By agent, then by name, over control periods.
         movers: Who else moves.
         wheels: By robot, how fast its rims truly go [m/s].
@@ -43,7 +44,7 @@ class Stage:
     clock: Clock
     robots: Mapping[str, RobotSpec]
     sensors: Mapping[str, dict[str, Sensor]]
-    actuators: Mapping[str, dict[str, Watchdog]]
+    actuators: Mapping[str, dict[str, SafetyGate]]
     sensor_rates: Mapping[str, Mapping[str, Rate]]
     movers: Sequence[Mover | Carrier]
     wheels: Mapping[str, Callable[[], list[float]]]
@@ -74,7 +75,7 @@ def set_stage(
     with blame(scenario.file):
         starts = place_all(world, [*scenario.agents, *(m for m in scenario.movers if m.robot)], scenario.name, seed)
     sensors: dict[str, dict[str, Sensor]] = {}
-    actuators: dict[str, dict[str, Watchdog]] = {}
+    actuators: dict[str, dict[str, SafetyGate]] = {}
     wheels: dict[str, Callable[[], list[float]]] = {}
     for agent in scenario.agents:
         spec = robots[agent.name]
@@ -91,7 +92,11 @@ def set_stage(
                     noise=s.noise,
                     rng=stream(scenario.name, seed, agent.name, noise_of(s.name)),
                 )
-        actuators[agent.name] = _actuators(world, catalog, agent.name, spec, time, sink, wheels)
+        actuators[agent.name] = {
+            a.name: _actuator(world, catalog, agent.name, spec, a, scenario, sink, wheels) for a in spec.actuators
+        }
+        for gate in actuators[agent.name].values():
+            world.guard(gate)
     rates = {
         a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
         for a in scenario.agents
@@ -146,33 +151,24 @@ def _mount(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec) -> SensorMoun
     return SensorMount(sensor.name, driver.make, driver.parameters, robot.file, sensor.line, driver.running)
 
 
-def _actuators(
+def _actuator(
     world: MujocoWorld,
     catalog: Catalog,
-    agent: str,
+    owner: str,
     robot: RobotSpec,
-    clock: Clock,
-    sink: EventSink,
+    spec: ActuatorSpec,
+    scenario: ScenarioSpec,
+    sink: EventSink | None,
     wheels: dict[str, Callable[[], list[float]]],
-) -> dict[str, Watchdog]:
-    made = {}
-    for spec in robot.actuators:
-        device = _actuator(world, catalog, agent, robot, spec)
-        if spec.name == robot.drive.actuator and hasattr(device, "measured"):
-            wheels[agent] = device.measured
-
-        def expired(t: float, name: str = spec.name) -> None:
-            sink.emit(CommandExpired(t=t, agent=agent, actuator=name))
-
-        made[spec.name] = Watchdog(device, clock, spec.max_command_age, expired)
-        world.guard(made[spec.name])
-    return made
-
-
-def _actuator(world: MujocoWorld, catalog: Catalog, name: str, robot: RobotSpec, spec: ActuatorSpec) -> Actuator:
+) -> SafetyGate:
+    """One actuator behind its limits; notes in `wheels` how fast the owner's wheels truly go."""
     driver = mujoco_driver(catalog, robot, spec)
     with blame(robot.file, spec.line), driver.running():
-        return make_actuator(world, name, spec.name, driver.make, driver.parameters)
+        device = make_actuator(world, owner, spec.name, driver.make, driver.parameters)
+        gate = spec.guard(device, world.clock, scenario.rate.control_rate.period, sink, owner)
+    if spec.name == robot.drive.actuator and hasattr(device, "measured"):
+        wheels[owner] = device.measured
+    return gate
 
 
 def _movers(
@@ -187,9 +183,7 @@ def _movers(
     for mover in (m for m in scenario.movers if m.robot):
         robot = robots[mover.name]
         spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
-        device = _actuator(world, catalog, mover.name, robot, spec)
-        if hasattr(device, "measured"):
-            wheels[mover.name] = device.measured
+        gate = _actuator(world, catalog, mover.name, robot, spec, scenario, None, wheels)
         with blame(scenario.file, mover.line):
             made = make_mover(
                 mover.script,
@@ -197,7 +191,7 @@ def _movers(
                 name=mover.name,
                 world=world,
                 drive=robot_drive(robot.drive),
-                wheels=device,
+                wheels=gate,
                 rng=stream(scenario.name, seed, mover.name, mover.script),
             )
         movers.append(made)

@@ -198,10 +198,9 @@ def break_sensor(stage: Stage, name: str, fault: Callable[..., Sensor], agent: s
 
 
 def break_actuator(stage: Stage, name: str, fault: Callable[..., Actuator], agent: str = "", **parameters: Any) -> None:
-    """Put a broken actuator behind its watchdog in the place of a good one; see `break_sensor`."""
+    """Put a broken actuator behind the safety gate in place of a good one; see `break_sensor`."""
     owner = _whose(agent, name, {a: list(found) for a, found in stage.actuators.items()}, "actuator")
-    watchdog = stage.actuators[owner][name]
-    watchdog.actuator = fault(watchdog.actuator, stage.clock, **parameters)
+    stage.actuators[owner][name].wrap(lambda device: fault(device, stage.clock, **parameters))
 
 
 def _whose(agent: str, name: str, devices: dict[str, list[str]], kind: str) -> str:

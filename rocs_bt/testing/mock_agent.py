@@ -10,12 +10,13 @@ from ..agent import Agent, Mind, Rates, build_agent, robot_drive
 from ..agent.wiring import LoadClass
 from ..catalog import RobotSpec, load_class
 from ..clock import Clock, Rate
-from ..device import Sensor, Watchdog
+from ..device import Sensor
 from ..drivers.mock import MockRobot, MockWorld, make_actuator, make_sensor
 from ..event import EventSink
 from ..geometry import Pose2
 from ..knowledge import Knowledge
 from ..knowledge.share import Sharing
+from ..safety import SafetyGate
 
 
 @dataclass
@@ -27,25 +28,37 @@ class MockStage:
         world: Walls and round things.
         robot: The robot, which does at once what it is told.
         sensors: By name.
-        actuators: By name; guarded, and checked whenever the world moves on.
+        actuators: Behind their limits, by name; their watchdogs are checked whenever the world moves on.
     """
 
     clock: Clock
     world: MockWorld
     robot: MockRobot
     sensors: dict[str, Sensor]
-    actuators: dict[str, Watchdog]
+    actuators: dict[str, SafetyGate]
 
 
-def mock_stage(spec: RobotSpec, clock: Clock, pose: Pose2 | None = None) -> MockStage:
+def mock_stage(
+    spec: RobotSpec,
+    clock: Clock,
+    pose: Pose2 | None = None,
+    *,
+    period: float = 0.05,
+    sink: EventSink | None = None,
+    agent: str = "",
+) -> MockStage:
     """Mock devices for everything in a robot.toml.
 
-    Sites of range sensors look out from the robot's origin, evenly spread over the circle, to the left first.
+    Sites of range sensors look out from the robot's origin, evenly spread over the circle, to the left first; a scanner
+    looks ahead.
 
     Args:
         spec: The robot; its drivers must be ones that have a mock.
         clock: Time.
         pose: Where it starts; the origin when left out.
+        period: Control period [s].
+        sink: Receives the events of the safety gates.
+        agent: Name of the agent, for these events.
 
     Raises:
         InputError: A driver has no mock, or does not take its parameters.
@@ -57,13 +70,14 @@ def mock_stage(spec: RobotSpec, clock: Clock, pose: Pose2 | None = None) -> Mock
         if isinstance(sites := s.parameters.get("sites"), (list, tuple))
         for i, site in enumerate(sites)
     }
+    mounts |= {s.parameters["site"]: Pose2(0.0, 0.0, 0.0) for s in spec.sensors if "site" in s.parameters}
     robot = MockRobot(world, drive, pose or Pose2(0.0, 0.0, 0.0), mounts)
     sensors: dict[str, Sensor] = {s.name: make_sensor(robot, s.name, s.driver, s.parameters) for s in spec.sensors}
     actuators = {
-        a.name: Watchdog(make_actuator(robot, a.name, a.driver, a.parameters), clock, a.max_command_age)
+        a.name: a.guard(make_actuator(robot, a.name, a.driver, a.parameters), clock, period, sink, agent)
         for a in spec.actuators
     }
-    robot.watchdogs.extend(actuators.values())
+    robot.gates.extend(actuators.values())
     return MockStage(clock, world, robot, sensors, actuators)
 
 
@@ -97,9 +111,9 @@ def mock_agent(
     Raises:
         InputError: Something does not fit together.
     """
-    stage = mock_stage(spec, clock)
-    prepare(stage)
     period = 1.0 / control
+    stage = mock_stage(spec, clock, period=period, sink=sink, agent=name)
+    prepare(stage)
     agent = build_agent(
         name,
         spec,

@@ -28,7 +28,7 @@ class Injury:
     def __init__(self, monkeypatch, kind, stage: MockStage):
         self.kind, self.driving, self.stopped = kind, threading.Event(), threading.Event()
         self.broken_at = self.neutral_at = None
-        self._sound, wheels = Worker.hangs, stage.actuators["wheels"].actuator
+        self._sound, wheels = Worker.hangs, stage.actuators["wheels"]._device
         self._command, self._neutral = wheels.command, wheels.neutral
         monkeypatch.setattr(Worker, "hangs", lambda worker: self._break(worker))
         monkeypatch.setattr(wheels, "command", self._drive)

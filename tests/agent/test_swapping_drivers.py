@@ -91,8 +91,8 @@ def test_a_mind_on_mock_drivers_is_the_mind_on_mujocos(scenario: str) -> None:
     for one, other in zip(real, mock, strict=True):
         assert graph(one) == graph(other)
         assert blocks(one) == blocks(other)
-        devices = [*one.sensors.values(), *(w.actuator for w in one.actuators.values())]
-        others = [*other.sensors.values(), *(w.actuator for w in other.actuators.values())]
+        devices = [*one.sensors.values(), *(w._device for w in one.actuators.values())]
+        others = [*other.sensors.values(), *(w._device for w in other.actuators.values())]
         assert [d.name for d in devices] == [d.name for d in others]
         assert {type(d).__module__.split(".")[2] for d in devices} == {"mujoco"}
         assert {type(d).__module__.split(".")[2] for d in others} == {"mock"}

@@ -213,7 +213,7 @@ def test_a_failed_agent_names_the_actuator_that_does_not_stop(make_agent):
     def neutral():
         raise OSError("the wire is cut")
 
-    stage.actuators["wheels"].actuator.neutral = neutral
+    stage.actuators["wheels"]._device.neutral = neutral
     agent.fail("plan", "raised", "on purpose")
     assert "actuator 'wheels' did not stop: OSError: the wire is cut" in agent.reason
 

@@ -55,6 +55,7 @@ monitors = ["range", "position"]
 name = "wheels"
 driver = "velocity"
 motors = ["left", "right"]
+range = ["-1.2 m/s", "1.2 m/s"]
 wheel_radius = "9.75 cm"
 """
 

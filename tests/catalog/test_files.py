@@ -8,6 +8,7 @@ import pytest
 
 from rocs_bt.catalog import Catalog, load_robot
 from rocs_bt.errors import InputError
+from rocs_bt.safety import Limits
 from rocs_bt.units import LENGTH
 
 
@@ -82,7 +83,34 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
             'kind = "diferential"',
             r":6:1: 'diferential' is no kind. Did you mean 'differential'",
         ),
-        ('max_wheel_speed = "1.2 m/s"', "", r"a 'differential' drive needs 'max_wheel_speed'"),
+        (
+            'range = ["-1.2 m/s", "1.2 m/s"]\n',
+            "",
+            r"the actuator 'wheels' has no limits\. Write .* range = \[\"-1 m/s\"",
+        ),
+        (
+            '["-1.2 m/s", "1.2 m/s"]',
+            '["-1 m/s", "1 m/s"]',
+            r":8:1: max_wheel_speed is 1.2 m/s, but the actuator allows 1",
+        ),
+        ('["-1.2 m/s", "1.2 m/s"]', '["1 m/s", "1.2 m/s"]', r"the range of wheel speeds must contain 0 m/s"),
+        ('["-1.2 m/s", "1.2 m/s"]', '["-1 m/s", "inf m/s"]', r"from a finite number to a larger one, found -1 to inf"),
+        ('["-1.2 m/s", "1.2 m/s"]', '["-1.2 rad/s", "1.2 m/s"]', r"range must be in m/s, found '-1.2 rad/s'"),
+        (
+            '["-1.2 m/s", "1.2 m/s"]',
+            '"1.2 m/s"',
+            r"range must be the smallest and the largest command, found '1.2 m/s'",
+        ),
+        ('["-1.2 m/s", "1.2 m/s"]', "[[], []]", r"range must be the smallest and the largest command"),
+        ('wheel_radius = "9.75 cm"', 'wheel_radius = "1 cm"\nmax_change = "1 m/s2"', r"but the actuator allows 1 m/s2"),
+        ('wheel_radius = "9.75 cm"', 'wheel_radius = "1 cm"\nmax_acceleration = "1 m/s2"', r"actuator allows 1 m/s2"),
+        ('wheel_radius = "9.75 cm"', 'wheel_radius = "1 cm"\nmax_change = "1 m/s"', r"max_change must be in m/s2"),
+        ('max_wheel_acceleration = "1.5 m/s2"', "", r"neither \[drive\] nor its actuator says how fast"),
+        (
+            'wheel_radius = "9.75 cm"',
+            'wheel_radius = "1 cm"\nunit = "rad"',
+            r"the wheels' actuator takes speeds, found 'rad'",
+        ),
         (
             'class = "PassRange"',
             'class = "PasRange"',
@@ -96,6 +124,25 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
 def test_a_wrong_robot_is_told_with_its_place(robot_file, old, new, message):
     edit(robot_file, old, new)
     with pytest.raises(InputError, match=message):
+        load_robot(robot_file)
+
+
+def test_the_drive_plans_with_the_actuators_limits_where_it_prefers_none(robot_file):
+    edit(robot_file, 'max_wheel_speed = "1.2 m/s"\nmax_wheel_acceleration = "1.5 m/s2"\n', "")
+    edit(
+        robot_file,
+        'wheel_radius = "9.75 cm"',
+        'wheel_radius = "9.75 cm"\nmax_change = "4 m/s2"\nmax_acceleration = "3 m/s2"',
+    )
+    robot = load_robot(robot_file)
+    assert robot.drive.parameters == {"track": 0.331, "max_wheel_speed": 1.2, "max_wheel_acceleration": 3.0}
+    assert robot.actuators[0].limits == Limits((-1.2,), (1.2,), 4.0, together=True)
+
+
+def test_a_monitor_that_counts_on_harder_braking_than_the_actuator_allows_is_a_fault(robot_file):
+    edit(robot_file, 'wheel_radius = "9.75 cm"', 'wheel_radius = "9.75 cm"\nmax_acceleration = "3 m/s2"')
+    edit(robot_file, 'class = "RangeMonitor"', 'class = "RangeMonitor"\ndeceleration = "3.1 m/s2"')
+    with pytest.raises(InputError, match=r"a deceleration of 3.1 m/s2 is more than the actuator allows, 3 m/s2"):
         load_robot(robot_file)
 
 

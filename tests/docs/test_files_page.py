@@ -59,6 +59,9 @@ mount = { x = "0.1 m", y = "0 m", yaw = "10 deg" }
 [[actuator]]
 name = "wheels"
 driver = "velocity"
+unit = "m/s"
+range = ["-1 m/s", "1 m/s"]
+max_change = "5 m/s2"
 max_command_age = "0.1 s"
 motors = ["left", "right"]
 wheel_radius = "0.1 m"

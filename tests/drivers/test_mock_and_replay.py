@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.drive import differential_drive
-from rocs_bt.device import Watchdog
 from rocs_bt.drivers import DRIVER_PARAMETERS, mock, parameters_of_driver, read_parameters
 from rocs_bt.drivers.mock import MockRobot, MockSensor, MockWorld, along_arc, make_actuator, make_sensor
 from rocs_bt.drivers.mujoco import ACTUATORS, SENSORS
@@ -20,6 +19,7 @@ from rocs_bt.drivers.replay import ReplayActuator, replay_sensors
 from rocs_bt.errors import DeviceError, InputError, UnknownName
 from rocs_bt.event import SensorFailed, SensorRead, pack
 from rocs_bt.geometry import Pose2, Twist2
+from rocs_bt.safety import Limits, SafetyGate
 from rocs_bt.units import ANGLE, LENGTH
 
 DRIVE = differential_drive(track=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
@@ -68,9 +68,10 @@ def test_a_mock_robot_stops_when_its_watchdog_expires() -> None:
     clock = SimulatedClock(0.1)
     world = MockWorld(clock)
     body = robot(world)
-    watchdog = Watchdog(make_actuator(body, "wheels", "velocity", WHEELS), clock, 0.2)
-    body.watchdogs.append(watchdog)
-    watchdog.command([1.0, 1.0])
+    wheels = make_actuator(body, "wheels", "velocity", WHEELS)
+    gate = SafetyGate(wheels, clock, Limits((-1.2,), (1.2,), together=True), period=0.1, max_age=0.2)
+    body.gates.append(gate)
+    gate.command([1.0, 1.0])
     for _ in range(10):
         world.advance(0.1)
         clock.advance()

@@ -10,10 +10,12 @@ import pytest
 
 from rocs_bt.catalog import RobotSpec
 from rocs_bt.control.drive import make_drive
-from rocs_bt.device import Actuator, Watchdog
+from rocs_bt.device import Actuator
 from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
 from rocs_bt.errors import DeviceError, InputError, UnknownName
+from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2, wrap_angle
+from rocs_bt.safety import SafetyGate
 
 MakeWorld = Callable[..., MujocoWorld]
 
@@ -109,17 +111,17 @@ def test_a_silent_mind_stops_within_a_step_of_its_expiry(
     make_world: MakeWorld, p3dx: RobotSpec, max_age: float
 ) -> None:
     world = make_world()
-    expired: list[float] = []
-    watchdog = Watchdog(wheels_of(world, p3dx), world.clock, max_age, expired.append)
-    world.guard(watchdog)
+    sink, limits = ListSink(), p3dx.actuators[0].limits
+    gate = SafetyGate(wheels_of(world, p3dx), world.clock, limits, period=0.05, max_age=max_age, sink=sink)
+    world.guard(gate)
     for _ in range(40):
-        watchdog.command((0.3, 0.3))
+        gate.command((0.3, 0.3))
         world.advance(10)
-    assert expired == []
+    assert sink.events == []
     last = world.clock.now() - 0.05
     world.advance(200)
-    assert len(expired) == 1
-    assert 0.0 < expired[0] - (last + max_age) <= world.step + 1e-9
+    (expired,) = sink.events
+    assert 0.0 < expired.t - (last + max_age) <= world.step + 1e-9
     assert abs(world.twist("R2").forward) < 1e-3
     assert not world.commanded("R2")
 

@@ -13,6 +13,8 @@ from rocs_bt.event import ListSink
 from rocs_bt.execute import Execute, RobotBody
 from rocs_bt.pipeline import Pipeline
 
+from ..gates import wide_gate
+
 PERIOD = 0.05
 
 
@@ -48,7 +50,7 @@ class Bench:
             follower=None,
             clock=self.clock,
             period=PERIOD,
-            actuators={"wheels": self.wheels},
+            actuators={"wheels": wide_gate(self.wheels, self.clock)},
             wheels="wheels",
             sink=self.sink,
         )

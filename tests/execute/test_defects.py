@@ -11,6 +11,8 @@ from rocs_bt.event import TicketChanged
 from rocs_bt.execute import RobotBody
 from rocs_bt.pipeline import Priority, TicketState
 
+from ..gates import wide_gate
+
 NORMAL, HIGH = Priority.NORMAL, Priority.HIGH
 GO, REST = ("command", (1.0, 1.0)), ("neutral",)
 
@@ -82,7 +84,7 @@ def test_a_body_whose_wheels_are_no_actuator_is_refused(bench):
     with pytest.raises(WiringError, match=r"no actuator is named 'wheel'\. Did you mean 'wheels'"):
         RobotBody(
             agent="R1", knowledge=None, drive=None, follower=None, clock=bench.clock, period=0.05,
-            actuators={"wheels": bench.wheels}, wheels="wheel", sink=bench.sink,
+            actuators={"wheels": wide_gate(bench.wheels, bench.clock)}, wheels="wheel", sink=bench.sink,
         )  # fmt: skip
 
 

@@ -9,6 +9,8 @@ from rocs_bt.event import ActuatorCommanded, AtomicStarted
 from rocs_bt.execute import Execute, RobotBody
 from rocs_bt.pipeline import Priority, TicketState
 
+from ..gates import wide_gate
+
 NORMAL, HIGH = Priority.NORMAL, Priority.HIGH
 GO, REST = ("command", (1.0, 1.0)), ("neutral",)
 
@@ -280,7 +282,8 @@ def test_an_actuator_that_only_one_action_uses_rests_while_another_is_commanded(
     lamp.name, lamp.log = "lamp", []
     body = RobotBody(
         agent="R1", knowledge=None, drive=None, follower=None, clock=bench.clock, period=0.05,
-        actuators={"wheels": bench.wheels, "lamp": lamp}, wheels="wheels", sink=bench.sink,
+        actuators={"wheels": wide_gate(bench.wheels, bench.clock), "lamp": wide_gate(lamp, bench.clock)},
+        wheels="wheels", sink=bench.sink,
     )  # fmt: skip
 
     @dataclass(kw_only=True, eq=False)

@@ -15,6 +15,8 @@ from rocs_bt.event import ListSink, TicketChanged
 from rocs_bt.execute import Execute, RobotBody
 from rocs_bt.pipeline import Pipeline, Priority, TicketState
 
+from ..gates import wide_gate
+
 NORMAL, HIGH = Priority.NORMAL, Priority.HIGH
 
 
@@ -57,7 +59,7 @@ class Robot:
         self.pipeline = Pipeline(self.clock, self.sink)
         body = RobotBody(
             agent="R1", knowledge=None, drive=None, follower=None, clock=self.clock, period=0.05,
-            actuators={"wheels": self.wheels}, wheels="wheels", sink=self.sink,
+            actuators={"wheels": wide_gate(self.wheels, self.clock)}, wheels="wheels", sink=self.sink,
         )  # fmt: skip
         self.execute = Execute(self.pipeline, body)
 

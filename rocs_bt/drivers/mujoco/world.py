@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...clock import Clock, SimulatedClock
-from ...device import Watchdog
 from ...errors import Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Twist2, pose2, wrap_angle
+from ...safety import SafetyGate
 from .body import RobotBody, Thing, bounds, find_bodies, find_things
 from .motors import Motors
 from .nearness import Among, Nearness
@@ -68,7 +68,7 @@ class MujocoWorld:
         self._late: list[Motors] = []  # those with a delay
         self._steps = 0  # since the start
         self._ramping: list[Motors] = []  # those that are not yet as fast as they are asked to be
-        self._watchdogs: list[Watchdog] = []
+        self._gates: list[SafetyGate] = []
         self._touch = TouchWatch(model, self.robots)
         self._near = Nearness(model, self.robots)
         self._sight = Sight(model, self.robots)
@@ -203,9 +203,9 @@ class MujocoWorld:
         with self.lock:
             return [self._qpos[a] for a in motors.angles]
 
-    def guard(self, watchdog: Watchdog) -> None:
-        """Check this watchdog before each physics step."""
-        self._watchdogs.append(watchdog)
+    def guard(self, gate: SafetyGate) -> None:
+        """Check the watchdog of this actuator before each physics step."""
+        self._gates.append(gate)
 
     def commanded(self, robot: str) -> bool:
         """Whether any of a robot's motors is asked to turn, or still runs down."""
@@ -219,12 +219,12 @@ class MujocoWorld:
         with self.lock:
             touch, data, model, step, now = self._touch, self.data, self.model, self._mj.mj_step, self.clock.now
             touch.begin(data)
-            expiry = min([w.expiry for w in self._watchdogs], default=math.inf)
+            expiry = min([gate.expiry for gate in self._gates], default=math.inf)
             safe = self._simulated and now() + steps * self.step <= expiry
             for i in range(steps):
                 if not safe and now() > expiry:
-                    for watchdog in self._watchdogs:
-                        watchdog.check()
+                    for gate in self._gates:
+                        gate.check()
                 for motors in self._late:
                     while motors.coming and motors.coming[0][0] <= self._steps:
                         self._aim(motors, motors.coming.popleft()[1])

@@ -1,0 +1,265 @@
+"""The safety gate: the one place through which every command reaches a device.
+
+Actions, leaves, reflexes, scripted robots and threads of users hold a `SafetyGate`, never the device. The gate refuses
+what is not a command, scales what exceeds the actuator's declared limits, and goes to neutral when commands cease.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from .clock import Clock
+from .device import Actuator
+from .errors import DeviceError, InputError
+from .event import CommandExpired, CommandLimited, EventSink, NullSink
+
+_ROUNDING = 1e-9  # relative; scaling by less is arithmetic, and no event
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Range and rate of change of an actuator's commands, in SI units of the command.
+
+    Attributes:
+        low: Smallest command, shape (1,) for all values alike or (n,).
+        high: Largest command, same shape.
+        max_change: Largest change of each value per second; +inf for no limit.
+        together: Whether one factor scales all values, which keeps the curvature that wheel speeds drive; otherwise
+            each value is limited by itself.
+
+    Raises:
+        InputError: A bound is not finite, `low` is not below `high`, `max_change` is not positive, or values that are
+            scaled together cannot be zero.
+    """
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    max_change: float = math.inf
+    together: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.low) != len(self.high) or not self.low:
+            raise InputError("a range has one lower bound for each upper bound.")
+        for low, high in zip(self.low, self.high, strict=True):
+            if not (math.isfinite(low) and math.isfinite(high) and low < high):
+                raise InputError(f"a range goes from a finite number to a larger one, found {low:g} to {high:g}.")
+            if self.together and not low <= 0.0 <= high:
+                raise InputError(f"the range of wheel speeds must contain 0 m/s, found {low:g} to {high:g} m/s.")
+        if not self.max_change > 0.0:
+            raise InputError(f"max_change must be positive, found {self.max_change:g}.")
+
+    @property
+    def largest(self) -> float:
+        """Largest magnitude that every value can have in both directions; the speed limit of wheels [m/s]."""
+        return min(min(-low, high) for low, high in zip(self.low, self.high, strict=True))
+
+    def of_size(self, size: int) -> Limits:
+        """The same limits with one pair of bounds for each of `size` values.
+
+        Raises:
+            InputError: Bounds are declared for another number of values.
+        """
+        if len(self.low) == size:
+            return self
+        if len(self.low) > 1:
+            raise InputError(f"the range has bounds for {len(self.low)} values, but a command has {size}.")
+        return Limits(self.low * size, self.high * size, self.max_change, self.together)
+
+    def rest(self) -> list[float]:
+        """The command nearest to zero, shape (n,)."""
+        return [min(max(0.0, low), high) for low, high in zip(self.low, self.high, strict=True)]
+
+    def apply(self, wanted: Sequence[float], last: Sequence[float], period: float) -> list[float]:
+        """The nearest command within the limits.
+
+        Args:
+            wanted: Wanted command, shape (n,), finite.
+            last: Last command given, shape (n,), within the range.
+            period: Time since `last` was given [s].
+
+        Returns:
+            Command within the range and within `max_change * period` of `last`, shape (n,).
+        """
+        given = self._in_range(wanted)
+        if self.max_change == math.inf:
+            return given
+        allowed, steps = self.max_change * period, [g - v for g, v in zip(given, last, strict=True)]
+        if self.together:
+            largest = max(map(abs, steps))
+            if largest > allowed:
+                steps = [s * (allowed / largest) for s in steps]
+        else:
+            steps = [min(max(s, -allowed), allowed) for s in steps]
+        return self._clipped([v + s for v, s in zip(last, steps, strict=True)])
+
+    def _in_range(self, values: Sequence[float]) -> list[float]:
+        if self.together:
+            factor = 1.0
+            for v, low, high in zip(values, self.low, self.high, strict=True):
+                if not low <= v <= high:
+                    factor = min(factor, (high if v > 0.0 else low) / v)
+            if factor < 1.0:
+                values = [v * factor for v in values]
+        return self._clipped(values)
+
+    def _clipped(self, values: Sequence[float]) -> list[float]:
+        return [min(max(v, low), high) for v, low, high in zip(values, self.low, self.high, strict=True)]
+
+
+class SafetyGate(Actuator):
+    """An actuator behind its limits and its watchdog.
+
+    The watchdog goes to neutral when no command has come for `max_age`. Whoever moves the device (the physics loop, a
+    driver's own thread) calls `check`. `neutral` is exempt from the limit of change. All methods may be called from
+    any thread.
+
+    Args:
+        device: The actuator's driver. Nobody else may hold it.
+        clock: Source of time.
+        limits: Range and rate of change of commands.
+        period: Control period [s]. A command may differ from the one before it by what the rate of change allows in
+            the time between them, and in one period at most.
+        max_age: Longest silence before the watchdog goes to neutral [s].
+        sink: Receives CommandLimited and CommandExpired.
+        agent: Name of the agent, for events.
+
+    Raises:
+        InputError: The limits are declared for another number of values than the device takes.
+    """
+
+    def __init__(
+        self,
+        device: Actuator,
+        clock: Clock,
+        limits: Limits,
+        *,
+        period: float,
+        max_age: float,
+        sink: EventSink | None = None,
+        agent: str = "",
+    ) -> None:
+        super().__init__(device.name, device.size)
+        self._device = device
+        self._clock = clock
+        self._limits = limits.of_size(device.size)
+        self._rest = self._limits.rest()
+        self._period = period
+        self._max_age = max_age
+        self._sink = NullSink() if sink is None else sink
+        self._agent = agent
+        self._lock = threading.Lock()
+        self._given = self._before = self._rest  # the last command, and the last one of an earlier instant
+        self._given_at = self._before_at = -math.inf  # [s]
+        self._last: float | None = None  # when the watchdog was last fed [s]
+        self._shut = False
+        self._stops = 0  # how often it was sent to neutral
+
+    @property
+    def expiry(self) -> float:
+        """Time at which the watchdog goes to neutral unless a command comes before [s]; +inf while neutral."""
+        last = self._last
+        return math.inf if last is None else last + self._max_age
+
+    def command(self, values: Sequence[float]) -> None:
+        self.give(values)
+
+    def give(self, values: Sequence[float], action: str = "") -> list[float]:
+        """Command the device, within its limits.
+
+        Args:
+            values: Wanted command, shape (n,), SI units.
+            action: Name of the action that commands, for CommandLimited; empty outside of actions.
+
+        Returns:
+            The command that the device was given.
+
+        Raises:
+            InputError: Another number of values than the actuator takes, or one that is not finite. Nothing was sent.
+            DeviceError: The device refuses, or was shut after a failure.
+        """
+        wanted = self._checked(values)
+        with self._lock:
+            if self._shut:
+                raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
+            stops, now = self._stops, self._clock.now()
+            given = self._limited(wanted, now)
+            self._device.command(given)
+            self._last = self._clock.now()
+            if self._stops != stops:  # stopped by another thread while the command was on its way: neutral wins
+                self._to_neutral()
+        if given != wanted and self._exceeded(wanted, given):
+            self._sink.emit(
+                CommandLimited(
+                    t=now,
+                    agent=self._agent,
+                    actuator=self.name,
+                    wanted=tuple(wanted),
+                    given=tuple(given),
+                    action=action,
+                )
+            )
+        return given
+
+    def neutral(self) -> None:
+        # A device may hang in `command` while it holds the lock; stopping must not wait for it. Counted first, so that
+        # a command that comes out of the device after this finds that it was stopped.
+        self._stops += 1
+        held = self._lock.acquire(timeout=0.02)
+        try:
+            self._to_neutral()
+        finally:
+            if held:
+                self._lock.release()
+
+    def shut(self) -> None:
+        """Go to neutral for good: later commands are refused. Works while a command hangs in the device."""
+        self._shut = True
+        self.neutral()
+
+    def check(self) -> bool:
+        """Go to neutral if the last command is too old; True if it did so now."""
+        last, now = self._last, self._clock.now()
+        # Half a microsecond forgives the rounding of k * step: an age of exactly max_age still drives.
+        if last is None or now - last <= self._max_age + 5e-7:
+            return False
+        self.neutral()
+        self._sink.emit(CommandExpired(t=now, agent=self._agent, actuator=self.name))
+        return True
+
+    def wrap(self, make: Callable[[Actuator], Actuator]) -> None:
+        """Put another device behind the gate, made around the present one: how tests inject faults."""
+        self._device = make(self._device)
+
+    def close(self) -> None:
+        self._device.close()
+
+    def _checked(self, values: Sequence[float]) -> list[float]:
+        try:
+            wanted = [float(v) for v in values]
+        except (TypeError, ValueError) as error:
+            raise InputError(f"actuator '{self.name}' takes {self.size} numbers, found {values!r}.") from error
+        if len(wanted) != self.size:
+            raise InputError(f"actuator '{self.name}' takes {self.size} values, found {len(wanted)}: {wanted}.")
+        if not all(map(math.isfinite, wanted)):
+            raise InputError(f"actuator '{self.name}' takes finite values, found {wanted}.")
+        return wanted
+
+    def _limited(self, wanted: Sequence[float], now: float) -> list[float]:
+        """The command to give now; the caller holds the lock."""
+        if now > self._given_at:
+            self._before, self._before_at, self._given_at = self._given, self._given_at, now
+        since = min(now - self._before_at, self._period)
+        self._given = self._limits.apply(wanted, self._before, since)
+        return self._given
+
+    def _exceeded(self, wanted: Sequence[float], given: Sequence[float]) -> bool:
+        sizes = (high - low for low, high in zip(self._limits.low, self._limits.high, strict=True))
+        return any(abs(w - g) > _ROUNDING * s for w, g, s in zip(wanted, given, sizes, strict=True))
+
+    def _to_neutral(self) -> None:
+        self._device.neutral()
+        self._last = None
+        self._given = self._before = self._rest
