@@ -216,7 +216,7 @@ def test_a_file_that_breaks_its_checker_does_not_hide_the_others(project, rocs_b
     (project / "rules" / "zealous.toml").write_text('format = "reflex/2"\n')
     told = rocs_bt("check")
     assert told.code == 2
-    assert re.search(r"robot\.toml: no cable is plugged in", told.err)
+    assert re.search(r"own\.py:7: .*no cable is plugged in", told.err)
     assert re.search(r"zealous\.toml:1:1: ", told.err)
 
 
