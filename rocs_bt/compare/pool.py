@@ -169,6 +169,7 @@ class _Slot:
 
 def _live(line: Connection) -> None:
     """A worker's life: take a task, do it, tell the result; until nobody is there any more."""
+    threading.Thread(target=_end_with_parent, name="parent watch", daemon=True).start()
     while True:
         try:
             fn, args, kwargs = pickle.loads(line.recv_bytes())
@@ -182,6 +183,13 @@ def _live(line: Connection) -> None:
             line.send(told)
         except OSError:
             return
+
+
+def _end_with_parent() -> None:
+    """End this process at once, in the midst of a task too, when its parent is gone: nobody wants the result."""
+    if (parent := multiprocessing.parent_process()) is not None:
+        wait([parent.sentinel])
+        os._exit(0)  # nobody is there to read an exit code
 
 
 @contextmanager

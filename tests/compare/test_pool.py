@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import wait
 
@@ -81,6 +84,35 @@ def test_a_hurried_end_kills_what_hangs_and_cancels_what_waits():
     assert waiting.cancelled()
     with pytest.raises(RuntimeError, match="shut down"):
         pool.submit(square, 2)
+
+
+ORPHAN = """
+import os, sys
+from rocs_bt.compare import WorkerPool
+
+def spin(path):
+    with open(path, "w") as opened:
+        print(os.getpid(), file=opened, flush=True)
+        while True:
+            pass
+
+if __name__ == "__main__":
+    WorkerPool(1).submit(spin, sys.argv[1]).result()
+"""
+
+
+def test_a_worker_ends_in_the_midst_of_a_task_when_its_parent_is_killed(tmp_path):
+    script, fifo = tmp_path / "sweep.py", tmp_path / "fifo"
+    script.write_text(ORPHAN)
+    os.mkfifo(fifo)
+    with subprocess.Popen([sys.executable, script, fifo]) as parent, open(fifo) as opened:
+        worker = int(opened.readline())
+        parent.kill()
+        parent.wait()
+        gone = bool(select.select([opened], [], [], 60.0)[0])  # the worker has the other end for as long as it lives
+        if not gone:
+            os.kill(worker, signal.SIGKILL)
+    assert gone
 
 
 def test_a_quiet_end_finishes_what_waits():
