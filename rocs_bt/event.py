@@ -300,6 +300,19 @@ class PeerVanished(Event, frozen=True, kw_only=True):
     start: str
 
 
+class PeerFault(Event, frozen=True, kw_only=True):
+    """What is wrong between an agent and a peer that shares its knowledge; once for each kind and start of the peer.
+
+    `kind` is `refused` (a write of the peer was refused), `behind` (the peer's clock was behind, and was corrected) or
+    `clock` (this agent's own clock was behind the peer's, and was corrected).
+    """
+
+    peer: str
+    start: str
+    kind: str
+    detail: str
+
+
 class BodyMoved(Event, frozen=True, kw_only=True):
     """Where a body truly is, told by the simulation. Pose in the world frame, wheel rim speeds packed."""
 

@@ -11,6 +11,7 @@ from ..control.drive import DRIVES, LIMITS
 from ..document import Table
 from ..drivers import DRIVER_PARAMETERS, DriverParameter, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
+from ..knowledge.declaration import is_name
 from ..units import ACCELERATION, LENGTH, SPEED, TIME, parse_quantity
 from .python_content import is_reference
 
@@ -31,8 +32,8 @@ _NUMBER = re.compile(r"\s*[+-]?(\d|\.\d|inf\b)")
 def given_name(table: Table) -> str:
     """The `name` of a table, which must be a text that can be seen."""
     name = table.text("name")
-    if name == table.raw("name", None) and not (name.strip() == name != "" and name.isprintable()):
-        table.fault("name", f"{name!r} is no name.", "Use at least one letter, and no space around it.")
+    if name == table.raw("name", None) and not (name.strip() == name and is_name(name)):
+        table.fault("name", f"{name!r:.80} is no name.", "Use 1 to 200 printable characters, and no space around them.")
     return name
 
 

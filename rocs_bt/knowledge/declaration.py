@@ -13,7 +13,18 @@ from .attribute import Attribute, Live
 RESERVED = frozenset({"kind", "t", "revision", "node", "source", "relation", "target"})
 
 
+NAME_LIMIT = 200
+"""Characters in a name."""
+
 T = TypeVar("T")
+
+
+def is_name(text: object) -> bool:
+    """Whether a text can name a node: 1 to `NAME_LIMIT` printable characters, in every graph and from every peer.
+
+    Control characters would reach terminals, log files and identifiers as commands.
+    """
+    return isinstance(text, str) and 0 < len(text) <= NAME_LIMIT and text.isprintable()
 
 
 def known(what: str, name: str, names: Mapping[str, T], owner: str) -> T:

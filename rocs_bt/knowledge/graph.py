@@ -14,7 +14,7 @@ from ..clock import Clock
 from ..errors import KnowledgeError
 from ..event import EventSink, KnowledgeChanged
 from .attribute import Attribute, Live
-from .declaration import checked, known
+from .declaration import NAME_LIMIT, checked, is_name, known
 from .readable import Readable, Stamp
 from .schema import SCHEMA, Schema
 from .signals import Array
@@ -165,8 +165,8 @@ class KnowledgeGraph(Readable):
         """
         with self._lock:
             declared = self.schema.kind(kind).attributes
-            if not isinstance(node, str) or not node:
-                raise KnowledgeError(f"a node needs a name, found {node!r}.")
+            if not is_name(node):
+                raise KnowledgeError(f"a node's name has 1 to {NAME_LIMIT} printable characters, found {node!r:.80}.")
             if node in self._rows:
                 raise KnowledgeError(f"node '{node}' exists already, of kind {self.kind(node)}; change it with set().")
             values = checked((kind, node), declared, attributes)

@@ -21,6 +21,7 @@ from ..event import (
     Judged,
     KnowledgeChanged,
     NodeTicked,
+    PeerFault,
     Replanned,
     RuleChanged,
     SensorFailed,
@@ -105,7 +106,7 @@ class AgentHistory:
     atomic: list[AtomicStarted] = field(default_factory=list)
     replans: list[Replanned] = field(default_factory=list)
     swaps: list[SubtreeSwapped] = field(default_factory=list)
-    faults: list[SensorFailed | BlockFailed | CommandExpired | Touched] = field(default_factory=list)
+    faults: list[SensorFailed | BlockFailed | CommandExpired | PeerFault | Touched] = field(default_factory=list)
     knowledge: list[KnowledgeChanged] = field(default_factory=list)
     readings: dict[str, list[SensorRead]] = field(default_factory=dict)
     routes: list[Span] = field(default_factory=list)
@@ -212,7 +213,7 @@ class History:
             agent.replans.append(event)
         elif isinstance(event, SubtreeSwapped):
             agent.swaps.append(event)
-        elif isinstance(event, (SensorFailed, BlockFailed, CommandExpired, Touched)):
+        elif isinstance(event, (SensorFailed, BlockFailed, CommandExpired, PeerFault, Touched)):
             agent.faults.append(event)
 
 

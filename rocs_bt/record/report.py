@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from ..errors import RecordingError
-from ..event import BlockFailed, CommandExpired, SensorFailed, TicketChanged, Touched
+from ..event import BlockFailed, CommandExpired, PeerFault, SensorFailed, TicketChanged, Touched
 from .animation import animation
 from .figures.plot import FIGURES
 from .header import AgentInfo
@@ -190,11 +190,13 @@ def _ending(event: TicketChanged) -> str:
     return event.reason or (f"by {event.by}" if event.state == "CANCELLED" else "")
 
 
-def _fault(event: SensorFailed | BlockFailed | CommandExpired | Touched) -> str:
+def _fault(event: SensorFailed | BlockFailed | CommandExpired | PeerFault | Touched) -> str:
     if isinstance(event, SensorFailed):
         return f"sensor {event.sensor} failed: {event.detail}"
     if isinstance(event, BlockFailed):
         return f"block {event.block} {event.kind}: {event.detail}"
     if isinstance(event, CommandExpired):
         return f"no command came for {event.actuator}, so it was stopped"
+    if isinstance(event, PeerFault):
+        return f"peer {event.peer}: {event.detail}"
     return "struck by " + event.other if event.kind == "struck" else f"{event.kind} with {event.other}"

@@ -19,6 +19,7 @@ from ..event import (
     Followed,
     GoalEntered,
     Judged,
+    PeerFault,
     Replanned,
     RuleChanged,
     SensorFailed,
@@ -87,6 +88,7 @@ class Metrics:
             BlockFailed: _block_failed,
             CommandExpired: _expired,
             CommandLimited: _limited,
+            PeerFault: _peer_fault,
             Judged: _judged,
         }
 
@@ -212,6 +214,10 @@ def _wrote(tally: _Tally, event: SignalsWritten) -> None:
 
 def _block_failed(tally: _Tally, event: BlockFailed) -> None:
     tally.faults.append(f"{event.t:.2f} s: block {event.block} {event.kind}: {event.detail}")
+
+
+def _peer_fault(tally: _Tally, event: PeerFault) -> None:
+    tally.faults.append(f"{event.t:.2f} s: peer {event.peer}: {event.detail}")
 
 
 def _expired(tally: _Tally, event: CommandExpired) -> None:

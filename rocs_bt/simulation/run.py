@@ -294,7 +294,7 @@ def _summary(
     result: Result,
     metrics: Metrics,
     requirements: RequirementWatch,
-    shared: Mapping[str, Mapping[str, int] | None],
+    shared: Mapping[str, Mapping[str, float] | None],
 ) -> dict[str, Any]:
     return {
         "scenario": spec.name,

@@ -154,8 +154,11 @@ def test_removing_a_node_removes_its_edges_on_both_sides_and_loops_once(graph: K
     [
         (lambda g: g.add("x", "sensr"), r"no kind named 'sensr'. Did you mean 'sensor'\?"),
         (lambda g: g.add("box", "goal", pose=HERE), "'box' exists already, of kind object; change it"),
-        (lambda g: g.add("", "goal", pose=HERE), "a node needs a name, found ''"),
-        (lambda g: g.add(3, "goal", pose=HERE), "a node needs a name, found 3"),
+        (lambda g: g.add("", "goal", pose=HERE), "a node's name has 1 to 200 printable characters, found ''"),
+        (lambda g: g.add(3, "goal", pose=HERE), "a node's name has 1 to 200 printable characters, found 3"),
+        (lambda g: g.add("\x1b[2J", "goal", pose=HERE), r"printable characters, found '\\x1b\[2J'"),
+        (lambda g: g.add("a\nb", "goal", pose=HERE), r"printable characters, found 'a\\nb'"),
+        (lambda g: g.add("x" * 201, "goal", pose=HERE), "1 to 200 printable characters, found 'xxx"),
         (lambda g: g.add("x", "goal"), "goal 'x' needs pose"),
         (lambda g: g.add("x", "goal", pose=HERE, tolerence=1.0), "has no attribute 'tolerence'. Did you mean 'toler"),
         (lambda g: g.set("bx", radius=1.0), r"no node named 'bx'. Did you mean 'box'\? Knowledge has: R2, box, home"),

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.event import PeerCame, PeerFault
 from rocs_bt.knowledge.share import Counts, Entry
 from rocs_bt.knowledge.share.inbox import PER_SENDER, Inbox
 from rocs_bt.knowledge.share.wire import (
@@ -118,6 +119,11 @@ def test_what_makes_no_sense_is_counted(body):
         (("box", "near", "box", "x"), {}),
         (("", "object", "radius"), 1.0),
         (("x" * 300,), "object"),
+        (("nul\0",), "object"),
+        (("two\nlines",), "object"),
+        (("\x1b[2J",), "object"),
+        (("\u202ereversed",), "object"),
+        (("box", "near", "\x1b[2J", ""), {}),
         ((), "object"),
         (("a", "b"), 1.0),
         (("a", "b", "c", "d", "e"), 1.0),
@@ -134,6 +140,23 @@ def test_a_write_that_the_schema_does_not_allow_is_refused(key, value):
 def test_impossible_stamps_and_numbers_are_refused(stamp, number):
     bad = entry(("box", "object", "radius"), 2.0, stamp, number=number)
     assert throw(two(), encode("M#1", delta(bad), KEY)).refused == 1
+
+
+@pytest.mark.parametrize("origin", ["M\x1b[2J#1", "M#1\n", "\0#1", "M\u202e#1"])
+def test_a_start_whose_name_cannot_be_printed_is_not_heard(origin):
+    peers = two()
+    counts = throw(peers, encode(origin, Say(1, "hello"), KEY), encode(origin, Bye(), KEY))
+    assert counts.malformed == 2
+    assert not [e for e in peers.sink.events if isinstance(e, PeerCame) and e.start == origin]
+
+
+def test_the_first_refused_write_of_a_peer_is_reported_and_the_others_are_counted():
+    peers = two()
+    bad = [entry((f"\x1b[{i}J",), "object", number=i) for i in range(1, 20)]
+    assert throw(peers, encode("M#1", delta(*bad), KEY)).refused == 19
+    (fault,) = (e for e in peers.sink.events if isinstance(e, PeerFault))
+    assert (fault.agent, fault.peer, fault.start, fault.kind) == ("R1", "M", "M#1", "refused")
+    assert fault.detail == (r"a write was refused: '\x1b[1J' is no name: a name has 1 to 200 printable characters")
 
 
 def test_good_writes_beside_a_bad_one_are_taken():
@@ -202,7 +225,7 @@ def test_a_flood_of_names_is_bounded_too():
     peers = two()
     sharing = peers.sharing["R1"]
     for i in range(3000):
-        sharing._inbox.put(encode(f"M{i}#1", Beat({}, 0, ""), KEY))
+        sharing._inbox.put(encode(f"M{i}#1", Beat({}, 0, "", 0.0, 0.0), KEY))
         if i % 200 == 0:
             peers.turn()
     peers.turn(10)

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.event import PeerFault
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA
 from rocs_bt.knowledge.share import Ageing, Counts, Entry, Letterbox, Scope, inbox, replica, sharing
@@ -152,6 +153,68 @@ class TestClocks:
             peers.turn(3)
         assert first.get("box", "radius") == second.get("box", "radius") == 19.0
 
+    @pytest.mark.parametrize("error", [-3e8, -5.0, 5.0])  # [s]: ten years, and less than a minute
+    def test_of_two_writes_in_a_partition_the_later_stays_however_wrong_a_clock_is(self, error):
+        peers = world.Peers(3)
+        peers.error["R1"] = error
+        peers.start()
+        graphs = [peers.knowledge[name].graph for name in peers.names]
+        graphs[0].add("box", "object", radius=1.0)
+        peers.settle()
+        for later, earlier in ((1, 0), (0, 1)):
+            peers.network.part([peers.sharing["R1"].replica.origin])
+            graphs[earlier].set("box", radius=2.0 + later)
+            peers.turn(40)
+            graphs[later].set("box", radius=4.0 + later)
+            peers.turn()
+            peers.network.heal()
+            assert peers.settle() < 1200
+            assert [graph.get("box", "radius") for graph in graphs] == [4.0 + later] * 3
+
+    def test_a_clock_that_is_behind_is_reported_by_all_once(self):
+        peers = world.Peers(3)
+        peers.error["R1"] = -3e8  # [s]
+        peers.start()
+        peers.turn(200)
+        faults = {(e.agent, e.peer, e.kind): e.detail for e in peers.sink.events if isinstance(e, PeerFault)}
+        follows = "3472.2 days behind, and follows"
+        assert follows in faults.pop(("R1", "R0", "clock"), "") or follows in faults.pop(("R1", "R2", "clock"), "")
+        assert faults == {
+            (name, "R1", "behind"): "its clock was 3472.2 days behind, and follows the others' now"
+            for name in ("R0", "R2")
+        }
+        assert len([e for e in peers.sink.events if isinstance(e, PeerFault)]) == 3
+        figures = {name: sharing.told()["clock_ahead"] for name, sharing in peers.sharing.items()}
+        assert figures == {"R0": 0.0, "R1": pytest.approx(3e8, abs=1.0), "R2": 0.0}
+
+    def test_clocks_that_agree_but_for_what_a_network_takes_are_left_alone(self):
+        peers = world.Peers(3)
+        peers.network.trouble = world.Trouble(latency=0.4, jitter=0.3)
+        peers.error["R1"] = 0.9  # [s]
+        peers.start()
+        peers.turn(400)
+        assert not [e for e in peers.sink.events if isinstance(e, PeerFault)]
+        assert [sharing.clock.ahead for sharing in peers.sharing.values()] == [0.0] * 3
+
+    def test_a_calendar_that_is_set_during_a_run_changes_no_stamp(self):
+        peers = world.Peers(2).start()
+        peers.settle()
+        peers.error["R1"] = 2e9  # [s]
+        before = peers.sharing["R1"].clock.now()
+        peers.turn(20)
+        assert peers.sharing["R1"].clock.now() == pytest.approx(before + 20 * world.TURN)
+
+    @pytest.mark.parametrize(
+        ("time", "ahead"), [(math.nan, 0.0), (math.inf, 0.0), (-1.0, 0.0), (1e300, 0.0), (1e4, -1.0), (1e4, math.inf)]
+    )
+    def test_a_time_that_no_clock_shows_is_not_followed(self, time, ahead):
+        peers = world.Peers(2).start()
+        peers.settle()
+        told(peers, "R0", Beat({}, 0, "x", time, ahead))
+        peers.turn()
+        assert peers.sharing["R0"].clock.ahead == 0.0
+        assert peers.sharing["R0"].counts.malformed == 1
+
     def test_a_word_that_is_older_than_time_and_turns_like_mad_breaks_nothing(self):
         peers = world.Peers(2).start()
         state = {"pose": [0.0, 0.0, 0.0], "speed": 1.7e308, "turn_rate": 1.7e308}
@@ -172,7 +235,9 @@ class TestMemory:
         for i in range(40):
             told(peers, "R1", delta(sync=i, scope=scope, upto={f"{'x' * 150}{i} {j}#1": 1 for j in range(200)}))
         peers.turn(60)
-        assert len(encode("R1#1", Beat(peers.sharing["R1"].replica.seen, 2**63, scope), b"")) < FRAME_LIMIT // 2
+        assert (
+            len(encode("R1#1", Beat(peers.sharing["R1"].replica.seen, 2**63, scope, 1e9, 1e9), b"")) < FRAME_LIMIT // 2
+        )
         peers.knowledge["R1"].graph.add("box", "object")
         peers.turn(60)
         assert peers.sharing["R0"].peers == ["R1"]

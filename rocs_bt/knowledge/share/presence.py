@@ -27,12 +27,14 @@ class Peer:
         heard: When it was last heard of [s].
         seen: What it said that it has seen.
         present: Whether it is there.
+        faults: Kinds of faults of it that were reported.
     """
 
     origin: str
     heard: float
     seen: dict[str, int] = field(default_factory=dict)
     present: bool = True
+    faults: set[str] = field(default_factory=set)
 
 
 class Presence:

@@ -10,6 +10,7 @@ from typing import Any
 from ...errors import InputError, KnowledgeError, unknown
 from ...geometry import Pose2
 from ..attribute import Attribute, Live
+from ..declaration import NAME_LIMIT, is_name
 from ..schema import Schema
 from .replica import STAMP_LIMIT, Entry, Key, Plain
 
@@ -18,9 +19,6 @@ PEER = "peer"
 
 EVERYTHING = "all"
 """The word for all kinds, a robot's own parts and blocks too."""
-
-NAME_LIMIT = 200
-"""Characters in a name."""
 
 ORIGIN_LIMIT = 256
 """Characters in the name of a start."""
@@ -116,12 +114,14 @@ class Scope:
         if not 0 < entry.stamp < STAMP_LIMIT or not 0 < entry.number < 2**53:
             return f"no write can have the stamp {entry.stamp} and the number {entry.number}"
         if not is_origin(entry.origin):
-            return f"'{entry.origin[:NAME_LIMIT]}' is no start of an agent"
+            return f"{entry.origin[:NAME_LIMIT]!r} is no start of an agent"
         key = entry.key
         if len(key) not in (1, 3, 4):
             return "no key is like this"
-        if not all(0 < len(name) <= NAME_LIMIT for name in key[:3]) or (len(key) == 4) != (key[-1:] == ("",)):
-            return "a key must be made of names"
+        if (wrong := next((name for name in key[:3] if not is_name(name)), None)) is not None:
+            return f"{wrong!r:.80} is no name: a name has 1 to {NAME_LIMIT} printable characters"
+        if (len(key) == 4) != (key[-1:] == ("",)):
+            return "no key is like this"
         owner = key[0].partition("/")[0]
         if owner != key[0] and owner != agent_of(entry.origin):
             return f"'{key[0]}' is for '{owner}' alone to tell"
@@ -156,7 +156,7 @@ class Scope:
             return f"an edge has attributes, found {value!r}"
         for name, each in value.items():
             if name not in declared:
-                return f"'{relation}' has no attribute '{name}'"
+                return f"'{relation}' has no attribute {name!r:.80}"
             declared[name].check(thawed(declared[name], each))
         return ""
 
@@ -164,7 +164,7 @@ class Scope:
 def is_origin(name: str) -> bool:
     """Whether a name is one of a start of an agent."""
     agent, _, start = name.partition("#")
-    return bool(agent and start) and len(name) <= ORIGIN_LIMIT
+    return is_name(agent) and bool(start) and len(name) <= ORIGIN_LIMIT and start.isprintable()
 
 
 def agent_of(origin: str) -> str:

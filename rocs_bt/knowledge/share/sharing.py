@@ -13,8 +13,9 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ...event import EventSink, PeerCame, PeerVanished
+from ...event import EventSink, PeerCame, PeerFault, PeerVanished
 from ..knowledge import Knowledge
+from .group_clock import DRIFT, GroupClock, is_calendar
 from .inbox import Counts, Inbox
 from .messenger import Messenger
 from .mirror import Mirror
@@ -51,6 +52,9 @@ PATIENCE = 0.3
 PRUNE = 10.0
 """[s] Between two looks for what may be forgotten."""
 
+REASON = 300
+"""Characters of a reason that are reported, at most."""
+
 MEMORY = 3600.0
 """[s] For how long removals are remembered for the sake of a peer that is gone."""
 
@@ -77,12 +81,13 @@ class Sharing:
         network: Through which.
         origin: `agent#start`; a start that no earlier one of this agent had.
         sink: Where events go.
-        calendar: The time that peers share [s]; it may be wrong.
+        calendar: Time since an epoch that all peers share [s]; it may be wrong, and is read once.
         key: The group's.
         ageing: What becomes of what vanished peers told.
         gap: The shortest time between two turns [s].
 
     Attributes:
+        clock: Calendar of the group, which stamps writes.
         counts: What was told, taken and turned away.
         messenger: Sends messages.
         replica: What is shared.
@@ -103,7 +108,8 @@ class Sharing:
         gap: float = 0.02,
     ) -> None:
         self.counts = Counts()
-        self.replica = Replica(origin, calendar)
+        self.clock = GroupClock(calendar, knowledge.graph.clock)
+        self.replica = Replica(origin, self.clock.now)
         self.awake = threading.Event()
         self._gap = gap
         self.presence = Presence()
@@ -145,9 +151,9 @@ class Sharing:
         held = (max(self._held.get(p.origin, 0), p.seen.get(self.replica.origin, 0)) for p in here)
         return min(self.written, min(held, default=0))
 
-    def told(self) -> dict[str, int]:
-        """What came of it, for summary.json: all counts, and how many own writes are acknowledged."""
-        return {**self.counts.as_dict(), "acknowledged": self.acknowledged}
+    def told(self) -> dict[str, float]:
+        """Figures for summary.json: all counts, own writes that are acknowledged, and the clock's correction [s]."""
+        return {**self.counts.as_dict(), "acknowledged": self.acknowledged, "clock_ahead": round(self.clock.ahead, 3)}
 
     @property
     def pending(self) -> bool:
@@ -237,7 +243,8 @@ class Sharing:
         return len(self._out) > turns * TURN_OUT
 
     def _beat(self) -> Beat:
-        return Beat(dict(self.replica.seen), self.replica.sum, self._scope.digest)
+        seen, clock = dict(self.replica.seen), self.clock
+        return Beat(seen, self.replica.sum, self._scope.digest, clock.now(), clock.ahead)
 
     # -- taking -----------------------------------------------------------------------------------------------------
 
@@ -258,6 +265,7 @@ class Sharing:
         match message:
             case Beat():
                 peer.seen = message.seen
+                self._keep_time(sender, message, t)
                 self._compare(sender, message, t)
             case Delta():
                 self._merge(sender, message, t, changed)
@@ -271,6 +279,23 @@ class Sharing:
                 self._out.append((sender, self.messenger.said(sender, message)))
             case Heard():
                 self.messenger.heard(sender, message)
+
+    def _keep_time(self, sender: str, beat: Beat, t: float) -> None:
+        """Follow a peer's clock that is ahead, and report which of the two was wrong."""
+        if not is_calendar(beat.time, beat.ahead):
+            self.counts.malformed += 1
+        elif behind := self.clock.follow(beat.time):
+            self._blame(sender, "clock", f"this robot's clock was {_span(behind)} behind, and follows it now", t)
+        elif beat.ahead > DRIFT:
+            self._blame(sender, "behind", f"its clock was {_span(beat.ahead)} behind, and follows the others' now", t)
+
+    def _blame(self, origin: str, kind: str, detail: str, t: float) -> None:
+        """Report a fault of a peer, the first of its kind."""
+        peer = self.presence.peers.get(origin)
+        if peer is not None and kind not in peer.faults:
+            peer.faults.add(kind)
+            event = PeerFault(t=t, agent=self._agent, peer=agent_of(origin), start=origin, kind=kind, detail=detail)
+            self._sink.emit(event)
 
     def _compare(self, sender: str, beat: Beat, t: float) -> None:
         """Ask for what this peer has and we lack; for everything where both saw the same and yet differ."""
@@ -299,8 +324,9 @@ class Sharing:
             self.counts.malformed += 1
             return
         for entry, age in zip(delta.entries, delta.ages, strict=True):
-            if self._scope.refuses(entry) or not math.isfinite(age) or not self.replica.admits(entry):
+            if problem := self._problem(entry, age):
                 self.counts.refused += 1
+                self._blame(sender, "refused", f"a write was refused: {problem[:REASON]}", t)
                 continue
             before = self._mirror.shown(entry.key)
             if self.replica.merge(entry, t - max(0.0, age)):
@@ -310,6 +336,14 @@ class Sharing:
         if self._asked[0] == sender:
             self._asked = (sender, t)  # it is at it
         self._learn(sender, delta, t)
+
+    def _problem(self, entry: Entry, age: float) -> str:
+        """Why an entry of a peer cannot be taken; empty if it can."""
+        if problem := self._scope.refuses(entry):
+            return problem
+        if not math.isfinite(age):
+            return f"no write can have the age {age:g} s"
+        return "" if self.replica.admits(entry) else "there is no room or no time for it"
 
     def _learn(self, sender: str, delta: Delta, t: float) -> None:
         """Count the writes as seen when all parts have come; and those of others only from who shares the same."""
@@ -366,3 +400,8 @@ class Sharing:
             if self._asked[0] == origin:
                 self._asked = ("", t)
             self._sink.emit(PeerVanished(t=t, agent=self._agent, peer=agent_of(origin), start=origin))
+
+
+def _span(seconds: float) -> str:
+    """A time in words."""
+    return f"{seconds:.1f} s" if seconds < 86400.0 else f"{seconds / 86400.0:.1f} days"

@@ -20,11 +20,16 @@ _SEAL = 16  # [bytes]
 
 
 class Beat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
-    """I am here, and have seen this; `sum` and `scope` tell whether that is all."""
+    """I am here, and have seen this; `sum` and `scope` tell whether that is all.
+
+    `time` is the sender's calendar [s], `ahead` how far it was corrected [s].
+    """
 
     seen: dict[str, int]
     sum: int
     scope: str
+    time: float
+    ahead: float
 
 
 class Delta(msgspec.Struct, frozen=True, tag="delta", array_like=True):

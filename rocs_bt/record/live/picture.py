@@ -18,6 +18,7 @@ from ...event import (
     Judged,
     KnowledgeChanged,
     NodeTicked,
+    PeerFault,
     RequirementViolated,
     RuleChanged,
     SensorFailed,
@@ -122,6 +123,7 @@ class Picture:
             BlockFailed: lambda e: self._fault(e, f"block {e.block} {e.kind}: {e.detail}"),
             CommandExpired: lambda e: self._fault(e, f"no command came for {e.actuator}, so it was stopped"),
             Touched: lambda e: self._fault(e, f"{e.kind}: {e.other}"),
+            PeerFault: lambda e: self._fault(e, f"peer {e.peer}: {e.detail}"),
             RequirementViolated: lambda e: self._fault(e, f"{e.requirement} did not hold at {e.about:.2f} s"),
         }
 

@@ -95,7 +95,7 @@ def _defaults(graph: KnowledgeGraph, node: str) -> dict[str, Any]:
 @pytest.mark.parametrize("text", ["\r", "\0", "\ud800", "\ufffe"])
 def test_a_text_that_xml_cannot_hold_is_told(text: str) -> None:
     graph = home()
-    graph.add(f"name {text}", "object")
+    graph.add("letter", "message", sender="R1", text=f"text {text}", number=1)
     with pytest.raises(KnowledgeError, match=r"GraphML cannot hold the text .*export as JSON"):
         to_graphml(State.of(graph))
 
