@@ -1,11 +1,11 @@
 """Finds robots, rules, missions, routes, nodes, scenarios and worlds by name, and reads their files."""
 
+from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .catalog import Catalog, find_project, is_path, shipped_root
 from .entry import KINDS, Entry, content_hash, kind_of, make_entry
 from .facts import FactSpec
 from .keeping import KeepingCatalog
 from .planner_file import PlannerSpec, at_parameters, read_planner
-from .python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .rates import RateSpec
 from .robot_file import (
     ActuatorSpec,

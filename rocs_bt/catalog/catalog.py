@@ -12,12 +12,12 @@ from typing import Any, Self, TypeVar, cast
 
 from ..errors import Fault, InputError, RocsError, UnknownName, unknown
 from ..knowledge import SCHEMA, Schema, load_schema
+from ..python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from ..reactive import included_files
 from .entry import KINDS, Entry, content_hash, make_entry, scan
 from .fit import misfits
 from .inherit import read_inheriting
 from .planner_file import PlannerSpec, read_planner
-from .python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from .robot_file import RobotSpec, load_robot
 from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
 

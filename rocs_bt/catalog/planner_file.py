@@ -9,7 +9,7 @@ from typing import Any
 
 from ..document import Table, read_toml
 from ..errors import Fault, InputError
-from .python_content import is_reference
+from ..python_content import is_reference
 from .scenario_file import AgentSpec, ScenarioSpec
 from .values import latency_of
 

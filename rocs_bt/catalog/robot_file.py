@@ -17,11 +17,11 @@ from ..errors import InputError, did_you_mean
 from ..event import EventSink
 from ..geometry import Pose2
 from ..monitor import MONITORS
+from ..python_content import classes_in, is_reference
 from ..safety import Limits, SafetyGate
 from ..units import ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, parse_unit
 from .inherit import DEVICE_KEYS, FindBase, no_base, read_inheriting
 from .limits import actuator_limits, check_braking, drive_limits
-from .python_content import classes_in, is_reference
 from .values import drive_parameters, driver_parameters, free_parameters, given_name, to_si
 
 FORMAT = "robot/1"

@@ -12,8 +12,8 @@ from ..document import Table
 from ..drivers import DRIVER_PARAMETERS, DriverParameter, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
 from ..knowledge.declaration import is_name
+from ..python_content import is_reference
 from ..units import ACCELERATION, LENGTH, SPEED, TIME, parse_quantity
-from .python_content import is_reference
 
 _DRIVE_NUMBERS = {
     "track": LENGTH,

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..catalog import Catalog, Entry, PlannerSpec, content_hash
-from ..catalog.python_content import texts_in
+from ..python_content import texts_in
 from ..simulation.header import versions
 from .family import load_family
 from .trial import FamilyScene, Place, ScenarioScene

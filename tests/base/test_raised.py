@@ -6,9 +6,9 @@ import textwrap
 
 import pytest
 
-from rocs_bt.catalog.python_content import load_module
 from rocs_bt.clock import Rate
 from rocs_bt.errors import InputError
+from rocs_bt.python_content import load_module
 from rocs_bt.raised import Raised, called_at, describe, owners_of, raised_at
 
 

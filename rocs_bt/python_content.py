@@ -14,8 +14,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ..errors import Fault, InputError, unknown
-from ..raised import CONTENT_PREFIX, CodeLocation, content_line, describe
+from .errors import Fault, InputError, unknown
+from .raised import CONTENT_PREFIX, CodeLocation, content_line, describe
 
 _REFERENCE = re.compile(r"[^:]+\.py:[A-Za-z_]\w*")
 
