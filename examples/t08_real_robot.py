@@ -13,6 +13,7 @@ Output:
 
     R2: SUCCESS, 0.1 m or less from the goal
     changed from the simulated robot: sonar, position, orientation, encoders, wheels
+    in a process of its own: wheels
     the controller stopped by itself when the datagrams ended: True
 """
 
@@ -30,7 +31,6 @@ DRIVERS = '''
 """A robot's controller at the other end of UDP: one Link, and a device for each thing that its datagrams tell."""
 
 import json
-import math
 import socket
 import threading
 
@@ -38,8 +38,23 @@ from rocs_bt import Actuator, Reading, Sensor
 from rocs_bt.errors import DeviceError
 
 
+def connect(address):
+    """A socket to the controller.
+
+    Args:
+        address: The controller's, as `udp://HOST:PORT`.
+    """
+    connection = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    host, _, port = address.removeprefix("udp://").rpartition(":")
+    try:
+        connection.connect((host, int(port)))
+    except OSError as error:
+        raise DeviceError(f"the robot cannot be reached: {error}") from error
+    return connection
+
+
 class Link:
-    """The newest datagram from the robot, and when it came; one for all devices.
+    """The newest datagram from the robot, and when it came; one for all sensors.
 
     Args:
         address: The controller's, as `udp://HOST:PORT`.
@@ -47,16 +62,14 @@ class Link:
     """
 
     def __init__(self, address, clock):
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        host, _, port = address.removeprefix("udp://").rpartition(":")
-        self._socket.connect((host, int(port)))
+        self._socket = connect(address)
         self._socket.settimeout(0.2)
         self._clock = clock
         self._newest = None
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._listen, name="link", daemon=True)
         self._thread.start()
-        self.send({"hello": True})  # so that the controller knows where to
+        self._socket.send(b'{"hello": true}')  # so that the controller knows where to
 
     def newest(self, key):
         """The values under a key in the newest datagram, with its time; nothing is waited for."""
@@ -65,13 +78,6 @@ class Link:
         stamp, told = self._newest
         # JSON knows neither infinity, which is no echo, nor NaN, which is broken: they travel as texts.
         return Reading(stamp, [float(value) for value in told[key]])
-
-    def send(self, message):
-        """Send one datagram; a network that is gone is no reason to hang."""
-        try:
-            self._socket.send(json.dumps(message).encode())
-        except OSError as error:
-            raise DeviceError(f"the robot cannot be reached: {error}") from error
 
     def close(self):
         """End the thread, then the connection."""
@@ -101,24 +107,29 @@ class Told(Sensor):
 
 
 class Wheels(Actuator):
-    """Rim speeds, left and right."""
+    """Rim speeds, left and right; with a connection of their own, as they live in a process of their own."""
 
     def __init__(self, name, host, *, address: str):
         super().__init__(name, 2)
-        self._link = host.share(address, lambda: Link(address, host.clock))
+        self._socket = connect(address)
 
     def command(self, values):
-        """Ask for these speeds [m/s]; NaN must never leave the house."""
-        if not all(map(math.isfinite, values)):
-            raise DeviceError(f"wheel speeds must be finite, found {list(values)}")
-        self._link.send({"wheels": list(values)})
+        """Ask for these speeds [m/s]; a network that is gone is no reason to hang."""
+        try:
+            self._socket.send(json.dumps({"wheels": list(values)}).encode())
+        except OSError as error:
+            raise DeviceError(f"the robot cannot be reached: {error}") from error
 
     def neutral(self):
-        """Stand. Must not raise: when the network is gone the controller's own watchdog stops the robot."""
+        """Brake. Must not raise: when the network is gone the controller's own watchdog stops the robot."""
         try:
-            self._link.send({"wheels": [0.0, 0.0]})
+            self.command([0.0, 0.0])
         except DeviceError:
             pass
+
+    def close(self):
+        """End the connection."""
+        self._socket.close()
 '''
 
 ROBOT = """
@@ -149,6 +160,7 @@ address = "udp://127.0.0.1:7000"
 [[actuator]]
 name = "wheels"
 driver = "udp.py:Wheels"
+isolated = true
 address = "udp://127.0.0.1:7000"
 """
 
@@ -184,9 +196,12 @@ while time.monotonic() < until and not stopped:
     silence += 1
     try:
         while True:
-            message, friend = here.recvfrom(65536)
-            if asked := json.loads(message).get("wheels"):
-                wheels, heard, silence = asked, True, 0
+            message, sender = here.recvfrom(65536)
+            asked = json.loads(message)
+            if "hello" in asked:
+                friend = sender
+            if "wheels" in asked:
+                wheels, heard, silence = asked["wheels"], True, 0
     except OSError:
         pass
     if heard and silence >= WATCHDOG:  # counted, not timed: what came while it was held up itself is read first
@@ -225,4 +240,5 @@ with tempfile.TemporaryDirectory() as folder:
     own, base = catalog.load_robot("udp_p3dx"), catalog.load_robot("pioneer_p3dx")
     devices = zip([*own.sensors, *own.actuators], [*base.sensors, *base.actuators], strict=True)
     print(f"changed from the simulated robot: {', '.join(a.name for a, b in devices if a.driver != b.driver)}")
+    print(f"in a process of its own: {', '.join(a.name for a in own.actuators if a.isolated)}")
     print(f"the controller stopped by itself when the datagrams ended: {robot['stopped']}")

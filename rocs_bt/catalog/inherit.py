@@ -17,7 +17,7 @@ from ..errors import InputError
 Places = dict[Key, tuple[int, int]]
 DEVICE_KEYS = {
     "sensor": ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount"),
-    "actuator": ("name", "driver", "unit", "range", "max_change", "max_command_age"),
+    "actuator": ("name", "driver", "unit", "range", "max_change", "max_command_age", "isolated"),
 }
 """Keys of a `[[sensor]]` or `[[actuator]]` that belong to the robot's wiring; all others belong to the driver."""
 

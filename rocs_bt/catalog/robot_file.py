@@ -140,6 +140,7 @@ class ActuatorSpec:
         size: How many values a command has; None where only a user's own driver knows.
         line: Where its table stands in the file.
         places: Line and column of each parameter.
+        isolated: Whether the device lives in a process of its own; on hardware only.
     """
 
     name: str
@@ -150,6 +151,7 @@ class ActuatorSpec:
     size: int | None = None
     line: int = 0
     places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    isolated: bool = False
 
     def guard(
         self, device: Actuator, clock: Clock, period: float, sink: EventSink | None = None, agent: str = ""
@@ -397,7 +399,8 @@ def _actuator(table: Table, wheels: str) -> ActuatorSpec:
     driver = _class(table, "driver")
     parameters, size = driver_parameters(table, DEVICE_KEYS["actuator"], driver)
     places = {key: table.place(key) for key in parameters}
-    return ActuatorSpec(given_name(table), driver, limits, age, parameters, size, table.place()[0], places)
+    line, isolated = table.place()[0], table.flag("isolated", False)
+    return ActuatorSpec(given_name(table), driver, limits, age, parameters, size, line, places, isolated)
 
 
 def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:

@@ -1,10 +1,11 @@
 """A world, its agents and movers: one episode, from a scenario's file to its outcome."""
 
+from ..drivers.host import Host
 from .carried import CARRIERS, Carrier, make_carrier
 from .devices import Driver, hardware_driver, mujoco_driver
 from .episode import Episode, Mind, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
-from .hardware import Driven, Host, drive
+from .hardware import Driven, drive
 from .metrics import Metrics
 from .mover import MOVERS, Mover, make_mover
 from .outcome import OUTCOMES, Goal, Judge, Verdict

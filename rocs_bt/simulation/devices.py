@@ -11,6 +11,7 @@ from ..arguments import read_arguments
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, SensorSpec, is_reference, running_class
 from ..device import Actuator, Sensor
 from ..drivers import constructor_parameters
+from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
 from ..errors import DeviceError, Fault, InputError, blame
 
@@ -86,6 +87,20 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
     driver = hardware_driver(catalog, robot, device)
     with blame(robot.file, device.line), driver.running(DeviceError):
         return driver.make(device.name, host, **driver.parameters)
+
+
+def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) -> IsolatedActuator:
+    """The link to an actuator on hardware whose device is made in a process of its own.
+
+    Raises:
+        InputError: As `make_hardware`, or this system has no such processes.
+        DeviceError: The constructor cannot reach the device.
+    """
+    driver = hardware_driver(catalog, robot, actuator)
+    file, _, cls = actuator.driver.partition(":")
+    with blame(robot.file, actuator.line):
+        maker = DeviceMaker(robot.beside(file), cls, actuator.name, driver.parameters)
+        return IsolatedActuator(maker, actuator.max_command_age)
 
 
 def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> type:

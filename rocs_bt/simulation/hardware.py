@@ -8,47 +8,21 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
-from typing import Any, TypeVar
 
 from ..agent import Agent, RuleWatch, ThreadedRunner
-from ..catalog import Catalog, ScenarioSpec
-from ..clock import Clock, WallClock
-from ..device import Sensor
+from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec
+from ..clock import WallClock
+from ..device import Actuator, Sensor
+from ..drivers.host import Host
+from ..drivers.isolated import IsolatedActuator
 from ..event import EventSink, Fanout, NullSink
 from ..safety import SafetyGate
-from .devices import make_hardware
+from .devices import make_hardware, make_isolated
 from .minds import build_minds
 from .sink_thread import SinkThread
-
-T = TypeVar("T")
-
-
-class Host:
-    """What a robot's drivers have in common: the clock, and whatever they share, such as one connection.
-
-    Args:
-        clock: Time; readings are stamped by it.
-    """
-
-    def __init__(self, clock: Clock) -> None:
-        self.clock = clock
-        self._shared: dict[object, Any] = {}
-
-    def share(self, key: object, make: Callable[[], T]) -> T:
-        """What the first driver that asked for this key has made; `close` is called at the end where it has one."""
-        if key not in self._shared:
-            self._shared[key] = make()
-        shared: T = self._shared[key]
-        return shared
-
-    def close(self) -> None:
-        """Close all that is shared."""
-        for shared in self._shared.values():
-            if hasattr(shared, "close"):
-                shared.close()
 
 
 @dataclass(frozen=True)
@@ -100,14 +74,14 @@ def drive(
         robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
         sensors: dict[str, dict[str, Sensor]] = {}
         actuators: dict[str, dict[str, SafetyGate]] = {}
+        links: dict[str, list[IsolatedActuator]] = {}
         for name, robot in robots.items():
             host = Host(clock)
             stack.callback(host.close)
             sensors[name] = {s.name: make_hardware(catalog, robot, s, host) for s in robot.sensors}
-            actuators[name] = {
-                a.name: a.guard(make_hardware(catalog, robot, a, host), clock, period, sink, name)
-                for a in robot.actuators
-            }
+            devices = {a.name: _actuator(catalog, robot, a, host, stack) for a in robot.actuators}
+            links[name] = [device for device in devices.values() if isinstance(device, IsolatedActuator)]
+            actuators[name] = {a.name: a.guard(devices[a.name], clock, period, sink, name) for a in robot.actuators}
         rates = {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()}
         minds = build_minds(
             spec, catalog, robots, sensors, actuators, rates, clock=clock, sink=sink, timer=time.perf_counter
@@ -117,11 +91,18 @@ def drive(
         if watch_rules:
             stack.enter_context(RuleWatch([(m.name, file) for m in minds for file in m.rule_files], clock, sink))
         gates = [gate for each in actuators.values() for gate in each.values()]
-        _play(minds, gates, clock, limit, period)
+        _play(minds, gates, [(mind, link) for mind in minds for link in links[mind.name]], clock, limit, period)
     return {mind.name: Driven(mind.status, mind.reason) for mind in minds}
 
 
-def _play(minds: Sequence[Agent], gates: Sequence[SafetyGate], clock: WallClock, limit: float, period: float) -> None:
+def _play(
+    minds: Sequence[Agent],
+    gates: Sequence[SafetyGate],
+    links: Sequence[tuple[Agent, IsolatedActuator]],
+    clock: WallClock,
+    limit: float,
+    period: float,
+) -> None:
     never, count = threading.Event(), 0
     clock.start()
     with ExitStack() as stack:
@@ -131,8 +112,19 @@ def _play(minds: Sequence[Agent], gates: Sequence[SafetyGate], clock: WallClock,
             while clock.wait_until(count * period, never) and clock.now() < limit:
                 for gate in gates:
                     gate.check()
+                for mind, link in links:
+                    if (failed := link.check()) is not None:
+                        mind.fail(f"actuator {link.name}", *failed)
                 if all(mind.status != "RUNNING" or mind.failure is not None for mind in minds):
                     break
                 count = max(count + 1, int(clock.now() / period) + 1)
         except KeyboardInterrupt:  # a person's way to end it: what is above stops the wheels on the way out
             pass
+
+
+def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host, stack: ExitStack) -> Actuator:
+    """An actuator's device; of an isolated one the link to its process, which ends with `stack` whatever happens."""
+    if not spec.isolated:
+        device: Actuator = make_hardware(catalog, robot, spec, host)
+        return device
+    return stack.enter_context(closing(make_isolated(catalog, robot, spec)))

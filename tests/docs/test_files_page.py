@@ -63,6 +63,7 @@ unit = "m/s"
 range = ["-1 m/s", "1 m/s"]
 max_change = "5 m/s2"
 max_command_age = "0.1 s"
+isolated = true
 motors = ["left", "right"]
 wheel_radius = "0.1 m"
 signs = [1, 1]

@@ -1,0 +1,156 @@
+"""IsolatedActuator: the main process's side of an actuator whose device lives in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+
+from ...device import Actuator
+from ...errors import DeviceError, Fault, InputError
+from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
+from .maker import DeviceMaker
+
+PATIENCE = 20
+"""Checks, one in each control period, that a request may stay unanswered before the process counts as hung."""
+
+GOODBYE = 3.0
+"""[s] that the process may take to end in order; then it is killed."""
+
+_PACKAGES = str(pathlib.Path(__file__).resolve().parents[3])
+
+
+class IsolatedActuator(Actuator):
+    """An actuator whose device lives in a process of its own, which goes to neutral by itself.
+
+    The process does so when no command has come for `max_age`, whether this process is dead, stopped, or its
+    interpreter is held. `command` and `neutral` hand the request over and return at once; of several requests that
+    wait only the newest is performed. The process runs in a session of its own: Ctrl-C, Ctrl-Z and the end of the
+    terminal do not reach it.
+
+    Args:
+        maker: Makes the device, in the process.
+        max_age: Age of the last command at which the process goes to neutral [s].
+
+    Raises:
+        InputError: The driver is wrong, or this system has no such processes.
+        DeviceError: The driver cannot reach its device.
+    """
+
+    def __init__(self, maker: DeviceMaker, max_age: float) -> None:
+        if os.name != "posix":
+            hint = "It needs a POSIX system, such as Linux."
+            raise InputError(Fault(f"actuator '{maker.name}' cannot be isolated here.", hint=hint))
+        ours, theirs = socket.socketpair()
+        self._channel = Channel(ours)
+        with theirs:
+            self._process = _start(theirs)
+        self._lock = threading.Lock()  # guards what follows
+        self._number = self._answered = 0  # of the newest request, and of the newest that was answered
+        self._unanswered = 0  # checks since the process last answered
+        self._failure: tuple[str, str] | None = None
+        self._closed = False
+        try:
+            super().__init__(maker.name, self._ready(maker, max_age))
+        except BaseException:
+            self.close()
+            raise
+
+    def command(self, values: Sequence[float]) -> None:
+        with self._lock:
+            self._read()
+            if self._failure is not None:
+                raise DeviceError(self._failure[1])
+            self._number += 1
+            self._channel.send(Command(self._number, time.monotonic(), list(values)))
+
+    def neutral(self) -> None:
+        with self._lock:
+            self._number += 1
+            self._channel.send(Neutral(self._number))
+
+    def check(self) -> tuple[str, str] | None:
+        """Read the process's messages; called once a control period.
+
+        Returns:
+            None while the device takes commands; otherwise `raised`, `ended` or `hung`, and the reason.
+        """
+        with self._lock:
+            self._read()
+            self._unanswered = 0 if self._answered == self._number else self._unanswered + 1
+            if self._unanswered > PATIENCE:
+                why = "the driver hangs, or the process was stopped"
+                self._fail("hung", f"its process has not answered for {PATIENCE} control periods: {why}")
+            return self._failure
+
+    def close(self) -> None:
+        """Let the process go to neutral, close the device and exit; one that does not is killed."""
+        if self._closed:
+            return
+        self._closed = True
+        self._channel.send(Close())
+        self._channel.close()
+        try:
+            self._process.wait(GOODBYE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _ready(self, maker: DeviceMaker, max_age: float) -> int:
+        """Wait until the device is made; the number of values of its command."""
+        self._channel.send([path or os.getcwd() for path in sys.path])
+        self._channel.send(Start(maker, max_age))
+        while True:
+            self._channel.wait()
+            for message in self._channel.receive():
+                if isinstance(message, Ready):
+                    return message.size
+                if isinstance(message, Failed):
+                    raise InputError(*message.faults) if message.faults else DeviceError(message.message)
+            if self._channel.ended:
+                raise DeviceError(f"actuator '{maker.name}': its process {self._end()} before the device was ready")
+
+    def _read(self) -> None:
+        """Read the process's messages; the first failure stays."""
+        for message in self._channel.receive():
+            self._unanswered = 0
+            if isinstance(message, Failed):
+                self._fail("raised", message.message)
+            elif isinstance(message, Done):
+                self._answered = max(self._answered, message.number)
+        if self._channel.ended:
+            self._fail("ended", f"its process {self._end()}")
+
+    def _fail(self, kind: str, why: str) -> None:
+        self._failure = self._failure or (kind, why)
+
+    def _end(self) -> str:
+        """How the process ended, in words."""
+        try:
+            code = self._process.wait(0.1)  # its sockets close a moment before it can be waited for
+        except subprocess.TimeoutExpired:
+            return "closed its link"
+        return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+
+
+def _start(theirs: socket.socket) -> subprocess.Popen[bytes]:
+    paths = [_PACKAGES, *filter(None, [os.environ.get("PYTHONPATH")])]
+    return subprocess.Popen(
+        [
+            sys.executable,
+            "-P",
+            "-m",
+            __package__,
+            str(theirs.fileno()),
+        ],  # -P: nothing of the current folder is imported
+        stdin=subprocess.DEVNULL,
+        pass_fds=[theirs.fileno()],
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+    )

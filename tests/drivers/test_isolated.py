@@ -1,0 +1,249 @@
+"""The link to an isolated actuator, and the process at its other end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+
+import pytest
+
+from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator, actuator
+from rocs_bt.errors import DeviceError, InputError
+
+from ..isolated import WHEELS, linked
+
+END = ["neutral", "neutral", "neutral", "closed"]
+MAX_AGE = 0.2  # [s]
+
+
+def commands(log):
+    return [line.values for line in log.lines if line.what == "command"]
+
+
+def until_neutral(log):
+    return log.until(lambda line: line.what == "neutral")
+
+
+def until_commanded(log):
+    return log.until(lambda line: line.what == "command")
+
+
+def failure(link, kind):
+    """What the link's checks find at last: a process that hangs by their number, else by its messages."""
+    while (found := link.check()) is None:
+        if kind != "hung":
+            link._channel.wait()
+    with pytest.raises(DeviceError) as caught:
+        link.command([0.1, 0.1])
+    assert str(caught.value) == found[1]
+    return found
+
+
+def test_the_process_is_small_and_of_a_session_of_its_own(tmp_path):
+    with linked(tmp_path) as (link, log):
+        assert link.size == 2
+        link.command([0.1, 0.2])
+        assert until_commanded(log).values == (0.1, 0.2)
+        number, session, *heavy = log.lines[0].values
+        assert number == session != str(os.getsid(0))
+        assert heavy == []
+    assert log.last == END
+
+
+def test_without_commands_it_goes_to_neutral_once_and_waits(tmp_path):
+    with linked(tmp_path, max_age=MAX_AGE) as (link, log):
+        link.command([0.1, 0.1])
+        assert log.stop()[1] <= MAX_AGE + 0.05
+        link.command([0.3, 0.3])
+        assert until_commanded(log).values == (0.3, 0.3)
+    stops = [line.what for line in log.lines if line.what != "late"]
+    assert stops == ["process", "command", "neutral", "command", *END]
+
+
+def test_of_the_commands_that_wait_the_newest_is_performed(tmp_path):
+    with linked(tmp_path, "waits") as (link, log):
+        link.command([1.0, 1.0])
+        until_commanded(log)
+        for count in range(2, 100):
+            link.command([float(count), 0.0])
+        (tmp_path / "log.go").write_text("go")
+        until_commanded(log)
+    assert commands(log) == [(1.0, 1.0), (99.0, 0.0)]
+
+
+def test_neutral_neither_waits_for_a_command_nor_is_overtaken_by_it(tmp_path):
+    with linked(tmp_path, "waits") as (link, log):
+        link.command([1.0, 1.0])
+        until_commanded(log)
+        link.command([2.0, 2.0])
+        link.neutral()
+        until_neutral(log)
+        (tmp_path / "log.go").write_text("go")
+        until_neutral(log)  # the command that was on its way ends in neutral; the one that waited is gone
+        link.command([3.0, 3.0])
+        until_commanded(log)
+    assert commands(log) == [(1.0, 1.0), (3.0, 3.0)]
+
+
+def test_a_process_that_is_stopped_holds_nobody_up_and_counts_as_hung(tmp_path):
+    with linked(tmp_path) as (link, log):
+        os.kill(int(log.begin().until(lambda line: line.what == "process").values[0]), signal.SIGSTOP)
+        for _ in range(5000):  # far more than the link's buffer holds
+            link.command([1.0, 1.0])
+        kind, why = failure(link, "hung")
+        os.kill(log.process, signal.SIGCONT)
+    assert kind == "hung"
+    assert "has not answered for 20 control periods" in why
+    assert log.last == END
+
+
+def test_a_command_that_was_held_up_on_its_way_does_not_move_the_robot(tmp_path, monkeypatch):
+    with linked(tmp_path, max_age=MAX_AGE) as (link, log):
+        with monkeypatch.context() as patch:
+            now = actuator.time.monotonic()
+            patch.setattr(actuator.time, "monotonic", lambda: now - MAX_AGE)
+            link.command([9.0, 9.0])
+        link.neutral()
+        until_neutral(log)
+    assert commands(log) == []
+
+
+@pytest.mark.parametrize(
+    ("plan", "kind", "words"),
+    [
+        ("refuses", "raised", "the fuse blew"),
+        ("raises", "raised", "RuntimeError: a worm (wheels.py:"),
+        ("calls for an exit", "raised", "SystemExit: it called for an exit (7) (wheels.py:"),
+        ("hangs", "hung", "its process has not answered for 20 control periods: the driver hangs"),
+        ("hangs for good", "hung", "its process has not answered for 20 control periods: the driver hangs"),
+    ],
+)
+def test_a_driver_that_fails_is_sent_to_neutral_and_reported(tmp_path, plan, kind, words):
+    with linked(tmp_path, plan, max_age=MAX_AGE) as (link, log):
+        for _ in range(20):
+            link.command([0.1, 0.1])
+            until_commanded(log)
+        until_neutral(log)
+        found = failure(link, kind)
+    assert found[0] == kind
+    assert words in found[1]
+    assert len(commands(log)) == 20
+
+
+def test_a_neutral_that_raises_is_reported(tmp_path):
+    with linked(tmp_path, "does not stop") as (link, log):
+        link.neutral()
+        until_neutral(log)
+        assert "OSError: the wire is cut (wheels.py:" in failure(link, "raised")[1]
+    assert log.last == END
+
+
+def test_a_process_that_dies_is_reported(tmp_path):
+    with linked(tmp_path) as (link, log):
+        link.command([0.1, 0.1])
+        until_commanded(log)
+        os.kill(log.process, signal.SIGKILL)
+        log.end()
+        assert failure(link, "ended") == ("ended", "its process was ended by SIGKILL")
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_signal_to_the_process_is_neutral_first(tmp_path, number, code):
+    with linked(tmp_path) as (link, log):
+        link.command([0.1, 0.1])
+        until_commanded(log)
+        os.kill(log.process, signal.SIGINT)  # for the main process: Ctrl-C in a terminal
+        os.kill(log.process, number)
+        until_neutral(log)
+        link.command([0.3, 0.3])  # it hears no commands any more
+        log.end()
+        assert log.last == END
+        assert commands(log) == [(0.1, 0.1)]
+        assert failure(link, "ended") == ("ended", f"its process ended with exit code {code}")
+
+
+def test_a_process_that_does_not_end_is_killed(tmp_path, monkeypatch):
+    monkeypatch.setattr(actuator, "GOODBYE", 0.1)
+    with linked(tmp_path) as (link, log):
+        link.command([0.1, 0.1])
+        until_commanded(log)
+        os.kill(log.process, signal.SIGSTOP)
+        link.close()
+        log.end()
+    assert log.last[-1] == "command"
+
+
+@pytest.mark.parametrize(
+    ("plan", "error", "words"),
+    [
+        ("absent", DeviceError, "there is no robot at the other end"),
+        ("raises at the start", InputError, "RuntimeError: a worm"),
+        ("dies at the start", DeviceError, "its process ended with exit code 7 before the device was ready"),
+    ],
+)
+def test_a_driver_that_cannot_start_is_reported(tmp_path, plan, error, words):
+    with pytest.raises(error, match=words) as caught, linked(tmp_path, plan):
+        pass
+    if error is InputError:
+        (fault,) = caught.value.faults
+        assert fault.file == tmp_path / "wheels.py"
+        assert WHEELS.splitlines()[fault.line - 1].strip() == 'raise RuntimeError("a worm")'
+
+
+def test_an_interrupt_while_it_starts_leaves_no_process(tmp_path, monkeypatch):
+    started = []
+    make = subprocess.Popen
+
+    def popen(*args, **kwargs):
+        started.append(make(*args, **kwargs))
+        return started[-1]
+
+    def interrupted(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(subprocess, "Popen", popen)
+    monkeypatch.setattr(actuator.Channel, "wait", interrupted)
+    with pytest.raises(KeyboardInterrupt), linked(tmp_path):
+        pass
+    assert started[0].returncode is not None
+
+
+def test_what_the_driver_shares_is_closed(tmp_path):
+    (tmp_path / "sharing.py").write_text(SHARING)
+    link = IsolatedActuator(
+        DeviceMaker(tmp_path / "sharing.py", "Wheels", "wheels", {"folder": str(tmp_path)}), MAX_AGE
+    )
+    link.close()
+    link.close()
+    assert sorted(p.name for p in tmp_path.glob("closed *")) == ["closed line", "closed wheels"]
+
+
+SHARING = """
+from pathlib import Path
+
+from rocs_bt import Actuator
+
+
+class Line:
+    def __init__(self, folder):
+        self.folder = folder
+
+    def close(self):
+        Path(self.folder, "closed line").touch()
+
+
+class Wheels(Actuator):
+    def __init__(self, name, host, *, folder: str):
+        super().__init__(name, 2)
+        self.line = host.share("line", lambda: Line(folder))
+
+    def command(self, values):
+        pass
+
+    def neutral(self):
+        pass
+
+    def close(self):
+        Path(self.line.folder, "closed wheels").touch()
+"""

@@ -1,0 +1,139 @@
+"""A robot with isolated wheels: neutral in time whatever becomes of the main process, and their failures reported.
+
+Every time is the wheels' own. In `make test` the time in which their process got no processor does not count; `make
+soak` takes the times as they are.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.check import check_content
+from rocs_bt.simulation import run
+
+from ..isolated import HOLD, MAX_AGE, Robot, driven
+
+SOON = MAX_AGE + 0.05  # [s] from the last command to neutral
+END = ["neutral", "neutral", "neutral", "closed"]
+
+
+@pytest.fixture
+def robots(request):
+    return partial(driven, real_time=request.config.getoption("--real-time"))
+
+
+def held(robot: Robot) -> tuple[float, float]:
+    """The leaf holds the interpreter: the wheels are neutral before it lets go, and then drive on."""
+    took = robot.wheels.stop()
+    neutral = robot.wheels.lines[-1]
+    again = robot.wheels.until(lambda line: line.moves)
+    assert again.t - neutral.t > HOLD - 1.5 * SOON
+    return took
+
+
+def stopped(robot: Robot) -> tuple[float, float]:
+    """SIGSTOP, as by Ctrl-Z or a debugger; after SIGCONT the robot drives on."""
+    robot.wheels.drive()
+    robot.main.send_signal(signal.SIGSTOP)
+    took = robot.wheels.stop()
+    robot.main.send_signal(signal.SIGCONT)
+    robot.wheels.until(lambda line: line.moves)
+    return took
+
+
+def killed(robot: Robot) -> tuple[float, float]:
+    """Kill -9: the wheels' process goes to neutral, closes the device and ends."""
+    robot.wheels.drive()
+    robot.main.kill()
+    took = robot.wheels.stop()
+    robot.wheels.end()
+    assert robot.wheels.last == END
+    return took
+
+
+FAULTS = [(held, "1 s"), (stopped, "1000000 s"), (killed, "1000000 s")]
+
+
+@pytest.mark.parametrize(("fault", "hold"), FAULTS)
+def test_the_wheels_are_neutral_in_time(robots, tmp_path, fault, hold):
+    with robots(tmp_path, hold=hold) as robot:
+        _, awake = fault(robot)
+        assert awake <= SOON
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_end_of_the_run_is_neutral(robots, tmp_path, number):
+    with robots(tmp_path) as robot:
+        robot.wheels.drive()
+        robot.main.send_signal(number)
+        robot.wheels.end()
+        assert robot.wheels.last == END
+
+
+def test_the_death_of_the_wheels_process_ends_the_run(robots, tmp_path):
+    with robots(tmp_path) as robot:
+        robot.wheels.drive()
+        at = time.monotonic()
+        os.kill(robot.wheels.process, signal.SIGKILL)
+        failed, end = robot.told()
+    assert failed[1] == "BlockFailed"
+    assert failed[0] - at < 1.0  # promised is a period, 0.05 s
+    assert "actuator wheels' ended: its process was ended by SIGKILL" in end[1]
+
+
+def test_a_driver_that_raises_ends_the_run_in_neutral(robots, tmp_path):
+    with robots(tmp_path, "raises") as robot:
+        robot.wheels.drive(20)
+        robot.wheels.stop()
+        assert not any(line.moves for line in robot.wheels.end())
+        assert "actuator wheels' raised: RuntimeError: a worm (wheels.py:" in robot.told()[-1][1]
+
+
+def test_a_driver_that_cannot_start_is_reported(robots, tmp_path):
+    with robots(tmp_path, "absent") as robot:
+        assert robot.told() == [["DeviceError", "there is no robot at the other end"]]
+
+
+def test_in_simulation_the_key_changes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "robots" / "apart").mkdir(parents=True)
+    (tmp_path / "robots" / "apart" / "robot.toml").write_text(
+        'format = "robot/1"\nbase = "pioneer_p3dx"\n[[actuator]]\nname = "wheels"\nisolated = true\n'
+    )
+    catalog = Catalog(tmp_path)
+    assert catalog.load_robot("apart").actuators[0].isolated
+    assert not check_content([tmp_path]).faults
+    plain = catalog.load_scenario("exp1")
+    apart = replace(plain, agents=tuple(replace(agent, robot="apart") for agent in plain.agents))
+    found = [run(each, catalog, duration=2.0, report=False, out=tmp_path / "run") for each in (plain, apart)]
+    assert found[0].summary["trajectory_hash"] == found[1].summary["trajectory_hash"]
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("fault", "hold"), FAULTS[:2])
+def test_twenty_times_in_one_run(robots, tmp_path, fault, hold):
+    with robots(tmp_path, hold=hold) as robot:
+        report(fault.__name__, [fault(robot) for _ in range(20)])
+
+
+@pytest.mark.soak
+def test_twenty_times_killed(robots, tmp_path):
+    took = []
+    for count in range(20):
+        (tmp_path / str(count)).mkdir()
+        with robots(tmp_path / str(count)) as robot:
+            took.append(killed(robot))
+    report("killed", took)
+
+
+def report(what, took):
+    raw, awake = zip(*took, strict=True)
+    print(f"{what}: neutral after {min(raw):.4f} to {max(raw):.4f} s, awake {max(awake):.4f} s")
+    assert max(raw) <= SOON
