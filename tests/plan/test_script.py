@@ -5,13 +5,16 @@ The values were read off the C++ engine where 4.8.2 has the same rules (scriptin
 
 from __future__ import annotations
 
+import re
+
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.errors import InputError
 from rocs_bt.plan.board import Board
-from rocs_bt.plan.script import ScriptError, compile_condition, compile_script, parse_script
+from rocs_bt.plan.script import Script, ScriptError, compile_condition, compile_script, parse_script, writer
+from rocs_bt.plan.script.parser import parse_statements
 
 
 def run(text: str, **enums: int) -> dict[str, str]:
@@ -144,6 +147,7 @@ def test_a_script_that_cannot_go_on_says_why(script, message):
         ("(" * 500, 41, "nests deeper"),
         ("-" * 500 + "1", 40, "nests deeper"),
         ("1" + "+1" * 500, None, "more than 200 operators"),
+        ("x := 1" + "0" * 5000, 5, "a number of more than 400 characters"),
         ("x" * 20_000, 0, "at most 10000 are read"),
     ],
 )
@@ -185,28 +189,112 @@ def test_whatever_is_written_runs_or_is_refused_for_long(text):
         pass
 
 
-@given(
-    st.sampled_from(["<", ">", "<=", ">=", "==", "!="]),
-    st.floats() | st.integers(-5, 5) | st.sampled_from(["1", "a"]) | st.none(),
-    st.floats() | st.integers(-5, 5),
-    st.sampled_from(["{0} {2} {1}", "!({0} {2} {1} / 2)", "{0} {2} {1} && {1} {2} 1", "-{0} {2} {1} + 1 || {0} < 2"]),
+def statements():
+    """Random statements over the keys x, y and t, the enum RED and the private key _p."""
+    leaf = st.sampled_from(["x", "y", "t", "RED", "new", "0", "1", "2", "0.5", "1e3", "true", "'1'", "'ab'"])
+    operator = st.sampled_from(["+", "-", "*", "/", "..", "&", "|", "&&", "||", "<", "<=", "==", "!=", ">"])
+    expression = st.recursive(
+        leaf,
+        lambda inner: st.one_of(
+            st.tuples(inner, operator, inner).map(lambda e: f"({e[0]} {e[1]} {e[2]})"),
+            st.tuples(inner, operator, inner, operator, inner).map(lambda e: f"({' '.join(e)})"),
+            st.tuples(st.sampled_from("-~!"), inner).map("".join),
+            st.tuples(inner, inner, inner).map(lambda e: f"({e[0]} ? {e[1]} : {e[2]})"),
+            inner.map(lambda e: f"(x := {e})"),
+        ),
+        max_leaves=6,
+    )
+    target = st.sampled_from(["x", "y", "t", "new", "_p"])
+    assignment = st.tuples(target, st.sampled_from([":=", "=", "+=", "-=", "*=", "/="]), expression).map(" ".join)
+    return st.lists(assignment | expression, max_size=3).map("; ".join)
+
+
+values = (
+    st.floats() | st.integers(-5, 5) | st.booleans() | st.sampled_from([2**53 + 1, -(2**62), 0, 1, "1", "ab", None])
 )
-def test_a_fast_condition_answers_what_the_compiler_does(operator, x, y, form):
+
+
+@given(statements(), values, values, values, st.booleans())
+@example("x := x + y", 2**53 + 1, 1, None, False)
+@example("(x ? 1 : 2) == 1", float("nan"), 0, None, True)
+@example("x", 2, 0, None, True)
+@settings(max_examples=500)
+def test_the_quick_form_of_a_script_does_what_the_general_form_does(text, x, y, t, condition):
+    outcomes = []
+    for quick in (True, False):
+        board = Board()
+        board.enums = {"RED": 2}
+        for key, value in {"x": x, "y": y, "t": t}.items():
+            board.declare(key).store(value)
+        compiled = compile_condition if condition else compile_script
+        run = compiled(parse_script(text), board) if quick else general(compiled, text, board)
+        told: list[object] = []
+        for _ in range(3):
+            try:
+                told.append(repr(bool(run()) if condition else run()))
+            except InputError as error:
+                told.append(re.sub(r"\d[\d.e+]*", "#", str(error)))  # an operand may be shown as int or as float
+            told.append([(key, repr(entry.value), entry.sequence) for key, entry in board.entries()])
+        outcomes.append(told)
+    assert outcomes[0] == outcomes[1]
+
+
+def general(compiled, text, board):
+    """A script without quick forms, as no key can be a number."""
+
+    class Unquick(writer.Quick):
+        def _value(self, expression):
+            raise writer.Unfit
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(writer, "Quick", Unquick)
+        return compiled(Script(text, parse_statements(text)), board)
+
+
+def test_scripts_of_one_form_share_code_and_nothing_else():
     board = Board()
-    board.declare("x").store(x)
-    board.declare("y").store(y)
-    text = form.format("x", "y", operator)
-    answers = []
-    for asked in (lambda: compile_condition(parse_script(text), board)(), lambda: run_bool(text, board)):
+    board.enums = {"RED": 2}
+    runs = [compile_script(parse_script(f"{k} := {v}"), board) for k, v in [("a", 1), ("e", 3), ("f", "RED")]]
+    assert len({run.__code__ for run in runs}) == 2, "RED is a constant, and so another form"
+    for run in runs * 2:
+        run()
+    assert board.texts() == {"a": "1", "e": "3", "f": "2.000000"}
+    for key in "ae":
+        with pytest.raises(ScriptError, match=f"the script '{key} := 'x'' cannot go on: '{key}' cannot become 'x'"):
+            compile_script(parse_script(f"{key} := 'x'"), board)()
+
+
+@pytest.mark.parametrize("operator", ["+", "-", "*", "/", "&&", "||", "..", "&", "<", "=="])
+@pytest.mark.parametrize("leaf", ["x", "1", "t"])
+def test_the_longest_statements_run(operator, leaf):
+    board = Board()
+    board.update({"x": 1.0, "t": "a"})
+    text = f" {operator} ".join([leaf] * 200)
+    for compiled in (compile_script, compile_condition):
         try:
-            answers.append(asked())
+            compiled(parse_script(text), board)()
         except ScriptError as error:
-            answers.append(str(error))
-    assert answers[0] == answers[1]
+            assert "nests" not in str(error)
 
 
-def run_bool(text: str, board: Board) -> bool:
-    return bool(compile_script(parse_script(text), board)())
+@pytest.mark.parametrize(
+    ("level", "levels", "message"),
+    [
+        ("(---", 39, ""),
+        ("(1 == -", 39, ""),
+        ("(1 && 1 == -", 39, ""),
+        ("(1 | 1 || ", 39, ""),
+        ("(1 ? 1 : ", 39, ""),
+        ("(1 == !-" + "-" * 34, 5, "nests too deeply"),
+    ],
+)
+def test_the_deepest_statements_run_or_are_refused(level, levels, message):
+    text = level * levels + "1" + ")" * levels
+    for compiled in (compile_script, compile_condition):
+        try:
+            assert compiled(parse_script(text), Board())() in (-1.0, 0.0, 1.0) and not message
+        except ScriptError as error:
+            assert (message or "cannot go on") in str(error)
 
 
 def test_a_condition_follows_a_key_that_was_removed_and_made_anew():

@@ -14,7 +14,6 @@ from ..script import (
     Literal,
     Name,
     Script,
-    ScriptError,
     compile_condition,
     compile_script,
     parts,
@@ -54,16 +53,24 @@ def _failing(node: Node, attribute: str, script: Script) -> Iterator[Fault]:
     todo: list[Expression] = list(script.statements)
     while todo:
         expression = todo.pop()
-        if any(isinstance(e, (Name, Assignment)) for e in walk(expression)):
-            todo += (e for e in parts(expression))
+        inside = list(walk(expression))
+        if any(isinstance(e, (Name, Assignment)) for e in inside):
+            todo += parts(expression)
             continue
-        try:
-            compile_script(Script(script.text, (expression,)), Board())()
-        except InputError as error:
-            column = error.column if isinstance(error, ScriptError) else None
-            for fault in error.faults:
+        failing = [e for e in inside if _error(script, e)] if _error(script, expression) else []
+        for inner in failing[-1:]:  # the last is the innermost: an operand that fails makes all around it fail
+            for fault in _error(script, inner):
                 message = f"this script cannot run: {fault.message}"
-                yield fault_at(node, message, fault.hint, attribute=attribute, column=column, warning=False)
+                yield fault_at(node, message, fault.hint, attribute=attribute, column=inner.at, warning=False)
+
+
+def _error(script: Script, expression: Expression) -> tuple[Fault, ...]:
+    """Why an expression without names cannot be computed; empty if it can."""
+    try:
+        compile_script(Script(script.text, (expression,)), Board())()
+    except InputError as error:
+        return error.faults
+    return ()
 
 
 def _misfits(node: Node, attribute: str, script: Script, board: Board) -> Iterator[Fault]:

@@ -125,6 +125,8 @@ class Leaf(Node):
         attributes: Its ports and conditions.
     """
 
+    latches = True
+
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         Behaviour.__init__(self, name or type(self).tag)
         self._prepare(attributes)
@@ -154,6 +156,8 @@ class Leaf(Node):
 
 class Instant(Leaf):
     """The base of leaves that are done at once and keep nothing: they are only ever asked `update`."""
+
+    latches = False
 
     def tick_once(self) -> Outcome:
         outcome = self.update()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from ..board import Board
@@ -36,7 +36,8 @@ class Guard:
         self._scripts = conditions
         self._before: tuple[tuple[Callable[[], bool], Outcome], ...] = ()
         self._while: Callable[[], bool] | None = None
-        self._after: dict[Outcome, tuple[Callable[[], Any], ...]] = {}
+        self._on_success: Callable[[], Any] | None = None
+        self._on_failure: Callable[[], Any] | None = None
         self._on_halted: Callable[[], Any] | None = None
         self._bound = False
 
@@ -48,12 +49,9 @@ class Guard:
         )
         self._while = compile_condition(scripts["_while"], board) if "_while" in scripts else None
         run = {name: compile_script(scripts[name], board) for name in POST if name in scripts}
-        self._on_halted = run.get("_onHalted")
-        post = (run["_post"],) if "_post" in run else ()
-        self._after = {
-            SUCCESS: ((run["_onSuccess"],) if "_onSuccess" in run else ()) + post,
-            FAILURE: ((run["_onFailure"],) if "_onFailure" in run else ()) + post,
-        }
+        self._on_halted, post = run.get("_onHalted"), run.get("_post")
+        self._on_success = _both(run.get("_onSuccess"), post)
+        self._on_failure = _both(run.get("_onFailure"), post)
 
     def halted(self) -> None:
         """The node was halted."""
@@ -61,44 +59,37 @@ class Guard:
             self._on_halted()
 
     def around(self, tick: Callable[[], Outcome]) -> Callable[[], Outcome]:
-        """A tick with the conditions around it."""
-        node = self._node
+        """A tick with the conditions around it, and nothing for those that the node does not have."""
         if not self._bound:
-            self.bind(node.board)  # a node that is in no tree has a board of its own
-        before, goes_on, after = self._before, self._while, self._after
-        nothing_after = not any(after.values())
-        if len(before) == 1 and goes_on is None and nothing_after:
-            return _asked_once(node, tick, *before[0])
-
-        def guarded() -> Outcome:
-            outcome: Outcome | None = None
-            if node.status is not RUNNING:
-                for holds, decided in before:
-                    if holds():
-                        outcome = decided
-                        break
-                else:
-                    if goes_on is not None and not goes_on():
-                        outcome = SKIPPED
-                if outcome is not None:
-                    node.status = IDLE if outcome is SKIPPED else outcome
-            elif goes_on is not None and not goes_on():
-                node.halt()
-                outcome = SKIPPED
-            if outcome is None:
-                outcome = tick()
-            if not nothing_after:
-                for run in after.get(outcome, ()):
-                    run()
-            return outcome
-
-        return guarded
+            self.bind(self._node.board)  # a node that is in no tree has a board of its own
+        if self._while is not None:
+            tick = _while(self._node, tick, self._while)
+        if len(self._before) == 1:
+            tick = _unless(self._node, tick, *self._before[0])
+        elif self._before:
+            tick = _unless_any(self._node, tick, self._before)
+        if self._on_success is None and self._on_failure is None:
+            return tick
+        return _after(tick, self._on_success, self._on_failure)
 
 
-def _asked_once(
+def _while(node: Node, tick: Callable[[], Outcome], holds: Callable[[], bool]) -> Callable[[], Outcome]:
+    def guarded() -> Outcome:
+        if holds():
+            return tick()
+        if node.status is RUNNING:
+            node.halt()
+        else:
+            node.status = IDLE
+        return SKIPPED
+
+    return guarded
+
+
+def _unless(
     node: Node, tick: Callable[[], Outcome], holds: Callable[[], bool], decided: Outcome
 ) -> Callable[[], Outcome]:
-    """What `around` gives for one pre-condition and nothing else, which is what most guarded nodes have."""
+    """The same as `_unless_any` for the one condition that most guarded nodes have."""
     status = IDLE if decided is SKIPPED else decided
 
     def guarded() -> Outcome:
@@ -108,3 +99,43 @@ def _asked_once(
         return tick()
 
     return guarded
+
+
+def _unless_any(
+    node: Node, tick: Callable[[], Outcome], conditions: Iterable[tuple[Callable[[], bool], Outcome]]
+) -> Callable[[], Outcome]:
+    def guarded() -> Outcome:
+        if node.status is not RUNNING:
+            for holds, decided in conditions:
+                if holds():
+                    node.status = IDLE if decided is SKIPPED else decided
+                    return decided
+        return tick()
+
+    return guarded
+
+
+def _after(
+    tick: Callable[[], Outcome], on_success: Callable[[], Any] | None, on_failure: Callable[[], Any] | None
+) -> Callable[[], Outcome]:
+    def guarded() -> Outcome:
+        outcome = tick()
+        if outcome is SUCCESS:
+            if on_success is not None:
+                on_success()
+        elif outcome is FAILURE and on_failure is not None:
+            on_failure()
+        return outcome
+
+    return guarded
+
+
+def _both(first: Callable[[], Any] | None, second: Callable[[], Any] | None) -> Callable[[], Any] | None:
+    if first is None or second is None:
+        return first or second
+
+    def run() -> None:
+        first()
+        second()
+
+    return run

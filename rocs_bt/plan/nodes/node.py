@@ -62,6 +62,7 @@ class Node(Behaviour):
         ports: The ports of the class by name, those of its bases first.
         least: How many children it has at least.
         most: How many it has at most; None for any number.
+        latches: Whether a parent that does not reset it gets the same outcome again, without ticking it.
         given: What the file or the constructor gave for its ports, by port name.
         conditions: Its pre- and post-conditions by name, such as `_skipIf`.
         other: Attributes that mean nothing here and are kept for editors: their names begin with `_`.
@@ -76,6 +77,7 @@ class Node(Behaviour):
     ports: ClassVar[Mapping[str, Port[Any]]] = {}
     least: ClassVar[int] = 0
     most: ClassVar[int | None] = 0
+    latches: ClassVar[bool] = False
     origin: Any = None
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
@@ -110,8 +112,9 @@ class Node(Behaviour):
         self._readers: dict[str, Callable[[], Any]] = {}
         self._guard: Guard | None = Guard(self, self.conditions) if self.conditions else None
         self.visits: Visits | None = None
-        if self._guard is not None:
-            self.__dict__["tick_once"] = self._tick_unbound
+        self._wired = self._guard is not None
+        if self._wired:
+            setattr(self, "tick_once", self._tick_unbound)  # noqa: B010 - a method is hidden on purpose
 
     @classmethod
     def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
@@ -272,10 +275,12 @@ class Node(Behaviour):
             tick = _watched(self, tick)
         if self.visits is not None:
             tick = self.visits.around(self, tick)
-        if tick is plain:
-            self.__dict__.pop("tick_once", None)
-        else:
-            self.__dict__["tick_once"] = tick
+        # Not through `__dict__`: once that was asked for, every look at an attribute is slower.
+        if tick is not plain:
+            setattr(self, "tick_once", tick)  # noqa: B010 - a method is hidden on purpose
+        elif self._wired:
+            delattr(self, "tick_once")
+        self._wired = tick is not plain
 
 
 _UNBOUND = Runtime()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, overload
@@ -147,8 +148,11 @@ def _script(text: str) -> str:
 
 def pointer(text: object) -> str | None:
     """The key that `{key}` points at, without braces and the spaces around them; None for a literal."""
-    if not isinstance(text, str):
-        return None
+    return _pointer(text) if isinstance(text, str) else None
+
+
+@functools.lru_cache(maxsize=4096)
+def _pointer(text: str) -> str | None:
     stripped = text.strip(" ")
     if stripped == "=":
         return "="

@@ -10,8 +10,8 @@ from py_trees.behaviour import Behaviour
 from ...errors import Fault
 from ..board import Board, from_string
 from ..error import TreeError
-from ..status import RUNNING, SKIPPED, Outcome
-from .family import Decorator
+from ..status import IDLE, RUNNING, SKIPPED, Outcome
+from .family import Decorator, strange
 from .guard import CONDITIONS
 from .node import RESERVED
 from .port import pointed
@@ -62,9 +62,11 @@ class SubTree(Decorator):
         yield self.decorated, inner
 
     def tick_once(self) -> Outcome:
-        if self.status is not RUNNING:
-            self.status = RUNNING
-        outcome = self.tick_child()
+        self.status = RUNNING
+        child: Any = self.decorated
+        outcome = child.tick_once() or child.status
+        if outcome is IDLE:
+            raise strange(child, outcome)
         if outcome is not SKIPPED:
             self.status = outcome
         return outcome

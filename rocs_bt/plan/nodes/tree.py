@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 MAX_SETTLING = 10_000
 """How often a tree may be ticked until it settles; more is a tree that never does."""
 
-_FRAMES = 6
+_FRAMES = 8
 """Python frames that one level of a tree takes at most when it is ticked."""
 
 

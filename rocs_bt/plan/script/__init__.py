@@ -3,8 +3,8 @@
 from .arithmetic import Refused, truth
 from .compiler import compile_condition, compile_script
 from .error import ScriptError
-from .parser import parse_script
-from .syntax import Assignment, Comparison, Conditional, Expression, Literal, Name, Script, parts, walk
+from .form import Script, parse_script
+from .syntax import Assignment, Comparison, Conditional, Expression, Literal, Name, parts, walk
 
 __all__ = [
     "Assignment",

@@ -48,6 +48,36 @@ def truth(value: Any) -> bool:
     raise Refused(f"{shown(value)} is neither true nor false")
 
 
+def known(value: Any, name: str) -> Any:
+    """The value of a key.
+
+    Raises:
+        Refused: It has none.
+    """
+    if value is None:
+        raise Refused(f"the board has no value at '{name}'")
+    return value
+
+
+def chosen(value: Any) -> bool:
+    """Whether the condition of `?` holds.
+
+    Raises:
+        Refused: It is neither true nor false.
+    """
+    if value.__class__ is not str and value.__class__ not in NUMBERS:
+        raise Refused(f"{shown(value)} is neither true nor false")
+    return bool(value)
+
+
+def real(value: float) -> float:
+    """A literal as a double, infinite where it is too large for one."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
 def shown(value: Any) -> str:
     """A value in a message."""
     return "nothing" if value is None else repr(value)
@@ -131,6 +161,29 @@ def comparable(left: Any, right: Any, enums: Enums) -> tuple[Any, Any]:
     if (a is str and b is str) or (a in NUMBERS and b in NUMBERS):
         return left, right
     raise Refused(f"{shown(left)} and {shown(right)} cannot be compared")
+
+
+def quotient(value: float, *divisors: float) -> float:
+    """The value of a chain of divisions."""
+    for divisor in divisors:
+        value = divided(value, divisor)
+    return value
+
+
+def compared(operator: str, left: Any, right: Any, enums: Enums) -> bool:
+    """Whether a comparison holds.
+
+    Raises:
+        Refused: The values cannot be compared.
+    """
+    return COMPARE[operator](*comparable(left, right, enums))
+
+
+def folded(operators: tuple[str, ...], value: Any, *operands: Any) -> Any:
+    """The value of a chain of binary operators, from left to right."""
+    for each, operand in zip(operators, operands, strict=True):
+        value = BINARY[each](value, operand)
+    return value
 
 
 def negated(operator_: str, value: Any) -> float:

@@ -1,8 +1,6 @@
-"""Scripts are parsed by precedence climbing; BehaviorTree.CPP 4.10 has the same levels."""
+"""Parser of scripts, by precedence climbing; BehaviorTree.CPP 4.10 has the same levels."""
 
 from __future__ import annotations
-
-import functools
 
 from ...errors import Fault
 from .error import ScriptError, short
@@ -15,7 +13,6 @@ from .syntax import (
     Expression,
     Literal,
     Name,
-    Script,
     Unary,
 )
 
@@ -35,15 +32,15 @@ MAX_LENGTH = 10_000
 """How many characters a script may have."""
 
 
-@functools.lru_cache(maxsize=1024)  # a script is parsed where it is checked and where it is made
-def parse_script(text: str) -> Script:
-    """A script, ready to be compiled.
+MAX_DIGITS = 400
+"""How many characters a number may have."""
 
-    Args:
-        text: Statements such as `battery := 0.9; tries += 1`, separated by `;` or by nothing.
+
+def parse_statements(text: str) -> tuple[Expression, ...]:
+    """The statements of a script, in order.
 
     Raises:
-        ScriptError: It is no script; the place is in the error.
+        ScriptError: The text is no script; the error has the place.
     """
     if len(text) > MAX_LENGTH:
         raise ScriptError(text, 0, Fault(f"a script of {len(text)} characters; at most {MAX_LENGTH} are read."))
@@ -53,7 +50,7 @@ def parse_script(text: str) -> Script:
         while parser.accept(";"):
             pass
         if parser.token.kind == "end":
-            return Script(text, tuple(statements))
+            return tuple(statements)
         parser.begin()
         statements.append(parser.statement())
 
@@ -159,7 +156,9 @@ class _Parser:
             return inner
         self._next += token.kind != "end"
         if token.kind == "number":
-            return Literal(_number(token.text), token.at)
+            if len(token.text) > MAX_DIGITS:
+                raise self._wrong(f"a number of more than {MAX_DIGITS} characters", token)
+            return Literal(number_of(token.text), token.at)
         if token.kind == "string":
             return Literal(token.text[1:-1], token.at)
         if token.kind == "name":
@@ -179,7 +178,8 @@ class _Parser:
         )
 
 
-def _number(text: str) -> int | float:
+def number_of(text: str) -> int | float:
+    """The value of a number's text: an integer where it has neither point nor exponent."""
     if text[:2] in ("0x", "0X"):
         return int(text, 16)
     return int(text) if text.isdigit() else float(text)

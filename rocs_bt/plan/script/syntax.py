@@ -76,27 +76,6 @@ class Assignment:
 Expression = Literal | Name | Unary | Binary | Comparison | Conditional | Assignment
 
 
-@dataclass(frozen=True)
-class Script:
-    """A script that was parsed.
-
-    Attributes:
-        text: As it was written.
-        statements: One after the other; the last one's value is the script's.
-    """
-
-    text: str
-    statements: tuple[Expression, ...]
-
-    def reads(self) -> list[Name]:
-        """The names whose values are asked, in the order they stand; `x += 1` asks `x`."""
-        return [e for s in self.statements for e in _reads(s)]
-
-    def writes(self) -> list[Assignment]:
-        """The assignments, in the order they stand."""
-        return [e for s in self.statements for e in walk(s) if isinstance(e, Assignment)]
-
-
 def walk(expression: Expression) -> Iterator[Expression]:
     """An expression and all in it, from left to right."""
     yield expression
@@ -119,15 +98,3 @@ def parts(expression: Expression) -> tuple[Expression, ...]:
             return (expression.target, expression.value)
         case _:
             return ()
-
-
-def _reads(expression: Expression) -> Iterator[Name]:
-    if isinstance(expression, Name):
-        yield expression
-    elif isinstance(expression, Assignment):
-        if expression.operator not in (":=", "="):
-            yield expression.target
-        yield from _reads(expression.value)
-    else:
-        for part in parts(expression):
-            yield from _reads(part)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from ....errors import Fault
-from ...board import from_string
 from ...error import TreeError
 from ...status import FAILURE, SUCCESS, Outcome
 from ..family import Instant
@@ -18,36 +17,48 @@ class SetBlackboard(Instant):
     value = Input(object, doc="a text, or a key such as {source}")
     output_key = InOut(str, doc="the name of the key that is written, with or without braces")
 
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        super().__init__(name, **attributes)
+        self._source = self.key("value")
+        self._key = self.key("output_key")
+        self._number: tuple[Any, Any, Any] = None, None, None
+
     def update(self) -> Outcome:
-        key, board = self._target(), self.board
-        source = self.key("value")
+        board, key = self.board, self._key
+        if key is None:
+            key = self.given["output_key"]
+        else:
+            named = board.entry(key)
+            # The braces ask for the name that the key holds; most people mean the key itself, as older versions did.
+            if named is not None and named.value.__class__ is str:
+                key = named.value
         target = board.entry(key)
-        if source is None:
+        if self._source is None:
             value: Any = self.given["value"]
         else:
-            entry = board.entry(source)
+            entry = board.entry(self._source)
             if entry is None:
-                raise TreeError(Fault(f"'{self.name}' copies the key '{source}', which does not exist."))
+                raise TreeError(Fault(f"'{self.name}' copies the key '{self._source}', which does not exist."))
             target = target or board.declare(key, entry.kind)
             value = entry.value
             if value is None:
                 return FAILURE
-        if target is not None and isinstance(value, str) and target.kind not in (None, str):
-            value = from_string(value, target.kind, board.enums)
-        if target is not None and target.kind is None:
-            target.store(value)  # a copy fixes no type
-        else:
+        if target is None:
             board[key] = value
+        elif target.kind is None or target.kind is value.__class__:
+            target.store(value)  # a copy fixes no type
+        elif self._source is None and target.kind in (bool, int, float):
+            target.store(self._as_number(key, target.kind, value))
+        else:
+            target.store(board.fitted(key, target.kind, value))
         return SUCCESS
 
-    def _target(self) -> str:
-        given: str = self.given["output_key"]
-        key = self.key("output_key")
-        if key is None:
-            return given
-        entry = self.board.entry(key)
-        # The braces ask for the name that the key holds; most people mean the key itself, as older versions did.
-        return entry.value if entry is not None and isinstance(entry.value, str) else key
+    def _as_number(self, key: str, kind: Any, value: Any) -> Any:
+        """The literal as a number, converted when it is first needed."""
+        enums = self.board.enums
+        if self._number[0] is not kind or self._number[1] is not enums:
+            self._number = kind, enums, self.board.fitted(key, kind, value)
+        return self._number[2]
 
 
 class UnsetBlackboard(Instant):

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
+from py_trees.behaviour import Behaviour
+
+from ...board import Board
 from ...script import Script as Parsed
 from ...script import compile_condition, compile_script, parse_script
 from ...status import FAILURE, SUCCESS, Outcome
 from ..family import Instant
 from ..port import Code
+from ..runtime import Runtime
 
 
 class _Scripted(Instant):
@@ -17,31 +21,33 @@ class _Scripted(Instant):
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
-        self._text: str | None = None
-        self._run: Callable[[], Any] = lambda: None
+        self._run: Callable[[], Any] | None = None
+        self._last: tuple[str, Callable[[], Any]] | None = None
 
-    def bind(self, board: Any, runtime: Any) -> Any:
-        self._text = None
-        return super().bind(board, runtime)
+    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+        self._run = self._last = None
+        yield from super().bind(board, runtime)
+        if self.key("code") is None:
+            self._run = self.compiled(parse_script(self.code))
 
     def compiled(self, script: Parsed) -> Callable[[], Any]:
         """The script as a function."""
         return compile_script(script, self.board)
 
-    def evaluate(self) -> Any:
-        """The script's value now; its text may come from the board."""
-        if self._text is None or self.key("code") is not None:
-            text = self.code
-            if text != self._text:
-                self._text, self._run = text, self.compiled(parse_script(text))
-        return self._run()
+    def _read(self) -> Callable[[], Any]:
+        """The script of a node that is in no tree, or whose script is on the board."""
+        text = self.code
+        if self._last is None or self._last[0] != text:
+            self._last = text, self.compiled(parse_script(text))
+        return self._last[1]
 
 
 class Script(_Scripted):
     """Runs a script, such as `tries += 1; ready := tries > 2`; SUCCESS."""
 
-    def update(self) -> Outcome:
-        self.evaluate()
+    def tick_once(self) -> Outcome:
+        (self._run or self._read())()
+        self.status = SUCCESS
         return SUCCESS
 
 
@@ -53,5 +59,6 @@ class ScriptCondition(_Scripted):
     def compiled(self, script: Parsed) -> Callable[[], Any]:
         return compile_condition(script, self.board)
 
-    def update(self) -> Outcome:
-        return SUCCESS if self.evaluate() else FAILURE
+    def tick_once(self) -> Outcome:
+        self.status = outcome = SUCCESS if (self._run or self._read())() else FAILURE
+        return outcome

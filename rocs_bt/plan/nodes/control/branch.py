@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from ....errors import Fault
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
-from ..family import Control, Instant, Leaf, halt
+from ..family import Control, halt
 
 
 class _Branch(Control):
@@ -17,25 +17,23 @@ class _Branch(Control):
 
     least, most = 2, 3
 
-    def _tick(self, child: Any) -> Outcome:
-        outcome: Outcome = child.tick_once() or child.status
-        if outcome is IDLE:
-            raise self.strange(child, outcome)
-        self.current_child = child
-        return outcome
-
-    def _decide(self, outcome: Outcome) -> bool:
-        """Whether the condition holds.
+    def _fails(self, outcome: Outcome) -> bool:
+        """False, for a condition that failed.
 
         Raises:
-            TreeError: It was skipped.
+            TreeError: It was skipped, or has no outcome.
         """
         if outcome is SKIPPED:
             hint = "Put the condition for skipping on the whole node."
             raise TreeError(Fault(f"the condition of '{self.name}' ({self.tag}) was skipped.", hint=hint))
-        return outcome is SUCCESS
+        if outcome is IDLE:
+            raise self.strange(self.children[0], outcome)
+        return False
 
     def _finish(self, outcome: Outcome) -> Outcome:
+        """End with the outcome of the present child."""
+        if outcome is IDLE and self.current_child is not None:
+            raise self.strange(self.current_child, outcome)
         self.halt_children()
         self._index = 0
         if outcome is not SKIPPED:
@@ -53,13 +51,17 @@ class IfThenElse(_Branch):
         children = self.children
         self.status = RUNNING
         if self._index == 0:
-            outcome = self._tick(children[0])
+            condition: Any = children[0]
+            outcome = condition.tick_once() or condition.status
+            self.current_child = condition
             if outcome is RUNNING:
                 return outcome
-            self._index = 1 if self._decide(outcome) else 2
+            self._index = 1 if outcome is SUCCESS or self._fails(outcome) else 2
             if self._index == len(children):
                 return self._finish(FAILURE)
-        outcome = self._tick(children[self._index])
+        branch: Any = children[self._index]
+        outcome = branch.tick_once() or branch.status
+        self.current_child = branch
         return outcome if outcome is RUNNING else self._finish(outcome)
 
 
@@ -84,23 +86,25 @@ class WhileDoElse(_Branch):
     def tick_once(self) -> Outcome:
         children = self.children
         self.status = RUNNING
-        outcome = self._answer or self._tick(children[0])
+        condition: Any = children[0]
+        outcome = self._answer or condition.tick_once() or condition.status
         if outcome is RUNNING:
+            self.current_child = condition
             return outcome
-        holds = self._decide(outcome)
-        if _latches(children[0]):
+        holds = outcome is SUCCESS or self._fails(outcome)
+        if getattr(condition, "latches", False):
             self._answer = outcome
         if len(children) == 3:
-            halt(children[2 if holds else 1])
+            other = children[2 if holds else 1]
+            if other.status is RUNNING:
+                halt(other)
         elif not holds:
             return self._finish(FAILURE)
-        outcome = self._tick(children[1 if holds else 2])
+        branch: Any = children[1 if holds else 2]
+        outcome = branch.tick_once() or branch.status
+        self.current_child = branch
         return outcome if outcome is RUNNING else self._finish(outcome)
 
     def _finish(self, outcome: Outcome) -> Outcome:
         self._answer = None
         return super()._finish(outcome)
-
-
-def _latches(condition: Behaviour) -> bool:
-    return isinstance(condition, Leaf) and not isinstance(condition, Instant)

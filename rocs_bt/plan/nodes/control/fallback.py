@@ -5,7 +5,7 @@ from __future__ import annotations
 from py_trees.composites import Selector as StockSelector
 
 from ...status import FAILURE
-from .ordered import Ordered, Reactive, Yielding
+from .ordered import Ordered, Reactive, Yielding, ordered, reactive, yielding
 
 
 class Fallback(Ordered, StockSelector):
@@ -19,13 +19,13 @@ class Fallback(Ordered, StockSelector):
     | none left | FAILURE; SKIPPED if all were |
     """
 
-    passing = FAILURE
+    tick_once = ordered(FAILURE)
 
 
 class AsyncFallback(Yielding, StockSelector):
     """A Fallback that is RUNNING for a moment after each child that failed at once: others have their turn."""
 
-    passing = FAILURE
+    tick_once = yielding(FAILURE)
 
 
 class ReactiveFallback(Reactive, StockSelector):
@@ -39,4 +39,4 @@ class ReactiveFallback(Reactive, StockSelector):
     | none left | FAILURE; SKIPPED if all were |
     """
 
-    passing = FAILURE
+    tick_once = reactive(FAILURE)

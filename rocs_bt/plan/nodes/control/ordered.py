@@ -1,30 +1,45 @@
-"""What sequences and fallbacks have in common: one outcome passes on to the next child, the other decides."""
+"""What sequences and fallbacks have in common: one outcome passes on to the next child, the other decides.
+
+The ticks are made for the outcome that passes: a constant of the function is looked up faster than an attribute.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import islice
-from typing import Any, ClassVar
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from ...status import IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from ...status import IDLE, RUNNING, SKIPPED, Outcome
 from ..family import Control, halt
 
 
 class Ordered(Control):
-    """Ticks children in order and goes on where it was RUNNING; SKIPPED passes on too.
-
-    Attributes:
-        passing: The outcome after which the next child is ticked; also what the node comes to when none is left.
-    """
+    """Ticks children in order and goes on where it was RUNNING; SKIPPED passes on too."""
 
     memory = True
-    passing: ClassVar[Status] = SUCCESS
 
-    def tick_once(self) -> Outcome:
-        children: list[Any] = self.children
-        passing, index = self.passing, 0
+    def _decided(self, outcome: Outcome, child: Behaviour) -> Outcome:
+        if outcome is IDLE:
+            raise self.strange(child, outcome)
+        if self._skipped:
+            return self.ended(outcome, child)
+        self.current_child = child
+        self.status = outcome
+        return outcome
+
+
+def ordered(passing: Status) -> Callable[[Any], Outcome]:
+    """The tick of an `Ordered`.
+
+    Args:
+        passing: The outcome after which the next child is ticked; also the outcome when none is left.
+    """
+
+    def tick_once(self: Ordered) -> Outcome:
+        index = 0
         if self.status is not RUNNING:
             self._skipped = 0
             self.status = RUNNING
@@ -33,11 +48,12 @@ class Ordered(Control):
             outcome = running.tick_once() or running.status
             if outcome is RUNNING:
                 return RUNNING
-            index = children.index(running) + 1
+            index = self.children.index(running) + 1
             if outcome is SKIPPED:
                 self._skipped += 1
             elif outcome is not passing:
                 return self._decided(outcome, running)
+        children: list[Any] = self.children
         for child in islice(children, index, None) if index else children:
             outcome = child.tick_once() or child.status
             if outcome is passing:
@@ -55,27 +71,25 @@ class Ordered(Control):
         self.status = passing
         return passing
 
-    def _decided(self, outcome: Outcome, child: Behaviour) -> Outcome:
-        if outcome is IDLE:
-            raise self.strange(child, outcome)
-        return self.ended(outcome, child)
+    return tick_once
 
 
 class Reactive(Control):
-    """Ticks all children anew in each tick; when one is RUNNING, the others are halted, those before it too.
-
-    Attributes:
-        passing: The outcome after which the next child is ticked; also what the node comes to when none is left.
-    """
+    """Ticks all children in each tick; when one is RUNNING, the others are halted, those before it too."""
 
     memory = False
-    passing: ClassVar[Status] = SUCCESS
 
-    def tick_once(self) -> Outcome:
+
+def reactive(passing: Status) -> Callable[[Any], Outcome]:
+    """The tick of a `Reactive`; see `ordered`."""
+
+    def tick_once(self: Reactive) -> Outcome:
         children: list[Any] = self.children
-        passing = self.passing
-        runs_on = self.current_child if self.status is RUNNING else None
-        self.status = RUNNING
+        runs_on = None
+        if self.status is RUNNING:
+            runs_on = self.current_child
+        else:
+            self.status = RUNNING
         skipped = 0
         for child in children:
             outcome = child.tick_once() or child.status
@@ -87,10 +101,12 @@ class Reactive(Control):
                 continue
             if outcome is IDLE:
                 raise self.strange(child, outcome)
-            if runs_on is not None and runs_on is not child:
-                halt(runs_on)  # no other one can be RUNNING
-            self.current_child = child
-            self.status = outcome
+            if runs_on is not child:
+                if runs_on is not None:
+                    halt(runs_on)  # no other one can be RUNNING
+                self.current_child = child
+            if outcome is not RUNNING:
+                self.status = outcome
             return outcome
         if skipped == len(children):
             self.current_child = None
@@ -99,13 +115,22 @@ class Reactive(Control):
         self.status = passing
         return passing
 
+    return tick_once
+
 
 class Yielding(Ordered):
     """Gives others their turn after each child that was done at once: RUNNING in between, and the tree is woken."""
 
-    def tick_once(self) -> Outcome:
+    def decided(self, outcome: Outcome, child: object) -> Outcome:
+        """A child has decided."""
+        return self.ended(outcome, self.current_child)
+
+
+def yielding(passing: Status) -> Callable[[Any], Outcome]:
+    """The tick of a `Yielding`; see `ordered`."""
+
+    def tick_once(self: Yielding) -> Outcome:
         children: list[Any] = self.children
-        passing = self.passing
         if self.status is not RUNNING:
             self._skipped = 0
             self.status = RUNNING
@@ -133,6 +158,4 @@ class Yielding(Ordered):
         self.halt_children()  # some may have skipped half way in a run before this one
         return self.ended(SKIPPED if self._skipped == len(children) else passing, children[-1])
 
-    def decided(self, outcome: Outcome, child: object) -> Outcome:
-        """A child has decided."""
-        return self.ended(outcome, self.current_child)
+    return tick_once

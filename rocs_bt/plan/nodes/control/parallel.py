@@ -11,10 +11,12 @@ from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel as StockParallel
 
 from ....errors import Fault
+from ...board import Board
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..family import Control
 from ..port import Input
+from ..runtime import Runtime
 
 
 class _Together(Control, StockParallel):
@@ -25,6 +27,12 @@ class _Together(Control, StockParallel):
         self.policy = ParallelPolicy.SuccessOnAll(synchronise=True)  # for py_trees' displays
         self._completed: set[Behaviour] = set()
         self._failures = 0
+        self._fixed = all(self.key(port) is None for port in self.ports)
+        self._limits: tuple[int, ...] = ()
+
+    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+        self._limits = ()  # children may have come or gone
+        return super().bind(board, runtime)
 
     def halted(self) -> None:
         super().halted()
@@ -47,9 +55,20 @@ class _Together(Control, StockParallel):
         self.status = outcome
         return outcome
 
-    def _threshold(self, count: int) -> int:
-        """A negative count is one from the end: -1 is all children."""
-        return count if count >= 0 else max(len(self.children) + count + 1, 0)
+    def _read(self) -> tuple[int, ...]:
+        """The ports as numbers of children, in the order of their declaration; kept if no key can change them.
+
+        Raises:
+            TreeError: One of them is more than there are.
+        """
+        count = len(self.children)
+        given = [self.read(port) for port in self.ports]
+        limits = tuple(n if n >= 0 else max(count + n + 1, 0) for n in given)  # -1 is all children
+        if max(limits) > count:
+            raise TreeError(Fault(f"'{self.name}' waits for {max(limits)} of its children, and has {count}."))
+        if self._fixed:
+            self._limits = limits
+        return limits
 
 
 class Parallel(_Together):
@@ -65,34 +84,32 @@ class Parallel(_Together):
 
     def tick_once(self) -> Outcome:
         children: list[Any] = self.children
-        given, count = self.read("success_count"), len(children)
-        failing = self.read("failure_count")
-        needed = given if given >= 0 else self._threshold(given)
-        failing = failing if failing >= 0 else self._threshold(failing)
-        if needed > count or failing > count:
-            raise TreeError(Fault(f"'{self.name}' waits for {max(needed, failing)} of its children, and has {count}."))
+        needed, failing = self._limits or self._read()
         self.status = RUNNING
-        completed, failures, skipped = self._completed, self._failures, 0
-        succeeded, ended = len(completed) - failures, []
+        completed, failures, skipped, count = self._completed, self._failures, 0, len(children)
+        succeeded = len(completed) - failures
+        ended: list[Any] | None = None
         for child in children:
             if not completed or child not in completed:
                 outcome = child.tick_once() or child.status
-                if outcome is SUCCESS:
-                    ended.append(child)
-                    succeeded += 1
-                elif outcome is FAILURE:
-                    ended.append(child)
-                    failures += 1
+                if outcome is SUCCESS or outcome is FAILURE:
+                    succeeded += outcome is SUCCESS
+                    failures += outcome is FAILURE
+                    if ended is None:
+                        ended = [child]
+                    else:
+                        ended.append(child)
                 elif outcome is SKIPPED:
                     skipped += 1
                 elif outcome is IDLE:
                     raise self.strange(child, outcome)
-            if succeeded >= needed or (skipped and given < 0 and succeeded + skipped >= needed):
+            if succeeded >= needed or (skipped and succeeded + skipped >= needed and self.read("success_count") < 0):
                 return self._finish(SUCCESS)
             if failures == failing or count - failures < needed:
                 return self._finish(FAILURE)
-        completed.update(ended)
-        self._failures = failures
+        if ended is not None:
+            completed.update(ended)
+            self._failures = failures
         if skipped == count:
             return SKIPPED
         self.current_child = children[-1]
@@ -105,28 +122,25 @@ class ParallelAll(_Together):
     max_failures = Input(int, 1, "how many failures make it fail; negative counts are from the end")
 
     def tick_once(self) -> Outcome:
-        children, failing = self.children, self._threshold(self.max_failures)
-        if failing > len(children):
-            raise TreeError(Fault(f"'{self.name}' waits for {failing} failures, and has {len(children)} children."))
+        children: list[Any] = self.children
+        (failing,) = self._limits or self._read()
         self.status = RUNNING
-        skipped = 0
+        completed, skipped, under_way = self._completed, 0, None
         for child in children:
-            if child not in self._completed:
-                skipped += self._tick(child) is SKIPPED
+            if not completed or child not in completed:
+                outcome = child.tick_once() or child.status
+                if outcome is SKIPPED:
+                    skipped += 1
+                elif outcome is SUCCESS or outcome is FAILURE:
+                    completed.add(child)
+                    self._failures += outcome is FAILURE
+                elif outcome is IDLE:
+                    raise self.strange(child, outcome)
+                else:
+                    under_way = under_way or child
         if skipped == len(children):
             return SKIPPED
-        if skipped + len(self._completed) >= len(children):
+        if skipped + len(completed) >= len(children):
             return self._finish(FAILURE if self._failures >= failing else SUCCESS)
-        self.current_child = next(c for c in children if c not in self._completed)
+        self.current_child = under_way
         return RUNNING
-
-    def _tick(self, child: Any) -> Outcome:
-        outcome = child.tick_once() or child.status
-        if outcome is SUCCESS:
-            self._completed.add(child)
-        elif outcome is FAILURE:
-            self._completed.add(child)
-            self._failures += 1
-        elif outcome is IDLE:
-            raise self.strange(child, outcome)
-        return outcome

@@ -6,7 +6,7 @@ from py_trees.composites import Sequence as StockSequence
 
 from ...status import SUCCESS, Outcome
 from ..family import halt
-from .ordered import Ordered, Reactive, Yielding
+from .ordered import Ordered, Reactive, Yielding, ordered, reactive, yielding
 
 
 class Sequence(Ordered, StockSequence):
@@ -20,19 +20,19 @@ class Sequence(Ordered, StockSequence):
     | none left | SUCCESS; SKIPPED if all were |
     """
 
-    passing = SUCCESS
+    tick_once = ordered(SUCCESS)
 
 
 class AsyncSequence(Yielding, StockSequence):
     """A Sequence that is RUNNING for a moment after each child that succeeded at once: others have their turn."""
 
-    passing = SUCCESS
+    tick_once = yielding(SUCCESS)
 
 
 class SequenceWithMemory(Yielding, StockSequence):
     """An AsyncSequence that tries a child that failed again, instead of beginning with the first, also after a halt."""
 
-    passing = SUCCESS
+    tick_once = yielding(SUCCESS)
 
     def decided(self, outcome: Outcome, child: object) -> Outcome:
         """The sequence fails, and keeps its place; what comes after it is halted, what came before is not."""
@@ -60,4 +60,4 @@ class ReactiveSequence(Reactive, StockSequence):
     | none left | SUCCESS; SKIPPED if all were |
     """
 
-    passing = SUCCESS
+    tick_once = reactive(SUCCESS)

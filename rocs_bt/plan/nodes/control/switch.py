@@ -24,6 +24,13 @@ class _Switch(Control):
     cases: ClassVar[int] = 0
     variable = Input(str, None, "the value; usually a key")
 
+    def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
+        super().__init__(name, children, **attributes)
+        self._ports = [f"case_{i}" for i in range(1, self.cases + 1)]
+        self._keys = {port: self.key(port) for port in ("variable", *self._ports)}
+        self._fixed = not any(self._keys[port] for port in self._ports)
+        self._known: tuple[str, Enums, int] | None = None
+
     def tick_once(self) -> Outcome:
         match = self._match()
         child: Any = self.children[match]
@@ -43,12 +50,19 @@ class _Switch(Control):
         return outcome
 
     def _match(self) -> int:
-        value = self._text("variable")
-        if value is not None:
-            for case in range(self.cases):
-                other = self._text(f"case_{case + 1}")
-                if other is not None and same(value, other, self.board.enums):
-                    return case
+        value, enums = self._text("variable"), self.board.enums
+        if value is None:
+            return self.cases
+        if self._known is None or self._known[0] != value or self._known[1] is not enums or not self._fixed:
+            self._known = value, enums, self._compared(value, enums)
+        return self._known[2]
+
+    def _compared(self, value: str, enums: Enums) -> int:
+        """The first case that equals a value, counted from 0."""
+        for case, port in enumerate(self._ports):
+            other = self._text(port)
+            if other is not None and same(value, other, enums):
+                return case
         return self.cases
 
     def _text(self, port: str) -> str | None:
@@ -57,7 +71,7 @@ class _Switch(Control):
 
     def value_of(self, port: str) -> Any:
         """A port's value as the board holds it; None where there is none."""
-        key = self.key(port)
+        key = self._keys[port]
         if key is None:
             return self.given.get(port)
         entry = self.board.entry(key)

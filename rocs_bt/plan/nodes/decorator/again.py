@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 
 from py_trees.common import Status
 
-from ...status import FAILURE, RUNNING, SKIPPED, SUCCESS, Outcome
-from ..family import Decorator, halt
+from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from ..family import Decorator, halt, strange
 from ..port import Input
 
 
@@ -31,12 +31,14 @@ class _Again(Decorator):
     def tick_once(self) -> Outcome:
         limit = self.read(self.limit)
         self.status = RUNNING
-        child = self.decorated
+        child: Any = self.decorated
         while limit == -1 or self._count < limit:
             at_once = child.status is not RUNNING
-            outcome = self.tick_child()
+            outcome = child.tick_once() or child.status
             if outcome is RUNNING:
                 return outcome
+            if outcome is IDLE:
+                raise strange(child, outcome)
             if outcome is SKIPPED:
                 halt(child)
                 return outcome

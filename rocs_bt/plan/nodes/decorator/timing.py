@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...status import FAILURE, RUNNING, SKIPPED, Outcome
-from ..family import Decorator, halt
+from ...status import FAILURE, IDLE, RUNNING, SKIPPED, Outcome
+from ..family import Decorator, halt, strange
 from ..port import Input
 
 FORGIVEN = 1e-9
@@ -29,10 +29,16 @@ class _Timed(Decorator):
             self.status = RUNNING
         return now >= self._deadline - FORGIVEN
 
-    def _tell(self, outcome: Outcome) -> Outcome:
+    def _ended(self, outcome: Outcome) -> Outcome:
+        """End, unless the child was skipped.
+
+        Raises:
+            TreeError: It has no outcome.
+        """
+        if outcome is IDLE:
+            raise strange(self.decorated, outcome)
         if outcome is not SKIPPED:
-            if outcome is not RUNNING:
-                self._deadline = None
+            self._deadline = None
             self.status = outcome
         return outcome
 
@@ -43,15 +49,16 @@ class Timeout(_Timed):
     msec = Input(int, doc="how long the child may run [ms]")
 
     def tick_once(self) -> Outcome:
-        limit = self.msec
+        child: Any = self.decorated
+        limit = self.read("msec")
         if limit <= 0:
             self.status = RUNNING
-            return self._tell(self.tick_child())
-        if self._due(limit) and self.decorated.status is RUNNING:
-            halt(self.decorated)
+        elif self._due(limit) and child.status is RUNNING:
+            halt(child)
             self.feedback_message = f"after {limit} ms"
-            return self._tell(FAILURE)
-        return self._tell(self.tick_child())
+            return self._ended(FAILURE)
+        outcome = child.tick_once() or child.status
+        return outcome if outcome is RUNNING else self._ended(outcome)
 
 
 class Delay(_Timed):
@@ -63,4 +70,6 @@ class Delay(_Timed):
         if not self._due(self.delay_msec):
             self.status = RUNNING
             return RUNNING
-        return self._tell(self.tick_child())
+        child: Any = self.decorated
+        outcome = child.tick_once() or child.status
+        return outcome if outcome is RUNNING else self._ended(outcome)

@@ -1,0 +1,138 @@
+"""Script: a parsed text. Texts of one form, which differ in names and literals only, are parsed and compiled once."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from ...errors import InputError
+from .parser import MAX_DIGITS, MAX_LENGTH, number_of, parse_statements
+from .slots import leaves
+from .syntax import Assignment, Expression, Name, parts, walk
+
+_SLOT = re.compile(  # what the lexer calls strings, numbers and names
+    r"""('[^']*'|"[^"]*")|(0[xX][0-9a-fA-F]+|\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|([^\W\d]\w*|@\w*)"""
+)
+_SAMPLES = {"N": "n", "I": "1", "F": "1.5", "S": "''", "T": "true"}
+
+
+class Form(NamedTuple):
+    """The part of a text that determines its syntax tree.
+
+    Attributes:
+        between: The texts before, between and after the slots: operators and spaces.
+        kinds: One letter per slot: N name, I integer, F other number, S string, T `true` or `false`.
+    """
+
+    between: tuple[str, ...]
+    kinds: str
+
+    @property
+    def statements(self) -> tuple[Expression, ...] | None:
+        """The statements, with sample names and literals; None where texts of this form are no scripts."""
+        return _statements(self)
+
+
+class Script:
+    """A script that was parsed.
+
+    Args:
+        text: The script as it was written.
+        statements: The statements; parsed from the text when they are first needed, by default.
+        form: The form of the text; None if it has none.
+        slots: The names and the values of the literals, in the order of the text.
+    """
+
+    __slots__ = ("_statements", "form", "slots", "text")
+
+    def __init__(
+        self,
+        text: str,
+        statements: tuple[Expression, ...] | None = None,
+        form: Form | None = None,
+        slots: tuple[Any, ...] = (),
+    ) -> None:
+        self.text = text
+        self.form = form
+        self.slots = slots
+        self._statements = statements
+        if form is None and statements is not None:
+            self.slots = tuple(leaf.name if isinstance(leaf, Name) else leaf.value for leaf in leaves(statements))
+
+    @property
+    def statements(self) -> tuple[Expression, ...]:
+        """The statements in order; the value of the last one is the value of the script."""
+        if self._statements is None:
+            self._statements = parse_statements(self.text)
+        return self._statements
+
+    def reads(self) -> list[Name]:
+        """The names whose values are read, in the order of the text; `x += 1` reads `x`."""
+        return [e for s in self.statements for e in _reads(s)]
+
+    def writes(self) -> list[Assignment]:
+        """The assignments, in the order of the text."""
+        return [e for s in self.statements for e in walk(s) if isinstance(e, Assignment)]
+
+
+@functools.lru_cache(maxsize=16_384)  # a script is parsed where it is checked, and again where its node is made
+def parse_script(text: str) -> Script:
+    """A script, ready to be compiled.
+
+    Args:
+        text: Statements such as `battery := 0.9; tries += 1`, separated by `;` or by nothing.
+
+    Raises:
+        ScriptError: The text is no script; the error has the place.
+    """
+    found = _outline(text)
+    if found is not None and found[0].statements is not None:
+        return Script(text, None, *found)
+    return Script(text, parse_statements(text))
+
+
+def _outline(text: str) -> tuple[Form, tuple[Any, ...]] | None:
+    """The form and the slots of a text; None where tokens adjoin, or are too long, which is left to the parser."""
+    pieces = _SLOT.split(text)
+    between = tuple(pieces[::4])
+    if len(text) > MAX_LENGTH or "" in between[1:-1]:
+        return None
+    kinds, slots = "", list[Any]()
+    for string, number, name in zip(pieces[1::4], pieces[2::4], pieces[3::4], strict=True):
+        if name is not None:
+            truth = name in ("true", "false")
+            kinds += "T" if truth else "N"
+            slots.append(int(name == "true") if truth else name)
+        elif number is not None:
+            if len(number) > MAX_DIGITS:
+                return None
+            value = number_of(number)
+            kinds += "I" if value.__class__ is int else "F"
+            slots.append(value)
+        else:
+            kinds += "S"
+            slots.append(string[1:-1])
+    return (Form(between, kinds), tuple(slots)) if "@" not in slots else None
+
+
+@functools.lru_cache(maxsize=1024)
+def _statements(form: Form) -> tuple[Expression, ...] | None:
+    samples = [*(_SAMPLES[kind] for kind in form.kinds), ""]
+    try:
+        return parse_statements("".join(b + s for b, s in zip(form.between, samples, strict=True)))
+    except InputError:
+        return None
+
+
+def _reads(expression: Expression) -> Iterator[Name]:
+    if isinstance(expression, Name):
+        yield expression
+    elif isinstance(expression, Assignment):
+        if expression.operator not in (":=", "="):
+            yield expression.target
+        yield from _reads(expression.value)
+    else:
+        for part in parts(expression):
+            yield from _reads(part)
