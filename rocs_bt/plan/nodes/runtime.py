@@ -27,27 +27,18 @@ class Runtime:
         mission: Whose tree it is; None for a tree without a robot.
 
     Attributes:
+        now: Gives the time [s]; raises a TreeError in a tree without a clock.
         watch: Who hears of each tick; None for nobody. Nodes take it over when they are bound.
         faults: What nodes found wrong as they were bound: the node, its attribute, the fault.
         woken: Set by a node that stopped half way only to let others have their turn: tick again, do not wait.
     """
 
     def __init__(self, clock: Clock | None = None, mission: Mission | None = None) -> None:
-        self._clock = clock
+        self.now: Callable[[], float] = _no_clock if clock is None else clock.now
         self._mission = mission
         self.watch: Watch | None = None
         self.faults: list[tuple[Behaviour, str, Fault]] = []
         self.woken = False
-
-    def now(self) -> float:
-        """The time [s].
-
-        Raises:
-            TreeError: The tree has no clock.
-        """
-        if self._clock is None:
-            raise TreeError(Fault("a node asks the time, and its tree was given no clock."))
-        return self._clock.now()
 
     @property
     def mission(self) -> Mission:
@@ -64,3 +55,7 @@ class Runtime:
     def has_mission(self) -> bool:
         """Whether it is somebody's tree."""
         return self._mission is not None
+
+
+def _no_clock() -> float:
+    raise TreeError(Fault("a node asks the time, and its tree was given no clock."))

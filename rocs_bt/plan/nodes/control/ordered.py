@@ -92,21 +92,23 @@ def reactive(passing: Status) -> Callable[[Any], Outcome]:
             self.status = RUNNING
         skipped = 0
         for child in children:
-            outcome = child.tick_once() or child.status
+            outcome = child.tick_once()
+            if outcome is None:
+                outcome = child.status
             if outcome is passing:
                 continue
-            if outcome is SKIPPED:
-                skipped += 1
-                halt(child)
-                continue
-            if outcome is IDLE:
-                raise self.strange(child, outcome)
+            if outcome is not RUNNING:
+                if outcome is SKIPPED:
+                    skipped += 1
+                    halt(child)
+                    continue
+                if outcome is IDLE:
+                    raise self.strange(child, outcome)
+                self.status = outcome
             if runs_on is not child:
                 if runs_on is not None:
                     halt(runs_on)  # no other one can be RUNNING
                 self.current_child = child
-            if outcome is not RUNNING:
-                self.status = outcome
             return outcome
         if skipped == len(children):
             self.current_child = None

@@ -83,37 +83,36 @@ class Parallel(_Together):
     failure_count = Input(int, 1, "how many children have to fail")
 
     def tick_once(self) -> Outcome:
-        children: list[Any] = self.children
         needed, failing = self._limits or self._read()
-        self.status = RUNNING
-        completed, failures, skipped, count = self._completed, self._failures, 0, len(children)
-        succeeded = len(completed) - failures
-        ended: list[Any] | None = None
+        if self.status is not RUNNING:
+            self.status = RUNNING
+            self.current_child = self.children[-1]
+        settled = self._limits and needed and failing  # a child that runs decides nothing
+        children: list[Any] = self.children
+        completed, skipped, count = self._completed, 0, len(children)
         for child in children:
             if not completed or child not in completed:
-                outcome = child.tick_once() or child.status
-                if outcome is SUCCESS or outcome is FAILURE:
-                    succeeded += outcome is SUCCESS
-                    failures += outcome is FAILURE
-                    if ended is None:
-                        ended = [child]
-                    else:
-                        ended.append(child)
+                outcome = child.tick_once()
+                if outcome is None:
+                    outcome = child.status
+                if outcome is RUNNING and settled:
+                    continue
+                if outcome is SUCCESS:
+                    completed.add(child)
+                elif outcome is FAILURE:
+                    completed.add(child)
+                    self._failures += 1
                 elif outcome is SKIPPED:
                     skipped += 1
                 elif outcome is IDLE:
                     raise self.strange(child, outcome)
+            failures = self._failures
+            succeeded = len(completed) - failures
             if succeeded >= needed or (skipped and succeeded + skipped >= needed and self.read("success_count") < 0):
                 return self._finish(SUCCESS)
             if failures == failing or count - failures < needed:
                 return self._finish(FAILURE)
-        if ended is not None:
-            completed.update(ended)
-            self._failures = failures
-        if skipped == count:
-            return SKIPPED
-        self.current_child = children[-1]
-        return RUNNING
+        return SKIPPED if skipped == count else RUNNING
 
 
 class ParallelAll(_Together):
