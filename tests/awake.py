@@ -18,7 +18,7 @@ import runpy
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 TURN = 0.005  # [s] between two turns of the witness
@@ -43,12 +43,16 @@ class Awake:
     """While its context is open `monotonic` is such a time [s]; afterwards it goes on as the wall clock does.
 
     It has the name of the standard library's function, so that it can stand in for the module `time` of a clock.
+
+    Args:
+        wall: The wall clock [s].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, wall: Callable[[], float] = time.monotonic) -> None:
+        self._wall = wall
         self._stop = threading.Event()
         self._lock = threading.Lock()
-        self._seen, self._counted, self._most = time.monotonic(), 0.0, MOST
+        self._seen, self._counted, self._most = wall(), 0.0, MOST
         self._thread = threading.Thread(target=self._watch, name="witness", daemon=True)
 
     def __enter__(self) -> Awake:
@@ -63,14 +67,18 @@ class Awake:
     def monotonic(self) -> float:
         """Time awake [s]."""
         with self._lock:
-            return self._counted + min(time.monotonic() - self._seen, self._most)
+            return self._counted + min(self._wall() - self._seen, self._most)
+
+    def turn(self) -> None:
+        """The witness's turn: count the time since its last one, as far as it was awake."""
+        with self._lock:
+            now = self._wall()
+            self._counted += min(now - self._seen, MOST)
+            self._seen = now
 
     def _watch(self) -> None:
         while not self._stop.wait(TURN):
-            with self._lock:
-                now = time.monotonic()
-                self._counted += min(now - self._seen, MOST)
-                self._seen = now
+            self.turn()
 
 
 if __name__ == "__main__":

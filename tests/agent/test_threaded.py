@@ -13,22 +13,16 @@ from py_trees.composites import Parallel
 
 from rocs_bt.agent import ThreadedRunner
 from rocs_bt.agent.worker import PACE, Pace, Step, Ticker, Worker
-from rocs_bt.clock import WallClock
-from rocs_bt.event import ActuatorCommanded, BlockFailed, ListSink, RuleChanged, SensorRead, TicketChanged
+from rocs_bt.clock import SimulatedClock, WallClock
+from rocs_bt.event import ActuatorCommanded, BlockFailed, ListSink, RuleChanged, TicketChanged
 from rocs_bt.plan import Plan
 from rocs_bt.simulation import SinkThread
+
+from ..waiting import until
 
 pytestmark = pytest.mark.usefixtures("awake")
 
 ENDS = ("SUCCEEDED", "FAILED", "CANCELLED")
-
-
-def until(condition, limit=20.0):
-    """Wait for something, far longer than it may take."""
-    end = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < end, "it never came"
-        time.sleep(0.005)
 
 
 def of(sink, kind, **values):
@@ -52,13 +46,14 @@ def started(make_agent, *args, **kwargs):
 
 
 @contextmanager
-def moving(stage):
+def moving(stage, clock):
     """The mock world moves on meanwhile: wheels that turn while nothing changes would mean broken sensors."""
     stop = threading.Event()
 
     def move():
-        while not stop.wait(0.02):
-            stage.world.advance(0.02)
+        ticker = Ticker(clock, 0.02, stop)
+        while ticker.wait():
+            stage.world.advance(ticker.period)
 
     thread = threading.Thread(target=move)
     thread.start()
@@ -70,11 +65,11 @@ def moving(stage):
 
 
 class Burn(Behaviour):
-    """A leaf that burns Python for a while in each tick."""
+    """A leaf that burns 50 ms of Python in each tick."""
 
     def update(self):
-        end = time.monotonic() + 0.05
-        while time.monotonic() < end:
+        end = time.thread_time() + 0.05
+        while time.thread_time() < end:
             sum(i * i for i in range(50))
         return Status.RUNNING
 
@@ -86,14 +81,13 @@ def burning(mission):
 
 def test_no_high_action_is_lost_overtaken_or_late(make_agent):
     clock, agent, stage, sink, ahead = started(make_agent, burning)
-    rng = random.Random(7)
-    with moving(stage), ThreadedRunner(agent, clock):
+    rng, never = random.Random(7), threading.Event()
+    with moving(stage, clock), ThreadedRunner(agent, clock):
         until(lambda: of(sink, ActuatorCommanded, route="deliberative"))
         for _ in range(25):
-            ahead(rng.choice([0.15, 0.18, 0.3]))
-            time.sleep(rng.uniform(0.01, 0.12))
-            ahead(9.0)
-            time.sleep(rng.uniform(0.01, 0.12))
+            for distance in (rng.choice([0.15, 0.18, 0.3]), 9.0):
+                ahead(distance)
+                clock.wait_until(clock.now() + rng.uniform(0.01, 0.12), never)
         until(lambda: agent.arc.active is None)
         count = len(of(sink, ActuatorCommanded, route="deliberative"))
         until(lambda: len(of(sink, ActuatorCommanded, route="deliberative")) > count)  # the plan goes on
@@ -195,16 +189,14 @@ def test_a_plan_that_never_reads_its_changes_does_not_spin(make_agent):
 
 def test_after_a_failure_threads_rest(make_agent):
     clock, agent, _, sink, _ = started(make_agent)
-    with ThreadedRunner(agent, clock):
+    with ThreadedRunner(agent, clock) as runner:
         until(lambda: of(sink, ActuatorCommanded, route="deliberative"))
         agent.fail("a test", "raised", "on purpose")
-        agent.plan.replan("a test")
-        time.sleep(0.15)
+        waiting = {f"analyze {analyze.name}" for analyze in agent.analyzes}  # for a sample, which nobody reads
+        until(lambda: {worker.name for worker in runner.workers if worker.thread.is_alive()} <= waiting)
         count = len(sink.events)
-        reads = len(of(sink, SensorRead))
-        time.sleep(0.3)
+        agent.plan.replan("a test")
         assert len(sink.events) == count
-        assert len(of(sink, SensorRead)) == reads
 
 
 def test_a_failed_agent_names_the_actuator_that_does_not_stop(make_agent):
@@ -251,16 +243,26 @@ def test_a_worker_hangs_after_three_periods_of_beats(make_agent):
 
 
 def test_a_ticker_skips_what_it_missed():
-    clock, stop = WallClock(), threading.Event()
-    ticker = Ticker(clock, 0.01, stop)
-    assert ticker.wait()
-    assert ticker.count >= 0
-    time.sleep(0.05)
-    assert ticker.wait()
-    first = ticker.count
-    assert first >= 5
-    assert ticker.wait()
-    assert ticker.count >= first + 1
+    class Still(SimulatedClock):
+        """Moves to a deadline at once."""
+
+        def wait_until(self, deadline, stop):
+            self.advance(max(0, round(deadline / self.step) - self.count))
+            return not stop.is_set()
+
+    clock, stop = Still(0.001), threading.Event()
+    ticker = Ticker(clock, 0.01, stop, phase=0.003)
+    ticks = []
+    for missed in (0.0, 0.002, 0.055, 0.0):
+        clock.advance(round(missed / clock.step))
+        assert ticker.wait()
+        ticks.append((ticker.count, clock.count))
+    assert ticks == [
+        (0, 3),
+        (1, 13),
+        (6, 68),
+        (7, 73),
+    ]  # of those at 23 to 63 ms the last one, late
     stop.set()
     assert not ticker.wait()
 

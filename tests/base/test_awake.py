@@ -1,20 +1,32 @@
 """The time that tests of threads run on (tests/awake.py)."""
 
-import time
+import pytest
 
-from ..awake import MOST, Awake
+from ..awake import MOST, TURN, Awake
+from ..waiting import until
 
 
-def test_it_stands_still_while_its_witness_does_and_goes_on_afterwards():
-    with Awake() as awake:
+def test_a_gap_between_two_turns_counts_little_and_turns_in_time_count_in_full():
+    wall = [100.0]
+    awake = Awake(lambda: wall[0])
+    for gap, counted in ((TURN, TURN), (0.5, MOST), (TURN, TURN), (3600.0, MOST)):
         before = awake.monotonic()
-        with awake._lock:  # the witness cannot take its turn, as if the machine were gone
-            time.sleep(0.5)
-        assert awake.monotonic() - before <= 5 * MOST
-        end = time.monotonic() + 30.0
-        while awake.monotonic() - before < 20 * MOST:
-            assert time.monotonic() < end
-            time.sleep(0.01)
+        wall[0] += gap
+        assert awake.monotonic() - before == pytest.approx(counted)
+        awake.turn()
+        assert awake.monotonic() - before == pytest.approx(counted)
+
+
+def test_it_goes_on_while_its_witness_does_and_as_the_wall_clock_afterwards():
+    wall = [0.0]
+
+    def tick():
+        wall[0] += 0.001
+        return wall[0]
+
+    with Awake(tick) as awake:
+        before = awake.monotonic()
+        until(lambda: awake.monotonic() - before > 20 * MOST)
     after = awake.monotonic()  # whoever still waits for it then must not wait for ever
-    time.sleep(0.1)
-    assert awake.monotonic() - after > 4 * MOST
+    wall[0] += 1000.0
+    assert awake.monotonic() - after > 1000.0

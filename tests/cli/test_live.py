@@ -11,6 +11,8 @@ import urllib.request
 
 import pytest
 
+from ..waiting import GUARD
+
 
 def test_the_page_stays_after_the_end_until_somebody_interrupts(tmp_path):
     command = [sys.executable, "-m", "rocs_bt.cli", "run", "exp1", "--live", "--for", "0.3", "--no-report"]
@@ -25,7 +27,7 @@ def test_the_page_stays_after_the_end_until_somebody_interrupts(tmp_path):
             url = re.fullmatch(r"Live: (http://127\.0\.0\.1:\d+/\S+/)\n", process.stderr.readline())[1]
             assert process.stderr.readline() == "The live page stays until Ctrl-C.\n"
             outcome, trail = None, []
-            with urllib.request.urlopen(url + "events", timeout=10) as stream:
+            with urllib.request.urlopen(url + "events", timeout=GUARD) as stream:
                 while outcome is None:  # who comes at once may hear of the end a moment later
                     told = json.loads(stream.readline().removeprefix(b"data: ") if stream.readline() else b"")
                     stream.readline()
@@ -34,13 +36,13 @@ def test_the_page_stays_after_the_end_until_somebody_interrupts(tmp_path):
             assert outcome[0] == "timeout"
             assert trail
             process.send_signal(signal.SIGINT)
-            out, err = process.communicate(timeout=20)
+            out, err = process.communicate(timeout=GUARD)
         finally:
             process.kill()
     assert (process.returncode, err) == (1, "")
     assert "R2 timeout" in out
     with pytest.raises(OSError, match="refused"):
-        urllib.request.urlopen(url, timeout=5)
+        urllib.request.urlopen(url, timeout=GUARD)
 
 
 def test_a_port_that_is_taken_is_told_before_the_run(rocs_bt, tmp_path):
@@ -71,7 +73,7 @@ sys.exit(call(sys.argv[1:]))
 @pytest.mark.skipif(not hasattr(fcntl, "F_SETPIPE_SZ"), reason="pipes of this system cannot be made small")
 def test_a_page_that_is_stopped_keeps_neither_the_run_nor_the_command_from_ending(tmp_path):
     command = ["run", "exp1", "--live", "--for", "0.3", "--no-report", "--out", tmp_path / "run"]
-    done = subprocess.run([sys.executable, "-c", STOPPED, *command], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", STOPPED, *command], capture_output=True, text=True, timeout=GUARD)
     assert done.returncode == 1
     assert "R2 timeout" in done.stdout
     assert done.stderr.splitlines()[1:] == [

@@ -15,6 +15,8 @@ import pytest
 from rocs_bt.compare import WorkerDied, WorkerPool
 from rocs_bt.errors import InputError
 
+from ..waiting import GUARD, until
+
 
 def square(x):
     return x * x
@@ -76,8 +78,7 @@ def test_a_task_that_always_kills_its_process_fails_alone(pool):
 def test_a_hurried_end_kills_what_hangs_and_cancels_what_waits():
     pool = WorkerPool(1)
     running, waiting = pool.submit(time.sleep, 600.0), pool.submit(square, 2)
-    while not running.running():
-        time.sleep(0.01)
+    until(running.running)
     pool.shutdown(cancel_futures=True)
     assert wait([running, waiting], timeout=0).not_done == set()
     assert isinstance(running.exception(), WorkerDied)
@@ -109,7 +110,7 @@ def test_a_worker_ends_in_the_midst_of_a_task_when_its_parent_is_killed(tmp_path
         worker = int(opened.readline())
         parent.kill()
         parent.wait()
-        gone = bool(select.select([opened], [], [], 60.0)[0])  # the worker has the other end for as long as it lives
+        gone = bool(select.select([opened], [], [], GUARD)[0])  # the worker has the other end for as long as it lives
         if not gone:
             os.kill(worker, signal.SIGKILL)
     assert gone

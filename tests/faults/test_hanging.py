@@ -20,6 +20,8 @@ from rocs_bt.event import ActuatorCommanded, BlockFailed, RuleChanged
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.testing.faults import DeadSensor, HangingActuator, HangingSensor, break_actuator, break_sensor
 
+from ..waiting import GUARD, until
+
 pytestmark = pytest.mark.usefixtures("awake")
 
 AT = 1.2  # [s] when it happens: the robot drives by then
@@ -75,12 +77,9 @@ def beside(what):
     return build
 
 
-def leftover(before):
-    """Threads that are still there long after the run, other than those that were there before it."""
-    end = time.monotonic() + 30.0
-    while (threads := set(threading.enumerate()) - before) and time.monotonic() < end:
-        time.sleep(0.02)
-    return threads
+def nothing_left(before):
+    """Wait until no thread is there but those that were there before the run."""
+    until(lambda: not set(threading.enumerate()) - before)
 
 
 def check(run, block, before, began=AT):
@@ -95,7 +94,7 @@ def check(run, block, before, began=AT):
     assert not any(any(e.values) for e in after)
     with pytest.raises(DeviceError, match="shut"):
         run.stage.actuators["R2"]["wheels"].command([0.3, 0.3])
-    assert leftover(before) == set()
+    nothing_left(before)
     assert run.coast() < 0.02
 
 
@@ -163,7 +162,7 @@ def test_dead_sensors_are_met_with_the_reflex(broken, before):
     assert [e for e in run.of(RuleChanged) if e.phase == "fired" and e.rule.endswith("Blind") and e.t < AT + SOON]
     assert run.agent["outcome"] == "timeout"
     assert not any(any(m.target) for m in run.stage.world._motors["R2"])
-    assert leftover(before) == set()
+    nothing_left(before)
 
 
 def test_the_process_ends_while_a_device_hangs(tmp_path):
@@ -178,7 +177,7 @@ def test_the_process_ends_while_a_device_hangs(tmp_path):
         "print(result.outcomes['R2'])\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, timeout=GUARD, check=False
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "error"

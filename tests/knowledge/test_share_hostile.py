@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import math
-from pathlib import Path
 
 import msgspec
 import pytest
@@ -30,9 +28,7 @@ from rocs_bt.knowledge.share.wire import (
     parts,
 )
 
-_SPEC = importlib.util.spec_from_file_location("share_world", Path(__file__).with_name("share_world.py"))
-world = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(world)
+from . import share_world as world
 
 KEY = b"k" * 32
 NOW = 10**12  # a stamp of today's, on the simulated calendar

@@ -5,14 +5,11 @@ What runs here is what runs between robots, and nothing of it is on loopback. Ne
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import shutil
 import subprocess
 import sys
-import time
 from datetime import UTC, datetime
-from pathlib import Path
 
 import pytest
 
@@ -20,12 +17,9 @@ from rocs_bt.knowledge.share.keys import make_keys
 
 pytest.importorskip("zenoh", reason="needs the extra 'share'")
 
-_SPEC = importlib.util.spec_from_file_location("share_processes", Path(__file__).with_name("test_share_processes.py"))
-assert _SPEC is not None
-assert _SPEC.loader is not None
-processes = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(processes)
-agree, until = processes.agree, processes.until
+from ..waiting import GUARD, until
+from . import test_share_processes as processes
+from .test_share_processes import agree, pass_time
 
 PORT = 7447
 
@@ -154,12 +148,12 @@ def test_off_loopback_who_shows_no_certificate_is_not_served(hosts, group, tmp_p
     until(lambda: agree(first, second))
     for how, answers in (("tls", {"TLSV13_ALERT_CERTIFICATE_REQUIRED"}), ("plain", {"closed"})):
         command = [*hosts.within(3), sys.executable, "-c", STRANGER, hosts.addresses[0], how]
-        said = subprocess.run(command, check=True, capture_output=True, text=True, timeout=30.0).stdout.strip()
+        said = subprocess.run(command, check=True, capture_output=True, text=True, timeout=GUARD).stdout.strip()
         assert said in answers, how
     (folder,) = make_keys(tmp_path / "others", ["M"], datetime.now(UTC))
     other = processes.Process("M", f"0.0.0.0:{PORT}", hosts.addresses[:2], folder, 0.0, hosts.within(3))
     other.do("add evil")
-    time.sleep(3.0)
+    pass_time(first, second)
     assert other.do("ask")["peers"] == []
     other.end()
     for process in (first, second):

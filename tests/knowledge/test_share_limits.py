@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
 import math
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -18,11 +16,7 @@ from rocs_bt.knowledge.share import Ageing, Counts, Entry, Letterbox, Scope, inb
 from rocs_bt.knowledge.share.replica import STAMP_LIMIT
 from rocs_bt.knowledge.share.wire import FRAME_LIMIT, Beat, Delta, Have, Say, encode, parts
 
-_SPEC = importlib.util.spec_from_file_location("share_world", Path(__file__).with_name("share_world.py"))
-assert _SPEC is not None
-assert _SPEC.loader is not None
-world = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(world)
+from . import share_world as world
 
 NOW = 10**12  # a stamp of today's, on the simulated calendar
 

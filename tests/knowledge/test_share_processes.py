@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -20,8 +19,9 @@ pytest.importorskip("zenoh", reason="needs the extra 'share'")
 
 from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork, check_address
 
+from ..waiting import GUARD, until
+
 PROGRAM = Path(__file__).with_name("share_process.py")
-PATIENCE = 20.0  # [s] generous: it is an upper bound of how long a busy machine may take, and no figure
 
 
 class Process:
@@ -41,7 +41,7 @@ class Process:
 
     def end(self):
         self.popen.stdin.close()
-        self.popen.wait(PATIENCE)
+        self.popen.wait(GUARD)
         self.popen.stdout.close()
 
 
@@ -69,20 +69,19 @@ def free_ports(count):
     return [f"127.0.0.1:{port}" for port in ports]
 
 
-def until(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < deadline, "it never came to this"
-        time.sleep(0.05)
-    return found
-
-
 def agree(*processes):
     """What all say, when they say the same and have told all."""
     said = [process.do("ask") for process in processes]
     if any(s["pending"] or s["acknowledged"] < s["written"] for s in said) or not all(s["peers"] for s in said):
         return None
     return said if all(s["live"] == said[0]["live"] and s["graph"] == said[0]["graph"] for s in said) else None
+
+
+def pass_time(first, second):
+    """Let so much pass between two that share that whoever is heard at all is heard by now."""
+    for i in range(20):
+        (first if i % 2 else second).do(f"set box {i}")
+        until(lambda: agree(first, second))
 
 
 @pytest.mark.parametrize("secure", [False, True], ids=["plain", "tls"])
@@ -125,7 +124,6 @@ def test_one_is_killed_and_comes_back_and_all_are_equal(processes, tmp_path, sec
 def test_who_comes_first_finds_who_comes_later_and_they_find_each_other_through_it(processes):
     addresses = free_ports(3)
     early = [processes(f"R{i}", addresses[i], addresses[:1]) for i in (1, 2)]
-    time.sleep(0.5)
     late = processes("R0", addresses[0], [])
     for process in early:
         process.do("add box")
@@ -143,7 +141,7 @@ def test_who_has_no_key_of_the_group_is_not_heard(processes, tmp_path):
     first.do("add box")
     third.do("add evil")
     until(lambda: agree(first, second))
-    time.sleep(1.0)
+    pass_time(first, second)
     assert third.do("ask")["peers"] == []
     for process in (first, second):
         said = process.do("ask")

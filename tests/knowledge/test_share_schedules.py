@@ -4,9 +4,7 @@ acknowledged is not lost. The oracle is the list of all writes that were ever ma
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,11 +14,7 @@ from hypothesis import strategies as st
 from rocs_bt.errors import KnowledgeError
 from rocs_bt.geometry import Pose2
 
-_SPEC = importlib.util.spec_from_file_location("share_world", Path(__file__).with_name("share_world.py"))
-assert _SPEC is not None
-assert _SPEC.loader is not None
-world = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(world)
+from . import share_world as world
 
 COUNT = 3
 NODES = ("a", "b", "c")

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
-
 import pytest
 
 from rocs_bt.errors import InputError
@@ -14,9 +11,8 @@ from rocs_bt.knowledge import SCHEMA, Attribute, Kind
 from rocs_bt.knowledge.history import History, Journal, lasting, load_into
 from rocs_bt.knowledge.share import Ageing, Letterbox, Scope, Trouble
 
-_SPEC = importlib.util.spec_from_file_location("share_world", Path(__file__).with_name("share_world.py"))
-world = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(world)
+from . import share_world as world
+
 Peers = world.Peers
 
 

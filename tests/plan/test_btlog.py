@@ -1,7 +1,7 @@
 """`.btlog`: what Groot2 replays, read back by a reader written anew, and held against BehaviorTree.CPP's own."""
 
 import struct
-import time
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,6 +13,8 @@ from rocs_bt.errors import InputError, RecordingError
 from rocs_bt.plan.nodes import BUILTIN, Input, Leaf
 from rocs_bt.plan.watch import BtLog
 from rocs_bt.plan.xml import load_tree
+
+from ..waiting import until
 
 STATUSES = {"R": Status.RUNNING, "S": Status.SUCCESS, "F": Status.FAILURE}
 NAMES = ["IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"]
@@ -170,6 +172,16 @@ def test_a_full_disk_stops_no_robot(mind, tmp_path):
         log.close()
 
 
+def ended(logger, path: Path) -> bool:
+    """Whether the root's end is in the file: the logger's writer is a thread, which drops what is left at the end."""
+    logger.flush()
+    try:
+        changes = read(path)[2]
+    except AssertionError:  # a part of a record
+        return False
+    return any(uid == changes[0][1] and status == 2 for _, uid, status in changes)
+
+
 def theirs(bt, path: Path):
     """The same document run by BehaviorTree.CPP, with its own logger."""
     factory = bt.BehaviorTreeFactory()
@@ -187,8 +199,7 @@ def theirs(bt, path: Path):
     logger = bt.FileLogger(tree, str(path))
     while tree.tick_exactly_once() == bt.NodeStatus.RUNNING:
         pass
-    time.sleep(0.2)  # its writer is a thread that drops what it has not come to at the end
-    logger.flush()
+    until(partial(ended, logger, path))
     del logger, tree
     return read(path)
 

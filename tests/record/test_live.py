@@ -5,7 +5,6 @@ import json
 import math
 import re
 import socket
-import time
 from urllib.parse import urlsplit
 
 import msgspec
@@ -31,6 +30,7 @@ from rocs_bt.record.live import page as page_module
 from rocs_bt.record.live.picture import Picture
 from rocs_bt.record.live.server import Feed, Server
 
+from ..waiting import GUARD, until
 from . import synthetic
 
 EVENTS = synthetic.events(4.0)
@@ -155,7 +155,7 @@ def test_an_event_that_is_no_data_is_left_out():
 def get(url: str, *, method: str = "GET", path: str | None = None, host: str | None = None):
     """One request: its status and text, and its headers."""
     parts = urlsplit(url)
-    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=10)
+    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=GUARD)
     connection.putrequest(method, parts.path if path is None else path, skip_host=True)
     connection.putheader("Host", parts.netloc if host is None else host)
     connection.endheaders()
@@ -219,7 +219,7 @@ def test_a_live_page_shows_one_run(live):
 def messages(url: str):
     """A stream's messages: kind and data."""
     parts = urlsplit(url)
-    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=10)
+    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=GUARD)
     connection.request("GET", parts.path + "events")
     lines = connection.getresponse()
     while kind := lines.readline().decode():
@@ -266,10 +266,7 @@ def test_a_page_that_dies_holds_nobody_up():
         page._process.wait()
         for event in EVENTS:
             page.emit(event)
-        end = time.monotonic() + 10.0
-        while page._waiting and time.monotonic() < end:
-            time.sleep(0.05)
-        assert not page._waiting
+        until(lambda: not page._waiting)
 
 
 def test_a_page_that_reads_nothing_for_long_is_given_up(monkeypatch):
