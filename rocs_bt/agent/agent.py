@@ -211,20 +211,26 @@ class Agent:
             self._sink.emit(BlockFailed(t=self.clock.now(), agent=self.name, block=block, kind=kind, detail=detail))
             self.pipeline.clear(f"the failure of {block}")
 
-    def stop(self, by: str = "the end of the run") -> None:
-        """Halt the plan, cancel everything and let the wheels stand, once; the agent may not be used after it.
+    def brake(self) -> None:
+        """Send all actuators to neutral for good, at once; from any thread. The blocks go on, and move nothing."""
+        self._attempt("execute", self.execute.close)
+        self._shut()
 
-        After a failure too: what runs is halted and stopped, so that every ticket and every node comes to its end.
+    def stop(self, by: str = "the end of the run") -> None:
+        """Go to neutral, halt the plan and cancel everything, once; the agent may not be used after it.
+
+        The wheels stop first, whatever the plan does. After a failure too: what runs is halted and stopped, so that
+        every ticket and every node comes to its end.
         """
         with self._failing:  # a failure that another thread tells of is told to its end first
             if self.stopped:
                 return
+        self.brake()
         self._sink.emit(AgentStopped(t=self.clock.now(), agent=self.name, by=by))
         self._attempt("plan", self._close_plan)
         self._attempt("execute", self.execute.stop, by)
         with self._failing:
             self.stopped = True
-        self._shut()
         if self.sharing is not None:
             self._attempt("sharing", self.sharing.halt, self.clock.now())
 

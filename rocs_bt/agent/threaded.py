@@ -55,6 +55,7 @@ class ThreadedRunner:
         return self
 
     def __exit__(self, *exc: object) -> None:
+        self.agent.brake()  # before waiting for any thread
         self._stop.set()
         self.agent.pipeline.wake()
         self.agent.plan.inbox.wake()

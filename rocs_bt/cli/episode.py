@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from ..catalog import Catalog
+from .outcome import exit_code
 
 
 @click.command()
@@ -18,13 +19,14 @@ from ..catalog import Catalog
 def command(planner: str, scene: str, seed: int, out: Path | None) -> int:
     """Play PLANNER in SCENE, as a comparison does, and write summary.json, run.mcap and report.html.
 
-    SCENE is a scenario, or a scene of a family as results name it, such as barn_like-17. Exits with 0 when every agent
-    succeeded, else with 1.
+    SCENE is a scenario, or a scene of a family as results name it, such as barn_like-17. Exit codes are those of
+    `rocs-bt run`.
     """
     from ..compare import play_again
 
     folder = out or Path("runs") / re.sub(r"[^\w.=-]+", "_", f"{planner}-{scene}-{seed}")
     result = play_again(planner, scene, seed, Catalog.here(), folder)
     click.echo(str(result))
-    click.echo(f"Report: {result.report}")
-    return 0 if result.success else 1
+    if result.report is not None:
+        click.echo(f"Report: {result.report}")
+    return exit_code(result.summary, missing=bool(result.missing))

@@ -1,11 +1,13 @@
 """The `rocs-bt` command: which commands there are, and what their errors become.
 
 Exit 0: it ran, and every agent succeeded. 1: it ran, some agent did not. 2: the input is wrong. 3: the engine failed.
+128 + signal: a signal ended it.
 """
 
 from __future__ import annotations
 
 import importlib
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -16,11 +18,13 @@ import click
 
 from .. import __version__
 from ..errors import InputError, RecordingError, RocsError
+from .terminal import perhaps_closed
 
 # Each command and what it does, so that the help needs to load none of them.
 COMMANDS = {
     "run": "Run a scenario to its outcome and write a report.",
     "replay": "Feed a recorded run to the same mind; or tell why something happened.",
+    "report": "Make summary and report of a recording, also of one that was cut off.",
     "plot": "Draw the figures of a run, or of two runs over each other.",
     "figures": "Re-run the paper's experiments over many seeds, and draw its figures.",
     "episode": "Play one episode of a comparison again, with its recording and report.",
@@ -93,14 +97,13 @@ def call(arguments: Sequence[str]) -> int:
     except click.ClickException as error:  # what click finds wrong in the command line
         error.show()
         return 2
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted.", err=True)
-        return 130
+    except (click.Abort, KeyboardInterrupt) as error:
+        return _interrupted(error.__cause__ if isinstance(error, click.Abort) else error)
     except (InputError, RecordingError) as error:  # a recording is an input too
         click.echo(str(error), err=True)
         return 2
     except RocsError as error:
-        click.echo(f"the engine failed: {error}", err=True)
+        click.echo("\n".join([f"the engine failed: {error}", *getattr(error, "__notes__", ())]), err=True)
         return 3
     except OSError as error:
         # A place that cannot be written is the person's; what has no name is ours.
@@ -110,3 +113,11 @@ def call(arguments: Sequence[str]) -> int:
         traceback.print_exc()
         click.echo("the engine failed: this is a defect of rocs_bt. Please report the lines above.", err=True)
         return 3
+
+
+def _interrupted(error: BaseException | None) -> int:
+    """Tell of an interruption; its exit code."""
+    number = int(getattr(error, "signal", signal.SIGINT))
+    with perhaps_closed():
+        click.echo("\n".join([f"{error}" or "interrupted.", *getattr(error, "__notes__", ())]), err=True)
+    return 128 + number

@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Any
 
 from ..clock import WallClock
+from .terminal import perhaps_closed
 
 _PATIENCE = 1.0  # [s]; work that is done sooner shows no bar
 
@@ -49,7 +50,8 @@ class Progress:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._bar is not None:
-            self._bar.stop()
+            with perhaps_closed():
+                self._bar.stop()
 
     def _start(self) -> None:
         from rich.console import Console

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import json
-import math
-import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from ..catalog import Catalog, is_path
 from ..errors import Fault, InputError
 from ..event import Event, RulesReplaced
-from ..words import counted
+from .outcome import exit_code, outcome_text
 from .progress import Progress
-from .requirements import told
+from .terminal import perhaps_closed
 
 if TYPE_CHECKING:
     from ..record.live import LivePage
-    from ..simulation import RunResult
 
-_FAULTS = 3  # that are told on the screen
+_NOTICE = "\n{signal}: the run ends and its report is written; a second signal ends it at once.\n"
 
 
 @click.command()
@@ -70,10 +67,12 @@ def command(
 ) -> int:
     """Run SCENARIO, a name or a file, and tell how each agent did.
 
-    Writes summary.json, run.mcap and report.html. Exits with 0 when every agent succeeded, else with 1.
+    Writes summary.json, run.mcap and report.html, also where Ctrl-C, SIGTERM or SIGHUP ends it; a second signal ends it
+    at once. Exits with 0 if every agent succeeded, 1 if one did not, 2 if something in the input is wrong, 3 if the
+    engine failed, 128 + signal if one ended it.
     """
     from ..check import mind_doubts
-    from ..simulation import run
+    from ..simulation import StopSignals, run
 
     if duration is not None and not 0.0 < duration < float("inf"):
         raise InputError(Fault(f"--for must be a time above zero, found {duration:g} s."))
@@ -81,7 +80,7 @@ def command(
     spec = catalog.load_scenario(scenario)
     for doubt in mind_doubts(spec, catalog):
         click.echo(str(doubt), err=True)
-    folder = out or Path("runs") / f"{spec.name}-{seed}"
+    folder, signals = out or Path("runs") / f"{spec.name}-{seed}", StopSignals(_NOTICE)
     with _live(port) if show_live else nullcontext() as live:
         with Progress(spec.name, duration or spec.duration) as progress:
             result = run(
@@ -100,13 +99,18 @@ def command(
                 sinks=[_Replacements()] if watch_rules else (),
                 watch_rules=watch_rules,
                 knowledge=knowledge,
+                signals=signals,
             )
-        click.echo(json.dumps(result.summary, indent=2) if as_json else _told(result, folder))
-        if live is not None:
+        summary = result.summary
+        with perhaps_closed():
+            click.echo(json.dumps(summary, indent=2) if as_json else outcome_text(summary, folder, result.report))
+            for line in result.missing:
+                click.echo(line, err=True)
+        if live is not None and signals.received is None:
             click.echo("The live page stays until Ctrl-C.", err=True)
             if not live.wait():
                 click.echo("The live page does not respond any more, so it was closed.", err=True)
-    return 0 if succeeded(result.summary) else 1
+    return exit_code(summary, signal=signals.received, missing=bool(result.missing))
 
 
 @contextmanager
@@ -131,92 +135,3 @@ class _Replacements:
 def catalog_for(name: str, *, code: bool = True) -> Catalog:
     """The catalog around a file that was named by its path, else around the current folder."""
     return Catalog.here(Path(name).parent if is_path(name) else None, code=code)
-
-
-def succeeded(summary: Mapping[str, Any]) -> bool:
-    """Whether every agent did."""
-    return all(agent["outcome"] == "success" for agent in summary["agents"].values())
-
-
-def _told(result: RunResult, folder: Path) -> str:
-    """The outcome in a few lines for each agent, where the report is, and what to try next."""
-    lines: list[str] = []
-    for name, agent in result.summary["agents"].items():
-        lines += _outcome(name, agent, result.summary)
-        lines += [f"  {line}" for line in told({name: agent["requirements"]})]
-    where = shlex.quote(str(folder))
-    if (kept := result.summary.get("knowledge")) is not None:
-        lines += _remembered(kept)
-    if result.report is not None:
-        lines.append(f"Report: {result.report}")
-    why = min(result.summary["sim_time"] / 2, 5.0)
-    lines.append(f"Try next: rocs-bt replay {where} --why {why:.1f}   or   rocs-bt plot {where}")
-    return "\n".join(lines)
-
-
-def _remembered(kept: Mapping[str, Any]) -> list[str]:
-    """What was remembered at the start, what was not, and where this run's knowledge is."""
-    lines = []
-    for name, found in kept["remembered"].items():
-        lines.append(
-            f"{name} remembered {counted(found['nodes'], 'thing')} and {counted(found['edges'], 'relation')}"
-            f" of earlier runs{', but not all' if found['refused'] else ''}."
-        )
-        lines += [f"  not remembered: {reason}" for reason in found["refused"][:_FAULTS]]
-    if kept["lost"]:
-        lines.append(f"{counted(kept['lost'], 'change')} of knowledge came faster than the disk took them.")
-    file = shlex.quote(kept["file"])
-    return [*lines, f"Knowledge: {file}   (rocs-bt knowledge show {file})"]
-
-
-def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
-    colour = "green" if agent["outcome"] == "success" else "red"
-    outcome = click.style(f"{name} {agent['outcome']}", fg=colour, bold=True)
-    reason = f": {agent['reason']}" if agent["reason"] else ""
-    place = f"{summary['scenario']}, seed {summary['seed']}"
-    took = f" in {agent['time_to_goal']:.1f} s" if agent["time_to_goal"] is not None else ""
-    reactive, deliberative = agent["time_reactive"], agent["time_deliberative"]
-    share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
-    refirings = agent["reflex_refirings"]
-    again = f" and fired again {counted(refirings, 'time')} while latched" if refirings else ""
-    clearance = agent["min_clearance"]
-    near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
-    struck = f", struck {counted(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
-    kept = [*_followed(agent["following"]), *_located(agent["localisation"])]
-    faults = [f"  fault at {fault}" for fault in agent["faults"][:_FAULTS]]
-    if (more := len(agent["faults"]) - _FAULTS) > 0:
-        faults.append(f"  and {counted(more, 'more fault')}: see the report")
-    return [
-        f"{outcome}{took} ({place}){reason}",
-        f"  drove {agent['path_length']:.2f} m with {counted(agent['collisions'], 'collision')}{struck}{near};"
-        f" {summary['sim_time']:.1f} s simulated in {summary['wall_time']:.1f} s"
-        f" ({summary['real_time_factor']:.0f} times real time)",
-        f"  {counted(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time{again},"
-        f" {counted(agent['replans'], 're-plan')},"
-        f" {counted(agent['route_switches'], 'switch', 'es')} between plan and reflex",
-        *kept,
-        *faults,
-    ]
-
-
-def _followed(leash: Mapping[str, Any] | None) -> list[str]:
-    """How it kept its distance from its leader; nothing of who follows nobody, or never caught up."""
-    if leash is None or not leash["periods"]:
-        return []
-    driving = leash["least_driving"]
-    near = "" if driving is None else f", never nearer than {driving:.2f} m while it drove"
-    return [
-        f"  followed {leash['leader']} at {leash['mean_distance']:.2f} m in the mean,"
-        f" {100.0 * leash['in_band']:.0f} % of the time within its band{near}"
-    ]
-
-
-def _located(error: Mapping[str, float] | None) -> list[str]:
-    """How far off it took itself to be; nothing of who does not localise itself."""
-    if error is None:
-        return []
-    rms, most = (
-        f"{100.0 * error[f'position_{kind}']:.1f} cm and {math.degrees(error[f'heading_{kind}']):.1f} deg"
-        for kind in ("rms", "max")
-    )
-    return [f"  its estimate of its pose was {rms} off (rms), at most {most}"]

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..catalog import KeepingCatalog
 from ..simulation import run
-from ..simulation.run import RECORDING, SUMMARY
+from ..simulation.run_files import RECORDING, SUMMARY
 from .sweep import local_pool
 
 Summary = dict[str, Any]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..clock import Clock
 from ..device import Actuator
-from ..errors import WiringError, unknown
+from ..errors import DeviceError, WiringError, unknown
 from ..event import ActuatorCommanded, Event, EventSink, pack
 from ..safety import SafetyGate
 
@@ -57,7 +57,12 @@ class CommandedActuator(Actuator):
             return
         # Before the device is asked: one that refuses half-way may move all the same, and must then go to neutral.
         self._active = True
-        given = self._gate.give(values, turn.action)
+        try:
+            given = self._gate.give(values, turn.action)
+        except DeviceError:
+            if self._body.turn.open:
+                raise
+            return  # it was shut for good while this command was on its way
         self._fresh = turn.commanded = True
         self._record(given)
 

@@ -46,6 +46,7 @@ class Execute:
         self._decomposer: ActionDecomposer | None = None
         self._steps = 0
         self._lock = threading.Lock()
+        self._closed = False
 
     @property
     def route(self) -> str:
@@ -67,6 +68,9 @@ class Execute:
             turn = self._body.turn
             self.pipeline.settle()
             turn.route, turn.open, self._steps = "idle", True, 0
+            if self._closed:  # asked after the gate was opened: whoever closes it meanwhile shuts it again
+                turn.open = False
+                return
             try:
                 self._serve()
             except BaseException as error:  # the wheels stop first, whatever it is, and it goes on to the agent
@@ -76,6 +80,13 @@ class Execute:
                 raise
             finally:
                 self._body.settle()
+
+    def close(self) -> None:
+        """Let all actuators go to neutral, once, and command nothing any more; may be called from any thread."""
+        if not self._closed:
+            self._closed = True
+            self._body.turn.open = False
+            self._body.neutral()
 
     def stop(self, by: str) -> None:
         """Let all actuators go to neutral and cancel every ticket; may be called from any thread.
@@ -88,7 +99,8 @@ class Execute:
         """
         self._body.turn.open = False
         try:
-            self._body.neutral()
+            if not self._closed:
+                self._body.neutral()
         finally:
             self.pipeline.clear(by)
             if self._lock.acquire(blocking=False):

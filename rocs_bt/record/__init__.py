@@ -1,5 +1,6 @@
 """What happened: recording, reading back, comparing, explaining and drawing. It draws recorded data only."""
 
+from .atomic_file import write_whole
 from .diverge import WORLD_EVENTS, Divergence, compare
 from .figures import write_figures
 from .header import AgentInfo, Beam, BodyInfo, Fan, Outline, Place, RequirementInfo, RunHeader, SignalInfo, TreeNode
@@ -34,4 +35,5 @@ __all__ = [
     "samples_of",
     "write_figures",
     "write_report",
+    "write_whole",
 ]

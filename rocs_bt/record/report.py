@@ -12,6 +12,7 @@ import msgspec
 from ..errors import RecordingError
 from ..event import BlockFailed, CommandExpired, PeerFault, SensorFailed, TicketChanged, Touched
 from .animation import animation
+from .atomic_file import write_whole
 from .figures.plot import FIGURES
 from .header import AgentInfo
 from .history import AgentHistory, History
@@ -31,7 +32,7 @@ _VERDICTS = {
 
 
 def write_report(recording: Recording, summary: Mapping[str, Any] | None, path: Path) -> None:
-    """Write the report of a run.
+    """Write the report of a run, as a whole or not at all.
 
     Args:
         recording: The run.
@@ -43,7 +44,7 @@ def write_report(recording: Recording, summary: Mapping[str, Any] | None, path: 
     """
     text = render_report(recording, summary)
     try:
-        path.write_text(text, encoding="utf-8")
+        write_whole(path, text)
     except OSError as error:
         raise RecordingError(f"the report '{path}' cannot be written: {error.strerror}.") from error
 

@@ -14,18 +14,24 @@ from .placement import place_all
 from .replay import replay
 from .requirements import Finding, RequirementWatch, check_recorded, requirement_faults, requirements_of
 from .run import RunResult, run
+from .run_files import REPORT, SUMMARY
 from .sink_thread import SinkThread
 from .stage import Stage, compose_scenario, set_stage
+from .stop_signals import EndedAtOnce, StopSignals
 from .streams import stream
+from .summary import summary_of
 
 __all__ = [
     "CARRIERS",
     "MOVERS",
     "OUTCOMES",
     "POSES_TRIED",
+    "REPORT",
+    "SUMMARY",
     "Carrier",
     "Driven",
     "Driver",
+    "EndedAtOnce",
     "Episode",
     "Finding",
     "FreePose",
@@ -41,6 +47,7 @@ __all__ = [
     "RunResult",
     "SinkThread",
     "Stage",
+    "StopSignals",
     "Verdict",
     "check_recorded",
     "compose_scenario",
@@ -58,4 +65,5 @@ __all__ = [
     "run_physics",
     "set_stage",
     "stream",
+    "summary_of",
 ]

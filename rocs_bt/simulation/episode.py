@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass
 from typing import Protocol
 
 from ..clock import Rate, WallClock
 from ..drivers.mujoco import Contact, MujocoWorld
 from ..event import BodyMoved, EventSink, GoalEntered, Judged, Touched, pack
+from ..raised import describe
 from .carried import Carrier
 from .clearance import ClearanceWatch
 from .mover import Mover
@@ -21,6 +22,12 @@ from .physics_thread import PhysicsThread
 
 END = "the end of the run"
 """Who cancels what is left when an agent's run is over."""
+
+CLOSED = "the viewer was closed"
+"""Why a run ends whose watcher wants no more of it."""
+
+SLICE = 0.05
+"""Longest wait between two looks at whether a signal ended the run, in threaded mode [s]."""
 
 
 class Mind(MindState, Protocol):
@@ -35,8 +42,12 @@ class Mind(MindState, Protocol):
         """One control period in lockstep; `count` of them have passed."""
         ...
 
+    def brake(self) -> None:
+        """Go to neutral for good, at once."""
+        ...
+
     def stop(self, by: str = ...) -> None:
-        """Cancel everything and let the wheels stand."""
+        """Go to neutral for good, and cancel everything."""
         ...
 
 
@@ -78,6 +89,10 @@ class Episode:
         duration: The longest it may take [s].
         sink: Where events go.
         watch: Called once a control period with the time [s], for progress, viewers and videos; False ends the run.
+        ended: Asked once a control period why a signal ends the run; empty while none does.
+
+    Attributes:
+        result: What came of it; None before its end. There is one also where `run` raises.
     """
 
     def __init__(
@@ -93,7 +108,9 @@ class Episode:
         duration: float,
         sink: EventSink,
         watch: Callable[[float], bool] = lambda t: True,
+        ended: Callable[[], str] = lambda: "",
     ) -> None:
+        self.result: Result | None = None
         self._world = world
         self._minds = minds
         self._judges = judges
@@ -104,28 +121,37 @@ class Episode:
         self._duration = duration
         self._sink = sink
         self._watch = watch
+        self._ended = ended
         self._clearance = ClearanceWatch(world, [mind.name for mind in minds], sink)
         self._inside: set[tuple[str, str]] = set()
         self._hash = hashlib.sha256()
+        self._t = 0.0
+        self._threaded = False
 
     def run(self) -> Result:
-        """Run in lockstep: everything in one thread, in the order of the architecture, bit-identical when repeated."""
+        """Run in lockstep: everything in one thread, in the order of the architecture, bit-identical when repeated.
+
+        Whatever raises on the way, the agents are stopped and judged first.
+        """
         wall, count = WallClock(), 0
-        while True:
-            t = self._world.clock.now()
-            if self._observe(t):
-                break
-            for mind in self._minds:
-                if not self._judges[mind.name].decided:
-                    mind.step(count)
-            for mover in self._movers:
-                mover.step(t)
-            self._world.advance(self._control.every)
-            count += 1
-        return self._finish(t, wall.now())
+        try:
+            while not self._observe(self._world.clock.now()):
+                for mind in self._minds:
+                    if not self._judges[mind.name].decided:
+                        mind.step(count)
+                for mover in self._movers:
+                    mover.step(self._world.clock.now())
+                self._world.advance(self._control.every)
+                count += 1
+        except BaseException as error:
+            self._abort(error, wall)
+            raise
+        return self._finish(wall)
 
     def run_threaded(self, clock: WallClock, runners: Sequence[AbstractContextManager[object]]) -> Result:
         """Run on wall time: physics in a thread of its own, the agents in those that their runners start.
+
+        Whatever raises on the way, the agents are stopped and judged first.
 
         Args:
             clock: Time, the world's and the agents' too; it begins at zero.
@@ -134,25 +160,36 @@ class Episode:
         Raises:
             BlockError: The physics thread failed.
         """
-        stop, count, period = threading.Event(), 0, self._control.period
+        stop, count, period, self._threaded = threading.Event(), 0, self._control.period, True
         clock.start()
-        with ExitStack() as stack:
-            physics = stack.enter_context(PhysicsThread(self._world, clock, stop))
-            for runner in runners:
-                stack.enter_context(runner)
-            while clock.wait_until(count * period, stop):
-                t = clock.now()
-                if self._observe(t):
-                    break
-                for mover in self._movers:
-                    mover.step(t)
-                count = max(count + 1, int(t / period) + 1)
-        physics.raise_failure()
-        return self._finish(t, clock.now(), physics.worst)
+        try:
+            with ExitStack() as stack:
+                physics = stack.enter_context(PhysicsThread(self._world, clock, stop))
+                for runner in runners:
+                    stack.enter_context(runner)
+                while self._wait(clock, count * period, stop):
+                    t = clock.now()
+                    if self._observe(t):
+                        break
+                    for mover in self._movers:
+                        mover.step(t)
+                    count = max(count + 1, int(t / period) + 1)
+            physics.raise_failure()
+        except BaseException as error:
+            self._abort(error, clock)
+            raise
+        return self._finish(clock, physics.worst)
+
+    def _wait(self, clock: WallClock, deadline: float, stop: threading.Event) -> bool:
+        """Wait for the next control period; a signal does not have to wait for it. False once `stop` is set."""
+        while not self._ended() and clock.now() < deadline:
+            if not clock.wait_until(min(deadline, clock.now() + SLICE), stop):
+                return False
+        return not stop.is_set()
 
     def _observe(self, t: float) -> bool:
         """Tell the truth to sink and judges; True when the episode is over."""
-        world = self._world
+        world, self._t = self._world, t
         with world.lock:
             world.digest(self._hash)
             contacts = world.contacts()
@@ -170,8 +207,9 @@ class Episode:
         for mind in self._minds:
             self._judge(t, mind, contacts)
         going = self._watch(t)
-        over = all(judge.decided for judge in self._judges.values()) or t >= self._duration - 1e-9
-        return over or not going
+        if why := self._ended() or ("" if going else CLOSED):
+            self._interrupt(why)
+        return all(judge.decided for judge in self._judges.values()) or t >= self._duration - 1e-9
 
     def _tell_pose(self, t: float, name: str) -> None:
         pose, wheels = self._world.pose(name), self._wheels.get(name)
@@ -195,8 +233,34 @@ class Episode:
         if judge.update(t, pose, mind, commanded=world.commanded(name), collisions=ran_into):
             mind.stop(END)
 
-    def _finish(self, t: float, wall_time: float, lateness: float = 0.0) -> Result:
-        verdicts = {}
+    def _interrupt(self, why: str) -> None:
+        """A signal or a person ends the run: all wheels to neutral first."""
+        going = [mind for mind in self._minds if not self._judges[mind.name].decided]
+        for mind in going:
+            self._judges[mind.name].interrupt(why)
+        if self._threaded:  # a plan that hangs must not keep the next robot from braking
+            for mind in going:
+                mind.brake()
+        for mind in going:
+            mind.stop(why)
+
+    def _abort(self, error: BaseException, wall: WallClock) -> None:
+        """Something raised that no agent answers for: stop and judge them all the same."""
+        why = describe(error) if isinstance(error, Exception) else str(error) or type(error).__name__
+        for judge in self._judges.values():
+            if isinstance(error, Exception):
+                judge.fail(f"the run broke off: {why}")
+            else:
+                judge.interrupt(why)
+        for mind in self._minds:
+            with suppress(Exception):  # whatever broke may be what they need
+                mind.stop(why)
+        with suppress(Exception):
+            self._t = max(self._t, self._world.clock.now())
+            self._finish(wall)
+
+    def _finish(self, wall: WallClock, lateness: float = 0.0) -> Result:
+        verdicts, t, wall_time = {}, self._t, wall.now()
         for mind in self._minds:
             if not self._judges[mind.name].decided:
                 mind.stop(END)
@@ -210,4 +274,5 @@ class Episode:
                     time_to_goal=verdict.time_to_goal,
                 )
             )
-        return Result(verdicts, t, wall_time, self._hash.hexdigest(), lateness)
+        self.result = Result(verdicts, t, wall_time, self._hash.hexdigest(), lateness)
+        return self.result

@@ -9,6 +9,8 @@ import shlex
 from collections.abc import Mapping, Sequence
 from functools import cache
 
+import msgspec
+
 from .. import __version__
 from ..agent import Agent
 from ..catalog import ScenarioSpec
@@ -39,36 +41,43 @@ def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
     )
 
 
-def make_header(
-    scenario: ScenarioSpec,
-    stage: Stage,
-    agents: Sequence[Agent],
-    *,
-    seed: int,
-    mode: str,
-    command: str,
-    digest: str,
-    recalled: Mapping[str, str] = {},
-) -> RunHeader:
-    """The header of one run: `command` makes it again, `digest` is of its content, `recalled` is what it began with."""
+def plain_header(scenario: ScenarioSpec, agents: Sequence[Agent], *, seed: int, mode: str, digest: str) -> RunHeader:
+    """Header of one run without its scenery: all that its summary needs.
+
+    Args:
+        scenario: The scenario.
+        agents: Its agents.
+        seed: Seed of the episode.
+        mode: `lockstep` or `threaded`.
+        digest: Hash of all content used.
+    """
     rate = scenario.rate
-    model = stage.world.model
     return RunHeader(
         scenario=scenario.name,
         seed=seed,
         mode=mode,
-        command=command,
         versions=versions(),
         content_hash=digest,
         rates={"physics": 1.0 / rate.physics, "control": rate.control, "plan": rate.plan},
         agents=tuple(agent_info(scenario, agent) for agent in agents),
+        requirements=requirements_of(scenario),
+    )
+
+
+def with_scenery(
+    header: RunHeader, scenario: ScenarioSpec, stage: Stage, *, command: str, recalled: Mapping[str, str] = {}
+) -> RunHeader:
+    """Header of a run with what is drawn of it: `command` makes the run again, `recalled` is what it began with."""
+    model = stage.world.model
+    return msgspec.structs.replace(
+        header,
+        command=command,
         bodies=(
             *(_body(model, stage, name) for name in stage.world.robots),
             *(BodyInfo(name=n, hull=hull_outline(model, t.geoms)) for n, t in stage.world.things.items()),
         ),
         outlines=outlines(model, stage.world.robots),
         places=_places(scenario),
-        requirements=requirements_of(scenario),
         recalled=recalled,
     )
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..errors import BlockError
 from ..event import (
     ActuatorCommanded,
     Approached,
@@ -60,6 +61,9 @@ class _Tally:
     faults: list[str] = field(default_factory=list)
     leash: Leash | None = None
     localisation: LocalisationError = field(default_factory=LocalisationError)
+    collision: str = ""  # the first one
+    failure: str = ""  # of the block that failed first
+    failed_block: str | None = None
     judged: Judged | None = None
 
 
@@ -107,14 +111,20 @@ class Metrics:
             if (tally := tallies.get(event.agent)) is not None:
                 take(tally, event)
 
-    def of(self, agent: str) -> dict[str, Any]:
-        """One agent's part of summary.json; SI units, None for what there was nothing of."""
+    def of(self, agent: str, end: float) -> dict[str, Any]:
+        """One agent's part of summary.json; SI units, None for what was not measured.
+
+        Args:
+            agent: The agent's name.
+            end: End of the run [s].
+        """
         tally = self._tallies[agent]
-        judged = tally.judged or Judged(t=0.0, outcome="timeout", reason="the run did not end")
+        judged = tally.judged or _cut_off(tally, end)
         return {
             "outcome": judged.outcome,
             "reason": judged.reason,
             "time_to_goal": judged.time_to_goal,
+            "failed_block": tally.failed_block,
             "faults": tally.faults,
             "goals_reached": len(tally.goals),
             "path_length": tally.path_length,
@@ -154,6 +164,15 @@ class Metrics:
         return None if tally is None or tally.judged is None else tally.judged.time_to_goal
 
 
+def _cut_off(tally: _Tally, end: float) -> Judged:
+    """Outcome of an agent whose run was cut off before any was recorded: what was sure by then, else `interrupted`."""
+    if tally.failure:
+        return Judged(t=end, outcome="error", reason=tally.failure)
+    if tally.collision:
+        return Judged(t=end, outcome="collision", reason=tally.collision)
+    return Judged(t=end, outcome="interrupted", reason=f"the recording ends at {end:.2f} s without an outcome")
+
+
 def quantile(values: Iterable[float], share: float) -> float | None:
     """The value below which a share of the values lies, the nearest of them; None of nothing."""
     ordered = sorted(values)
@@ -166,6 +185,8 @@ def _approached(tally: _Tally, event: Approached) -> None:
 
 def _touched(tally: _Tally, event: Touched) -> None:
     tally.touches[event.kind] += 1
+    if event.kind == "collision" and not tally.collision:
+        tally.collision = f"it ran into {event.other} at {event.t:.2f} s"
     tally.contacts.setdefault(event.kind, Counter())[event.other] += 1
 
 
@@ -213,6 +234,9 @@ def _wrote(tally: _Tally, event: SignalsWritten) -> None:
 
 
 def _block_failed(tally: _Tally, event: BlockFailed) -> None:
+    if tally.failed_block is None:
+        tally.failed_block = event.block
+        tally.failure = str(BlockError(f"{event.agent}/{event.block}", event.kind, event.detail))
     tally.faults.append(f"{event.t:.2f} s: block {event.block} {event.kind}: {event.detail}")
 
 

@@ -137,9 +137,15 @@ class Judge:
             self._goal = replace(self._goal, pose=pose)
         self._after = [(replace(g, pose=pose) if g.name == name else g, by) for g, by in self._after]
 
+    def fail(self, reason: str) -> None:
+        """End the run as an `error` that no block of the agent answers for; a decided outcome stays."""
+        if not self.decided:
+            self._note("error", reason, decides=True)
+
     def interrupt(self, reason: str) -> None:
         """End the run early, as a signal or a person does; a decided outcome stays."""
-        self._note("interrupted", reason, decides=True)
+        if not self.decided:
+            self._note("interrupted", reason, decides=True)
 
     def verdict(self) -> Verdict:
         """The outcome as things stand."""

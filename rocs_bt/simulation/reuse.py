@@ -12,7 +12,7 @@ from ..actions import action_table
 from ..catalog import KINDS, AgentSpec, Catalog, Entry, MoverSpec, ScenarioSpec, content_hash
 from ..event import NullSink
 from .minds import load_mind
-from .run import stage_minds
+from .ready_run import stage_minds
 from .settings import Setting, settings
 from .stage import set_stage
 from .used import room_of, used_classes

@@ -2,39 +2,28 @@
 
 from __future__ import annotations
 
-import json
-import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..agent import Agent, RuleWatch, ThreadedRunner
 from ..catalog import Catalog, ScenarioSpec
-from ..clock import WallClock
 from ..errors import InputError
-from ..event import Event, EventSink, Fanout
-from ..plan import TreePlan
-from ..plan.watch import BtLog
-from ..record import AgentInfo, Recorder, Recording, environment_of, write_report
+from ..event import EventSink
 from ..record.live import LivePage
 from ..words import counted
-from .episode import Episode, Result
-from .gathering import Gathering
-from .header import agent_info, make_header, run_command, versions
+from .header import run_command, with_scenery
 from .memory import Memory
-from .metrics import Metrics
-from .minds import Build, build_minds
-from .news import news_of
+from .minds import Build
 from .pace import Pace
-from .requirements import RequirementWatch, requirement_faults, requirements_of
-from .sink_thread import SinkThread
-from .stage import Stage, set_stage
+from .ready_run import set_up
+from .run_files import RunFiles
+from .run_record import RunRecord
+from .stage import Stage
+from .stop_signals import EndedAtOnce, StopSignals
 
 MODES = ("lockstep", "threaded")
-RECORDING, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
 
 
 @dataclass(frozen=True)
@@ -45,11 +34,13 @@ class RunResult:
         summary: What summary.json holds (docs/architecture.md).
         recording: run.mcap; None where nothing was recorded.
         report: report.html; None where none was written.
+        missing: What could not be written, as on a full disk, and why; a sentence each.
     """
 
     summary: Mapping[str, Any]
     recording: Path | None = None
     report: Path | None = None
+    missing: tuple[str, ...] = ()
 
     @property
     def success(self) -> bool:
@@ -71,21 +62,7 @@ class RunResult:
                 f"{counted(agent['replans'], 're-plan')}"
             )
             lines += [f"  fault at {fault}" for fault in agent["faults"]]
-        return "\n".join(lines)
-
-
-class Relay:
-    """A sink whose target is known only after those that emit into it have been built; it keeps what came before."""
-
-    def __init__(self) -> None:
-        self._early: list[Event] = []
-        self.emit: Callable[[Event], None] = self._early.append
-
-    def open(self, target: EventSink) -> None:
-        """Hand over what came so far, and from now on everything at once."""
-        for event in self._early:
-            target.emit(event)
-        self.emit = target.emit
+        return "\n".join([*lines, *self.missing])
 
 
 def run(
@@ -108,8 +85,13 @@ def run(
     watch_rules: bool = False,
     knowledge: Path | None = None,
     command: str = "",
+    signals: StopSignals | None = None,
 ) -> RunResult:
     """Run a scenario.
+
+    SIGINT, SIGTERM and SIGHUP end the run in order: wheels to neutral, outcome `interrupted`, all files written. Then
+    the signal has its usual effect, such as a KeyboardInterrupt. A second signal ends it at once, without summary and
+    report. If the engine fails on the way, or a disk is full, the files hold what there is.
 
     Args:
         scenario: A scenario, or its name or file.
@@ -130,117 +112,76 @@ def run(
         watch_rules: Whether rule files that change meanwhile are read anew; such a run need not repeat.
         knowledge: A file of knowledge between runs: read before, and written as the agents go.
         command: What a person types to make this run again, for the report; `rocs-bt run ...` by default.
+        signals: The signals that end the run, of a caller who looks at them afterwards: `run` then returns.
 
     Raises:
         InputError: Something in the content is wrong; nothing was written.
         RocsError: The engine failed.
+        KeyboardInterrupt: A signal ended the run.
     """
     catalog = catalog or Catalog.here()
     spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
     if mode not in MODES:
         raise InputError(f"no mode is named '{mode}'. There are: {', '.join(MODES)}.")
-    relay, metrics = Relay(), Metrics(a.name for a in spec.agents)
-    clock = WallClock(running=False) if mode == "threaded" else None
-    stage = set_stage(spec, catalog, seed, relay, clock=clock)
-    if prepare is not None:
-        prepare(stage)
-    agents = stage_minds(spec, stage, catalog, relay, missions, seed)
-    infos = _fitting(spec, agents)
-    files = RuleWatch([(a.name, file) for a in agents for file in a.rule_files if watch_rules], stage.clock, relay)
-    digest = catalog.digest(spec)
-    with ExitStack() as stack:
-        for agent in agents:
-            stack.callback(agent.close)
-        memory = Memory(knowledge, agents)
-        stack.callback(memory.close)
-        # Whoever may still refuse this run does so before an earlier one in the same folder is replaced.
-        watch = _watchers(stack, stage, progress, view, video, live)
-        if clock is None:  # in threaded mode nobody's control waits for a file
-            watch = files.before(watch)
-        again, recalled = command or run_command(spec.name, seed, mode, duration), memory.recalled
-        header = partial(
-            make_header, spec, stage, agents, seed=seed, mode=mode, command=again, digest=digest, recalled=recalled
-        )
-        if live is not None:
-            live.begin(header())
-        recorder = None
-        if out is not None:
-            recorder = Recorder(_emptied(Path(out)) / RECORDING, header())
-            stack.callback(recorder.close)
-            _log_trees(stack, agents if btlog else (), Path(out))
-        gathering = Gathering(*([recorder] if recorder else []), metrics)  # in threaded mode events have a thread
-        stack.callback(gathering.hand_on)
-        told = Fanout(*([gathering] if clock is None else gathering.sinks), *([live] if live else []), *sinks)
-        requirements = RequirementWatch(requirements_of(spec), infos, told)
-        episode = Episode(
-            stage.world,
-            agents,
-            stage.judges,
-            movers=[*stage.movers, *news_of(spec, agents, stage)],
-            wheels=stage.wheels,
-            goals=stage.goals,
-            control=spec.rate.control_rate,
-            duration=spec.duration if duration is None else duration,
-            sink=relay,
-            watch=gathering.before(watch),
-        )
-        memory.keep(f"{spec.name}-{seed}", patient=clock is None)
-        everybody = Fanout(*told.sinks, requirements) if spec.requirements else told
-        result = _play(episode, agents, clock, relay, everybody, files)
-        requirements.close()
-        gathering.hand_on()
-        memory.close()
-        shared = {a.name: None if a.sharing is None else a.sharing.told() for a in agents}
-        summary = {**_summary(spec, seed, mode, digest, result, metrics, requirements, shared), **memory.summary()}
-        if recorder is not None:
-            recorder.close(summary)
-    return _keep(summary, None if out is None else Path(out), report)
+    ready = set_up(spec, catalog, seed, mode, missions, prepare, watch_rules)
+    files, stopping = RunFiles(None if out is None else Path(out)), StopSignals() if signals is None else signals
+    summary: dict[str, Any] = {}
+    failure: Exception | None = None
+    with _telling(files), ExitStack() as last:
+        try:
+            with ExitStack() as stack:
+                for agent in ready.agents:
+                    stack.callback(agent.close)
+                memory = Memory(knowledge, ready.agents)
+                stack.callback(files.attempt, "the knowledge", memory.close)
+                # Whatever may still refuse this run does so before an earlier one in the same folder is replaced.
+                watch = _watchers(stack, ready.stage, progress, view, video, live)
+                last.enter_context(stopping)
+                if live is not None or out is not None:
+                    again = command or run_command(spec.name, seed, mode, duration)
+                    header = with_scenery(ready.header, spec, ready.stage, command=again, recalled=memory.recalled)
+                    if live is not None:
+                        live.begin(header)
+                    files.begin(header, ready.agents if btlog else ())
+                    stack.callback(files.abandon)
+                heard = [*([] if live is None else [live]), *sinks]
+                record = RunRecord(ready.header, files.recorder, heard, batched=ready.clock is None)
+                stack.callback(record.flush)
+                memory.keep(f"{spec.name}-{seed}", patient=ready.clock is None)
+                episode = ready.episode(duration, record.before(watch), lambda: stopping.reason)
+                try:
+                    ready.play(episode, record.sink)
+                except Exception as error:  # noqa: BLE001 - raised again when all files are written
+                    failure = error
+                files.attempt("the knowledge", memory.close)
+                summary = ready.summary(record, episode, memory)
+                files.end(summary)
+        except Exception as error:
+            if not summary:
+                raise
+            failure = failure or error  # such as a device that does not let go: the report comes all the same
+        page = None
+        try:
+            page = files.report(summary) if report else None
+        except Exception as error:  # noqa: BLE001 - a defect of the report must not lose the outcome
+            failure = failure or error
+    result = RunResult(summary, files.recording, page, tuple(files.missing))
+    if failure is not None:
+        failure.add_note(f"{result}" + ("" if page is None else f"\nReport: {page}"))
+        raise failure
+    if signals is None:
+        stopping.deliver()
+    return result
 
 
-def stage_minds(
-    spec: ScenarioSpec,
-    stage: Stage,
-    catalog: Catalog,
-    sink: EventSink,
-    missions: Mapping[str, Build] | None = None,
-    seed: int = 0,
-) -> list[Agent]:
-    """The minds of those on a stage."""
-    return build_minds(
-        spec,
-        catalog,
-        stage.robots,
-        stage.sensors,
-        stage.actuators,
-        stage.sensor_rates,
-        clock=stage.clock,
-        sink=sink,
-        seed=seed,
-        timer=time.perf_counter,
-        missions=missions,
-    )
-
-
-def _play(
-    episode: Episode,
-    agents: Sequence[Agent],
-    clock: WallClock | None,
-    relay: Relay,
-    sink: EventSink,
-    files: RuleWatch,
-) -> Result:
-    if clock is None:
-        relay.open(sink)
-        return episode.run()
-    with SinkThread(sink) as thread, files:
-        relay.open(thread)
-        return episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in agents])
-
-
-def _log_trees(stack: ExitStack, agents: Sequence[Agent], folder: Path) -> None:
-    for agent in agents:
-        if isinstance(agent.plan, TreePlan):
-            stack.callback(BtLog(folder / f"{agent.name}.btlog", agent.plan).close)
+@contextmanager
+def _telling(files: RunFiles) -> Iterator[None]:
+    """Tell with the exception of a second signal which files it costs."""
+    try:
+        yield
+    except EndedAtOnce as error:
+        error.add_note(files.unfinished)
+        raise
 
 
 def _watchers(
@@ -271,69 +212,3 @@ def _watchers(
         return all(going)
 
     return watch
-
-
-def _fitting(spec: ScenarioSpec, agents: Sequence[Agent]) -> list[AgentInfo]:
-    """What a recording says of the agents, whom the scenario's requirements fit.
-
-    Raises:
-        InputError: One does not, with every fault.
-    """
-    infos = [agent_info(spec, agent) for agent in agents]
-    faults = [f for info in infos for f in requirement_faults(spec, info.name, environment_of(info, truth=True))]
-    if faults:
-        raise InputError(*dict.fromkeys(faults))
-    return infos
-
-
-def _summary(
-    spec: ScenarioSpec,
-    seed: int,
-    mode: str,
-    digest: str,
-    result: Result,
-    metrics: Metrics,
-    requirements: RequirementWatch,
-    shared: Mapping[str, Mapping[str, float] | None],
-) -> dict[str, Any]:
-    return {
-        "scenario": spec.name,
-        "seed": seed,
-        "mode": mode,
-        "versions": versions(),
-        "content_hash": digest,
-        "sim_time": result.sim_time,
-        "wall_time": result.wall_time,
-        "real_time_factor": result.real_time_factor,
-        "trajectory_hash": result.trajectory_hash,
-        "agents": {
-            agent.name: {
-                "robot": agent.robot,
-                "mission": agent.mission,
-                "rules": list(agent.rules),
-                **metrics.of(agent.name),
-                "sharing": shared[agent.name],
-                "requirements": [finding.as_dict() for finding in requirements.of(agent.name)],
-            }
-            for agent in spec.agents
-        },
-    }
-
-
-def _emptied(folder: Path) -> Path:
-    """The folder, without what an earlier run left: a killed run must not lie beside a stranger's summary."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for old in (folder / SUMMARY, folder / REPORT, *folder.glob("*.btlog")):
-        old.unlink(missing_ok=True)
-    return folder
-
-
-def _keep(summary: Mapping[str, Any], out: Path | None, report: bool) -> RunResult:
-    if out is None:
-        return RunResult(summary)
-    (out / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    recording, page = out / RECORDING, out / REPORT
-    if not report:
-        return RunResult(summary, recording)
-    write_report(Recording.open(recording), summary, page)
-    return RunResult(summary, recording, page)

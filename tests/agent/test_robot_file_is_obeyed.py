@@ -7,7 +7,7 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ListSink
 from rocs_bt.simulation import set_stage
-from rocs_bt.simulation.run import stage_minds
+from rocs_bt.simulation.ready_run import stage_minds
 
 
 @pytest.mark.parametrize(("line", "age"), [("", 0.15), ('max_age = "0.4 s"\n', 0.4)])

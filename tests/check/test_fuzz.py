@@ -22,7 +22,7 @@ from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import load_rules
 from rocs_bt.simulation import set_stage
-from rocs_bt.simulation.run import stage_minds
+from rocs_bt.simulation.ready_run import stage_minds
 
 SHIPPED = shipped_root()
 ROBOT = SHIPPED / "robots" / "pioneer_p3dx" / "robot.toml"

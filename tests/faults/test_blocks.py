@@ -117,12 +117,12 @@ def test_a_block_that_calls_for_an_exit_has_ended(broken):
     assert run.driven == [False]
 
 
-def test_on_the_command_line_it_is_a_run_that_failed(monkeypatch, tmp_path, capsys):
+def test_on_the_command_line_it_is_the_engine_that_failed(monkeypatch, tmp_path, capsys):
     def rotten(self, readings):
         raise Rotten("a worm")
 
     monkeypatch.setattr(RangeMonitor, "interpret", rotten)
-    assert call(["run", "exp1", "--out", str(tmp_path), "--no-report"]) == 1
+    assert call(["run", "exp1", "--out", str(tmp_path), "--no-report"]) == 3
     shown = capsys.readouterr().out
     assert "R2 error" in shown
     assert "monitor range" in shown

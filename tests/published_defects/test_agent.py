@@ -26,7 +26,7 @@ from rocs_bt.reactive import RuleModel, load_rules
 from rocs_bt.record import Recording
 from rocs_bt.signal import Signal
 from rocs_bt.simulation import OUTCOMES, set_stage
-from rocs_bt.simulation.run import stage_minds
+from rocs_bt.simulation.ready_run import stage_minds
 from rocs_bt.units import LENGTH, SPEED
 
 CATALOG = Catalog()

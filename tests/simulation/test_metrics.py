@@ -30,9 +30,9 @@ def command(t: float, route: str) -> ActuatorCommanded:
 
 def test_nothing_happened() -> None:
     metrics = Metrics(["R2"])
-    assert metrics.of("R2") == {
-        "outcome": "timeout",
-        "reason": "the run did not end",
+    assert metrics.of("R2", 9.0) == {
+        "outcome": "interrupted",
+        "reason": "the recording ends at 9.00 s without an outcome",
         "time_to_goal": None,
         "goals_reached": 0,
         "path_length": 0.0,
@@ -52,6 +52,7 @@ def test_nothing_happened() -> None:
         "localisation": None,
         "following": None,
         "faults": [],
+        "failed_block": None,
     }
 
 
@@ -76,7 +77,7 @@ def test_everything_is_counted_for_its_own_agent() -> None:
     for cross, solve in ((0.03, 1e-4), (-0.04, 0.0)):
         metrics.emit(Followed(t=0.0, agent="R2", cross_track=cross, heading_error=0.0, rung="solved", solve_time=solve))
     metrics.emit(Judged(t=3.0, agent="R2", outcome="success", time_to_goal=3.0))
-    found = metrics.of("R2")
+    found = metrics.of("R2", 9.0)
     assert found["path_length"] == pytest.approx(0.6)
     assert found["min_clearance"] == 0.2
     assert (found["collisions"], found["struck"]) == (1, 1)
@@ -86,7 +87,7 @@ def test_everything_is_counted_for_its_own_agent() -> None:
     assert found["tracking_error"] == {"cross_rms": pytest.approx(math.sqrt(0.00125)), "cross_max": 0.04}
     assert found["solve_time"] == {"median": 1e-4, "p99": 1e-4}
     assert (found["outcome"], found["time_to_goal"]) == ("success", 3.0)
-    assert metrics.of("R3") == Metrics(["R3"]).of("R3")
+    assert metrics.of("R3", 9.0) == Metrics(["R3"]).of("R3", 9.0)
 
 
 def test_time_goes_to_the_route_that_commands() -> None:
@@ -94,7 +95,7 @@ def test_time_goes_to_the_route_that_commands() -> None:
     routes = ["deliberative"] * 4 + ["reactive"] * 2 + ["idle"] + ["reactive"] + ["deliberative"]
     for i, route in enumerate(routes):
         metrics.emit(command(0.05 * i, route))
-    found = metrics.of("R2")
+    found = metrics.of("R2", 9.0)
     assert found["time_deliberative"] == pytest.approx(0.2)
     assert found["time_reactive"] == pytest.approx(0.15)
     assert found["route_switches"] == 2
@@ -104,7 +105,7 @@ def test_a_command_counts_no_longer_than_the_watchdog_lets_it() -> None:
     metrics = Metrics(["R2"])
     metrics.emit(command(0.0, "reactive"))
     metrics.emit(command(10.0, "reactive"))
-    assert metrics.of("R2")["time_reactive"] == pytest.approx(0.2)
+    assert metrics.of("R2", 9.0)["time_reactive"] == pytest.approx(0.2)
 
 
 def test_quantiles_are_values_that_occurred() -> None:
@@ -131,8 +132,8 @@ def followed(*rows: tuple[float, float, float], arrived: float | None = None, ri
         metrics.emit(BodyMoved(t=t, agent="R2", body="R2", x=leader, y=0.0, yaw=0.0))
         metrics.emit(BodyMoved(t=t, agent="R3", body="R3", x=follower, y=0.0, yaw=0.0, wheels=pack([0.0, -rim])))
     metrics.emit(Judged(t=9.0, agent="R2", outcome="success", time_to_goal=arrived))
-    assert metrics.of("R2")["following"] is None
-    return metrics.of("R3")["following"]
+    assert metrics.of("R2", 9.0)["following"] is None
+    return metrics.of("R3", 9.0)["following"]
 
 
 def test_a_follower_is_measured_from_when_it_has_caught_up_until_its_leader_has_arrived() -> None:

@@ -1,0 +1,134 @@
+"""The outcome of a run, as text and as exit code."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..words import counted
+from .requirements import told
+
+_FAULTS = 3  # that are told on the screen
+
+
+def exit_code(summary: Mapping[str, Any], *, signal: int | None = None, missing: bool = False) -> int:
+    """Exit code of a command that ran.
+
+    Args:
+        summary: Content of summary.json.
+        signal: The signal that ended the run; None if none did.
+        missing: Whether a file of the run could not be written.
+
+    Returns:
+        128 + signal; else 3 if a block of the engine failed, 2 if a file is missing, 0 if every agent succeeded, 1.
+    """
+    agents = list(summary["agents"].values())
+    if signal is not None:
+        return 128 + signal
+    failed = [agent["failed_block"] or "" for agent in agents if agent["outcome"] == "error"]
+    if any(not block.startswith("actuator ") for block in failed):
+        return 3
+    if missing:
+        return 2
+    return int(any(agent["outcome"] != "success" for agent in agents))
+
+
+def outcome_text(summary: Mapping[str, Any], folder: Path, report: Path | None) -> str:
+    """The outcome in a few lines for each agent, where the report is, and what to try next.
+
+    Args:
+        summary: Content of summary.json.
+        folder: Folder of the run.
+        report: The report; None if there is none.
+    """
+    lines: list[str] = []
+    for name, agent in summary["agents"].items():
+        lines += _outcome(name, agent, summary)
+        lines += [f"  {line}" for line in told({name: agent["requirements"]})]
+    where = shlex.quote(str(folder))
+    if (kept := summary.get("knowledge")) is not None:
+        lines += _remembered(kept)
+    if report is not None:
+        lines.append(f"Report: {report}")
+    why = min(summary["sim_time"] / 2, 5.0)
+    lines.append(f"Try next: rocs-bt replay {where} --why {why:.1f}   or   rocs-bt plot {where}")
+    return "\n".join(lines)
+
+
+def _remembered(kept: Mapping[str, Any]) -> list[str]:
+    """What was remembered at the start, what was not, and where this run's knowledge is."""
+    lines = []
+    for name, found in kept["remembered"].items():
+        lines.append(
+            f"{name} remembered {counted(found['nodes'], 'thing')} and {counted(found['edges'], 'relation')}"
+            f" of earlier runs{', but not all' if found['refused'] else ''}."
+        )
+        lines += [f"  not remembered: {reason}" for reason in found["refused"][:_FAULTS]]
+    if kept["lost"]:
+        lines.append(f"{counted(kept['lost'], 'change')} of knowledge came faster than the disk took them.")
+    file = shlex.quote(kept["file"])
+    return [*lines, f"Knowledge: {file}   (rocs-bt knowledge show {file})"]
+
+
+def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
+    colour = "green" if agent["outcome"] == "success" else "red"
+    outcome = click.style(f"{name} {agent['outcome']}", fg=colour, bold=True)
+    reason = f": {agent['reason']}" if agent["reason"] else ""
+    place = f"{summary['scenario']}, seed {summary['seed']}"
+    took = f" in {agent['time_to_goal']:.1f} s" if agent["time_to_goal"] is not None else ""
+    reactive, deliberative = agent["time_reactive"], agent["time_deliberative"]
+    share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
+    refirings = agent["reflex_refirings"]
+    again = f" and fired again {counted(refirings, 'time')} while latched" if refirings else ""
+    clearance = agent["min_clearance"]
+    near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
+    struck = f", struck {counted(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
+    kept = [*_followed(agent["following"]), *_located(agent["localisation"])]
+    faults = [f"  fault at {fault}" for fault in agent["faults"][:_FAULTS]]
+    if (more := len(agent["faults"]) - _FAULTS) > 0:
+        faults.append(f"  and {counted(more, 'more fault')}: see the report")
+    return [
+        f"{outcome}{took} ({place}){reason}",
+        f"  drove {agent['path_length']:.2f} m with {counted(agent['collisions'], 'collision')}{struck}{near};"
+        f" {_duration(summary)}",
+        f"  {counted(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time{again},"
+        f" {counted(agent['replans'], 're-plan')},"
+        f" {counted(agent['route_switches'], 'switch', 'es')} between plan and reflex",
+        *kept,
+        *faults,
+    ]
+
+
+def _duration(summary: Mapping[str, Any]) -> str:
+    simulated = f"{summary['sim_time']:.1f} s simulated"
+    if summary["wall_time"] is None:  # of a recording that was cut off
+        return simulated
+    return f"{simulated} in {summary['wall_time']:.1f} s ({summary['real_time_factor']:.0f} times real time)"
+
+
+def _followed(leash: Mapping[str, Any] | None) -> list[str]:
+    """How it kept its distance from its leader; nothing of who follows nobody, or never caught up."""
+    if leash is None or not leash["periods"]:
+        return []
+    driving = leash["least_driving"]
+    near = "" if driving is None else f", never nearer than {driving:.2f} m while it drove"
+    return [
+        f"  followed {leash['leader']} at {leash['mean_distance']:.2f} m in the mean,"
+        f" {100.0 * leash['in_band']:.0f} % of the time within its band{near}"
+    ]
+
+
+def _located(error: Mapping[str, float] | None) -> list[str]:
+    """How far off it took itself to be; nothing of who does not localise itself."""
+    if error is None:
+        return []
+    rms, most = (
+        f"{100.0 * error[f'position_{kind}']:.1f} cm and {math.degrees(error[f'heading_{kind}']):.1f} deg"
+        for kind in ("rms", "max")
+    )
+    return [f"  its estimate of its pose was {rms} off (rms), at most {most}"]

@@ -1,0 +1,168 @@
+"""A scenario that is ready to be played: its world, its agents, and where their events go."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..agent import Agent, RuleWatch, ThreadedRunner
+from ..catalog import Catalog, ScenarioSpec
+from ..clock import WallClock
+from ..errors import InputError
+from ..event import Event, EventSink
+from ..record import AgentInfo, RunHeader, environment_of
+from .episode import Episode
+from .header import plain_header
+from .memory import Memory
+from .minds import Build, build_minds
+from .news import news_of
+from .requirements import requirement_faults
+from .run_record import RunRecord
+from .sink_thread import SinkThread
+from .stage import Stage, set_stage
+
+
+class Relay:
+    """A sink whose target is known only after those that emit into it have been built; it keeps what came before."""
+
+    def __init__(self) -> None:
+        self._early: list[Event] = []
+        self.emit: Callable[[Event], None] = self._early.append
+
+    def open(self, target: EventSink) -> None:
+        """Hand over what came so far, and from now on everything at once."""
+        for event in self._early:
+            target.emit(event)
+        self.emit = target.emit
+
+
+@dataclass(frozen=True)
+class ReadyRun:
+    """A scenario that is ready to be played.
+
+    Attributes:
+        spec: The scenario.
+        stage: Its world.
+        agents: Its agents.
+        header: Header of the run, without scenery.
+        relay: Takes the events of all of them.
+        rules: Looks after the rule files that may change.
+        clock: Wall time in threaded mode; None in lockstep.
+    """
+
+    spec: ScenarioSpec
+    stage: Stage
+    agents: Sequence[Agent]
+    header: RunHeader
+    relay: Relay
+    rules: RuleWatch
+    clock: WallClock | None
+
+    def episode(self, duration: float | None, watch: Callable[[float], bool], ended: Callable[[], str]) -> Episode:
+        """The episode, at most `duration` long [s], or as long as the scenario says."""
+        stage = self.stage
+        return Episode(
+            stage.world,
+            self.agents,
+            stage.judges,
+            movers=[*stage.movers, *news_of(self.spec, self.agents, stage)],
+            wheels=stage.wheels,
+            goals=stage.goals,
+            control=self.spec.rate.control_rate,
+            duration=self.spec.duration if duration is None else duration,
+            sink=self.relay,
+            # In threaded mode nobody's control waits for a file: rule files have a thread.
+            watch=watch if self.clock is not None else self.rules.before(watch),
+            ended=ended,
+        )
+
+    def play(self, episode: Episode, sink: EventSink) -> None:
+        """Play the episode; all events go to the sink."""
+        if (clock := self.clock) is None:
+            self.relay.open(sink)
+            episode.run()
+            return
+        with SinkThread(sink) as thread, self.rules:
+            self.relay.open(thread)
+            episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in self.agents])
+
+    def summary(self, record: RunRecord, episode: Episode, memory: Memory) -> dict[str, Any]:
+        """The summary after the episode, also where that broke off."""
+        result = episode.result
+        shared = {a.name: {"sharing": None if a.sharing is None else a.sharing.told()} for a in self.agents}
+        unrecorded: dict[str, Any] = {"agents": shared, **memory.summary()}
+        if result is None:
+            return record.summary(self.stage.clock.now(), unrecorded)
+        unrecorded |= {"wall_time": result.wall_time, "trajectory_hash": result.trajectory_hash}
+        return record.summary(result.sim_time, unrecorded)
+
+
+def set_up(
+    spec: ScenarioSpec,
+    catalog: Catalog,
+    seed: int,
+    mode: str,
+    missions: Mapping[str, Build] | None,
+    prepare: Callable[[Stage], None] | None,
+    watch_rules: bool,
+) -> ReadyRun:
+    """Set a scenario up: world, agents, header.
+
+    Args:
+        spec: The scenario.
+        catalog: Where content is found.
+        seed: Seed of the episode.
+        mode: `lockstep` or `threaded`.
+        missions: By agent, a mission's `build` to play instead of the scenario's.
+        prepare: Called with the stage before the agents are built.
+        watch_rules: Whether rule files that change are read again.
+
+    Raises:
+        InputError: Something in the content is wrong.
+    """
+    relay, clock = Relay(), WallClock(running=False) if mode == "threaded" else None
+    stage = set_stage(spec, catalog, seed, relay, clock=clock)
+    if prepare is not None:
+        prepare(stage)
+    agents = stage_minds(spec, stage, catalog, relay, missions, seed)
+    files = [(a.name, file) for a in agents for file in a.rule_files if watch_rules]
+    header = plain_header(spec, agents, seed=seed, mode=mode, digest=catalog.digest(spec))
+    _refuse_requirements(spec, header.agents)
+    return ReadyRun(spec, stage, agents, header, relay, RuleWatch(files, stage.clock, relay), clock)
+
+
+def stage_minds(
+    spec: ScenarioSpec,
+    stage: Stage,
+    catalog: Catalog,
+    sink: EventSink,
+    missions: Mapping[str, Build] | None = None,
+    seed: int = 0,
+) -> list[Agent]:
+    """The minds of those on a stage."""
+    return build_minds(
+        spec,
+        catalog,
+        stage.robots,
+        stage.sensors,
+        stage.actuators,
+        stage.sensor_rates,
+        clock=stage.clock,
+        sink=sink,
+        seed=seed,
+        timer=time.perf_counter,
+        missions=missions,
+    )
+
+
+def _refuse_requirements(spec: ScenarioSpec, agents: Sequence[AgentInfo]) -> None:
+    """Refuse requirements that do not fit their agents.
+
+    Raises:
+        InputError: One does not, with every fault.
+    """
+    faults = [f for info in agents for f in requirement_faults(spec, info.name, environment_of(info, truth=True))]
+    if faults:
+        raise InputError(*dict.fromkeys(faults))

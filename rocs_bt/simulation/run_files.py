@@ -1,0 +1,114 @@
+"""Files of a run: recording, summary, report, and the logs of trees for Groot2."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from ..agent import Agent
+from ..errors import RecordingError
+from ..plan import TreePlan
+from ..plan.watch import BtLog
+from ..record import Recorder, Recording, RunHeader, write_report, write_whole
+
+RECORDING, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
+
+
+class RunFiles:
+    """Writes the files of one run; a full disk costs a run what does not fit, and nothing else.
+
+    Args:
+        folder: Where they go; None for no files.
+
+    Attributes:
+        recorder: The recorder; None before `begin`, and if there are no files.
+        missing: What could not be written and why, a sentence each.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self.recorder: Recorder | None = None
+        self.missing: list[str] = []
+        self._folder = folder
+        self._logs = ExitStack()
+
+    def begin(self, header: RunHeader, logged: Sequence[Agent] = ()) -> None:
+        """Remove the files of an earlier run, and begin the recording.
+
+        Args:
+            header: Header of the run.
+            logged: Agents whose trees are logged for Groot2.
+
+        Raises:
+            RecordingError: The recording, or a log, cannot be written.
+            OSError: The folder, or a file in it, cannot be written.
+        """
+        if self._folder is None:
+            return
+        self._folder.mkdir(parents=True, exist_ok=True)
+        # A killed run must not lie beside the summary of another one.
+        for old in (self._folder / SUMMARY, self._folder / REPORT, *self._folder.glob("*.btlog")):
+            old.unlink(missing_ok=True)
+        self.recorder = Recorder(self._folder / RECORDING, header)
+        for agent in logged:
+            if isinstance(agent.plan, TreePlan):
+                self._logs.callback(BtLog(self._folder / f"{agent.name}.btlog", agent.plan).close)
+
+    def end(self, summary: Mapping[str, Any]) -> None:
+        """Close the recording with its summary, close the logs, and write summary.json."""
+        if self._folder is None or self.recorder is None:
+            return
+        recorder, path, text = self.recorder, self._folder / SUMMARY, json.dumps(summary, indent=2) + "\n"
+        self.attempt("a log of a tree", self._logs.close)
+        self.attempt("the recording", lambda: recorder.close(summary))
+        self.attempt(f"the summary '{path}'", lambda: write_whole(path, text))
+
+    def abandon(self) -> None:
+        """Close what is still open, where no summary came; the second call does nothing."""
+        self.attempt("a log of a tree", self._logs.close)
+        if self.recorder is not None:
+            self.attempt("the recording", self.recorder.close)
+
+    def report(self, summary: Mapping[str, Any]) -> Path | None:
+        """Write report.html from the recording; its path, None if it cannot be written."""
+        if self._folder is None:
+            return None
+        recording, path = self._folder / RECORDING, self._folder / REPORT
+        written = self.attempt(f"the report '{path}'", lambda: write_report(Recording.open(recording), summary, path))
+        return path if written else None
+
+    @property
+    def recording(self) -> Path | None:
+        """Path of the recording; None if there is none."""
+        return None if self.recorder is None else self.recorder.path
+
+    @property
+    def unfinished(self) -> str:
+        """Which files a run that was cut off lacks, and what to do; empty if nothing was begun."""
+        if self._folder is None or self.recorder is None:
+            return ""
+        lacks = [name for name in (SUMMARY, REPORT) if not (self._folder / name).exists()]
+        if not lacks:
+            return ""
+        names, those = " and no ".join(lacks), "it" if len(lacks) == 1 else "both"
+        return f"There is no {names}. To make {those}: rocs-bt report {shlex.quote(str(self._folder))}"
+
+    def attempt(self, what: str, step: Callable[[], None]) -> bool:
+        """Do a step of writing; False if it failed, which `missing` then tells.
+
+        Args:
+            what: What is written, for the message of an OSError.
+            step: The step.
+        """
+        try:
+            step()
+        except RecordingError as error:
+            self.missing.append(str(error))
+        except OSError as error:
+            self.missing.append(f"{what} cannot be written: {error.strerror}.")
+        else:
+            return True
+        return False

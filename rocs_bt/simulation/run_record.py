@@ -1,0 +1,52 @@
+"""What is counted while a run goes on: metrics and requirements, over the same events that are recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ..event import EventSink, Fanout
+from ..record import Recorder, RunHeader
+from .gathering import Gathering
+from .metrics import Metrics
+from .requirements import RequirementWatch
+from .summary import make_summary
+
+
+class RunRecord:
+    """Takes the events of one run: recorder, metrics, requirements, and whoever else listens.
+
+    Args:
+        header: Header of the run; scenery and bodies do not matter.
+        recorder: Writes the events; None if they are not recorded.
+        sinks: More sinks for all events.
+        batched: Whether events are handed on once a control period, by `before`. Not for threads.
+
+    Attributes:
+        sink: Takes the events of the run.
+    """
+
+    def __init__(
+        self, header: RunHeader, recorder: Recorder | None, sinks: Sequence[EventSink] = (), *, batched: bool
+    ) -> None:
+        self._header = header
+        self._metrics = Metrics(agent.name for agent in header.agents)
+        self._gathering = Gathering(*([] if recorder is None else [recorder]), self._metrics)
+        first = [self._gathering] if batched else self._gathering.sinks
+        recorded = Fanout(*first, *sinks)
+        self._requirements = RequirementWatch(header.requirements, header.agents, recorded)
+        self.sink: EventSink = Fanout(*recorded.sinks, self._requirements) if header.requirements else recorded
+
+    def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
+        """Called once a control period: hands on the events of the last one, then calls `watch`."""
+        return self._gathering.before(watch)
+
+    def flush(self) -> None:
+        """Hand on all events so far."""
+        self._gathering.hand_on()
+
+    def summary(self, end: float, unrecorded: Mapping[str, Any]) -> dict[str, Any]:
+        """The summary, after the last event; see `make_summary`."""
+        self._requirements.close()
+        self.flush()
+        return make_summary(self._header, self._metrics, self._requirements, end, unrecorded)

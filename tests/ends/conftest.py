@@ -1,0 +1,85 @@
+"""Runs in processes of their own that a test ends: by signals, a full disk, kill -9."""
+
+from __future__ import annotations
+
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.cli.main import call
+
+LONG = """format = "scenario/1"
+base = "rounds"
+duration = "3600 s"
+[[agent]]
+name = "R2"
+[agent.parameters]
+rounds = 1000
+"""
+BEGUN = 150_000
+"""Size of a recording from which on the robot certainly drives [B]."""
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A new project with the scenario `long`, which drives for an hour; the current folder."""
+    assert call(["new", str(tmp_path / "yard")]) == 0
+    monkeypatch.chdir(tmp_path / "yard")
+    (tmp_path / "yard/scenarios/long.toml").write_text(LONG)
+    return tmp_path / "yard"
+
+
+class Process(subprocess.Popen[str]):
+    """A command in a process of its own."""
+
+    def __init__(self, *command: str, file_size: int | None = None) -> None:
+        def prepare() -> None:
+            signal.signal(signal.SIGINT, signal.SIG_DFL)  # a background job inherits that it is ignored
+            if file_size is not None:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (file_size, file_size))
+
+        super().__init__(
+            [sys.executable, *command],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=prepare,
+        )
+
+    def wait_for(self, file: Path, size: int = BEGUN) -> None:
+        """Wait until a file has grown to a size [B]; fails if the process ends before."""
+        while not (file.exists() and file.stat().st_size >= size):
+            assert self.poll() is None, self.communicate()[1]
+            time.sleep(0.01)
+
+    def notice(self) -> str:
+        """The notice after a first signal, which begins with an empty line."""
+        assert self.stderr is not None
+        assert self.stderr.readline() == "\n"
+        return self.stderr.readline()
+
+    def end(self, seconds: float = 60.0) -> tuple[int, str, str]:
+        """Exit code, stdout and stderr; fails if the process does not end in time [s]."""
+        out, err = self.communicate(timeout=seconds)
+        return self.returncode, out, err
+
+
+@pytest.fixture
+def start(project: Path) -> Iterator[Callable[..., Process]]:
+    """Starts commands in the project, and kills what is left of them."""
+    running: list[Process] = []
+
+    def start(*command: str, **limits: int) -> Process:
+        running.append(Process(*command, **limits))
+        return running[-1]
+
+    yield start
+    for process in running:
+        process.kill()
+        process.communicate()

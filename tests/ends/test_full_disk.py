@@ -1,0 +1,103 @@
+"""A disk that becomes full while a run is recorded, or while its summary and report are written."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import rocs_bt
+from rocs_bt.catalog import Catalog
+from rocs_bt.cli.main import call
+from rocs_bt.record import Recording
+from rocs_bt.record.container import Container
+
+RUN = ("-m", "rocs_bt.cli", "run")
+FULL = os.strerror(errno.ENOSPC)
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A disk of 600 kB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=600k", "tmpfs", disk], capture_output=True, text=True)
+    if mounted.returncode:
+        pytest.skip(f"no disk can be mounted here: {mounted.stderr.strip()}")
+    yield disk
+    subprocess.run(["umount", disk], check=True)
+
+
+def test_on_a_full_disk_the_run_goes_on_and_says_what_is_missing(small_disk, start):
+    process = start(*RUN, "exp1", "--out", str(small_disk))
+    code, out, err = process.end()
+    assert code == 2
+    assert out.startswith("R2 success in 13.")
+    assert "Report" not in out
+    lines = err.splitlines()
+    assert lines[0].startswith(f"the recording '{small_disk}/run.mcap' ends early, at t = ")
+    assert lines[0].endswith(f" s: {FULL}.")
+    assert lines[1] == f"the summary '{small_disk}/summary.json' cannot be written: {FULL}."
+    assert lines[2] == f"the report '{small_disk}/report.html' cannot be written: {FULL}."
+    assert len(lines) == 3
+    assert [file.name for file in small_disk.iterdir()] == ["run.mcap"]  # and no half of another one
+    recording = Recording.open(small_disk)
+    assert not recording.complete
+    assert len(list(recording.events())) > 100
+
+
+def test_a_report_of_what_a_full_disk_left_goes_elsewhere(small_disk, start, tmp_path, capsys):
+    start(*RUN, "exp1", "--out", str(small_disk), "--no-report").end()
+    capsys.readouterr()
+    assert call(["report", str(small_disk)]) == 2
+    told = capsys.readouterr().err
+    assert (
+        told == f"the summary '{small_disk}/summary.json' cannot be written: {FULL}. Name another folder with --out.\n"
+    )
+    assert call(["report", str(small_disk), "--out", str(tmp_path / "elsewhere")]) == 0
+    assert "R2 interrupted (exp1, seed 1): the recording ends at " in capsys.readouterr().out
+    assert json.loads((tmp_path / "elsewhere/summary.json").read_text())["agents"]["R2"]["path_length"] > 0.1
+    assert (tmp_path / "elsewhere/report.html").exists()
+
+
+def test_where_only_the_report_does_not_fit_the_rest_is_kept(project, start):
+    """RLIMIT_FSIZE: a file that would become larger is refused, that of a short recording is not."""
+    out = project / "out"
+    code, told, err = start(*RUN, "exp1", "--for", "0.2", "--out", "out", file_size=100_000).end()
+    assert code == 2
+    assert told.startswith("R2 timeout")
+    assert err == f"the report 'out/report.html' cannot be written: {os.strerror(errno.EFBIG)}.\n"
+    assert sorted(file.name for file in out.iterdir()) == ["run.mcap", "summary.json"]
+    assert Recording.open(out).complete
+
+
+def test_a_place_that_is_full_from_the_beginning_is_refused_before_anything_moves(project, start):
+    code, out, err = start(*RUN, "exp1", "--out", "out", file_size=1000).end()
+    assert (code, out) == (2, "")
+    assert err == f"the recording 'out/run.mcap' cannot be written: {os.strerror(errno.EFBIG)}.\n"
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "threaded"])
+def test_in_python_the_result_says_what_is_missing(tmp_path, monkeypatch, mode):
+    """The disk fills up at t = 1 s."""
+    write = Container._write
+
+    def full(self: Container, data: bytes) -> None:
+        if self._offset > 100_000:
+            raise OSError(errno.ENOSPC, FULL)
+        write(self, data)
+
+    monkeypatch.setattr(Container, "_write", full)
+    result = rocs_bt.run("exp1", Catalog(), mode=mode, out=tmp_path, duration=3.0)
+    (missing,) = result.missing
+    assert missing.startswith(f"the recording '{tmp_path}/run.mcap' ends early, at t = ")
+    assert str(result).endswith(missing)
+    assert result.outcomes == {"R2": "timeout"}
+    assert json.loads((tmp_path / "summary.json").read_text()) == result.summary  # of the whole run
+    assert result.report is not None  # of what was recorded
+    assert result.report.exists()

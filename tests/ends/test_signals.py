@@ -1,0 +1,146 @@
+"""SIGINT, SIGTERM and SIGHUP end `rocs-bt run` in order; a second one ends it at once."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import termios
+import time
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.cli.main import call
+from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, Judged
+from rocs_bt.record import Recording
+
+from .conftest import Process
+
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+RUN = ("-m", "rocs_bt.cli", "run")
+SLEEPS = """
+import time
+import py_trees
+from rocs_bt.units import MetresPerSecond
+
+
+class Sleeps(py_trees.behaviour.Behaviour):
+    ticks = 0
+
+    def update(self):
+        self.ticks += 1
+        if self.ticks > 40:
+            time.sleep(300.0)
+        return py_trees.common.Status.RUNNING
+
+
+def build(mission, *, first: str = "", second: str = "", cruise: MetresPerSecond = 0.4):
+    drive = py_trees.composites.Parallel("drive", py_trees.common.ParallelPolicy.SuccessOnAll())
+    drive.add_children([mission.act("GoTo", goal="gate", cruise=cruise), Sleeps("sleeps")])
+    return drive
+"""
+
+
+def summary_in(folder: Path) -> dict:
+    return json.loads((folder / "summary.json").read_text())
+
+
+def last_commands(events: list[Event]) -> list[list[float]]:
+    """The last command to each agent's wheels."""
+    found = {e.agent: e.values for e in events if isinstance(e, ActuatorCommanded) and e.actuator == "wheels"}
+    return list(found.values())
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "threaded"])
+@pytest.mark.parametrize("received", SIGNALS)
+def test_a_signal_ends_the_run_in_order(project, start, received, mode):
+    process: Process = start(*RUN, "long", "--mode", mode, "--out", "out")
+    process.wait_for(project / "out/run.mcap")
+    process.send_signal(received)
+    assert (
+        process.notice()
+        == f"{received.name}: the run ends and its report is written; a second signal ends it at once.\n"
+    )
+    code, out, err = process.end()
+    assert (code, err) == (128 + received, "")
+    reason = f"{received.name} ended the run"
+    assert out.startswith(f"R2 interrupted (long, seed 1): {reason}\n")
+    assert "Report: out/report.html" in out
+    recording = Recording.open(project / "out")
+    events = list(recording.events())
+    assert recording.complete
+    assert recording.summary == summary_in(project / "out")
+    assert [(e.outcome, e.reason) for e in events if isinstance(e, Judged)] == [("interrupted", reason)]
+    assert [e.by for e in events if isinstance(e, AgentStopped)] == [reason]
+    assert last_commands(events) == [[0.0, 0.0]]
+    assert (project / "out/report.html").read_text().rstrip().endswith("</html>")
+    if mode == "lockstep":
+        assert call(["replay", "out"]) == 0
+
+
+def test_a_second_signal_ends_at_once_and_in_neutral(project, start, capsys):
+    (project / "planners/missions/patrol.py").write_text(SLEEPS)
+    process: Process = start(*RUN, "first", "--out", "out")
+    process.wait_for(project / "out/run.mcap", 10_000)
+    process.send_signal(signal.SIGINT)  # the leaf sleeps on: the run cannot end in order
+    process.notice()
+    process.send_signal(signal.SIGTERM)
+    code, out, err = process.end(20.0)
+    assert (code, out) == (128 + signal.SIGTERM, "")
+    assert "ended at once by SIGTERM\n" in err
+    assert "There is no summary.json and no report.html. To make both: rocs-bt report out\n" in err
+    events = list(Recording.open(project / "out").events())
+    assert [e.outcome for e in events if isinstance(e, Judged)] == ["interrupted"]
+    assert last_commands(events) == [[0.0, 0.0]]
+    capsys.readouterr()
+    assert call(["report", "out"]) == 0
+    assert "R1 interrupted (first, seed 1): ended at once by SIGTERM" in capsys.readouterr().out
+    assert summary_in(project / "out")["agents"]["R1"]["outcome"] == "interrupted"
+
+
+def test_an_ignored_signal_stays_ignored(project, start):
+    process: Process = start("-c", _IGNORING)
+    process.wait_for(project / "out/run.mcap")
+    process.send_signal(signal.SIGHUP)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(1.0)
+    process.send_signal(signal.SIGTERM)
+    assert process.end()[0] == 128 + signal.SIGTERM
+    assert summary_in(project / "out")["agents"]["R2"]["reason"] == "SIGTERM ended the run"
+
+
+_IGNORING = """
+import signal, sys
+signal.signal(signal.SIGHUP, signal.SIG_IGN)
+from rocs_bt.cli.main import call
+sys.exit(call(["run", "long", "--out", "out"]))
+"""
+
+
+def test_a_terminal_that_is_closed_loses_no_file(project):
+    """As with an ssh session that breaks off: SIGHUP, and nothing can be printed any more."""
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(
+        [sys.executable, *RUN, "long", "--out", "out"],
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+    ) as process:
+        try:
+            os.close(theirs)
+            Process.wait_for(process, project / "out/run.mcap")
+            time.sleep(1.5)  # the progress bar is drawn
+            os.close(ours)
+            assert process.wait(60.0) == 128 + signal.SIGHUP
+        finally:
+            process.kill()
+    assert Recording.open(project / "out").complete
+    assert summary_in(project / "out")["agents"]["R2"]["outcome"] == "interrupted"
+    assert (project / "out/report.html").read_text().rstrip().endswith("</html>")
