@@ -46,6 +46,7 @@ def test_nothing_happened() -> None:
         "time_reactive": 0.0,
         "time_deliberative": 0.0,
         "replans": 0,
+        "commands_limited": {},
         "actions": {},
         "tracking_error": {"cross_rms": None, "cross_max": None},
         "solve_time": {"median": None, "p99": None},
