@@ -10,6 +10,9 @@ import pytest
 from rocs_bt.compare import Store, dask_executor, encode_record, sweep
 from rocs_bt.errors import InputError
 
+from ..waiting import GUARD
+from .patient import Patient
+
 dask = pytest.importorskip("dask", reason="the extra 'cluster' is not installed")
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own, of a worker that was killed
@@ -25,6 +28,11 @@ def cluster():
         ) as made,
     ):
         yield made
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    monkeypatch.setattr("rocs_bt.compare.cluster._PATIENCE", GUARD)
 
 
 def here(catalog, seeds):
@@ -58,11 +66,13 @@ def test_a_worker_that_is_killed_under_load_costs_nothing_but_time(cluster, cata
 def test_an_episode_that_hangs_on_a_cluster_ends_its_worker_and_is_a_record(cluster, catalog, planner):
     planner("hung", "re.match('(a+)+$', 'a' * 60 + 'b'); return 0.0, 0.0", top="import re")
     with dask_executor(cluster.scheduler_address) as executor:
-        found = sweep(["hung", "none"], ["short"], catalog=catalog, executor=executor, wall_limit=3.0)
+        patient = Patient(executor, lambda trial: trial.planner.name == "hung")
+        found = sweep(["hung", "none"], ["short"], catalog=catalog, executor=patient, wall_limit=2.0)
     assert [record.outcome for record in found.records()] == ["error", "timeout"]
 
 
-def test_without_a_scheduler_it_is_said_where_none_answers():
+def test_without_a_scheduler_it_is_said_where_none_answers(monkeypatch):
+    monkeypatch.setattr("rocs_bt.compare.cluster._PATIENCE", 0.2)
     with pytest.raises(InputError, match="no Dask scheduler answers at"):
         dask_executor("tcp://127.0.0.1:9").__enter__()
 

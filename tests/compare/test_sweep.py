@@ -24,12 +24,15 @@ from rocs_bt.compare import (
     ScenarioScene,
     Store,
     Trial,
+    WorkerPool,
     decode_record,
     encode_record,
     sweep,
 )
 from rocs_bt.errors import InputError, RocsError
 from rocs_bt.simulation import run
+
+from .patient import Patient
 
 
 class Here(Executor):
@@ -282,12 +285,14 @@ def test_a_hung_c_call_is_ended_by_the_wall_limit_and_the_sweep_goes_on(project,
 
     rng = stream("short", 2, "R2", "hung.py:Told")
     file.write_text(str(rng.integers(0, 2**62)))
-    found = sweep(["hung", "none"], ["short"], (1, 2, 3), catalog=catalog, workers=2, wall_limit=5.0)
+    with WorkerPool(2) as pool:
+        patient = Patient(pool, lambda trial: (trial.planner.name, trial.seed) == ("hung", 2))
+        found = sweep(["hung", "none"], ["short"], (1, 2, 3), catalog=catalog, executor=patient, wall_limit=2.0)
     outcomes = {(r.planner, r.seed): r.outcome for r in found.records()}
     assert outcomes.pop(("hung", 2)) == "error"
     assert set(outcomes.values()) == {"timeout"}
     (record,) = [r for r in found.records() if r.outcome == "error"]
-    assert "wall limit of 5 s" in record.reason
+    assert "wall limit of 2 s" in record.reason
     assert (record.metrics["success"], record.metrics["time"], record.time_limit) == (0.0, 2.0, 2.0)
     assert not record.reproducible
 
