@@ -65,7 +65,7 @@ class TurnAngle(AtomicAction):
         """The turn rate of the next period [rad/s]: as fast as it may, and as it can still brake."""
         limit: float = body.drive.max_wheel_acceleration / body.drive.arm
         # Motors that answer late go on turning as they do now: what that takes is not left.
-        late = max(self._speed * math.copysign(body.follower.settings.wheel_lag, left), 0.0)
+        late = max(self._speed * math.copysign(body.follower.settings.late, left), 0.0)
         rest = max(abs(left) - late, 0.0)
         # Braking is planned at half the limit and ends in a decay over two periods: the wheels follow late.
         brake = min(math.sqrt(limit * rest), 0.5 * rest / body.period)

@@ -303,4 +303,4 @@ def _source(build: Callable[..., Any]) -> tuple[Path | None, int]:
 
 
 def _follower_settings(drive: DriveSpec) -> FollowerSettings:
-    return FollowerSettings(wheel_lag=float(drive.parameters.get("wheel_lag", 0.0)))
+    return FollowerSettings(**{k: drive.parameters[k] for k in ("wheel_delay", "wheel_lag") if k in drive.parameters})

@@ -26,7 +26,7 @@ from .values import drive_parameters, driver_parameters, free_parameters, given_
 
 FORMAT = "robot/1"
 
-_NO_DRIVE_NUMBERS = ("wheel_radius", "wheel_lag")  # of [drive]: the driver's, and the follower's
+_NO_DRIVE_NUMBERS = ("wheel_radius", "wheel_delay", "wheel_lag")  # of [drive]: the driver's, and the follower's
 
 
 @dataclass(frozen=True)

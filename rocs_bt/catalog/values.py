@@ -22,6 +22,7 @@ _DRIVE_NUMBERS = {
     "half_length": LENGTH,
     "half_width": LENGTH,
     "wheel_radius": LENGTH,
+    "wheel_delay": TIME,
     "wheel_lag": TIME,
     "max_wheel_speed": SPEED,
     "max_wheel_acceleration": ACCELERATION,

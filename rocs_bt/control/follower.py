@@ -28,6 +28,8 @@ SOLVED: Final = "solved"
 PREVIOUS: Final = "previous plan"
 BRAKING: Final = "braking"
 
+_INSTANT = 1e-9  # [s] below which durations are rounding
+
 TOLERANCE = 1.01  # A plan may exceed a limit by so much before it counts as truncated; the final step cuts the rest.
 
 
@@ -41,7 +43,8 @@ class FollowerSettings:
         weights: What deviations cost.
         iterations: The most steps of the solver in a period.
         patience: Periods in a row that the previous plan may stand in for a failed one.
-        wheel_lag: From command to motion, delay and lag together; the pose is predicted over it [s].
+        wheel_delay: Dead time from a command until the wheels begin to follow it [s].
+        wheel_lag: Time constant of the first-order lag with which the wheels then follow it [s].
         jump: A pose this much farther than the wheels can have driven means that the robot was carried [m].
         jit: Compile with the machine's C compiler, which leaves files in the working directory while the follower
             lives: seconds to build, then a solve takes a third.
@@ -52,9 +55,15 @@ class FollowerSettings:
     weights: Weights = field(default_factory=Weights)
     iterations: int = 200
     patience: int = 3
+    wheel_delay: float = 0.0
     wheel_lag: float = 0.0
     jump: float = 0.5
     jit: bool = False
+
+    @property
+    def late(self) -> float:
+        """By how much steadily changing wheel speeds are late behind their command [s]."""
+        return self.wheel_delay + self.wheel_lag
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,8 +111,9 @@ class Follower:
     ) -> None:
         self.drive = drive
         self.settings = settings or FollowerSettings()
-        if not 0.0 <= self.settings.wheel_lag < math.inf:
-            raise InputError(f"wheel_lag must be 0 s or more, found {self.settings.wheel_lag} s.")
+        for name in ("wheel_delay", "wheel_lag"):
+            if not 0.0 <= (value := getattr(self.settings, name)) < math.inf:
+                raise InputError(f"{name} must be 0 s or more, found {value} s.")
         self._timer = timer
         self._layout = Layout(drive, self.settings.blocks, self.settings.dt)
         self._times = np.arange(1.0, self._layout.stages + 1.0) * self.settings.dt
@@ -125,7 +135,8 @@ class Follower:
         self._plan: Array | None = None  # (blocks + 1, n) nodes of q, the first of them the last command
         self._misses = 0
         self._pose: Pose2 | None = None
-        self._sent: deque[tuple[float, Twist2]] = deque()
+        self._sent: deque[tuple[float, Array]] = deque()  # commands on the way to the wheels, the oldest first
+        self._turning = self._rest  # (w,) modelled wheel speeds, of the commands that have arrived [m/s]
 
     def step(self, pose: Pose2, wheel_speeds: Array | None, reference: Reference, period: float) -> Command:
         """The command of one control period. Never raises on numbers, never returns NaN wheel speeds.
@@ -145,17 +156,18 @@ class Follower:
         rung: Rung = BRAKING
         wanted, cross, heading = self._rest, math.nan, math.nan
         if self._take_over(wheel_speeds) and _sound(pose):
-            ahead = self._ahead(pose)
-            preview = reference.sample(ahead, self._twist, self._times, self.settings.wheel_lag)
+            arrived, turning = self._predict(pose)
+            preview = reference.sample(arrived, self._twist, self._times, self.settings.wheel_delay)
             cross, heading = preview.cross_track, preview.heading_error
-            if within(np.asarray(preview.stages, float), sys.float_info.max):
-                rung, wanted = self._plan_ahead(ahead, preview.stages, period)
+            lead = self._lead(period)
+            stages = _leading(np.asarray(preview.stages, float), lead)
+            if within(stages, sys.float_info.max):
+                rung, wanted = self._plan_ahead(self._ahead(arrived, turning, lead), stages, period)
         if rung == BRAKING:
             self._plan = None
         self._wheels = self.drive.approach(self._wheels, wanted, period)
         self._twist = self.drive.twist(self._wheels)
-        if self.settings.wheel_lag > 0.0:
-            self._sent.appendleft((period, self._twist))
+        self._send(period)
         took = self._timer() - start if self._timer else math.nan
         return Command(self._wheels.copy(), rung, cross, heading, took)
 
@@ -170,32 +182,58 @@ class Follower:
             return False
         self._wheels = self.drive.saturate(speeds)
         self._twist = self.drive.twist(self._wheels)
+        self._turning = self._wheels
         return True
 
-    def _ahead(self, pose: Pose2) -> Pose2:
-        """The pose that the coming command will find; forgets the plan when the robot was carried off."""
-        lag = self.settings.wheel_lag
-        ahead = self._predict(pose, lag) if lag > 0.0 else pose
+    def _lead(self, period: float) -> float:
+        """How far ahead of its arrival a command must be planned [s].
+
+        Wheels that follow with a time constant T make a pose p of which p + T dp/dt moves as commanded. The plan ramps
+        the wheels to the command that is held from now on, so the command itself is half a period ahead of the plan.
+        """
+        return max(self.settings.wheel_lag - 0.5 * period, -self.settings.wheel_delay)
+
+    def _ahead(self, pose: Pose2, turning: Array, lead: float) -> Pose2:
+        """The pose that answers the coming command at once; forgets the plan when the robot was carried off."""
+        ahead = pose
+        if lead != 0.0:
+            twist = self.drive.twist(turning)
+            ahead = Pose2(*pose.transform(lead * twist.forward, lead * twist.left), pose.yaw + lead * twist.turn)
         before, self._pose = self._pose, ahead
         if before is not None and not before.distance(ahead) <= self.settings.jump:
             self._plan = None
         return ahead
 
-    def _predict(self, pose: Pose2, lag: float) -> Pose2:
-        """The pose once everything that was sent in the last `lag` seconds has been driven."""
-        left, moves = lag, []
-        for period, twist in self._sent:
-            moves.append((min(period, left), twist))
-            left -= period
-            if left <= 0.0:
-                break
-        while len(self._sent) > len(moves):
-            self._sent.pop()
-        for time, twist in reversed(moves):
-            half = 0.5 * time * twist.turn
-            x, y = Pose2(0.0, 0.0, pose.yaw + half).transform(time * twist.forward, time * twist.left)
-            pose = Pose2(pose.x + x, pose.y + y, wrap_angle(pose.yaw + 2.0 * half))
-        return pose
+    def _predict(self, pose: Pose2) -> tuple[Pose2, Array]:
+        """Pose and modelled wheel speeds (w,) [m/s] at the time when the coming command reaches the wheels."""
+        turning = self._turning
+        for time, wheels in self._sent:
+            then, mean = self._respond(turning, wheels, time)
+            pose, turning = _moved(pose, self.drive.twist(mean), time), then
+        return Pose2(pose.x, pose.y, wrap_angle(pose.yaw)), turning
+
+    def _send(self, period: float) -> None:
+        """Put the present command on its way; what has arrived at the end of the period moves the modelled wheels."""
+        delay, lag = self.settings.wheel_delay, self.settings.wheel_lag
+        if delay == lag == 0.0:
+            return
+        self._sent.append((period, self._wheels))
+        left = sum(time for time, _ in self._sent) - delay
+        while left > _INSTANT:
+            time, wheels = self._sent.popleft()
+            arrived = min(time, left)
+            self._turning = self._respond(self._turning, wheels, arrived)[0]
+            if time > left + _INSTANT:
+                self._sent.appendleft((time - left, wheels))
+            left -= arrived
+
+    def _respond(self, turning: Array, wheels: Array, time: float) -> tuple[Array, Array]:
+        """Wheel speeds after a time [s] of one command, and their mean meanwhile, (w,) each [m/s]."""
+        lag = self.settings.wheel_lag
+        if lag == 0.0:
+            return wheels, wheels
+        decay, off = math.exp(-time / lag), turning - wheels
+        return wheels + decay * off, wheels + (lag / time) * (1.0 - decay) * off
 
     def _plan_ahead(self, pose: Pose2, stages: Array, period: float) -> tuple[Rung, Array]:
         """The rung reached, and the wheel speeds (w,) wanted at the end of the period [m/s]."""
@@ -255,6 +293,25 @@ class _Program:
 def within(values: Array, limit: float) -> bool:
     """Whether all values (...) are numbers, and no farther from zero than a limit."""
     return bool((np.abs(values) <= limit).all())
+
+
+def _moved(pose: Pose2, twist: Twist2, time: float) -> Pose2:
+    """The pose after a time [s] of a steady twist, by the midpoint rule; its yaw goes on beyond pi."""
+    half = 0.5 * time * twist.turn
+    x, y = Pose2(0.0, 0.0, pose.yaw + half).transform(time * twist.forward, time * twist.left)
+    return Pose2(pose.x + x, pose.y + y, pose.yaw + 2.0 * half)
+
+
+def _leading(stages: Array, lead: float) -> Array:
+    """Stages (k, 6) for the pose that answers commands at once: each moved on by `lead` [s] of its own twist."""
+    if lead == 0.0:
+        return stages
+    c, s = np.cos(stages[:, 2]), np.sin(stages[:, 2])
+    moved = stages.copy()
+    moved[:, 0] += lead * (c * stages[:, 3] - s * stages[:, 4])
+    moved[:, 1] += lead * (s * stages[:, 3] + c * stages[:, 4])
+    moved[:, 2] += lead * stages[:, 5]
+    return moved
 
 
 def _sound(pose: Pose2) -> bool:

@@ -53,7 +53,7 @@ class Identified:
         slowest_turn: The least share of the commanded turn that the wheels made; what is missing they lost to the load.
         pivot: How far ahead of the base the place lies that does not skid sideways in a curve driven forward [m]; it is
             nearer when slower, nearer still on the spot, and backward nearly the base.
-        wheel_lag: By how much its rims are late on a ramp at the drive's greatest acceleration [s].
+        wheel_lag: Delay and lag of its wheels together, on a ramp at the drive's greatest acceleration [s].
         top_speed: Straight ahead with all wheels at the greatest rim speed [m/s].
         brake_delay, deceleration: Such that it stops within v * delay + v^2 / (2 deceleration) [s], [m/s2].
         misfit: By how much that strays from what was measured, at most; a share of the distance.

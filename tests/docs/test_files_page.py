@@ -39,6 +39,7 @@ track = "0.3 m"
 max_wheel_speed = "1 m/s"
 max_wheel_acceleration = "1 m/s2"
 wheel_radius = "0.1 m"
+wheel_delay = "0.05 s"
 wheel_lag = "0.05 s"
 # zzz robot.drive
 [body]

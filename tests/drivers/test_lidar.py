@@ -187,7 +187,7 @@ def test_the_jackal_drives_and_turns_as_its_file_says() -> None:
     found = identify(ROBOT, Catalog())
     told = ROBOT.drive.parameters
     assert found.effective_track == pytest.approx(told["effective_track"], rel=0.01)
-    assert found.wheel_lag == pytest.approx(told["wheel_lag"], abs=0.003)
+    assert found.wheel_lag == pytest.approx(told["wheel_delay"] + told["wheel_lag"], abs=0.003)
     assert found.pivot == pytest.approx(told["pivot"], abs=0.002)
     assert found.top_speed == pytest.approx(2.0, rel=0.01)
     assert found.track_error < 0.02

@@ -104,7 +104,7 @@ def blinded(stage: Stage) -> None:
 
 def test_a_follower_that_cannot_see_its_leader_any_more_gives_up_with_the_reason() -> None:
     sink = ListSink()
-    run("exp3", Catalog(), seed=1, sinks=[sink], prepare=blinded, duration=30.0)
+    run("exp3", Catalog(), seed=2, sinks=[sink], prepare=blinded, duration=30.0)
     told = [e.kind for e in sink.events if isinstance(e, Change) and e.agent == "R3" and e.subject == "R2"]
     assert told == ["seen", "lost", "given up"]
     failed = [e for e in sink.events if isinstance(e, TicketChanged) and e.state == "FAILED"]
