@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from .clock import Clock
@@ -185,11 +186,15 @@ class SafetyGate(Actuator):
             if self._shut:
                 raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
             stops, now = self._stops, self._clock.now()
+            if expired := self._overdue(self._last, now):  # this thread came before the one that calls `check`
+                self._to_neutral()
             given = self._limited(wanted, now)
             self._device.command(given)
             self._last = self._clock.now()
             if self._stops != stops:  # stopped by another thread while the command was on its way: neutral wins
                 self._to_neutral()
+        if expired:
+            self._report_expiry(now)
         if given != wanted and self._exceeded(wanted, given):
             self._sink.emit(
                 CommandLimited(
@@ -207,12 +212,8 @@ class SafetyGate(Actuator):
         # A device may hang in `command` while it holds the lock; stopping must not wait for it. Counted first, so that
         # a command that comes out of the device after this finds that it was stopped.
         self._stops += 1
-        held = self._lock.acquire(timeout=0.02)
-        try:
+        with self._locked_soon():
             self._to_neutral()
-        finally:
-            if held:
-                self._lock.release()
 
     def shut(self) -> None:
         """Go to neutral for good: later commands are refused. Works while a command hangs in the device."""
@@ -222,11 +223,14 @@ class SafetyGate(Actuator):
     def check(self) -> bool:
         """Go to neutral if the last command is too old; True if it did so now."""
         last, now = self._last, self._clock.now()
-        # Half a microsecond forgives the rounding of k * step: an age of exactly max_age still drives.
-        if last is None or now - last <= self._max_age + 5e-7:
+        if not self._overdue(last, now):
             return False
-        self.neutral()
-        self._sink.emit(CommandExpired(t=now, agent=self._agent, actuator=self.name))
+        with self._locked_soon():
+            if self._last != last:  # a command, or neutral, came meanwhile
+                return False
+            self._stops += 1
+            self._to_neutral()
+        self._report_expiry(now)
         return True
 
     def wrap(self, make: Callable[[Actuator], Actuator]) -> None:
@@ -246,6 +250,23 @@ class SafetyGate(Actuator):
         if not all(map(math.isfinite, wanted)):
             raise InputError(f"actuator '{self.name}' takes finite values, found {wanted}.")
         return wanted
+
+    def _overdue(self, last: float | None, now: float) -> bool:
+        # Half a microsecond forgives the rounding of k * step: an age of exactly max_age still drives.
+        return last is not None and now - last > self._max_age + 5e-7
+
+    def _report_expiry(self, now: float) -> None:
+        self._sink.emit(CommandExpired(t=now, agent=self._agent, actuator=self.name))
+
+    @contextmanager
+    def _locked_soon(self) -> Iterator[None]:
+        """The lock; without it after 20 ms, if a command hangs in the device and holds it."""
+        held = self._lock.acquire(timeout=0.02)
+        try:
+            yield
+        finally:
+            if held:
+                self._lock.release()
 
     def _limited(self, wanted: Sequence[float], now: float) -> list[float]:
         """The command to give now; the caller holds the lock."""

@@ -63,6 +63,43 @@ def test_each_command_restarts_the_age(clock):
         assert gate.check() is False
 
 
+def test_after_a_silence_that_nobody_checked_commands_begin_at_neutral(clock):
+    """A process that was stopped, or whose interpreter was held, may command before its watchdog is checked."""
+    wheels, sink = Wheels(), ListSink()
+    gate = gate_of(wheels, clock, Limits((-1.2,), (1.2,), max_change=4.0, together=True), sink)
+    for _ in range(6):
+        clock.advance(10)
+        gate.command([1.0, 1.0])
+    assert wheels.log[-1] == [1.0, 1.0]
+    sink.events.clear()
+    clock.advance(500)
+    gate.command([1.0, 1.0])
+    assert wheels.log[-2:] == [[0.0, 0.0], [pytest.approx(0.2)] * 2]
+    expired, limited = sink.events
+    assert expired == CommandExpired(t=clock.now(), agent="R2", actuator="wheels")
+    assert isinstance(limited, CommandLimited)
+    assert gate.check() is False
+
+
+def test_a_command_that_comes_while_the_watchdog_expires_is_not_stopped(clock):
+    wheels, sink = Wheels(), ListSink()
+    gate = gate_of(wheels, clock, sink=sink)
+    gate.command([1.0, 1.0])
+    clock.advance(500)
+    sound = clock.now
+
+    def now():
+        clock.now = sound
+        t = sound()
+        gate.command([0.5, 0.5])  # as from another thread, when the watchdog has just found the silence
+        return t
+
+    clock.now = now
+    assert gate.check() is False
+    assert wheels.log[-2:] == [[0.0, 0.0], [0.5, 0.5]]
+    assert [type(event) for event in sink.events] == [CommandExpired]
+
+
 def test_a_gate_that_was_shut_refuses_commands(clock):
     wheels = Wheels()
     gate = gate_of(wheels, clock)
@@ -196,10 +233,12 @@ def test_no_sequence_of_commands_gets_a_value_past_the_gate(steps, low, high, ch
             gate.neutral()
             last = before = [0.0, 0.0]
             continue
+        now = clock.now()
+        if now > gate.expiry + 5e-7:  # nobody calls `check` here: the command finds the silence
+            last = before = [0.0, 0.0]
         given = gate.give(argument)
         assert wheels.log[-1] == given
         assert all(-low <= v <= high for v in given)
-        now = clock.now()
         if now > at:
             before, before_at, at = last, at, now
         last = given
