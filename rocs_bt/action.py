@@ -58,6 +58,7 @@ class Reason(Enum):
     UNHEARD = "nobody acknowledged it"
     RUNAWAY = "it never came to a command"
     CANNOT = "the robot cannot do it"
+    RAISED = "it raised an exception"
     OTHER = "for a reason of its own"
 
 

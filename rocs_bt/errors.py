@@ -10,7 +10,8 @@ RocsError
 ├── PipelineError           an action used against its contract (submitted twice, yielded by no macro ...)
 ├── DeviceError             a sensor or an actuator that refuses or is broken
 ├── BlockError              a block raised, ended or hung; keeps block and cause
-└── RecordingError          a recording that cannot be read, or does not fit
+├── RecordingError          a recording that cannot be read, or does not fit
+└── RecordedException       an exception of content, raised again in a replay (raised.py)
 
 Every message says what was asked, what was found, what exists and what to do.
 """

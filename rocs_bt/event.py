@@ -1,4 +1,4 @@
-"""What blocks tell the world about themselves: typed, frozen, stamped events, and where they go.
+"""What blocks tell the world about themselves: typed, frozen, stamped events.
 
 Every block is given an `EventSink`; the recorder is one, a list in a test another. Events are data: they hold no
 object of the engine, so they can be written, read back and compared.
@@ -6,40 +6,16 @@ object of the engine, so they can be written, read back and compared.
 
 from __future__ import annotations
 
-from array import array
-from collections.abc import Callable, Iterable, Mapping
-from typing import Protocol
+from collections.abc import Mapping
 
-import msgspec
-
-from .compiled import compiled
-
-Value = float | int | str | bool | None | list[float]
-
-
-class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=True, gc=False):
-    """The base of all events. Plain data has no cycles, so Python's collector need not look at them.
-
-    Attributes:
-        t: Time since the episode began [s].
-        agent: The agent it happened in; empty for the world's own events.
-    """
-
-    t: float
-    agent: str = ""
-
-
-@compiled
-def pack(values: Iterable[float]) -> bytes:
-    """Float64 values as bytes: exact, with NaN and infinities, which JSON cannot hold."""
-    return array("d", values).tobytes()
-
-
-def unpack(data: bytes) -> list[float]:
-    """The values that `pack` made bytes of."""
-    values = array("d")
-    values.frombytes(data)
-    return values.tolist()
+from .sink import Event as Event
+from .sink import EventSink as EventSink
+from .sink import Fanout as Fanout
+from .sink import ListSink as ListSink
+from .sink import NullSink as NullSink
+from .sink import Value as Value
+from .sink import pack as pack
+from .sink import unpack as unpack
 
 
 class SensorRead(Event, frozen=True, kw_only=True):
@@ -133,8 +109,8 @@ class RuleChanged(Event, frozen=True, kw_only=True):
 
     Attributes:
         rule: `file/Rule`.
-        phase: `latched`, `fired` (an activation), `fired again` (the action ended while the rule was latched), `waits`,
-            `updated`, `released`, `ended`.
+        phase: `latched`, `fired` (an activation), `fired again` (the action ended while the rule was latched),
+            `stopped` (its action raised), `waits`, `updated`, `released`, `ended`.
         priority: The rule's.
         reading: The rule's guard with its readings, such as `min(front) = 0.21 m`.
         parameters: The action's parameters, SI units.
@@ -386,42 +362,3 @@ class Judged(Event, frozen=True, kw_only=True):
     outcome: str
     reason: str = ""
     time_to_goal: float | None = None  # [s]
-
-
-class EventSink(Protocol):
-    """Where events go. `emit` must be cheap, must not block and must not raise."""
-
-    def emit(self, event: Event) -> None:
-        """Take one event."""
-        ...
-
-
-class NullSink:
-    """Forgets everything."""
-
-    def emit(self, event: Event) -> None:
-        """Forget the event."""
-
-
-class ListSink:
-    """Keeps events in memory, in the order they came."""
-
-    def __init__(self) -> None:
-        self.events: list[Event] = []
-
-    def emit(self, event: Event) -> None:
-        """Keep the event."""
-        self.events.append(event)
-
-
-class Fanout:
-    """Hands each event to several sinks, in their order."""
-
-    def __init__(self, *sinks: EventSink) -> None:
-        self.sinks = sinks
-        self._emits = [sink.emit for sink in sinks]
-        self.emit: Callable[[Event], None] = self._emits[0] if len(sinks) == 1 else self._each
-
-    def _each(self, event: Event) -> None:
-        for emit in self._emits:
-            emit(event)

@@ -62,7 +62,7 @@ class Ticket:
         state: Where it is now.
         failure: Why it failed; None unless FAILED.
         cancelled_by: Who cancelled it; empty unless CANCELLED.
-        preempted: Whether it was cancelled by a HIGH submission.
+        preempted: Whether it was cancelled by a HIGH submission, or by `interrupt`.
     """
 
     __slots__ = (
@@ -131,10 +131,8 @@ class Pipeline:
             self._count += 1
             ticket = Ticket(self._count, action, priority, by, self._clock.now())
             if priority is Priority.HIGH:
-                for waiting in list(self._normal):
-                    waiting.preempted = True
-                    self._cut_off.append(waiting)
-                    self._end(waiting, TicketState.CANCELLED, by)
+                self._cut_off += self._normal
+                self._preempt(by)
             elif self._latency is None:
                 ticket.due = math.inf
                 self._uncharged.append(ticket)
@@ -164,6 +162,18 @@ class Pipeline:
             self._wake()
             return True
 
+    def interrupt(self, by: str) -> None:
+        """Cancel all NORMAL tickets as a reflex does, at once and without a HIGH action: the robot brakes.
+
+        Args:
+            by: Cause, such as an exception of content.
+        """
+        with self._lock:
+            if self._held:
+                self._cut_off += self._normal
+            self._preempt(by)
+            self._wake()
+
     def update(self, ticket: Ticket, parameters: Mapping[str, Any]) -> None:
         """Give a NORMAL ticket's action new values of its parameters; later by the planner's latency, by `settle`.
 
@@ -191,17 +201,14 @@ class Pipeline:
             return
         with self._lock:
             now = self._clock.now() + _SLACK
-            for ticket, given, at in self._updating:
+            updates, leaves = self._updating, self._leaving
+            self._updating = [each for each in updates if each[2] is None or each[2] > now]
+            self._leaving = [each for each in leaves if each[2] is None or each[2] > now]
+            for ticket, given, at in updates:
                 if at is not None and at <= now and not ticket.state.done:
-                    try:
-                        ticket.action.update(**given)
-                    except InputError as error:
-                        self.fail(ticket, Failure.cannot(error))
-            self._updating = [each for each in self._updating if each[2] is None or each[2] > now]
-            due = [(ticket, by) for ticket, by, at in self._leaving if at is not None and at <= now]
-            self._leaving = [each for each in self._leaving if each[2] is None or each[2] > now]
-            for ticket, by in due:
-                if not ticket.state.done:
+                    self._update(ticket, given)
+            for ticket, by, at in leaves:
+                if at is not None and at <= now and not ticket.state.done:
                     self._end(ticket, TicketState.CANCELLED, by)
 
     def top(self) -> Ticket | None:
@@ -275,6 +282,17 @@ class Pipeline:
         """Wake Execute without a ticket, as at the end of a run."""
         with self._lock:
             self._wake()
+
+    def _update(self, ticket: Ticket, parameters: Mapping[str, Any]) -> None:
+        try:
+            ticket.action.update(**parameters)
+        except InputError as error:
+            self.fail(ticket, Failure.cannot(error))
+
+    def _preempt(self, by: str) -> None:
+        for ticket in list(self._normal):
+            ticket.preempted = True
+            self._end(ticket, TicketState.CANCELLED, by)
 
     def _wake(self) -> None:
         self._woken = True

@@ -14,6 +14,7 @@ from traceback import walk_tb
 from types import FrameType
 from typing import Any
 
+from .errors import RocsError
 from .event import ContentRaised
 
 CONTENT_PREFIX = "rocs_bt_content_"
@@ -25,7 +26,7 @@ _LONGEST = 400
 
 @dataclass(frozen=True)
 class CodeLocation:
-    """A line of a Python file.
+    """A line of a file of content.
 
     Attributes:
         file: The file.
@@ -65,7 +66,15 @@ class Raised:
             error: The exception.
             owners: Objects, classes or functions of the content, for `raised_at`.
         """
+        if isinstance(error, RecordedException):
+            return error.raised
         return cls(kind, content, describe(error), raised_at(error, *owners))
+
+    @classmethod
+    def recorded(cls, event: ContentRaised) -> Raised:
+        """The exception that an event reports."""
+        location = CodeLocation(Path(event.file), event.line) if event.file else None
+        return cls(event.kind, event.content, event.detail, location)
 
     def event(self, t: float, agent: str, effect: str) -> ContentRaised:
         """The event that reports it.
@@ -92,6 +101,23 @@ class Raised:
         return f"{self.kind} '{self.content}' raised {self.detail}{where}"
 
 
+class RecordedException(RocsError):
+    """An exception of content that a recording holds; raised in a replay in place of the content's own.
+
+    Attributes:
+        raised: The exception as it was recorded.
+    """
+
+    def __init__(self, raised: Raised) -> None:
+        self.raised = raised
+        super().__init__(str(raised))
+
+
+def reported(event: ContentRaised) -> str:
+    """An event's exception and what the agent did about it, as text."""
+    return f"{Raised.recorded(event)}; {event.effect}"
+
+
 def describe(error: BaseException) -> str:
     """Type and message of an exception in one line; never raises, whatever the exception's own `__str__` does."""
     if isinstance(error, SystemExit):
@@ -114,7 +140,7 @@ def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:
 
     Args:
         error: The exception; its causes are searched if it has no frame of content itself.
-        owners: Objects, classes or functions of the content.
+        owners: Objects, classes or functions of the content, or locations.
     """
     if (place := content_line(error, *owners)) is not None:
         return place
@@ -186,6 +212,8 @@ def _installed() -> tuple[str, ...]:
 
 def _definition(owner: object) -> CodeLocation | None:
     """Location of the definition of a function, class or object; None if it belongs to no content."""
+    if isinstance(owner, CodeLocation):
+        return owner
     thing = owner if inspect.isroutine(owner) or isinstance(owner, type) else type(owner)
     try:
         thing = inspect.unwrap(thing) if callable(thing) else thing

@@ -27,6 +27,7 @@ from ..plan import Plan
 from ..raised import describe, raised_at
 from ..reactive import ReflexArc
 from ..safety import SafetyGate
+from .exceptions import ContentExceptions
 from .rule_files import RuleFile
 
 HALT = 3
@@ -105,6 +106,8 @@ class Agent:
         self.stopped = False
         self.reacted = -math.inf
         self._sink = sink
+        self._exceptions = ContentExceptions(name, pipeline, plan, clock, sink)
+        plan.on_exception = execute.on_exception = arc.on_exception = self._exceptions.take
         self._timer = timer
         self._failing = threading.Lock()
         self._planning = threading.Lock()
@@ -117,8 +120,10 @@ class Agent:
 
     @property
     def status(self) -> str:
-        """The mission's: `RUNNING`, `SUCCESS` or `FAILURE`. What it makes of an action that broke does not count."""
-        return "RUNNING" if self.execute.broken else self.plan.status
+        """The mission's: `RUNNING`, `SUCCESS` or `FAILURE`. What it makes of a broken Execute does not count."""
+        if self.execute.broken:
+            return "RUNNING"
+        return "FAILURE" if self._exceptions.failure else self.plan.status
 
     @property
     def reflex(self) -> str:
@@ -137,7 +142,7 @@ class Agent:
     @property
     def reason(self) -> str:
         """Why the mission, or a block, failed; empty while nothing did."""
-        return str(self.failure) if self.failure is not None else self.plan.reason
+        return str(self.failure) if self.failure is not None else self._exceptions.failure or self.plan.reason
 
     def step(self, count: int) -> None:
         """One control period in lockstep: the order of effects of docs/architecture.md.
@@ -175,12 +180,24 @@ class Agent:
         self.reacted = t
 
     def decide(self, t: float) -> None:
-        """One turn of Plan; none once it is closed or Execute broke. Safe while another thread stops the agent."""
+        """One turn of Plan; none once it is closed, Execute broke, or content raised beyond its limit.
+
+        An exception of content is reported, and the robot brakes. Safe while another thread stops the agent.
+        """
         with self._planning:
-            if not (self._plan_closed or self.execute.broken):
+            if not (self._plan_closed or self.execute.broken or self._exceptions.failure):
                 begun = self._timer()
-                self.plan.run(t)
+                self._blaming(self.plan.run, t)
                 self.pipeline.charge(self._timer() - begun)
+
+    def _blaming(self, turn: Callable[..., None], *args: object) -> None:
+        """Run a part of Plan; an exception that content raised goes no further."""
+        try:
+            turn(*args)
+        except (SystemExit, Exception) as error:
+            if (raised := self.plan.blame(error)) is None:
+                raise
+            self._exceptions.take(raised)
 
     def guarded(self, block: str, turn: Callable[..., None], *args: object) -> None:
         """Run one turn of a block; if it raises or ends, stop the wheels first and keep the reason."""
@@ -227,6 +244,7 @@ class Agent:
                 return
         self.brake()
         self._sink.emit(AgentStopped(t=self.clock.now(), agent=self.name, by=by))
+        self._exceptions.close()
         self._attempt("plan", self._close_plan)
         self._attempt("execute", self.execute.stop, by)
         with self._failing:
@@ -249,7 +267,7 @@ class Agent:
             return
         try:
             self._plan_closed = True
-            self.plan.close()
+            self._blaming(self.plan.close)
         finally:
             self._planning.release()
 

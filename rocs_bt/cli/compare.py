@@ -84,7 +84,8 @@ def command(
 ) -> int:
     """Compare PLANNERS in the same scenes with the same seeds, and say which is better, and how sure that is.
 
-    Killed at any moment and called again, it goes on where it was. Exits with 1 where an episode came to an error.
+    Killed at any moment and called again, it goes on where it was. Exits with 1 if an episode ended in an error, or
+    content raised an exception in it.
     """
     from ..compare import JUDGED, Comparison, Store, dask_executor, metric, sweep
 
@@ -130,7 +131,7 @@ def command(
         _tell(comparison, judged, verdicts, found.played)
         if report is not None:
             click.echo(f"Report: {report}")
-    return int(any(record.outcome == "error" for record in records))
+    return int(any(map(_is_broken, records)))
 
 
 def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[Place]:
@@ -252,11 +253,18 @@ def _head(of: Metric) -> str:
 
 
 def _tell_errors(records: Sequence[EpisodeRecord]) -> None:
-    """The first episodes that came to an error, and how to see one for oneself."""
+    """The first episodes that ended in an error or in which content raised, each with the command that repeats it."""
     from ..compare import replay_command
 
-    errors = [record for record in records if record.outcome == "error"]
-    for record in errors[:_ERRORS]:
-        click.echo(f"error: {record.reason}\n  again: {replay_command(record)}", err=True)
-    if (more := len(errors) - _ERRORS) > 0:
-        click.echo(f"and {counted(more, 'more error')}", err=True)
+    broken = [record for record in records if _is_broken(record)]
+    for record in broken[:_ERRORS]:
+        raised = record.metrics.get("exceptions")
+        what = f"{counted(int(raised), 'exception')}, {record.outcome}" if raised else record.outcome
+        click.echo(f"{what}: {record.reason or 'its goal was reached'}\n  again: {replay_command(record)}", err=True)
+    if (more := len(broken) - _ERRORS) > 0:
+        click.echo(f"and {counted(more, 'more such episode')}", err=True)
+
+
+def _is_broken(record: EpisodeRecord) -> bool:
+    """Whether an episode ended in an error, or content raised in it."""
+    return record.outcome == "error" or bool(record.metrics.get("exceptions"))

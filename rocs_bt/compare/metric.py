@@ -188,6 +188,10 @@ def _reflex_share(m: Measured) -> float:
     return reactive / (reactive + deliberative) if reactive + deliberative > 0.0 else 0.0
 
 
+def _exceptions(m: Measured) -> float:
+    return float(sum(m.agent.get("exceptions", {}).values()))
+
+
 def _holds(measured: Measured, requirement: str) -> float | None:
     verdicts = {r["name"]: r["verdict"] for r in measured.agent.get("requirements", ())}
     return _VERDICTS[verdicts.get(requirement, "unknown")]
@@ -257,6 +261,7 @@ METRICS: Mapping[str, Metric] = {
         ),
         Metric("replans", "", "down", "until_failure", "How often the plan sent its action again after a reflex.",
                _number("replans")),
+        Metric("exceptions", "", "down", "counts", "Exceptions that content raised, such as the planner.", _exceptions),
         Metric("tracking", "m", "down", "until_failure", "How far it was beside its reference path, root mean square.",
                _number("tracking_error.cross_rms")),
     )

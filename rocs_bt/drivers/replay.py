@@ -8,14 +8,18 @@ from collections.abc import Iterable, Sequence
 from ..clock import Clock
 from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError
-from ..event import Event, SensorFailed, SensorRead
+from ..event import ContentRaised, Event, SensorFailed, SensorRead
 from ..knowledge.share import Letterbox, packed
+from ..raised import Raised, RecordedException
+
+SensorEvent = SensorRead | SensorFailed | ContentRaised
+"""What a recording holds of a sensor."""
 
 _SAME = 5e-7  # [s] within which two times are one
 
 
 class ReplaySensor(Sensor):
-    """Says at each time what the recorded sensor said then; refuses where that one refused.
+    """Says at each time what the recorded sensor said then; refuses or raises where that one did.
 
     Args:
         name: The sensor's name.
@@ -23,7 +27,7 @@ class ReplaySensor(Sensor):
         events: Its events, in the order they were recorded.
     """
 
-    def __init__(self, name: str, clock: Clock, events: Iterable[SensorRead | SensorFailed]) -> None:
+    def __init__(self, name: str, clock: Clock, events: Iterable[SensorEvent]) -> None:
         super().__init__(name)
         self._clock = clock
         self._events = deque(events)
@@ -36,6 +40,8 @@ class ReplaySensor(Sensor):
             if isinstance(event, SensorFailed):
                 self._detail = event.detail
             elif event.t >= now - _SAME:
+                if isinstance(event, ContentRaised):
+                    raise RecordedException(Raised.recorded(event))
                 found = event
         if found is None:
             raise DeviceError(self._detail)
@@ -82,8 +88,15 @@ def replay_sensors(events: Iterable[Event], agent: str, names: Iterable[str], cl
         names: The sensors that there must be.
         clock: Time.
     """
-    mine: dict[str, list[SensorRead | SensorFailed]] = {name: [] for name in names}
+    mine: dict[str, list[SensorEvent]] = {name: [] for name in names}
     for event in events:
-        if isinstance(event, (SensorRead, SensorFailed)) and event.agent == agent and event.sensor in mine:
-            mine[event.sensor].append(event)
+        if isinstance(event, SensorEvent) and event.agent == agent and (name := _sensor_of(event)) in mine:
+            mine[name].append(event)
     return {name: ReplaySensor(name, clock, found) for name, found in mine.items()}
+
+
+def _sensor_of(event: SensorEvent) -> str:
+    """The sensor that an event is about; empty for an exception of other content."""
+    if isinstance(event, ContentRaised):
+        return event.content if event.kind == "sensor" else ""
+    return event.sensor

@@ -72,12 +72,12 @@ class ActionDecomposer:
 
     def close(self) -> None:
         """Close all generators, inner ones first, so that their `finally` clauses run."""
-        while self._stack:
-            _, steps = self._stack.pop()
-            close = getattr(steps, "close", None)
-            if close is not None:
-                close()
         self._atomic = None
+        with ExitStack() as ends:  # last in, first out; one that raises does not keep the others from closing
+            for _, steps in self._stack:
+                if (close := getattr(steps, "close", None)) is not None:
+                    ends.callback(close)
+            self._stack.clear()
 
     def _resume(self, failure: Failure | None) -> None:
         while self._stack:

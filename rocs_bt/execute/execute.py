@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 
-from ..action import ActionFailed, Failure, Reason
+from ..action import Action, ActionFailed, AtomicAction, Failure, MacroAction, Reason
 from ..errors import DeviceError, InputError
 from ..pipeline import Pipeline, Priority, Ticket
+from ..raised import Raised, owners_of
 from .atomic_executor import AtomicActionExecutor
 from .body import RobotBody
 from .decomposer import ActionDecomposer
@@ -34,16 +36,19 @@ class Execute:
         body: The robot.
 
     Attributes:
-        broken: Whether an action had a defect; true before its ticket fails, so that nobody decides on that.
+        broken: Whether Execute itself failed; true before its ticket fails, so that no decision is made on that.
+        on_exception: Takes the exceptions of actions; None to raise them instead.
     """
 
     def __init__(self, pipeline: Pipeline, body: RobotBody) -> None:
         self.pipeline = pipeline
         self.broken = False
+        self.on_exception: Callable[[Raised], None] | None = None
         self._body = body
         self._executor = AtomicActionExecutor(body)
         self._ticket: Ticket | None = None
         self._decomposer: ActionDecomposer | None = None
+        self._acting: AtomicAction | None = None
         self._steps = 0
         self._lock = threading.Lock()
         self._closed = False
@@ -61,23 +66,25 @@ class Execute:
     def run(self, t: float) -> None:
         """One control period. Safe with submissions and cancellations from other threads.
 
-        An ActionFailed, an InputError (CANNOT) or a DeviceError (REFUSED) fails the action that raises it. Anything
-        else is a defect: the actuators go to neutral, the ticket fails, and the exception goes on to the agent.
+        An ActionFailed, an InputError (CANNOT) or a DeviceError (REFUSED) fails the action that raises it. At any other
+        exception the actuators go to neutral first, then the ticket fails (RAISED), and `on_exception` is called. What
+        no action raised goes on to the agent.
         """
         with self._lock:
             turn = self._body.turn
-            self.pipeline.settle()
             turn.route, turn.open, self._steps = "idle", True, 0
             if self._closed:  # asked after the gate was opened: whoever closes it meanwhile shuts it again
                 turn.open = False
                 return
             try:
+                self._taking(self.pipeline.settle)
                 self._serve()
-            except BaseException as error:  # the wheels stop first, whatever it is, and it goes on to the agent
+            except BaseException as error:  # the wheels stop first, whatever it is
                 self._body.neutral()
-                self.broken = True
-                self._end(Failure(Reason.OTHER, f"it raised {type(error).__name__}: {error}"))
-                raise
+                if not self._taken(error, self._ticket):
+                    self.broken = True
+                    self._end(Failure(Reason.OTHER, f"it raised {type(error).__name__}: {error}"))
+                    raise
             finally:
                 self._body.settle()
 
@@ -144,7 +151,7 @@ class Execute:
                 self._body.turn.route = "idle"
                 return False
             if top is not self._ticket and self.pipeline.start(top):
-                self._ticket, self._decomposer, self._steps = top, None, 0
+                self._ticket, self._decomposer, self._acting, self._steps = top, None, None, 0
             if top is self._ticket:
                 self._body.turn.route = _ROUTES[top.priority]
                 return True
@@ -156,7 +163,7 @@ class Execute:
             return True
         if self._decomposer is None:
             self._decomposer = ActionDecomposer(ticket.action, self._body)
-        atomic = self._decomposer.next()
+        atomic = self._acting = self._decomposer.next()
         if atomic is None:
             self._end(None)
             return False
@@ -186,10 +193,42 @@ class Execute:
             return
         self._ticket = self._decomposer = None
         if decomposer is not None:
-            decomposer.close()
+            self._taking(decomposer.close, ticket)
 
     def _drop(self) -> None:
-        """Stop a cancelled ticket's actions, once."""
-        decomposer, self._ticket, self._decomposer = self._decomposer, None, None
+        """Stop a cancelled ticket's actions, once. One that raises does not keep the next ticket from being served."""
+        ticket, decomposer = self._ticket, self._decomposer
+        self._ticket = self._decomposer = None
         if decomposer is not None:
-            decomposer.cancel()
+            self._taking(decomposer.cancel, ticket)
+
+    def _taking(self, step: Callable[[], None], ticket: Ticket | None = None) -> None:
+        """Run a step in which an action of a ticket that is not served may raise."""
+        try:
+            step()
+        except (SystemExit, Exception) as error:
+            if not self._taken(error, ticket):
+                raise
+
+    def _taken(self, error: BaseException, ticket: Ticket | None) -> bool:
+        """Report the exception of an action and fail its ticket; False if no action raised it."""
+        if self.on_exception is None or not isinstance(error, (SystemExit, Exception)):
+            return False
+        action = next((each for each in owners_of(error) if isinstance(each, Action)), None)
+        if action is None and ticket is not None:  # the engine refuses what the action returned or yielded
+            action = self._acting or ticket.action
+        if action is None:
+            return False
+        reflex = ticket is not None and ticket.priority is Priority.HIGH
+        raised = Raised.of("reflex action" if reflex else "action", action.name, error, _step_of(action), action)
+        if ticket is not None:
+            self._end(Failure(Reason.RAISED, str(raised)))
+        self.on_exception(raised)
+        return True
+
+
+def _step_of(action: Action) -> object:
+    """The method that does an action's work."""
+    if isinstance(action, MacroAction):
+        return action.decompose
+    return action.act if isinstance(action, AtomicAction) else action

@@ -17,10 +17,16 @@ from ..device import Reading, Sensor
 from ..errors import DeviceError
 from ..event import EventSink, SensorFailed, SensorRead, SignalsWritten, pack
 from ..knowledge import Knowledge
+from ..raised import Raised
 from ..signal import Signal
 
 MOVING = 0.05
 """Speed of a wheel rim above which the world must look different from one sample to the next [m/s]."""
+
+_INVALID = "its signals are invalid; it is read again in the next period"
+
+Problem = str | Raised
+"""What is wrong with a sensor's reading; empty when nothing is."""
 
 
 @dataclass
@@ -40,6 +46,7 @@ class Watched:
     last: bytes = b""
     still: float = 0.0  # [s] for how long it has said the same while the wheels turned
     read_at: float = -math.inf  # [s]
+    size: int = 0  # of its last sample
 
 
 class Monitor(ABC):
@@ -47,7 +54,8 @@ class Monitor(ABC):
 
     A user's monitor implements `interpret`, and `signals` where it writes other signals than its sensors' own
     (paper, 5.3: a deliberative extension point). A sensor that refuses, freezes or breaks makes its signals go
-    stale or NaN, which is the one channel of failure.
+    stale or NaN, which is the one channel of failure. So does a sensor or a monitor that raises; it is reported when it
+    begins to, and read again in the next period.
 
     Args:
         name: What robot.toml calls it.
@@ -72,6 +80,7 @@ class Monitor(ABC):
         self.knowledge = knowledge
         self._sink = sink
         self._frozen_after = frozen_after
+        self._raises = False
         self._publisher: Publisher[Signals] = Publisher(name)
         self._sizes: dict[tuple[str, ...], tuple[int, ...]] = {}  # of signals that were written as they are declared
 
@@ -140,18 +149,27 @@ class Monitor(ABC):
 
     def run(self, t: float, count: int) -> None:
         """One turn: read what is due, interpret, write, publish."""
-        readings, problems, beyond = {}, [], ""
-        for watched in self.watched:
-            if watched.rate.due(count):
-                reading, problem = self._read(watched, t)
-                if reading is not None:
-                    readings[watched.sensor.name] = reading
-                problems.append((watched, problem))
-        written = self.interpret(readings) if readings else {}
-        if written:
-            stamp = self.stamp(readings)
-            if (data := self.knowledge.signals.update(written, stamp)) is None:
-                written, beyond = self._bounded(written)
+        readings: dict[str, Reading] = {}
+        problems: list[tuple[Watched, Problem]] = []
+        written: Signals = {}
+        data, stamp, beyond = None, t, ""
+        try:
+            for watched in self.watched:
+                if watched.rate.due(count):
+                    reading, problem = self._read(watched, t)
+                    if reading is not None:
+                        readings[watched.sensor.name] = reading
+                    problems.append((watched, problem))
+            if readings and (written := self.interpret(readings)):
+                stamp = self.stamp(readings)
+                if (data := self.knowledge.signals.update(written, stamp)) is None:
+                    written, beyond = self._bounded(written)
+        except (SystemExit, Exception) as error:  # noqa: BLE001 - a monitor may raise anything
+            written, stamp = self._all_invalid(), t
+            data = self.knowledge.signals.update(written, stamp)
+            self._report_exception(t, error)
+        else:
+            self._raises = self._raises and not readings
         for watched, problem in problems:
             if problem or beyond or watched.failed:
                 self._tell(watched, t, problem or beyond)
@@ -159,25 +177,42 @@ class Monitor(ABC):
             self._note(t, stamp, written, data)
             self._publisher.publish(t, written)
 
-    def _read(self, watched: Watched, t: float) -> tuple[Reading | None, str]:
-        """A sensor's sample, NaN where it cannot be true, and what is wrong with it."""
-        name = watched.sensor.name
+    def _read(self, watched: Watched, t: float) -> tuple[Reading | None, Problem]:
+        """A sensor's sample, NaN where it cannot be true or the sensor raised, and what is wrong with it."""
+        sensor, raised = watched.sensor, None
         try:
-            reading = watched.sensor.read()
+            reading = sensor.read()
+            data = pack(reading.values)
         except DeviceError as error:
             return None, str(error)
-        values, stamp = reading.values, reading.stamp
-        data = pack(values)
-        self._sink.emit(SensorRead(t=t, agent=self.knowledge.agent, sensor=name, stamp=stamp, data=data))
+        except (SystemExit, Exception) as error:  # noqa: BLE001 - a driver may raise anything
+            raised = Raised.of("sensor", sensor.name, error, sensor.read)
+            if not watched.size:
+                return None, raised
+            reading = Reading(t, [math.nan] * watched.size)
+            data = pack(reading.values)
+        watched.size = len(reading.values)
+        event = SensorRead(t=t, agent=self.knowledge.agent, sensor=sensor.name, stamp=reading.stamp, data=data)
+        self._sink.emit(event)
+        reading, problem = self._plausible(watched, reading, data, t)
+        return reading, raised or problem
+
+    def _plausible(self, watched: Watched, reading: Reading, data: bytes, t: float) -> tuple[Reading, str]:
+        """A reading, NaN where it cannot be true, and what is wrong with it."""
+        values = reading.values
         if self._frozen_after < math.inf and self._frozen(watched, data, reading, t):
             problem = f"frozen: the same values for {watched.still:.2f} s while the wheels turned"
-        elif not (problem := self.doubt(name, reading)):
+        elif not (problem := self.doubt(watched.sensor.name, reading)):
             # What is wrong with a reading that speaks for itself, as NaN or by its stamp.
             if any(map(math.isnan, values)):
                 return reading, "it says NaN"
-            stale = t - stamp > self.max_age + 5e-7
-            return reading, f"stale: its newest sample is {t - stamp:.2f} s old" if stale else ""
-        return Reading(stamp, [math.nan] * len(values)), problem
+            stale = t - reading.stamp > self.max_age + 5e-7
+            return reading, f"stale: its newest sample is {t - reading.stamp:.2f} s old" if stale else ""
+        return Reading(reading.stamp, [math.nan] * len(values)), problem
+
+    def _all_invalid(self) -> Signals:
+        """All signals of the monitor as NaN."""
+        return {signal.name: [math.nan] * signal.size for signal in self.signals()}
 
     def _frozen(self, watched: Watched, data: bytes, reading: Reading, t: float) -> bool:
         passed, watched.read_at = t - watched.read_at, t
@@ -198,11 +233,21 @@ class Monitor(ABC):
                     beyond = f"signal '{name}' is out of its bounds [{low:g}, {high:g}]: {value:g}"
         return bounded, beyond
 
-    def _tell(self, watched: Watched, t: float, problem: str) -> None:
-        if problem and not watched.failed:  # said once, not twenty times a second
-            event = SensorFailed(t=t, agent=self.knowledge.agent, sensor=watched.sensor.name, detail=problem)
-            self._sink.emit(event)
+    def _tell(self, watched: Watched, t: float, problem: Problem) -> None:
+        agent = self.knowledge.agent
+        if problem and not watched.failed:  # once, not twenty times a second
+            if isinstance(problem, Raised):
+                self._sink.emit(problem.event(t, agent, _INVALID))
+            else:
+                self._sink.emit(SensorFailed(t=t, agent=agent, sensor=watched.sensor.name, detail=problem))
         watched.failed = bool(problem)
+
+    def _report_exception(self, t: float, error: BaseException) -> None:
+        """Report an exception of the monitor itself, once while it goes on to raise."""
+        if not self._raises:
+            self._raises = True
+            raised = Raised.of("monitor", self.name, error, self.interpret)
+            self._sink.emit(raised.event(t, self.knowledge.agent, _INVALID))
 
     def _note(self, t: float, stamp: float, written: Signals, data: bytes | None) -> None:
         names = tuple(written)

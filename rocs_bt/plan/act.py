@@ -84,9 +84,12 @@ class Act(Leaf):
             self.feedback_message = f"{ticket.action.name} succeeded"
             return Status.SUCCESS
         if ticket.state is TicketState.FAILED:
-            return self._fail(ticket.failure or Failure(Reason.OTHER))
+            failure = ticket.failure or Failure(Reason.OTHER)
+            return self._again(ticket, "its exception") if failure.reason is Reason.RAISED else self._fail(failure)
         if ticket.state is TicketState.CANCELLED:
-            return self._cancelled(ticket)
+            if ticket.preempted:
+                return self._again(ticket, ticket.cancelled_by)
+            return self._fail(Failure(Reason.OTHER, f"{ticket.action.name} was cancelled by {ticket.cancelled_by}"))
         self.feedback_message = f"{ticket.action.name} {ticket.state.name.lower()}"
         return Status.RUNNING
 
@@ -103,19 +106,18 @@ class Act(Leaf):
             action.resume(cut_off)
         self.ticket = self.mission.pipeline.submit(action, Priority.NORMAL, by=self.mission.path(self))
 
-    def _cancelled(self, ticket: Ticket) -> Status:
-        if not ticket.preempted:
-            return self._fail(Failure(Reason.OTHER, f"{ticket.action.name} was cancelled by {ticket.cancelled_by}"))
+    def _again(self, ticket: Ticket, cause: str) -> Status:
+        """Submit the action again after a reflex or an exception cut it off."""
         if not self._counted and self._stuck(ticket):
-            reading = self.mission.rule_reading(ticket.cancelled_by)
-            evidence = f"{self._preemptions} pre-emptions without progress, the last by {ticket.cancelled_by}"
+            reading = self.mission.rule_reading(cause)
+            evidence = f"{self._preemptions} pre-emptions without progress, the last by {cause}"
             return self._fail(Failure(Reason.STUCK, evidence + (f" ({reading})" if reading else "")))
         if self.mission.pipeline.held:
-            self.feedback_message = f"{ticket.action.name} waits for {ticket.cancelled_by}"
+            self.feedback_message = f"{ticket.action.name} waits for {cause}"
             return Status.RUNNING
         self._submit(ticket.action)
         self.replans += 1
-        self.feedback_message = f"{ticket.action.name} sent again after {ticket.cancelled_by}"
+        self.feedback_message = f"{ticket.action.name} sent again after {cause}"
         self.mission.note(Replanned, node=self.mission.path(self), count=self.replans)
         return Status.RUNNING
 

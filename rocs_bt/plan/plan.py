@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ..action import Action, make_action
@@ -13,6 +13,8 @@ from ..clock import Clock
 from ..event import Change, EventSink
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline, Priority, Ticket
+from ..raised import Raised, owners_of
+from .route import RoutePlanner
 
 RUNNING, SUCCESS, FAILURE = "RUNNING", "SUCCESS", "FAILURE"
 
@@ -39,6 +41,7 @@ class Plan(AnalyzeSubscriber, ABC):
     Attributes:
         status: `RUNNING`, `SUCCESS` or `FAILURE`.
         reason: Why it failed; empty unless it did.
+        on_exception: Takes the exceptions of leaves that are ticked on; None to raise them instead.
     """
 
     def __init__(
@@ -60,6 +63,7 @@ class Plan(AnalyzeSubscriber, ABC):
         self.sink = sink
         self.status = RUNNING
         self.reason = ""
+        self.on_exception: Callable[[Raised], None] | None = None
         self._lock = threading.Lock()
         self._replan_by: list[str] = []
 
@@ -103,3 +107,28 @@ class Plan(AnalyzeSubscriber, ABC):
 
     def close(self) -> None:
         """Let go of what the planner holds; called once at the end of a run."""
+
+    def blame(self, error: BaseException) -> Raised | None:
+        """The content that raised an exception in a turn or in `close`; None if only the engine took part.
+
+        Args:
+            error: The exception, with its traceback.
+        """
+        for owner in owners_of(error):
+            if (found := self.content_of(owner)) is not None:
+                return Raised.of(*found, error, *self.definitions_of(owner))
+        return None
+
+    def content_of(self, owner: object) -> tuple[str, str] | None:
+        """Kind and name of the content that an object is; None if it is none."""
+        if isinstance(owner, Action):
+            return "action", owner.name
+        if isinstance(owner, RoutePlanner):
+            return "route planner", type(owner).__name__
+        if owner is self and not type(self).__module__.startswith("rocs_bt."):
+            return "planner", self.name
+        return None
+
+    def definitions_of(self, owner: object) -> tuple[object, ...]:
+        """Where content is defined, for `raised_at`: the object itself, then what else locates it."""
+        return (owner,)

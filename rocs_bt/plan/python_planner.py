@@ -17,6 +17,7 @@ from ..errors import Fault, InputError
 from ..geometry import Pose2
 from ..knowledge import Knowledge
 from ..pipeline import Ticket
+from ..raised import Raised
 from .mission import Mission
 from .plan import SUCCESS, Plan
 from .route import RoutePlanner
@@ -133,8 +134,8 @@ class PythonPlan(Plan):
         if self.status == SUCCESS or self.pipeline.held:
             return
         if not self._begun:
-            self._begun = True
             self._planner.reset(self._task(), self._mission.rng(self.name))
+            self._begun = True
         speeds = self._planner.act(self._look(t))
         if self._ticket is not None:
             self.pipeline.cancel(self._ticket, by=self.name)
@@ -144,8 +145,22 @@ class PythonPlan(Plan):
         else:
             self._ticket = self.submit("SetWheelSpeed", speeds=self._rim_speeds(speeds))
 
+    def blame(self, error: BaseException) -> Raised:
+        """The content that raised an exception: the planner, unless it was a route planner that the planner called."""
+        step = self._planner.act if self._begun else self._planner.reset
+        return super().blame(error) or Raised.of("planner", type(self._planner).__name__, error, step)
+
+    def content_of(self, owner: object) -> tuple[str, str] | None:
+        if owner is self._planner:
+            return "planner", type(self._planner).__name__
+        return super().content_of(owner)
+
     def _rim_speeds(self, decided: Any) -> list[float]:
-        """What a planner decided, if the drive can take it; if not its episode ends with an error that says so."""
+        """Speeds of a decision.
+
+        Raises:
+            InputError: The drive cannot do it.
+        """
         wheels = self.knowledge.robot.drive.wheels
         try:
             speeds = np.array(decided, dtype=float)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
@@ -16,11 +16,13 @@ from py_trees.logging import Logger
 
 from ..errors import Fault, InputError
 from ..event import NodeTicked, SubtreeSwapped
+from ..raised import Raised
 from .error import TreeError
 from .examine import own_faults
 from .mission import Mission
 from .nodes import Node, Tree, descendants, halt
 from .nodes.changes import Changes, Heard
+from .nodes.runtime import Caught
 from .nodes.swap import find_node, inside
 from .plan import FAILURE, SUCCESS, Plan
 from .shape import shape_faults
@@ -95,6 +97,9 @@ class TreePlan(Plan):
         self._mission = mission
         self._turn, self._ticking = threading.RLock(), False
         mission.swap = self.swap
+        self._raised: list[Raised] = []
+        self._restarts: list[Behaviour] = []
+        self.tree.runtime.caught = self._caught
         self._listeners: list[Changes] = []
         self._seen: dict[Any, Status] = {}
         self._look()
@@ -110,13 +115,15 @@ class TreePlan(Plan):
 
     def _run(self, t: float) -> None:
         self._mission.begin(t, self._paths)
+        self._restart()
         self._ticking = True
         try:
             outcome = self._tick()
         finally:
             self._ticking = False
+            self._tell()
+            self._report()
         self.ticks += 1
-        self._tell()
         for changes in self._listeners:
             changes.flush()
         if outcome is Status.SUCCESS:
@@ -193,6 +200,14 @@ class TreePlan(Plan):
         text: str = unicode_tree(self.root, show_status=True)
         return text
 
+    def content_of(self, owner: object) -> tuple[str, str] | None:
+        if isinstance(owner, Behaviour) and (path := self._paths.get(owner.id)) is not None:
+            return "node" if owner.children else "leaf", path
+        return super().content_of(owner)
+
+    def definitions_of(self, owner: object) -> tuple[object, ...]:
+        return owner, getattr(getattr(owner, "origin", None), "location", None)
+
     def _tick(self) -> Outcome:
         if isinstance(self.root, Node):
             return self.tree.tick()
@@ -201,6 +216,31 @@ class TreePlan(Plan):
             if node.status is Status.INVALID and not isinstance(node, Node):
                 raise InputError(self._no_status(node))
         return self.root.status
+
+    def _caught(self, leaf: Behaviour, error: BaseException) -> bool:
+        """Have a leaf that raised count as RUNNING in this tick; False where nothing takes its exception."""
+        if self.on_exception is None:
+            return False
+        if leaf.status is not Status.RUNNING:
+            self._restarts.append(leaf)
+            leaf.status = Status.RUNNING
+        raised = self.blame(error) or Raised.of("leaf", self._mission.path(leaf), error, *self.definitions_of(leaf))
+        leaf.feedback_message = f"it raised {raised.detail}"
+        self._raised.append(raised)
+        return True
+
+    def _restart(self) -> None:
+        """Leaves that raised in their first tick begin again."""
+        for leaf in self._restarts:
+            if leaf.status is Status.RUNNING:
+                leaf.status = Status.INVALID
+        self._restarts.clear()
+
+    def _report(self) -> None:
+        raised, self._raised = self._raised, []
+        for each in raised:
+            if self.on_exception is not None:
+                self.on_exception(each)
 
     def _look(self) -> None:
         """Take in which nodes there are, and where."""
@@ -218,6 +258,8 @@ class TreePlan(Plan):
         while todo:
             node, path, depth = todo.pop()
             self._nodes.append((node, path))
+            if not (node.children or isinstance(node, Node)):
+                guard_leaf(node, self._caught)
             found.append(NodeOutline(path, node.name, type(node).__name__, depth))
             twins: Counter[str] = Counter()
             below = []
@@ -246,6 +288,23 @@ class TreePlan(Plan):
             return f"{self.root.name}: its conditions skip the whole mission"
         tip = self.root.tip() or self.root
         return f"{self._paths.get(tip.id, tip.name)}: {tip.feedback_message or tip.status.name}"
+
+
+def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
+    """Have a leaf of py_trees' own kind count as RUNNING when it raises; leaves of ours do so by themselves."""
+    if "tick" in vars(leaf):
+        return
+    plain = leaf.tick
+
+    def tick() -> Iterator[Behaviour]:
+        try:
+            yield from plain()
+        except (SystemExit, Exception) as error:
+            if not caught(leaf, error):
+                raise
+            yield leaf
+
+    vars(leaf)["tick"] = tick
 
 
 def _refuse_faults(tree: Tree) -> None:

@@ -15,11 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..action import Action, Failure, Impossible, make_action
+from ..action import Action, Failure, Impossible, Reason, make_action
+from ..actions.stop import Stop
 from ..clock import Clock
 from ..errors import InputError
 from ..event import EventSink, RuleChanged, Value
 from ..pipeline import Pipeline, Priority, Ticket
+from ..raised import Raised
 from .reactive_model import ReactiveModel, Reflex
 
 OVERTAKEN = 0.5  # [s]; a snapshot this much older than the last one was overtaken on another thread; older: a new time
@@ -27,14 +29,15 @@ MATERIAL = 0.05  # a parameter that changed by less than this share is not worth
 
 
 class _Active:
-    """The reflex in the slot."""
+    """The reflex in the slot; `stopping` once its action raised: Stop until its latch is clear."""
 
-    __slots__ = ("reflex", "reported", "ticket")
+    __slots__ = ("reflex", "reported", "stopping", "ticket")
 
-    def __init__(self, reflex: Reflex, ticket: Ticket) -> None:
+    def __init__(self, reflex: Reflex, ticket: Ticket, *, stopping: bool = False) -> None:
         self.reflex = reflex
         self.ticket = ticket
         self.reported = reflex.parameters
+        self.stopping = stopping
 
 
 class ReflexArc:
@@ -51,6 +54,7 @@ class ReflexArc:
     Attributes:
         on_end: Called with the last rule's name when the slot has become free, outside of the arc's lock, so that the
             plan looks again from where the robot is now.
+        on_exception: Takes the exceptions of reflexes' actions; None to raise them instead.
         activations: Number of activations of each rule; re-firings are not among them.
         refirings: Number of times that each rule fired again because its action ended while the rule was latched.
         switches: How often the route changed between deliberative and reactive.
@@ -66,6 +70,7 @@ class ReflexArc:
         clock: Clock,
     ) -> None:
         self.on_end: Callable[[str], None] = lambda rule: None
+        self.on_exception: Callable[[Raised], None] | None = None
         self.activations: Counter[str] = Counter()
         self.refirings: Counter[str] = Counter()
         self.switches = 0
@@ -120,8 +125,8 @@ class ReflexArc:
             if rule not in self._wanted:
                 self._waiting.discard(rule)
                 self._emit(readings.get(rule, reflex), "released", reading=rule in readings)
-                if reflex.level and self._slot and self._slot.reflex.rule == rule:
-                    self._pipeline.cancel(self._slot.ticket, by=rule)
+                if (slot := self._slot) and slot.reflex.rule == rule and (reflex.level or slot.stopping):
+                    self._pipeline.cancel(slot.ticket, by=rule)
         for rule, reflex in self._wanted.items():
             if rule not in before:
                 self._emit(reflex, "latched")
@@ -174,6 +179,11 @@ class ReflexArc:
 
     def _continue(self, slot: _Active, own: Reflex) -> None:
         """The rule in the slot is still wanted."""
+        if slot.stopping:
+            return
+        if (failure := slot.ticket.failure) is not None and failure.reason is Reason.RAISED:
+            self._slot = self._stop(own)
+            return
         if slot.ticket.state.done:
             self.refirings[own.rule] += 1
             self._again[own.rule] += 1
@@ -183,22 +193,44 @@ class ReflexArc:
             try:
                 slot.ticket.action.update(**own.parameters)
             except InputError as error:
-                self._pipeline.fail(slot.ticket, Failure.cannot(error))
-                self._pipeline.wake()
+                self._fail(slot, Failure.cannot(error))
+            except (SystemExit, Exception) as error:  # noqa: BLE001 - an action may raise anything
+                self._fail(slot, self._raised(slot.ticket.action, error))
         slot.reflex = own
         if _material(slot.reported, own.parameters):
             slot.reported = own.parameters
             self._emit(own, "updated")
 
     def _fire(self, reflex: Reflex, phase: str) -> _Active:
+        self._readings[reflex.rule] = reflex.describe()
+        self._emit(reflex, phase)
         action: Action
         try:
             action = make_action(self._actions, reflex.action, reflex.parameters)
         except InputError as error:  # what it cannot do must stop the robot, and not the arc
             action = Impossible(reflex.action, reflex.parameters, error)
-        self._readings[reflex.rule] = reflex.describe()
-        self._emit(reflex, phase)
+        except (SystemExit, Exception) as error:  # noqa: BLE001 - an action may raise anything
+            self._raised(self._actions[reflex.action], error)
+            return self._stop(reflex)
         return _Active(reflex, self._pipeline.submit(action, Priority.HIGH, by=reflex.rule))
+
+    def _stop(self, reflex: Reflex) -> _Active:
+        """Stop in place of a rule's action that raised: made anew, it would raise in every period."""
+        self._emit(reflex, "stopped")
+        return _Active(reflex, self._pipeline.submit(Stop(), Priority.HIGH, by=reflex.rule), stopping=True)
+
+    def _fail(self, slot: _Active, failure: Failure) -> None:
+        self._pipeline.fail(slot.ticket, failure)
+        self._pipeline.wake()
+
+    def _raised(self, action: Action | type[Action], error: BaseException) -> Failure:
+        """Report the exception of a reflex's action."""
+        if self.on_exception is None:
+            raise error
+        name = action.__name__ if isinstance(action, type) else action.name
+        raised = Raised.of("reflex action", name, error, action)
+        self.on_exception(raised)
+        return Failure(Reason.RAISED, str(raised))
 
     def _emit(self, reflex: Reflex, phase: str, reading: bool = True) -> None:
         self._sink.emit(

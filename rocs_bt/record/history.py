@@ -17,6 +17,7 @@ from ..event import (
     BlockFailed,
     BodyMoved,
     CommandExpired,
+    ContentRaised,
     Event,
     Judged,
     KnowledgeChanged,
@@ -95,6 +96,10 @@ class Worst:
     margin: str
 
 
+FaultEvent = SensorFailed | ContentRaised | BlockFailed | CommandExpired | PeerFault | Touched
+"""What a report lists as faults of a run."""
+
+
 @dataclass
 class AgentHistory:
     """What one agent did, as events by kind in their order, and what follows from them."""
@@ -106,7 +111,7 @@ class AgentHistory:
     atomic: list[AtomicStarted] = field(default_factory=list)
     replans: list[Replanned] = field(default_factory=list)
     swaps: list[SubtreeSwapped] = field(default_factory=list)
-    faults: list[SensorFailed | BlockFailed | CommandExpired | PeerFault | Touched] = field(default_factory=list)
+    faults: list[FaultEvent] = field(default_factory=list)
     knowledge: list[KnowledgeChanged] = field(default_factory=list)
     readings: dict[str, list[SensorRead]] = field(default_factory=dict)
     routes: list[Span] = field(default_factory=list)
@@ -213,7 +218,7 @@ class History:
             agent.replans.append(event)
         elif isinstance(event, SubtreeSwapped):
             agent.swaps.append(event)
-        elif isinstance(event, (SensorFailed, BlockFailed, CommandExpired, PeerFault, Touched)):
+        elif isinstance(event, FaultEvent):
             agent.faults.append(event)
 
 

@@ -10,12 +10,13 @@ from typing import Any
 import msgspec
 
 from ..errors import RecordingError
-from ..event import BlockFailed, CommandExpired, PeerFault, SensorFailed, TicketChanged, Touched
+from ..event import BlockFailed, CommandExpired, ContentRaised, PeerFault, SensorFailed, TicketChanged
+from ..raised import reported
 from .animation import animation
 from .atomic_file import write_whole
 from .figures.plot import FIGURES
 from .header import AgentInfo
-from .history import AgentHistory, History
+from .history import AgentHistory, FaultEvent, History
 from .knowledge.learnt import learnt
 from .page import inline_svg, render_page
 from .recording import Recording
@@ -111,6 +112,7 @@ def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("struck by others", told.get("struck"), "{}"),
         ("reflexes fired", told.get("reflex_activations"), "{}"),
         ("fired again while latched", told.get("reflex_refirings"), "{}"),
+        ("exceptions of content", sum(told.get("exceptions", {}).values()) or None, "{}"),
         ("switches of route", told.get("route_switches"), "{}"),
         ("plans made anew", told.get("replans"), "{}"),
         ("commands limited by the safety gate", _counts(told.get("commands_limited")), "{}"),
@@ -191,7 +193,9 @@ def _ending(event: TicketChanged) -> str:
     return event.reason or (f"by {event.by}" if event.state == "CANCELLED" else "")
 
 
-def _fault(event: SensorFailed | BlockFailed | CommandExpired | PeerFault | Touched) -> str:
+def _fault(event: FaultEvent) -> str:
+    if isinstance(event, ContentRaised):
+        return reported(event)
     if isinstance(event, SensorFailed):
         return f"sensor {event.sensor} failed: {event.detail}"
     if isinstance(event, BlockFailed):

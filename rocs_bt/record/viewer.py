@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import event as ev
 from ..event import Event
+from ..raised import reported
 from . import foxglove
 from .header import BodyInfo, Outline, Place, RunHeader
 
@@ -50,6 +51,7 @@ class Viewer:
             ev.SensorRead: self._read,
             ev.SensorFailed: lambda e, t: self._log(e, t, foxglove.ERROR, f"sensor {e.sensor}: {e.detail}"),
             ev.SubscriberDetached: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.callback} raised: {e.detail}"),
+            ev.ContentRaised: lambda e, t: self._log(e, t, foxglove.ERROR, reported(e)),
             ev.BlockFailed: lambda e, t: self._log(e, t, foxglove.FATAL, f"block {e.block} {e.kind}: {e.detail}"),
             ev.Touched: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.kind} with {e.other}"),
             ev.CommandExpired: lambda e, t: self._log(e, t, foxglove.ERROR, f"no command came for {e.actuator}"),

@@ -12,6 +12,7 @@ from ..event import (
     BodyMoved,
     Change,
     CommandLimited,
+    ContentRaised,
     Event,
     Followed,
     KnowledgeChanged,
@@ -22,10 +23,12 @@ from ..event import (
     TicketChanged,
     Value,
 )
+from ..raised import reported
 from .diverge import describe
 from .recording import Recording
 
 _RECENT = 0.5  # [s] of events that are told one by one
+_RAISED = 5  # exceptions of content, the last ones
 _STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, Followed)  # but for what comes every period
 
 
@@ -48,6 +51,7 @@ class Why:
         followed: The follower's last tick.
         bodies: Where the simulation says the bodies are.
         changes: The last change of each kind.
+        raised: The exceptions of content so far.
         recent: The events of the last half second but what comes every period.
     """
 
@@ -65,6 +69,7 @@ class Why:
     followed: Followed | None = None
     bodies: dict[str, BodyMoved] = field(default_factory=dict)
     changes: dict[str, Change] = field(default_factory=dict)
+    raised: list[ContentRaised] = field(default_factory=list)
     recent: list[Event] = field(default_factory=list)
 
     def __str__(self) -> str:
@@ -129,6 +134,8 @@ def _take(why: Why, event: Event) -> None:
         why.bodies[event.body] = event
     elif isinstance(event, Change):
         why.changes[event.kind] = event
+    elif isinstance(event, ContentRaised):
+        why.raised.append(event)
     if event.t >= why.t - _RECENT and not isinstance(event, _STREAMS):
         why.recent.append(event)
 
@@ -158,6 +165,7 @@ def _render(why: Why) -> Iterable[str]:
     if why.fired:
         last = why.fired[-1]
         yield f"             last: {last.rule}{_since(last, why.t)}: {last.reading}"
+    yield from _part("raised", [f"{reported(e)}{_since(e, why.t)}" for e in why.raised[-_RAISED:]])
     tickets = [
         f"#{e.ticket} {e.state} {e.action}({_values(e.parameters)}) {e.priority} by {e.by}"
         for e in why.tickets.values()

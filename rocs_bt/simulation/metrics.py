@@ -16,6 +16,7 @@ from ..event import (
     BodyMoved,
     CommandExpired,
     CommandLimited,
+    ContentRaised,
     Event,
     Followed,
     GoalEntered,
@@ -29,6 +30,7 @@ from ..event import (
     Touched,
     unpack,
 )
+from ..raised import reported
 from .leash import Leash
 from .localisation import LocalisationError
 
@@ -59,6 +61,7 @@ class _Tally:
     solve: list[float] = field(default_factory=list)
     goals: set[str] = field(default_factory=set)
     faults: list[str] = field(default_factory=list)
+    exceptions: Counter[str] = field(default_factory=Counter)
     leash: Leash | None = None
     localisation: LocalisationError = field(default_factory=LocalisationError)
     collision: str = ""  # the first one
@@ -90,6 +93,7 @@ class Metrics:
             SensorFailed: _sensor_failed,
             SignalsWritten: _wrote,
             BlockFailed: _block_failed,
+            ContentRaised: _raised,
             CommandExpired: _expired,
             CommandLimited: _limited,
             PeerFault: _peer_fault,
@@ -126,6 +130,7 @@ class Metrics:
             "time_to_goal": judged.time_to_goal,
             "failed_block": tally.failed_block,
             "faults": tally.faults,
+            "exceptions": dict(sorted(tally.exceptions.items())),
             "goals_reached": len(tally.goals),
             "path_length": tally.path_length,
             "min_clearance": tally.min_clearance,
@@ -231,6 +236,11 @@ def _sensor_failed(tally: _Tally, event: SensorFailed) -> None:
 
 def _wrote(tally: _Tally, event: SignalsWritten) -> None:
     tally.localisation.estimated(event)
+
+
+def _raised(tally: _Tally, event: ContentRaised) -> None:
+    tally.exceptions[f"{event.kind} {event.content}"] += 1
+    tally.faults.append(f"{event.t:.2f} s: {reported(event)}")
 
 
 def _block_failed(tally: _Tally, event: BlockFailed) -> None:

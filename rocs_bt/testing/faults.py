@@ -63,6 +63,13 @@ class DeadSensor(FaultySensor):
         raise DeviceError(f"sensor '{self.name}' does not answer.")
 
 
+class RaisingSensor(FaultySensor):
+    """A sensor whose driver has a defect: it raises something else than DeviceError."""
+
+    def broken(self) -> Reading:
+        raise RuntimeError(f"the driver of '{self.name}' has a defect")
+
+
 class FrozenSensor(FaultySensor):
     """A sensor that repeats its last sample.
 
@@ -161,6 +168,13 @@ class RefusingActuator(FaultyActuator):
 
     def broken(self, values: Sequence[float]) -> None:
         raise DeviceError(f"actuator '{self.name}' does not answer.")
+
+
+class RaisingActuator(FaultyActuator):
+    """An actuator whose driver has a defect: it raises something else than DeviceError."""
+
+    def broken(self, values: Sequence[float]) -> None:
+        raise RuntimeError(f"the driver of '{self.name}' has a defect")
 
 
 class HangingActuator(FaultyActuator):

@@ -10,10 +10,10 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
 from rocs_bt.action import Action, AtomicAction, Body, MacroAction, Progress
+from rocs_bt.analyze import PassRange
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import DeviceError
-from rocs_bt.event import AgentStopped, BlockFailed, Judged, ListSink, NodeTicked, TicketChanged
-from rocs_bt.monitor import PoseMonitor
+from rocs_bt.event import AgentStopped, BlockFailed, ContentRaised, Judged, ListSink, NodeTicked, TicketChanged
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay, run
 
@@ -130,33 +130,39 @@ def test_at_the_end_of_a_run(mode):
 
 
 @pytest.mark.parametrize("mode", ["lockstep", "threaded"])
-@pytest.mark.parametrize("block", ["plan", "execute", "monitor pose"])
-def test_after_a_failure(block, mode, monkeypatch):
-    broken = {"plan": {"watch": {"raises_at": AT}}, "execute": {"crawl": {"raises_at": AT}}}.get(block, {})
-    if block == "monitor pose":
-        sound = PoseMonitor.interpret
+def test_after_the_failure_of_a_block(mode, monkeypatch):
+    sound = PassRange.process
 
-        def interpret(self, readings):
-            if next(iter(readings.values())).stamp >= AT:
-                raise ZeroDivisionError("a worm")
-            return sound(self, readings)
+    def process(self, samples):
+        if samples[-1].t >= AT:
+            raise ZeroDivisionError("a worm")
+        return sound(self, samples)
 
-        monkeypatch.setattr(PoseMonitor, "interpret", interpret)
-    told, events = play(mission(**broken), mode=mode)
+    monkeypatch.setattr(PassRange, "process", process)
+    told, events = play(mission(), mode=mode)
     assert told["outcome"] == "error"
-    assert f"R2/{block}" in told["reason"]
+    assert "R2/analyze obstacle" in told["reason"]
     assert len([e for e in events if isinstance(e, BlockFailed)]) == 1
     check_ends(events)
     states = {e.action: (e.state, e.by) for e in events if isinstance(e, TicketChanged)}
-    assert states["Stop"][0] == "CANCELLED"
-    if (block, mode) != ("execute", "threaded"):  # there a tick under way may see that Crawl failed, and halt it first
-        assert states["Stop"][1] == f"the failure of {block}"
-    if block == "execute":
-        assert states["Crawl"][0] == "FAILED"
-        assert LOG == ["crawl closed", "watch shut down"]
-    else:
-        assert states["Crawl"] == ("CANCELLED", f"the failure of {block}")
-        assert Counter(LOG) == Counter(["watch shut down", "creep stopped", "crawl stopped", "crawl closed"])
+    assert states == dict.fromkeys(("Stop", "Crawl"), ("CANCELLED", "the failure of analyze obstacle"))
+    assert Counter(LOG) == Counter(["watch shut down", "creep stopped", "crawl stopped", "crawl closed"])
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "threaded"])
+@pytest.mark.parametrize("content", ["leaf", "action"])
+def test_after_content_raised_beyond_its_limit(content, mode):
+    broken = {"leaf": {"watch": {"raises_at": AT}}, "action": {"crawl": {"raises_at": AT}}}[content]
+    told, events = play(mission(**broken), mode=mode)
+    assert told["outcome"] == "failed"
+    assert sum(told["exceptions"].values()) == 3
+    assert not [e for e in events if isinstance(e, BlockFailed)]
+    check_ends(events)
+    assert LOG.count("watch shut down") == 1
+    assert LOG.count("creep stopped") == LOG.count("crawl stopped")
+    if content == "action":
+        assert [e.state for e in events if isinstance(e, TicketChanged) and e.action == "Crawl"].count("FAILED") == 3
+        assert LOG.count("crawl closed") == 3
 
 
 @pytest.mark.parametrize("fault", [{}, {"crawl": {"raises_at": AT}}, {"watch": {"raises_at": AT}}])
@@ -168,13 +174,18 @@ def test_a_replay_agrees_on_the_ends(fault, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("fault", "block", "kind"),
-    [({"watch": {"keeps": True}}, "plan", "OSError"), ({"crawl": {"refuses_to_stop": True}}, "execute", "DeviceError")],
+    ("fault", "content", "detail"),
+    [
+        ({"watch": {"keeps": True}}, "leaf all/watch", "OSError: it does not let go"),
+        ({"crawl": {"refuses_to_stop": True}}, "action Creep", "DeviceError: it does not stop"),
+    ],
 )
-def test_what_does_not_let_go_at_the_end_is_told_and_keeps_nothing_else_from_ending(fault, block, kind):
-    _, events = play(mission(**fault))
+def test_what_does_not_let_go_at_the_end_is_told_and_keeps_nothing_else_from_ending(fault, content, detail):
+    told, events = play(mission(**fault))
     check_ends(events)
-    (failed,) = [e for e in events if isinstance(e, BlockFailed)]
-    assert (failed.block, failed.kind) == (block, "raised")
-    assert failed.detail.startswith(f"{kind}: it does not")
+    (raised,) = [e for e in events if isinstance(e, ContentRaised)]
+    assert (raised.detail, raised.effect) == (detail, "none: the run is over")
+    assert told["exceptions"] == {content: 1}
+    assert told["outcome"] == "timeout"
+    assert not [e for e in events if isinstance(e, BlockFailed)]
     assert LOG == ["watch shut down", "creep stopped", "crawl stopped", "crawl closed"]

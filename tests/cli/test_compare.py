@@ -65,6 +65,8 @@ def test_an_error_is_told_with_the_command_that_plays_it_again(rocs_bt, tmp_path
     told = rocs_bt("compare", "bad", "--scenario", "brief", "--seeds", 1, "--workers", 1)
     assert told.code == 1
     assert "ZeroDivisionError" in told.err
+    assert "3 exceptions, failed: the mission failed: planner 'Bad' raised ZeroDivisionError" in told.err
+    assert "(bad.py:9)" in told.err
     assert "rocs-bt episode bad brief --seed 1" in told.err
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
@@ -66,9 +66,11 @@ class Outcome:
 
 @pytest.fixture(scope="session")
 def broken() -> Callable[..., Outcome]:
-    """Runs EXP1 with a fault: `prepare` gets the stage; the rest is for `run`."""
+    """Runs EXP1 with a fault: `prepare` gets the stage, `rules` replaces R2's; the rest is for `run`."""
 
-    def broken(prepare: Callable[[Stage], None] = lambda stage: None, **kwargs: Any) -> Outcome:
+    def broken(
+        prepare: Callable[[Stage], None] = lambda stage: None, rules: tuple[str, ...] | None = None, **kwargs: Any
+    ) -> Outcome:
         outcome = Outcome()
 
         def begin(stage: Stage) -> None:
@@ -76,7 +78,11 @@ def broken() -> Callable[..., Outcome]:
             prepare(stage)
 
         kwargs = {"seed": 3, "duration": 10.0, "report": False, **kwargs}
-        outcome.result = run("exp1", Catalog(), prepare=begin, sinks=[outcome], **kwargs)
+        catalog = Catalog()
+        spec = catalog.load_scenario("exp1")
+        if rules is not None:
+            spec = replace(spec, agents=tuple(replace(agent, rules=rules) for agent in spec.agents))
+        outcome.result = run(spec, catalog, prepare=begin, sinks=[outcome], **kwargs)
         return outcome
 
     return broken

@@ -4,19 +4,15 @@ import os
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass
 
 import pytest
-from py_trees.behaviour import Behaviour
-from py_trees.common import ParallelPolicy, Status
-from py_trees.composites import Parallel
 
-from rocs_bt.action import AtomicAction, Progress
 from rocs_bt.analyze import PassRange
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.event import AgentStopped, BlockFailed, TicketChanged
-from rocs_bt.monitor import RangeMonitor
+from rocs_bt.pipeline import Pipeline
+from rocs_bt.plan import TreePlan
 from rocs_bt.reactive import ReactiveModel
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay
@@ -28,19 +24,6 @@ class Rotten(RuntimeError):
     """What the blocks here raise."""
 
 
-class Leaf(Behaviour):
-    """A leaf that raises when its time has come."""
-
-    def __init__(self, mission, error):
-        super().__init__("Leaf")
-        self.mission, self.error = mission, error
-
-    def update(self):
-        if self.mission.clock.now() >= AT:
-            raise self.error
-        return Status.RUNNING
-
-
 class Reflex(ReactiveModel):
     """A reactive model that raises when its time has come."""
 
@@ -50,28 +33,13 @@ class Reflex(ReactiveModel):
         return []
 
 
-@dataclass(kw_only=True, eq=False)
-class Rot(AtomicAction):
-    """An action that drives, and raises when its time has come, or later while a reflex acts."""
-
-    def act(self, body):
-        if body.clock.now() >= AT:
-            raise Rotten("a worm")
-        body.wheels.command([0.3, 0.3])
-        return Progress.RUNNING
-
-
-def beside(mission, leaf):
-    return Parallel("both", ParallelPolicy.SuccessOnAll(synchronise=False), [mission.act("GoTo", goal="goal"), leaf])
-
-
-def raising(cls, method, clock):
+def raising(cls, method, clock, error=None):
     """A method that raises when its time has come."""
     sound = getattr(cls, method)
 
     def broken(self, *args):
         if clock().now() >= AT:
-            raise Rotten("a worm")
+            raise error or Rotten("a worm")
         return sound(self, *args)
 
     return broken
@@ -82,15 +50,12 @@ def rotten_reflex(mission):
     return mission.act("GoTo", goal="goal")
 
 
-@pytest.mark.parametrize("block", ["monitor range", "analyze obstacle", "plan", "reflexes", "execute"])
+@pytest.mark.parametrize("block", ["analyze obstacle", "plan", "reflexes", "execute"])
 def test_a_block_that_raises_stops_the_wheels_and_is_named(block, broken, monkeypatch, tmp_path):
     stages = []
-    missions = {
-        "plan": lambda mission: beside(mission, Leaf(mission, Rotten("a worm"))),
-        "reflexes": rotten_reflex,
-        "execute": lambda mission: mission.act("Rot"),
-    }
-    blocks = {"monitor range": (RangeMonitor, "interpret"), "analyze obstacle": (PassRange, "process")}
+    missions = {"reflexes": rotten_reflex}
+    # Of Plan and Execute what is the engine's own, and no leaf or action takes part in.
+    blocks = {"analyze obstacle": (PassRange, "process"), "plan": (TreePlan, "run"), "execute": (Pipeline, "top")}
     if block in blocks:
         cls, method = blocks[block]
         monkeypatch.setattr(cls, method, raising(cls, method, lambda: stages[0].clock))
@@ -98,7 +63,8 @@ def test_a_block_that_raises_stops_the_wheels_and_is_named(block, broken, monkey
         stages.append, missions={"R2": missions[block]} if block in missions else None, out=tmp_path, duration=20.0
     )
     assert run.agent["outcome"] == "error"
-    assert f"block 'R2/{block}' raised: Rotten: a worm" in run.agent["reason"]
+    assert f"block 'R2/{block}' raised: Rotten: a worm (test_blocks.py:" in run.agent["reason"]
+    assert run.agent["failed_block"] == block
     assert run.driven == [False]
     assert AT <= run.result.summary["sim_time"] < AT + 2.0
     assert run.coast() < 0.02
@@ -110,22 +76,24 @@ def test_a_block_that_raises_stops_the_wheels_and_is_named(block, broken, monkey
     assert [e for e in recording.events() if isinstance(e, BlockFailed)] == [failed]
 
 
-def test_a_block_that_calls_for_an_exit_has_ended(broken):
-    run = broken(missions={"R2": lambda mission: beside(mission, Leaf(mission, SystemExit(7)))})
+def test_a_block_that_calls_for_an_exit_has_ended(broken, monkeypatch):
+    stages = []
+    monkeypatch.setattr(PassRange, "process", raising(PassRange, "process", lambda: stages[0].clock, SystemExit(7)))
+    run = broken(stages.append)
     assert run.agent["outcome"] == "error"
-    assert "block 'R2/plan' ended: it called for an exit (7)" in run.agent["reason"]
+    assert "block 'R2/analyze obstacle' ended: it called for an exit (7)" in run.agent["reason"]
     assert run.driven == [False]
 
 
-def test_on_the_command_line_it_is_the_engine_that_failed(monkeypatch, tmp_path, capsys):
-    def rotten(self, readings):
+def test_on_the_command_line_the_engine_failed_and_the_run_is_told_all_the_same(monkeypatch, tmp_path, capsys):
+    def rotten(self, samples):
         raise Rotten("a worm")
 
-    monkeypatch.setattr(RangeMonitor, "interpret", rotten)
+    monkeypatch.setattr(PassRange, "process", rotten)
     assert call(["run", "exp1", "--out", str(tmp_path), "--no-report"]) == 3
     shown = capsys.readouterr().out
     assert "R2 error" in shown
-    assert "monitor range" in shown
+    assert "block 'R2/analyze obstacle' raised" in shown
     assert "Rotten: a worm" in shown
 
 

@@ -128,7 +128,7 @@ def test_with_a_dead_robot_sensor_the_follower_stands() -> None:
 def test_when_one_mind_dies_the_other_lives_on(dead: str, other: str) -> None:
     pair = Pair()
     pair.run(20.0, missions={dead: lambda mission: Dies("dies")})
-    assert pair.summary[dead]["outcome"] == "error"
+    assert pair.summary[dead]["outcome"] == "failed"
     assert "its time has come" in pair.summary[dead]["reason"]
     assert pair.summary[other]["outcome"] != "error"
     if other == "R3":

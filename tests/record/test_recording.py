@@ -54,6 +54,7 @@ text = st.text(st.characters(exclude_categories=("Cs",)), max_size=12)
 value = st.one_of(number, st.integers(-(2**53), 2**53), text, st.booleans(), st.none(), st.lists(number, max_size=3))
 fields = {float: number, str: text, int: st.integers(-(2**31), 2**31), bytes: st.binary(max_size=40)}
 fields[float | None] = st.one_of(number, st.none())
+fields[tuple[float, ...]] = st.lists(number, max_size=3).map(tuple)
 fields[bool] = st.booleans()
 fields[tuple[tuple[str, str, str], ...]] = st.lists(st.tuples(text, text, text), max_size=3).map(tuple)
 

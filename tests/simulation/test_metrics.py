@@ -53,6 +53,7 @@ def test_nothing_happened() -> None:
         "localisation": None,
         "following": None,
         "faults": [],
+        "exceptions": {},
         "failed_block": None,
     }
 

@@ -132,18 +132,23 @@ class Leaf(Node):
         self._prepare(attributes)
 
     def tick_once(self) -> Outcome:
-        if self.status is not RUNNING:
-            self.initialise()
-        outcome = self.update()
-        if outcome is RUNNING:
-            self.status = outcome
-        elif outcome is not SKIPPED:
-            if outcome.__class__ is not Status or outcome is IDLE:
-                raise strange(self, outcome)
-            self.terminate(outcome)
-            self.status = outcome
-        elif self.status is not RUNNING:
-            self.status = IDLE
+        try:
+            if self.status is not RUNNING:
+                self.initialise()
+            outcome = self.update()
+            if outcome is RUNNING:
+                self.status = outcome
+            elif outcome is not SKIPPED:
+                if outcome.__class__ is not Status or outcome is IDLE:
+                    raise strange(self, outcome)
+                self.terminate(outcome)
+                self.status = outcome
+            elif self.status is not RUNNING:
+                self.status = IDLE
+        except (SystemExit, Exception) as error:
+            if self.runtime.caught(self, error):
+                return RUNNING
+            raise
         return outcome
 
     def tick(self) -> Iterator[Behaviour]:
@@ -160,13 +165,18 @@ class Instant(Leaf):
     latches = False
 
     def tick_once(self) -> Outcome:
-        outcome = self.update()
-        if outcome is SUCCESS or outcome is FAILURE:
-            self.status = outcome
-        elif outcome is SKIPPED:
-            self.status = IDLE
-        else:
-            raise strange(self, outcome)
+        try:
+            outcome = self.update()
+            if outcome is SUCCESS or outcome is FAILURE:
+                self.status = outcome
+            elif outcome is SKIPPED:
+                self.status = IDLE
+            else:
+                raise strange(self, outcome)
+        except (SystemExit, Exception) as error:
+            if self.runtime.caught(self, error):
+                return RUNNING
+            raise
         return outcome
 
 

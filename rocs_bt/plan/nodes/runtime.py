@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 Watch = Callable[["Behaviour", Outcome], None]
 """Hears the outcome of every tick of every node, children before parents, and IDLE when a node was halted."""
 
+Caught = Callable[["Behaviour", BaseException], bool]
+"""Takes the exception of a leaf, which then counts as RUNNING; False to have it raised."""
+
 
 class Runtime:
     """The clock, the mission and the ears of a tree.
@@ -29,6 +32,7 @@ class Runtime:
     Attributes:
         now: Gives the time [s]; raises a TreeError in a tree without a clock.
         watch: Who hears of each tick; None for nobody. Nodes take it over when they are bound.
+        caught: Takes the exceptions of leaves.
         faults: What nodes found wrong as they were bound: the node, its attribute, the fault.
         woken: Set by a node that stopped half way only to let others have their turn: tick again, do not wait.
     """
@@ -37,6 +41,7 @@ class Runtime:
         self.now: Callable[[], float] = _no_clock if clock is None else clock.now
         self._mission = mission
         self.watch: Watch | None = None
+        self.caught: Caught = lambda leaf, error: False
         self.faults: list[tuple[Behaviour, str, Fault]] = []
         self.woken = False
 

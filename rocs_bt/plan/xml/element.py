@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import Fault
+from ...raised import CodeLocation
 
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 """Tags of the long form of a node, `<Action ID="GoTo"/>` for `<GoTo/>`."""
@@ -79,6 +80,12 @@ class Element:
     def node_name(self) -> str:
         """The name of the node: its own, else that of what it names."""
         return self.attributes.get("name") or self.attributes.get("ID") or self.tag
+
+    @property
+    def location(self) -> CodeLocation | None:
+        """File and line of the element; None for a text that is in no file."""
+        file = self.source.file
+        return None if file is None else CodeLocation(file, self.source.place(self.at)[0])
 
     def node_attributes(self) -> dict[str, str]:
         """What a node of ours is given: all but the name, and but the ID that names its class."""

@@ -14,6 +14,7 @@ from ...event import (
     BlockFailed,
     BodyMoved,
     CommandExpired,
+    ContentRaised,
     Event,
     Judged,
     KnowledgeChanged,
@@ -28,6 +29,7 @@ from ...event import (
     TicketChanged,
     Touched,
 )
+from ...raised import reported
 from ..header import RunHeader, TreeNode, nodes_after
 
 _STEP = 0.01  # [m]: a body that moved less adds no point to its trail
@@ -120,6 +122,7 @@ class Picture:
             SubtreeSwapped: self._swapped,
             TicketChanged: self._ticket,
             SensorFailed: lambda e: self._fault(e, f"sensor {e.sensor} failed: {e.detail}"),
+            ContentRaised: lambda e: self._fault(e, reported(e)),
             BlockFailed: lambda e: self._fault(e, f"block {e.block} {e.kind}: {e.detail}"),
             CommandExpired: lambda e: self._fault(e, f"no command came for {e.actuator}, so it was stopped"),
             Touched: lambda e: self._fault(e, f"{e.kind}: {e.other}"),

@@ -1,0 +1,507 @@
+"""Content that raises: the robot brakes, the exception is reported with its line, and the plan is asked again."""
+
+import json
+import math
+from dataclasses import dataclass
+
+import pytest
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel
+from py_trees.composites import Sequence as StockSequence
+
+from rocs_bt.action import AtomicAction, MacroAction, Progress
+from rocs_bt.catalog import Catalog
+from rocs_bt.cli.main import call
+from rocs_bt.event import (
+    ActuatorCommanded,
+    BlockFailed,
+    ContentRaised,
+    NodeTicked,
+    RuleChanged,
+    SignalsWritten,
+    TicketChanged,
+)
+from rocs_bt.monitor import RangeMonitor
+from rocs_bt.plan import Plan, RoutePlanner, python_mission
+from rocs_bt.plan.nodes import Leaf
+from rocs_bt.reactive import ReactiveModel, Reflex
+from rocs_bt.record import Recording
+from rocs_bt.simulation import replay
+from rocs_bt.testing.faults import RaisingSensor, break_sensor
+
+AT = 1.0  # [s] when it happens: the robot drives by then, and no reflex is active
+
+
+class Rotten(RuntimeError):
+    """What the content here raises."""
+
+
+class Times:
+    """Raises at some of the times at which it is asked, once at each; for ever from the last one on if `on`."""
+
+    def __init__(self, *times, on=False):
+        self.left, self.on = list(times), on
+
+    def check(self, t):
+        if self.left and t >= self.left[0] - 1e-9:
+            if len(self.left) > 1 or not self.on:
+                self.left.pop(0)
+            raise Rotten("a worm")
+
+
+LINE = Times.check.__code__.co_firstlineno + 4
+
+
+class StockLeaf(Behaviour):
+    """A leaf of py_trees' own kind."""
+
+    def __init__(self, mission, times):
+        super().__init__("leaf")
+        self.mission, self.times = mission, times
+
+    def update(self):
+        self.times.check(self.mission.clock.now())
+        return Status.RUNNING
+
+
+class OwnLeaf(Leaf):
+    """A leaf of ours."""
+
+    def __init__(self, mission, times):
+        super().__init__("leaf")
+        self.mission, self.times = mission, times
+
+    def update(self):
+        self.times.check(self.mission.clock.now())
+        return Status.RUNNING
+
+
+class RottenRoutes(RoutePlanner):
+    """A route planner, asked by a leaf."""
+
+    def route(self, start, goal, clearance):
+        self.times.check(self.knowledge.clock.now())
+        return [start[:2], goal[:2]]
+
+
+class Router(StockLeaf):
+    """A leaf that asks a route planner."""
+
+    def __init__(self, mission, times):
+        super().__init__(mission, times)
+        self.routes = RottenRoutes(mission.knowledge)
+        self.routes.times = times
+
+    def update(self):
+        world, robot = self.mission.knowledge.world, self.mission.knowledge.robot
+        self.routes.route(robot.pose(self.mission.clock.now()), world.pose_of("goal"), 0.1)
+        return Status.RUNNING
+
+
+class Straight:
+    """A planner that is no tree."""
+
+    def __init__(self, times):
+        self.times = times
+
+    def reset(self, task, rng):
+        pass
+
+    def act(self, observation):
+        self.times.check(observation.t)
+        return 0.2, 0.2
+
+
+class Own(Plan):
+    """A user's own Plan."""
+
+    ticket = times = None
+
+    def run(self, t):
+        self.changes()
+        self.times.check(t)
+        if self.ticket is None or self.ticket.state.done:
+            self.ticket = self.submit("GoTo", goal="goal")
+
+
+@dataclass(kw_only=True, eq=False)
+class Rot(AtomicAction):
+    """An action that drives."""
+
+    def act(self, body):
+        TIMES[0].check(body.clock.now())
+        body.wheels.command([0.2, 0.2])
+        return Progress.RUNNING
+
+
+@dataclass(kw_only=True, eq=False)
+class Rots(MacroAction):
+    """A macro-action that drives, in pieces."""
+
+    def decompose(self, body):
+        while True:
+            TIMES[0].check(body.clock.now())
+            yield Nudge()
+
+
+@dataclass(kw_only=True, eq=False)
+class Nudge(AtomicAction):
+    """An action that drives for one period."""
+
+    def act(self, body):
+        body.wheels.command([0.2, 0.2])
+        return Progress.SUCCEEDED
+
+
+TIMES = [Times()]
+"""When the actions raise."""
+
+
+def beside(leaf):
+    def build(mission, times):
+        leaves = [mission.act("GoTo", goal="goal"), leaf(mission, times)]
+        return Parallel("both", ParallelPolicy.SuccessOnOne(), leaves)
+
+    return build
+
+
+def own_plan(mission, times):
+    context = {n: getattr(mission, n) for n in ("knowledge", "pipeline", "actions", "clock", "sink")}
+    plan = Own("mine", **context)
+    plan.times = times
+    return plan
+
+
+MISSIONS = {
+    "leaf of py_trees": ("leaf", "both/leaf", beside(StockLeaf)),
+    "leaf": ("leaf", "both/leaf", beside(OwnLeaf)),
+    "route planner": ("route planner", "RottenRoutes", beside(Router)),
+    "planner": ("planner", "Straight", lambda mission, times: python_mission(Straight)(mission, times=times)),
+    "plan": ("planner", "mine", own_plan),
+    "action": ("action", "Rot", lambda mission, times: mission.act("Rot")),
+    "macro-action": ("action", "Rots", lambda mission, times: mission.act("Rots")),
+}
+
+
+@pytest.fixture
+def raising(broken):
+    """Runs EXP1 with content that raises at some times."""
+
+    def raising(what, *times, on=False, **kwargs):
+        kind, name, make = MISSIONS[what]
+        TIMES[0] = Times(*times, on=on)
+
+        def build(mission):
+            return make(mission, TIMES[0])
+
+        return kind, name, broken(missions={"R2": build}, **kwargs)
+
+    return raising
+
+
+@pytest.mark.parametrize("what", MISSIONS)
+def test_the_first_exception_brakes_and_the_plan_is_asked_again(what, raising, tmp_path):
+    kind, name, run = raising(what, AT, duration=1.6, rules=(), out=tmp_path)
+    (event,) = run.of(ContentRaised)
+    assert (event.kind, event.content, event.detail) == (kind, name, "Rotten: a worm")
+    assert (event.file, event.line) == ("test_content.py", LINE)
+    assert event.effect == "brakes and asks the plan again (1 of 3 within 10 s)"
+    commands = {e.t: any(e.values) for e in run.of(ActuatorCommanded)}
+    assert [moves for t, moves in commands.items() if AT - 0.2 < t < AT + 0.25] == [True] * 3 + [False] + [True] * 4
+    assert not commands[event.t]
+    assert run.agent["exceptions"] == {f"{kind} {name}": 1}
+    assert run.agent["outcome"] != "failed"
+    assert run.agent["failed_block"] is None
+    assert not run.of(BlockFailed)
+    if what not in ("planner", "plan"):
+        assert run.agent["replans"] >= 1
+    recorded = [e for e in Recording.open(tmp_path).events() if isinstance(e, ContentRaised)]
+    assert recorded == [event]
+
+
+@pytest.mark.parametrize("what", MISSIONS)
+def test_the_third_exception_within_ten_seconds_fails_the_mission(what, raising):
+    kind, name, run = raising(what, AT, on=True, duration=20.0, rules=())
+    events = run.of(ContentRaised)
+    assert [e.effect.split(" (")[0] for e in events] == ["brakes and asks the plan again"] * 2 + ["the mission fails"]
+    assert run.agent["outcome"] == "failed"
+    reason = f"{kind} '{name}' raised Rotten: a worm (test_content.py:{LINE}); 3 exceptions within 10 s"
+    assert run.agent["reason"] == f"the mission failed: {reason}"
+    assert run.agent["exceptions"] == {f"{kind} {name}": 3}
+    assert run.result.summary["sim_time"] < events[0].t + 2.0
+    assert not [e for e in run.of(ActuatorCommanded) if e.t > events[0].t and any(e.values)]
+    assert run.coast() < 0.02
+    states = {e.ticket: e.state for e in run.of(TicketChanged)}
+    assert set(states.values()) <= {"SUCCEEDED", "FAILED", "CANCELLED"}  # every ticket ended
+
+
+@pytest.mark.parametrize(("apart", "outcome"), [(5.05, "success"), (4.95, "failed")])
+def test_exceptions_further_apart_do_not_fail_the_mission(apart, outcome, raising):
+    _, _, run = raising("leaf", AT, AT + apart, AT + 2 * apart, duration=20.0)
+    assert len(run.of(ContentRaised)) == 3
+    assert run.agent["outcome"] == outcome
+
+
+@pytest.mark.parametrize("what", MISSIONS)
+def test_a_replay_raises_the_same(what, raising, tmp_path):
+    _, _, run = raising(what, AT, 2 * AT, duration=4.0, out=tmp_path)
+    assert len(run.of(ContentRaised)) == 2
+    TIMES[0] = Times(AT, 2 * AT)
+    make = MISSIONS[what][2]
+    assert replay(Recording.open(tmp_path), Catalog(), missions={"R2": lambda mission: make(mission, TIMES[0])}) is None
+
+
+def signals(run, monitor, since, until):
+    """What a monitor wrote in a time, one list a period."""
+    return [e.values for e in run.of(SignalsWritten) if e.monitor == monitor and since - 1e-9 <= e.t < until - 1e-9]
+
+
+def invalid(values):
+    return all(math.isnan(v) for row in values.values() for v in row)
+
+
+def test_a_sensor_that_raises_has_invalid_signals_and_is_read_again(broken, tmp_path):
+    run = broken(
+        lambda stage: break_sensor(stage, "sonar", RaisingSensor, at=AT, until=2 * AT), out=tmp_path, duration=40.0
+    )
+    (event,) = run.of(ContentRaised)
+    assert (event.kind, event.content) == ("sensor", "sonar")
+    assert event.detail == "RuntimeError: the driver of 'sonar' has a defect"
+    assert event.effect.startswith("its signals are invalid")
+    assert (event.t, event.file) == (AT, "faults.py")
+    broken_values, sound = signals(run, "range", AT, 2 * AT), signals(run, "range", 2 * AT, 3 * AT)
+    assert len(broken_values) == 20
+    assert all(map(invalid, broken_values))
+    assert not any(map(invalid, sound))
+    assert run.agent["exceptions"] == {"sensor sonar": 1}
+    assert [e for e in run.of(RuleChanged) if e.phase == "fired" and e.rule.endswith("Blind") and e.t < AT + 0.11]
+    assert run.agent["outcome"] == "success"
+    assert replay_of(tmp_path, until=2 * AT + 0.5) is None
+
+
+def replay_of(folder, until):
+    """Where a replay of EXP1 as it is shipped differs; None where it is the same."""
+    recording = Recording.open(folder)
+    assert list(recording.events())[-1].t > until
+    return replay(recording, Catalog())
+
+
+def test_a_sensor_that_never_worked_has_no_signals_at_all(broken, tmp_path):
+    run = broken(lambda stage: break_sensor(stage, "sonar", RaisingSensor), out=tmp_path, duration=1.0)
+    assert run.agent["exceptions"] == {"sensor sonar": 1}
+    assert not run.of(BlockFailed)
+    assert not run.touched
+    assert replay(Recording.open(tmp_path), Catalog()) is None
+
+
+@pytest.mark.parametrize("method", ["interpret", "stamp", "doubt"])
+def test_a_monitor_that_raises_has_invalid_signals_and_is_asked_again(method, broken, monkeypatch):
+    stages, sound = [], getattr(RangeMonitor, method)
+
+    def rotten(self, *args):
+        if AT <= stages[0].clock.now() < 2 * AT:
+            raise Rotten("a worm")
+        return sound(self, *args)
+
+    monkeypatch.setattr(RangeMonitor, method, rotten)
+    run = broken(stages.append, duration=40.0)
+    (event,) = run.of(ContentRaised)
+    assert (event.kind, event.content, event.t, event.file) == ("monitor", "range", AT, "test_content.py")
+    assert event.line == rotten.__code__.co_firstlineno + 2
+    assert all(map(invalid, signals(run, "range", AT, 2 * AT)))
+    assert not any(map(invalid, signals(run, "range", 2 * AT, 3 * AT)))
+    assert run.agent["outcome"] == "success"
+
+
+def test_each_onset_is_reported_once_and_counted(broken):
+    def prepare(stage):
+        for at in (1.0, 1.5, 2.0):
+            break_sensor(stage, "sonar", RaisingSensor, at=at, until=at + 0.2)
+
+    assert broken(prepare, duration=3.0).agent["exceptions"] == {"sensor sonar": 3}
+
+
+class Whim(ReactiveModel):
+    """Wants an action for a while."""
+
+    def __init__(self, action, level):
+        self.action, self.level = action, level
+
+    def react(self, x, t):
+        wanted = AT - 1e-9 <= t < 2 * AT - 1e-9
+        return [Reflex("whim", 50, self.action, level=self.level)] if wanted else []
+
+
+@dataclass(kw_only=True, eq=False)
+class Unmakeable(AtomicAction):
+    """An action that raises when it is made."""
+
+    def __post_init__(self):
+        raise Rotten("a worm")
+
+    def act(self, body):
+        return Progress.SUCCEEDED
+
+
+@pytest.mark.parametrize("level", [True, False])
+@pytest.mark.parametrize("action", ["Rot", "Rots", "Unmakeable"])
+def test_a_reflex_whose_action_raises_stops_until_its_latch_is_clear(action, level, broken):
+    TIMES[0] = Times(AT, on=True)
+
+    def build(mission):
+        mission.knowledge.reactive_models.append(Whim(action, level))
+        return mission.act("GoTo", goal="goal")
+
+    run = broken(missions={"R2": build}, rules=(), duration=2.4)
+    (event,) = run.of(ContentRaised)
+    assert (event.kind, event.content) == ("reflex action", action)
+    assert event.effect == "stops until the latch of the rule clears"
+    phases = [e.phase for e in run.of(RuleChanged)]
+    assert phases == ["latched", "fired", "stopped", "released", "ended"]
+    commands = {e.t: any(e.values) for e in run.of(ActuatorCommanded)}
+    assert not any(moves for t, moves in commands.items() if AT - 1e-9 <= t < 2 * AT - 1e-9)
+    assert any(moves for t, moves in commands.items() if t >= 2 * AT + 0.1)
+    assert run.agent["outcome"] != "failed"
+    assert run.agent["exceptions"] == {f"reflex action {action}": 1}
+    assert {e.action for e in run.of(TicketChanged) if e.priority == "HIGH"} == {action, "Stop"} - {"Unmakeable"}
+
+
+def test_a_reflex_acts_in_its_period_though_the_action_that_it_cuts_off_raises_when_it_is_stopped(broken):
+    @dataclass(kw_only=True, eq=False)
+    class Clings(AtomicAction):
+        def act(self, body):
+            body.wheels.command([0.2, 0.2])
+            return Progress.RUNNING
+
+        def stop(self, body):
+            raise Rotten("it clings")
+
+    def build(mission):
+        mission.actions = {**mission.actions, "Clings": Clings}
+        mission.knowledge.reactive_models.append(Whim("Nudge", level=False))
+        return mission.act("Clings")
+
+    run = broken(missions={"R2": build}, rules=(), duration=AT + 0.3)
+    assert run.agent["exceptions"] == {"action Clings": 1}
+    routes = {e.t: e.route for e in run.of(ActuatorCommanded) if any(e.values)}
+    assert routes[AT] == "reactive"
+
+
+class Step(Leaf):
+    """A leaf that is done at once, and counts."""
+
+    def __init__(self, name, log):
+        super().__init__(name)
+        self.log = log
+
+    def update(self):
+        self.log.append(self.name)
+        return Status.SUCCESS
+
+
+class Stumbles(Leaf):
+    """A leaf that raises in one of its methods, once."""
+
+    def __init__(self, name, log, method, error=None):
+        super().__init__(name)
+        self.log, self.method, self.error = log, method, error or Rotten("a worm")
+
+    def _at(self, method):
+        self.log.append(f"{self.name} {method}")
+        if self.method == method:
+            self.method = ""
+            raise self.error
+
+    def initialise(self):
+        self._at("initialise")
+
+    def update(self):
+        self._at("update")
+        return Status.SUCCESS
+
+    def terminate(self, new_status):
+        self._at("terminate")
+
+
+@pytest.mark.parametrize(
+    ("method", "then"),
+    [
+        ("initialise", ["initialise", "initialise", "update", "terminate"]),
+        ("update", ["initialise", "update", "initialise", "update", "terminate"]),
+        ("terminate", ["initialise", "update", "terminate", "initialise", "update", "terminate"]),
+    ],
+)
+@pytest.mark.parametrize("kind", ["ours", "theirs"])
+@pytest.mark.parametrize("error", [Rotten("a worm"), SystemExit(7)], ids=["raises", "exits"])
+def test_a_mission_goes_on_at_the_leaf_that_raised(kind, method, then, error, broken):
+    log = []
+
+    def build(mission):
+        leaves = [Step("first", log), Stumbles("second", log, method, error), Step("third", log)]
+        if kind == "theirs":
+            return StockSequence("root", True, leaves)
+        return mission.node("Sequence", *leaves, name="root")
+
+    run = broken(missions={"R2": build}, rules=(), duration=2.0)
+    again = [f"second {method}" for method in then]
+    if (
+        kind == "theirs"
+    ):  # a Sequence of py_trees' own that raised in its first tick begins again; here nothing escapes it
+        assert log == ["first", *again, "third"]
+    else:
+        assert log == ["first", *again, "third"]
+    assert run.agent["exceptions"] == {"leaf root/second": 1}
+    assert [e.status for e in run.of(NodeTicked) if e.node == "root"] == ["RUNNING", "SUCCESS"]
+
+
+MISSION = """
+import json
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel
+
+from rocs_bt import Mission
+from rocs_bt.units import PositiveMetresPerSecond
+
+
+class Camera(Behaviour):
+    def __init__(self, mission):
+        super().__init__("camera")
+        self.mission = mission
+
+    def update(self):
+        if self.mission.clock.now() > 1.0:
+            json.loads("{")
+        return Status.RUNNING
+
+
+def build(mission: Mission, *, first: str, second: str, cruise: PositiveMetresPerSecond = 0.4):
+    return Parallel("both", ParallelPolicy.SuccessOnOne(), [mission.act("GoTo", goal=first), Camera(mission)])
+"""
+
+
+def test_on_the_command_line_the_line_of_content_is_named(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert call(["new", "mine"]) == 0
+    monkeypatch.chdir(tmp_path / "mine")
+    (tmp_path / "mine/planners/missions/patrol.py").write_text(MISSION)
+    capsys.readouterr()
+    assert call(["run", "first"]) == 1
+    shown = capsys.readouterr().out
+    raised = (
+        "leaf 'both/camera' raised JSONDecodeError: Expecting property name enclosed in double quotes: "
+        "line 1 column 2 (char 1) (patrol.py:19); "
+    )
+    assert f"R1 failed (first, seed 1): the mission failed: {raised}3 exceptions within 10 s\n" in shown
+    assert f"  fault at 1.10 s: {raised}brakes and asks the plan again (1 of 3 within 10 s)\n" in shown
+    summary = json.loads((tmp_path / "mine/runs/first-1/summary.json").read_text())
+    assert summary["agents"]["R1"]["exceptions"] == {"leaf both/camera": 3}
+    report = (tmp_path / "mine/runs/first-1/report.html").read_text()
+    assert "brakes and asks the plan again (2 of 3 within 10 s)" in report
+    assert "exceptions of content" in report
+    assert call(["replay", "runs/first-1", "--why", "1.12"]) == 0
+    why = capsys.readouterr().out
+    assert "raised       leaf 'both/camera' raised JSONDecodeError" in why
+    assert "(1 of 3 within 10 s), 0.02 s ago" in why
