@@ -1,7 +1,7 @@
 """Finds robots, rules, missions, routes, nodes, scenarios and worlds by name, and reads their files."""
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
-from .catalog import Catalog, find_project, is_path, shipped_root
+from .catalog import Catalog
 from .entry import KINDS, Entry, content_hash, kind_of, make_entry
 from .facts import FactSpec
 from .keeping import KeepingCatalog
@@ -18,6 +18,7 @@ from .robot_file import (
     load_robot,
     robot_drive,
 )
+from .roots import find_project, is_path, shipped_root
 from .scenario_file import AgentSpec, MoverSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
 from .share_table import ShareSpec
 

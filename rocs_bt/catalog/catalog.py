@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import copy
-import functools
-import tomllib
 from collections.abc import Callable, Collection, Hashable, Iterable
+from functools import partial, wraps
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Self, TypeVar, cast
 
-from ..errors import Fault, InputError, RocsError, UnknownName, unknown
+from ..confine import confined
+from ..errors import Fault, InputError, UnknownName, unknown
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from ..reactive import included_files
@@ -19,41 +19,12 @@ from .fit import misfits
 from .inherit import read_inheriting
 from .planner_file import PlannerSpec, read_planner
 from .robot_file import RobotSpec, load_robot
+from .roots import confine_name, find_project, is_path, shipped_root
 from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
 
 T = TypeVar("T")
 
 _SPOKEN = {"rules": "rule file"}  # what is one of a kind, where that is not the kind's own name
-
-
-def shipped_root() -> Path:
-    """The folder that holds the content we ship: inside a wheel's package, or a checkout's root.
-
-    Raises:
-        RocsError: This installation has no content.
-    """
-    package = Path(__file__).resolve().parent.parent
-    if (inside := package / "_content").is_dir():
-        return inside
-    # Never trust what lies beside the package before its pyproject says that this is our checkout.
-    pyproject = package.parent / "pyproject.toml"
-    if pyproject.is_file() and tomllib.loads(pyproject.read_text("utf-8")).get("project", {}).get("name") == "rocs_bt":
-        return package.parent
-    raise RocsError(f"no content was found in {inside}, and {package.parent} is no checkout. Install rocs_bt again.")
-
-
-def find_project(start: Path) -> Path | None:
-    """The nearest folder, from `start` upwards, that has content of its own; None where there is none."""
-    start = start.resolve()
-    for folder in (start, *start.parents):
-        if any(next(folder.glob(pattern), None) for patterns in KINDS.values() for pattern in patterns):
-            return folder
-    return None
-
-
-def is_path(name: str) -> bool:
-    """Whether a person means a file by this rather than a name."""
-    return "/" in name or name.endswith((".toml", ".xml", ".py"))
 
 
 class Catalog:
@@ -98,12 +69,25 @@ class Catalog:
         kinds = list(KINDS) if kind is None else [kind]
         return [entry for k in kinds for _, entry in sorted(self._entries(k).items())]
 
-    def find(self, kind: str, name: str) -> Entry:
+    @property
+    def roots(self) -> tuple[Path, ...]:
+        """The folders whose files content may name: the project, what we ship, and scenes that a program made."""
+        return tuple(root for root in (self.project, self.shipped, self.scenes) if root is not None)
+
+    def find(self, kind: str, name: str, *, named_in: Path | None = None) -> Entry:
         """One entry by its name, or by its path.
+
+        Args:
+            kind: Its kind.
+            name: Its name, or its path.
+            named_in: The content file that names it, if any: then a path must be inside the project.
 
         Raises:
             UnknownName: There is none; lists those that exist.
+            InputError: It is outside of the project, itself or by a link.
         """
+        if named_in is not None and (is_path(name) or is_reference(name)):
+            confine_name(name, self.roots, self.root_of(named_in))
         if kind == "mission" and is_reference(name):
             return self._python_planner(name.partition(":")[0])
         if is_path(name):
@@ -111,7 +95,17 @@ class Catalog:
         entries = self._entries(kind)
         if name not in entries:
             raise UnknownName(unknown(_SPOKEN.get(kind, kind), name, entries))
+        self.confine(entries[name])
         return entries[name]
+
+    def confine(self, entry: Entry) -> None:
+        """Refuse an entry that a link leads out of the project; one that a person named by its path may be anywhere.
+
+        Raises:
+            InputError: It is outside.
+        """
+        if entry.origin == "project":
+            confined(entry.path, Path(), self.roots)
 
     def load_robot(self, name: str) -> RobotSpec:
         """A robot by its name.
@@ -119,7 +113,8 @@ class Catalog:
         Raises:
             InputError: It does not exist, or its file is wrong; with every fault.
         """
-        return load_robot(self.find("robot", name).path, lambda base: self.find("robot", base).path)
+        file = self.find("robot", name).path
+        return load_robot(file, lambda base: self.find("robot", base, named_in=file).path)
 
     def load_scenario(self, name: str) -> ScenarioSpec:
         """A scenario by its name or path, whose world, robots, missions and rules exist and whose rates divide.
@@ -128,7 +123,8 @@ class Catalog:
             InputError: With every fault, each at its line.
         """
         file = self.find("scenario", name).path
-        scenario = read_scenario(read_inheriting(file, lambda base: self.find("scenario", base).path), self._missing)
+        table = read_inheriting(file, lambda base: self.find("scenario", base, named_in=file).path)
+        scenario = read_scenario(table, partial(self._missing, file))
         faults: list[Fault] = []
         for each in scenario.robots:
             try:
@@ -186,7 +182,7 @@ class Catalog:
         Raises:
             InputError: With every fault of these files, each at its line.
         """
-        files = [entry.path for entry in self.list("schema")]
+        files = [self.find("schema", entry.name).path for entry in self.list("schema")]
         return load_schema(files, SCHEMA) if files else SCHEMA
 
     def load_planner(self, name: str) -> PlannerSpec:
@@ -196,7 +192,7 @@ class Catalog:
             InputError: With every fault, each at its line.
         """
         file = self.find("planner", name).path
-        return read_planner(file, self._missing)
+        return read_planner(file, partial(self._missing, file))
 
     def load_mission(self, name: str) -> Callable[..., Any]:
         """The function `build` of a mission, by the mission's name or path; that of an XML file makes its tree.
@@ -220,7 +216,7 @@ class Catalog:
     def _with_content(self, build: Callable[..., Any]) -> Callable[..., Any]:
         """The same function, whose mission finds by name what this catalog has."""
 
-        @functools.wraps(build)
+        @wraps(build)
         def at_home(mission: Any, *args: Any, **kwargs: Any) -> Any:
             mission.content = self
             return build(mission, *args, **kwargs)
@@ -265,6 +261,8 @@ class Catalog:
 
         entries = self._node_files(names)
         self._allow(*(entry.path for entry in entries))
+        for entry in entries:
+            self.confine(entry)
         classes = [node for entry in entries for node in nodes_of(load_module(entry.path))]
         return tuple(node for node in classes if names is None or node.tag in names)
 
@@ -323,6 +321,7 @@ class Catalog:
             InputError: It is not Python, does not load, or `--no-code` forbids it.
         """
         self._allow(entry.path)
+        self.confine(entry)
         return load_module(entry.path)
 
     def load_class(self, path: Path, name: str) -> type:
@@ -349,6 +348,7 @@ class Catalog:
             places = ", ".join(str(e.path) for e in having)
             raise InputError(Fault(f"{len(having)} files have a class '{name}': {places}.", hint="Rename one."))
         self._allow(having[0].path)
+        self.confine(having[0])
         return load_class(having[0].path, name)
 
     def _allow(self, *paths: Path) -> None:
@@ -360,11 +360,11 @@ class Catalog:
                 *(Fault("this Python content may not run: --no-code was given.", p, hint=hint) for p in code)
             )
 
-    def _missing(self, kind: str, name: str) -> Fault | None:
-        """Why a name cannot be used; None when it can."""
+    def _missing(self, file: Path, kind: str, name: str) -> Fault | None:
+        """Why a name cannot be used in a file; None when it can."""
         try:
-            self.find(kind, name)
-        except UnknownName as error:
+            self.find(kind, name, named_in=file)
+        except InputError as error:
             return error.faults[0]
         return None
 

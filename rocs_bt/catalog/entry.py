@@ -57,16 +57,24 @@ class Entry:
 
 def scan(root: Path, kind: str, origin: str) -> Iterator[Entry]:
     """The entries of one kind in a project's folders, sorted by name; runs no code."""
+    inside = root.resolve()
     for pattern in KINDS[kind]:
         for path in sorted(root.glob(pattern)):
             if not path.name.startswith(("_", ".")) and path.is_file():
-                yield make_entry(path, kind, origin)
+                if origin == "project" and not path.resolve().is_relative_to(inside):
+                    yield Entry(name_of(path, kind), kind, path, origin=origin)  # a link that is refused when used
+                else:
+                    yield make_entry(path, kind, origin)
 
 
 def make_entry(path: Path, kind: str, origin: str) -> Entry:
     """The entry of a file."""
-    name = path.parent.name if kind == "robot" else path.stem
-    return Entry(name, kind, path, doc_of(path), origin)
+    return Entry(name_of(path, kind), kind, path, doc_of(path), origin)
+
+
+def name_of(path: Path, kind: str) -> str:
+    """The name of the entry of a file."""
+    return path.parent.name if kind == "robot" else path.stem
 
 
 def kind_of(path: Path) -> str | None:

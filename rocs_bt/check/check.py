@@ -77,6 +77,7 @@ def _faults(entry: Entry, catalog: Catalog) -> tuple[list[Fault], BaseException 
     """The faults of one entry, and the exception that ended its check early and is no content's; None for none."""
     found: list[Fault] = []
     try:
+        catalog.confine(entry)
         for fault in _CHECKERS[entry.kind](entry, catalog):
             found.append(fault.at(entry.path))
     except InputError as error:
@@ -103,7 +104,7 @@ def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
         if not (files := _inside(path)):
             raise InputError(Fault("there is no content in this folder.", path, hint=_layout()))
         for file in files:
-            yield make_entry(file, kind_of(file) or "", "file"), catalog
+            yield make_entry(file, kind_of(file) or "", "project"), catalog
         catalog.list()  # two files of one name are a fault of the project as a whole
     elif path.is_file():
         kind = kind_of(path) or _kind_inside(path)

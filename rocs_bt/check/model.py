@@ -14,7 +14,7 @@ from ..simulation import Driver, mujoco_driver
 
 def check_world(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     """That a world compiles."""
-    compose_world(entry.path, [])
+    compose_world(entry.path, [], within=catalog.roots)
     return ()
 
 
@@ -30,7 +30,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
         return {}
     shipped = [s for s in robot.sensors if not is_reference(s.driver)]
     try:
-        world = _world(robot, robot.model, [(s, Driver(s.driver, s.parameters)) for s in shipped])
+        world = _world(catalog, robot, robot.model, [(s, Driver(s.driver, s.parameters)) for s in shipped])
     except InputError as error:
         yield from error.at(robot.model).faults
         return {}
@@ -45,7 +45,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
             continue
         try:
             own = is_reference(device.driver) and isinstance(device, SensorSpec)
-            where = _world(robot, robot.model, [(device, driver)]) if own else world
+            where = _world(catalog, robot, robot.model, [(device, driver)]) if own else world
             with blame(robot.file, device.line), driver.running():
                 if isinstance(device, SensorSpec):
                     made[device.name] = make_sensor(where, _NAME, device.name, driver.make, driver.parameters)
@@ -70,7 +70,9 @@ def _driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpe
     return mujoco_driver(catalog, robot, device)
 
 
-def _world(robot: RobotSpec, model: Path, sensors: Iterable[tuple[SensorSpec | ActuatorSpec, Driver]]) -> MujocoWorld:
+def _world(
+    catalog: Catalog, robot: RobotSpec, model: Path, sensors: Iterable[tuple[SensorSpec | ActuatorSpec, Driver]]
+) -> MujocoWorld:
     """The model placed in itself, as any world will do to compile it."""
     mounts = [SensorMount(s.name, d.make, d.parameters, robot.file, s.line, d.running) for s, d in sensors]
-    return compose_world(model, [Placed(_NAME, model, mounts)])
+    return compose_world(model, [Placed(_NAME, model, mounts)], within=catalog.roots)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..confine import confined
 from ..document import Table, read_toml
 from ..errors import InputError
 
@@ -59,14 +60,14 @@ def _gather(table: Table, above: list[Path], found: dict[Path, Document], projec
     chain = [*above, path]
     for named in table.texts("include", []):
         target = table.file.parent / named
-        resolved = target.resolve()
+        try:
+            resolved = confined(named, table.file.resolve().parent, (project,))
+        except InputError as error:
+            table.adopt("include", error)
+            continue
         if resolved in chain:
             names = [p.name for p in chain[chain.index(resolved) :]]
             table.fault("include", f"the files include each other: {' -> '.join([*names, resolved.name])}.")
-        elif Path(named).is_absolute() or not resolved.is_relative_to(project):
-            table.fault(
-                "include", f"'{named}' is not inside the project '{project.name}'.", "Include a file of its own."
-            )
         elif resolved not in found:
             _include(table, target, chain, found, project)
     found[path] = Document(table, _lines(table.file))

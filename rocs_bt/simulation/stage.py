@@ -142,7 +142,7 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
         placed.append(Placed(name, spec.model, mounts))
     arena, step = catalog.find("world", scenario.world).path, scenario.rate.physics
     key = ("model", arena, step, *((name, spec.file, name in minds) for name, spec in robots.items()))
-    model = catalog.keep(key, lambda: compile_model(arena, placed, step=step))
+    model = catalog.keep(key, lambda: compile_model(arena, placed, step=step, within=catalog.roots))
     return MujocoWorld(model, list(robots), clock), robots
 
 

@@ -207,7 +207,7 @@ class TestInclude:
         (tmp_path / "out.xml").write_text("<root/>")
         a = write("project/a.xml", '<BehaviorTree ID="A"><Say/></BehaviorTree>', path)
         (tmp_path / "project" / "link").symlink_to(tmp_path)
-        with pytest.raises(InputError, match=r"a\.xml:2:\d+: .*(lies outside|no file is named|has no path)"):
+        with pytest.raises(InputError, match=r"a\.xml:2:\d+: .*(is outside of|no file is named|has no path)"):
             load_tree(a, NODES)
 
     def test_a_package_of_ros_is_told(self, write):

@@ -12,6 +12,7 @@ from typing import Any
 from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, blame
 from ..table import pick
+from .mjcf import examine_model
 from .sensor import MujocoSensor
 from .sensors import SENSORS
 from .world import MujocoWorld
@@ -53,7 +54,12 @@ class Placed:
 
 
 def compose_world(
-    arena: Path, robots: Sequence[Placed], *, step: float = 0.005, clock: Clock | None = None
+    arena: Path,
+    robots: Sequence[Placed],
+    *,
+    step: float = 0.005,
+    clock: Clock | None = None,
+    within: Sequence[Path] = (),
 ) -> MujocoWorld:
     """The compiled world, its robots standing at the origin until they are placed.
 
@@ -62,15 +68,16 @@ def compose_world(
         robots: Who is in it.
         step: Physics step [s].
         clock: Time; a simulated one of this step by default, which the world moves on.
+        within: Folders that a model may name files of, besides its own.
 
     Raises:
         InputError: A file is missing or is no MJCF, or a robot lacks what its drivers need.
     """
-    model = compile_model(arena, robots, step=step)
+    model = compile_model(arena, robots, step=step, within=within)
     return MujocoWorld(model, [r.name for r in robots], clock or SimulatedClock(step))
 
 
-def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005) -> Any:
+def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005, within: Sequence[Path] = ()) -> Any:
     """The compiled MjModel of an arena and its robots; worlds may share it, one after the other.
 
     The options were chosen by measurement: the discrete integrator is right at every step up to 20 ms, elliptic
@@ -80,15 +87,16 @@ def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005)
         arena: The world's MJCF.
         robots: Who is in it.
         step: Physics step [s].
+        within: Folders that a model may name files of, besides its own.
 
     Raises:
         InputError: A file is missing or is no MJCF, or a robot lacks what its drivers need.
     """
     import mujoco
 
-    spec = read_model(arena)
+    spec = read_model(arena, within)
     for robot in robots:
-        model = read_model(robot.model)
+        model = read_model(robot.model, within)
         _check_base(model, robot.model)
         for sensor in robot.sensors:
             with blame(sensor.file or robot.model, sensor.line), _compiling(robot.model), sensor.running():
@@ -105,16 +113,22 @@ def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005)
         return spec.compile()
 
 
-def read_model(file: Path) -> Any:
+def read_model(file: Path, within: Sequence[Path] = ()) -> Any:
     """The MjSpec of an MJCF file.
 
+    Args:
+        file: The file.
+        within: Folders that it may name files of, besides its own.
+
     Raises:
-        InputError: The file cannot be read, or is no MJCF; with the line.
+        InputError: The file cannot be read, is no MJCF, names a file of another folder, or asks for too much; with the
+            line.
     """
     import mujoco
 
     if not file.is_file():
         raise InputError(Fault("there is no such model file.", file))
+    examine_model(file, within)
     with _compiling(file, "not a valid MJCF model"):
         return mujoco.MjSpec.from_file(str(file))
 
@@ -124,7 +138,7 @@ def _compiling(file: Path, what: str = "the model does not compile") -> Iterator
     """What MuJoCo refuses in here is a fault of this file, at the line that it tells."""
     try:
         yield
-    except ValueError as error:
+    except (ValueError, RuntimeError, MemoryError) as error:
         found = re.search(r"[Ll]ine(?: number)?[ =]+(\d+)(?:, column[ =]+(\d+))?", str(error))
         line, column = (int(found[1]), int(found[2] or 0)) if found else (0, 0)
         raise InputError(Fault(f"{what}: {_one_line(error)}.", file, line, column)) from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ...confine import confined
 from ...errors import Fault, InputError, did_you_mean, unknown
 from .element import Element, Source
 from .model import Model, read_models
@@ -206,11 +207,7 @@ class _Reader:
             raise InputError(Fault("the include has no path.", hint='Write <include path="other.xml"/>.'))
         if self.within is None:
             raise InputError(Fault("a text that stands in no file includes nothing."))
-        if "\0" in path:
-            raise InputError(Fault("the path cannot be one."))
-        file = ((own.resolve().parent if own else self.within) / path).resolve()
-        if not file.is_relative_to(self.within):
-            raise InputError(Fault(f"'{path}' lies outside of {self.within}.", hint="Put the file into the project."))
+        file = confined(path, own.resolve().parent if own else self.within, (self.within,))
         if file in self.open or (self.found.files and file == self.found.files[0].resolve()):
             chain = " -> ".join(p.name for p in (*self.open, file))
             raise InputError(Fault(f"'{path}' includes itself: {chain}.", hint="Take one include out."))
