@@ -7,7 +7,8 @@ from .facts import FactSpec
 from .keeping import KeepingCatalog
 from .planner_file import PlannerSpec, at_parameters, read_planner
 from .rates import RateSpec
-from .robot_file import (
+from .robot_file import load_robot
+from .robot_spec import (
     ActuatorSpec,
     AnalyzeSpec,
     DriveSpec,
@@ -15,7 +16,6 @@ from .robot_file import (
     RobotSpec,
     SensorSpec,
     command_size,
-    load_robot,
     robot_drive,
 )
 from .roots import find_project, is_path, shipped_root

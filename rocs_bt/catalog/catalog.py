@@ -18,7 +18,8 @@ from .entry import KINDS, Entry, content_hash, make_entry, scan
 from .fit import misfits
 from .inherit import read_inheriting
 from .planner_file import PlannerSpec, read_planner
-from .robot_file import RobotSpec, load_robot
+from .robot_file import load_robot
+from .robot_spec import RobotSpec
 from .roots import confine_name, find_project, is_path, shipped_root
 from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
 
@@ -347,8 +348,7 @@ class Catalog:
         if len(having) > 1:
             places = ", ".join(str(e.path) for e in having)
             raise InputError(Fault(f"{len(having)} files have a class '{name}': {places}.", hint="Rename one."))
-        self._allow(having[0].path)
-        self.confine(having[0])
+        self.load_python(having[0])
         return load_class(having[0].path, name)
 
     def _allow(self, *paths: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..errors import Fault
-from .robot_file import RobotSpec
+from .robot_spec import RobotSpec
 from .scenario_file import ScenarioSpec
 
 

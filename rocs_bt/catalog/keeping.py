@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 from .catalog import Catalog
 from .entry import Entry
 from .planner_file import PlannerSpec
-from .robot_file import RobotSpec
+from .robot_spec import RobotSpec
 from .scenario_file import AgentSpec, ScenarioSpec
 
 T = TypeVar("T")
