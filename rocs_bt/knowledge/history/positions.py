@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from collections.abc import Callable
 from typing import Any, NoReturn
 
 _SPACE = re.compile(r"[ \t\r\n]*")
+_NESTING = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}]')
+_DEEPEST = 10_000  # levels that the C stack surely holds
 
 
 class Scanner:
@@ -55,12 +58,25 @@ class Scanner:
             at = self._past(at, ",")
 
     def _value(self, at: int) -> tuple[Any, int]:
+        # A deep tree raises the process's recursion limit, beyond which the decoder would overflow the C stack.
+        if sys.getrecursionlimit() > _DEEPEST and self._depth(at) > _DEEPEST:
+            raise json.JSONDecodeError("it is nested too deeply", self._text, at)
         try:
             return self._decode(self._text, at)
         except json.JSONDecodeError:
             raise
         except (ValueError, RecursionError) as error:  # too many digits, NaN, a key twice; or too deep
             raise json.JSONDecodeError(str(error), self._text, at) from error
+
+    def _depth(self, at: int) -> int:
+        """Nesting of the value that begins at a position; counting ends beyond `_DEEPEST`."""
+        depth = deepest = 0
+        for token in _NESTING.finditer(self._text, at):
+            depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(token[0], 0)
+            deepest = max(deepest, depth)
+            if depth <= 0 or deepest > _DEEPEST:
+                break
+        return deepest
 
     def _past(self, at: int, mark: str) -> int:
         at = self._skip(at)

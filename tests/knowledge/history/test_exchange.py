@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 import warnings
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -173,6 +174,16 @@ def edge(source: str, relation: str, target: str, **changes: Any) -> dict[str, A
 def test_what_is_wrong_with_an_import_is_told_at_its_place(text: str, told: str) -> None:
     with pytest.raises(InputError, match=told):
         from_json_text(text, FILE, WIDE)
+
+
+def test_deep_nesting_is_refused_also_where_a_deep_tree_raised_pythons_limit() -> None:
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(200_000)
+    try:
+        with pytest.raises(InputError, match="nested too deeply"):
+            from_json_text('{"a": ' + "[" * 100_000 + "]" * 100_000 + "}", FILE, WIDE)
+    finally:
+        sys.setrecursionlimit(before)
 
 
 def test_all_faults_are_told_at_once() -> None:
