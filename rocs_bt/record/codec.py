@@ -21,6 +21,7 @@ from .. import event as ev
 from ..compiled import compiled
 from ..errors import RecordingError
 from ..event import Event
+from ..nesting import check_nesting
 
 #: Every kind of event that can be read back.
 KINDS: tuple[type[Event], ...] = tuple(
@@ -112,6 +113,7 @@ def decode(data: bytes) -> Event:
         RecordingError: It is no such message.
     """
     try:
+        check_nesting(data)
         if b'"non_finite"' not in data:
             return cast(Event, _DECODE(data))
         fields = msgspec.json.decode(data)

@@ -17,6 +17,7 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
 from ..errors import RecordingError, unknown
 from ..event import Event, SensorFailed, SensorRead
+from ..nesting import check_nesting
 from . import codec
 from .container import MAGIC
 from .header import RunHeader
@@ -85,8 +86,10 @@ class Recording:
             cut = "is cut off before its header ends" if not contents.complete else "was not written by rocs_bt"
             raise RecordingError(f"'{file}' {cut}, so there is nothing to read. Run the scenario again.")
         try:
+            for attachment in contents.attachments.values():
+                check_nesting(attachment)
             header = msgspec.json.decode(contents.attachments[HEADER], type=RunHeader)
-        except msgspec.MsgspecError as error:
+        except (msgspec.MsgspecError, ValueError) as error:
             raise RecordingError(f"the header of '{file}' cannot be read: {error}.") from error
         return cls(file, header, contents)
 

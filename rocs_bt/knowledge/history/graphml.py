@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 
 from ...errors import Fault, InputError, KnowledgeError
+from ...nesting import check_nesting
 from ..schema import SCHEMA, Schema
 from .intake import EdgeEntry, Intake, NodeEntry
 from .state import State
@@ -78,7 +79,7 @@ def _take(intake: Intake, entry: type[Any], names: dict[str, Any], given: dict[s
     try:
         values = {name: _value(value, declared.get(name)) for name, value in given.items()}
         made = msgspec.convert({**names, **stamp, "attributes": values}, entry)
-    except (msgspec.ValidationError, ValueError, RecursionError) as error:
+    except (msgspec.ValidationError, ValueError) as error:
         intake.fault(f"{' '.join(map(str, names.values()))}: {error}.")
         return
     if entry is NodeEntry:
@@ -89,7 +90,10 @@ def _take(intake: Intake, entry: type[Any], names: dict[str, Any], given: dict[s
 
 def _value(value: Any, declared: Any) -> Any:
     a_list = declared is not None and declared.type not in (str, float, int, bool)
-    return from_json(json.loads(value)) if a_list and isinstance(value, str) else value
+    if not a_list or not isinstance(value, str):
+        return value
+    check_nesting(value)
+    return from_json(json.loads(value))
 
 
 def _scalars(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from ...nesting import LIMIT, too_deep
+
 _SPACE = re.compile(r"[ \t\r\n]*")
-_NESTING = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}]')
-_DEEPEST = 10_000  # levels that the C stack surely holds
 
 
 class Scanner:
@@ -24,6 +23,8 @@ class Scanner:
         self._text = text
         self._decode = json.JSONDecoder(object_pairs_hook=_once, parse_constant=_refuse).raw_decode
         self.values: dict[str, Any] = {}
+        if too_deep(text):
+            raise json.JSONDecodeError(f"Lists and objects nest more than {LIMIT} deep", text, 0)
         at = self._each(self._past(0, "{"), "}", lambda at: self._pair(at, apart))
         if self._skip(at) != len(text):
             self._wrong("nothing more", at)
@@ -58,25 +59,12 @@ class Scanner:
             at = self._past(at, ",")
 
     def _value(self, at: int) -> tuple[Any, int]:
-        # A deep tree raises the process's recursion limit, beyond which the decoder would overflow the C stack.
-        if sys.getrecursionlimit() > _DEEPEST and self._depth(at) > _DEEPEST:
-            raise json.JSONDecodeError("it is nested too deeply", self._text, at)
         try:
             return self._decode(self._text, at)
         except json.JSONDecodeError:
             raise
-        except (ValueError, RecursionError) as error:  # too many digits, NaN, a key twice; or too deep
+        except ValueError as error:  # too many digits, NaN, a key twice
             raise json.JSONDecodeError(str(error), self._text, at) from error
-
-    def _depth(self, at: int) -> int:
-        """Nesting of the value that begins at a position; counting ends beyond `_DEEPEST`."""
-        depth = deepest = 0
-        for token in _NESTING.finditer(self._text, at):
-            depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(token[0], 0)
-            deepest = max(deepest, depth)
-            if depth <= 0 or deepest > _DEEPEST:
-                break
-        return deepest
 
     def _past(self, at: int, mark: str) -> int:
         at = self._skip(at)

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from ...event import Value, pack, unpack
 from ...geometry import Pose2
+from ...nesting import check_nesting
 from ..attribute import Attribute
 
 Stored: TypeAlias = float | int | str | bytes | None
@@ -46,6 +47,7 @@ def from_sql(stored: Stored) -> Value:
     if kind == _NUMBERS and len(data) % 8 == 0:
         return unpack(data)
     if kind == _JSON:
+        check_nesting(data)
         return from_json(json.loads(data))
     raise ValueError(f"a value begins with {stored[:8]!r}")
 
@@ -63,6 +65,7 @@ def row_from_sql(stored: bytes | None) -> dict[str, Value]:
     """
     if stored is None:
         return {}
+    check_nesting(stored)
     found = json.loads(stored)
     if not isinstance(found, dict):
         raise ValueError(f"the attributes of an edge begin with {stored[:8]!r}")

@@ -180,7 +180,7 @@ def test_deep_nesting_is_refused_also_where_a_deep_tree_raised_pythons_limit() -
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(200_000)
     try:
-        with pytest.raises(InputError, match="nested too deeply"):
+        with pytest.raises(InputError, match="nest more than 500 deep"):
             from_json_text('{"a": ' + "[" * 100_000 + "]" * 100_000 + "}", FILE, WIDE)
     finally:
         sys.setrecursionlimit(before)
