@@ -11,7 +11,7 @@ it senses. For a serial line replace the class Link; the rest stays.
 
 Output:
 
-    R2: SUCCESS, 0.1 m or less from the goal
+    R2: success, 0.1 m or less from the goal
     changed from the simulated robot: sonar, position, orientation, encoders, wheels
     in a process of its own: wheels
     the controller stopped by itself when the datagrams ended: True
@@ -233,10 +233,10 @@ with tempfile.TemporaryDirectory() as folder:
     arguments = [sys.executable, "-c", CONTROLLER, "120"]
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True) as controller:
         catalog = write_project(Path(folder), int(controller.stdout.readline()))
-        found = drive("real", catalog, duration=30.0)
+        result = drive("real", catalog, duration=30.0)
         robot = json.loads(controller.stdout.readline())
     near = math.hypot(robot["x"], robot["y"]) <= 0.1
-    print(f"R2: {found['R2'].status}, {'0.1 m or less' if near else 'far'} from the goal")
+    print(f"R2: {result.outcomes['R2']}, {'0.1 m or less' if near else 'far'} from the goal")
     own, base = catalog.load_robot("udp_p3dx"), catalog.load_robot("pioneer_p3dx")
     devices = zip([*own.sensors, *own.actuators], [*base.sensors, *base.actuators], strict=True)
     print(f"changed from the simulated robot: {', '.join(a.name for a, b in devices if a.driver != b.driver)}")

@@ -290,7 +290,7 @@ class PeerFault(Event, frozen=True, kw_only=True):
 
 
 class BodyMoved(Event, frozen=True, kw_only=True):
-    """Where a body truly is, told by the simulation. Pose in the world frame, wheel rim speeds packed."""
+    """True pose of a body in the world frame, from the simulation; on hardware the robot's own estimate."""
 
     body: str
     x: float  # [m]
@@ -354,6 +354,13 @@ class CommandExpired(Event, frozen=True, kw_only=True):
     """No command came for too long: the actuator's watchdog went to neutral."""
 
     actuator: str
+
+
+class Stuck(Event, frozen=True, kw_only=True):
+    """A robot on hardware made no progress for 15 s while it tried to move; the run goes on. `rule` may be empty."""
+
+    reason: str
+    rule: str = ""
 
 
 class Judged(Event, frozen=True, kw_only=True):

@@ -164,6 +164,11 @@ class SafetyGate(Actuator):
         last = self._last
         return math.inf if last is None else last + self._max_age
 
+    @property
+    def active(self) -> bool:
+        """Whether the last command asks for motion."""
+        return self._last is not None and self._given != self._rest
+
     def command(self, values: Sequence[float]) -> None:
         self.give(values)
 

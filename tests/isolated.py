@@ -1,4 +1,4 @@
-"""Isolated wheels that tell a test what they do, and when; by themselves, or under a robot with a process of its own.
+"""Wheels that tell a test what they do, and when; by themselves, or under a robot with a process of its own.
 
 The wheels write a line for each thing that happens to them, with the system's monotonic time, into a named pipe. The
 test reads that pipe and so waits for what happens, never for a time.
@@ -127,7 +127,7 @@ base = "pioneer_p3dx"
 [[actuator]]
 name = "wheels"
 driver = "wheels.py:Wheels"
-isolated = true
+isolated = {{isolated}}
 max_command_age = "{MAX_AGE} s"
 plan = "{{plan}}"
 log = "{{log}}"
@@ -188,8 +188,9 @@ class Tell:
             print(json.dumps([time.monotonic(), type(event).__name__, event.t]), flush=True)
 
 try:
-    found = drive("real", Catalog(Path({project!r})), duration={duration}, sinks=[Tell()])["R2"]
-    print(json.dumps([found.status, found.reason]), flush=True)
+    result = drive("real", Catalog(Path({project!r})), duration={duration}, sinks=[Tell()], out={out!r})
+    found = result.summary["agents"]["R2"]
+    print(json.dumps([found["outcome"], found["reason"]]), flush=True)
 except RocsError as error:
     print(json.dumps([type(error).__name__, str(error)]), flush=True)
 """
@@ -311,13 +312,23 @@ def linked(folder: Path, plan: str = "", max_age: float = 60.0) -> Iterator[tupl
 
 
 @contextmanager
-def driven(project: Path, plan: str = "", *, hold: str = "1000000 s", real_time: bool = False) -> Iterator[Robot]:
+def driven(
+    project: Path,
+    plan: str = "",
+    *,
+    hold: str = "1000000 s",
+    real_time: bool = False,
+    isolated: bool = True,
+    out: str | None = None,
+) -> Iterator[Robot]:
     """A robot that drives; afterwards no process of it is left.
+
+    With `isolated` false its wheels live in the main process. Files of the run go to the folder `out` of the project.
 
     Its main process runs on the time of tests/awake.py, so that a machine which is held up is no hanging block; its
     wheels always run on real time.
     """
-    write_project(project, plan, hold)
+    write_project(project, plan, hold, isolated=isolated, out=out)
     log = Log(project / "log")
     command = [sys.executable, *([] if real_time else [AWAKE]), "main.py"]
     with subprocess.Popen(command, cwd=project, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as main:
@@ -348,17 +359,19 @@ class Robot:
         return [json.loads(line) for line in out.splitlines()]
 
 
-def write_project(project: Path, plan: str, hold: str) -> None:
-    """A project with the scenario `real`, whose robot's wheels are isolated."""
+def write_project(project: Path, plan: str, hold: str, *, isolated: bool = True, out: str | None = None) -> None:
+    """A project with the scenario `real`."""
     names = ("sonar", "position", "orientation", "encoders")
     sensors = [f'[[sensor]]\nname = "{name}"\ndriver = "sensors.py:Sense"\n' for name in names]
     files = {
         "robots/own/wheels.py": WHEELS,
         "robots/own/sensors.py": SENSORS,
-        "robots/own/robot.toml": "".join([ROBOT.format(plan=plan, log=project / "log"), *sensors]),
+        "robots/own/robot.toml": "".join(
+            [ROBOT.format(plan=plan, log=project / "log", isolated=str(isolated).lower()), *sensors]
+        ),
         "planners/missions/hold.py": MISSION,
         "scenarios/real.toml": SCENARIO.format(hold=hold),
-        "main.py": MAIN.format(project=str(project), duration=DURATION),
+        "main.py": MAIN.format(project=str(project), duration=DURATION, out=out),
     }
     for name, text in files.items():
         (project / name).parent.mkdir(parents=True, exist_ok=True)

@@ -85,7 +85,8 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
     share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
     refirings = agent["reflex_refirings"]
     again = f" and fired again {counted(refirings, 'time')} while latched" if refirings else ""
-    clearance = agent["min_clearance"]
+    clearance, collisions = agent["min_clearance"], agent["collisions"]
+    hit = "" if collisions is None else f" with {counted(collisions, 'collision')}"
     near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
     struck = f", struck {counted(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
     kept = [*_followed(agent["following"]), *_located(agent["localisation"])]
@@ -94,8 +95,7 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
         faults.append(f"  and {counted(more, 'more fault')}: see the report")
     return [
         f"{outcome}{took} ({place}){reason}",
-        f"  drove {agent['path_length']:.2f} m with {counted(agent['collisions'], 'collision')}{struck}{near};"
-        f" {_duration(summary)}",
+        f"  drove {agent['path_length']:.2f} m{hit}{struck}{near}; {_duration(summary)}",
         f"  {counted(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time{again},"
         f" {counted(agent['replans'], 're-plan')},"
         f" {counted(agent['route_switches'], 'switch', 'es')} between plan and reflex",
@@ -105,6 +105,8 @@ def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) ->
 
 
 def _duration(summary: Mapping[str, Any]) -> str:
+    if not summary["simulated"]:
+        return f"{summary['sim_time']:.1f} s driven"
     simulated = f"{summary['sim_time']:.1f} s simulated"
     if summary["wall_time"] is None:  # of a recording that was cut off
         return simulated

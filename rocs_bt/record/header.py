@@ -196,6 +196,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         requirements: What must hold over the run.
         recalled: By agent, what it remembered of earlier runs, as JSON (docs/knowledge.md).
         start: Time of the first period [s].
+        simulated: Whether the world was simulated. If not, poses are the robots' own estimates.
     """
 
     scenario: str
@@ -212,6 +213,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
     requirements: tuple[RequirementInfo, ...] = ()
     recalled: Mapping[str, str] = {}
     start: float = 0.0
+    simulated: bool = True
 
     @property
     def label(self) -> str:

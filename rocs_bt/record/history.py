@@ -27,6 +27,7 @@ from ..event import (
     RuleChanged,
     SensorFailed,
     SensorRead,
+    Stuck,
     SubtreeSwapped,
     TicketChanged,
     Touched,
@@ -96,7 +97,7 @@ class Worst:
     margin: str
 
 
-FaultEvent = SensorFailed | ContentRaised | BlockFailed | CommandExpired | PeerFault | Touched
+FaultEvent = SensorFailed | ContentRaised | BlockFailed | CommandExpired | PeerFault | Stuck | Touched
 """What a report lists as faults of a run."""
 
 

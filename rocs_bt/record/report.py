@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from ..errors import RecordingError
-from ..event import BlockFailed, CommandExpired, ContentRaised, PeerFault, SensorFailed, TicketChanged
+from ..event import BlockFailed, CommandExpired, ContentRaised, PeerFault, SensorFailed, Stuck, TicketChanged
 from ..raised import reported
 from .animation import animation
 from .atomic_file import write_whole
@@ -93,7 +93,7 @@ def _verdict(name: str, told: Mapping[str, Any]) -> str:
     if "outcome" not in told:
         return f"The run ended before {name} came to an outcome"
     verdict = _VERDICTS.get(told["outcome"], "{name}: " + str(told["outcome"])).format(name=name)
-    if told["outcome"] == "success" and told.get("goals_reached") == 0:
+    if told["outcome"] == "success" and not told.get("goals_reached", True):
         verdict = f"{name} fulfilled its mission"
     reached = told.get("time_to_goal")
     return f"{verdict} after {reached:.1f} s" if told["outcome"] == "success" and reached is not None else verdict
@@ -202,6 +202,8 @@ def _fault(event: FaultEvent) -> str:
         return f"block {event.block} {event.kind}: {event.detail}"
     if isinstance(event, CommandExpired):
         return f"no command came for {event.actuator}, so it was stopped"
+    if isinstance(event, Stuck):
+        return event.reason
     if isinstance(event, PeerFault):
         return f"peer {event.peer}: {event.detail}"
     return "struck by " + event.other if event.kind == "struck" else f"{event.kind} with {event.other}"

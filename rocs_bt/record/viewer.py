@@ -55,6 +55,7 @@ class Viewer:
             ev.BlockFailed: lambda e, t: self._log(e, t, foxglove.FATAL, f"block {e.block} {e.kind}: {e.detail}"),
             ev.Touched: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.kind} with {e.other}"),
             ev.CommandExpired: lambda e, t: self._log(e, t, foxglove.ERROR, f"no command came for {e.actuator}"),
+            ev.Stuck: lambda e, t: self._log(e, t, foxglove.WARNING, e.reason),
             ev.PeerFault: lambda e, t: self._log(e, t, foxglove.WARNING, f"peer {e.peer}: {e.detail}"),
             ev.GoalEntered: lambda e, t: self._log(e, t, foxglove.INFO, f"goal {e.goal} reached"),
             ev.Judged: lambda e, t: self._log(e, t, foxglove.INFO, f"outcome: {e.outcome}. {e.reason}"),

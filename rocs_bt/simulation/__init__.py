@@ -3,9 +3,10 @@
 from ..drivers.host import Host
 from .carried import CARRIERS, Carrier, make_carrier
 from .devices import Driver, hardware_driver, mujoco_driver
-from .episode import Episode, Mind, Result
+from .episode import Episode, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
-from .hardware import Driven, drive
+from .hardware import drive
+from .judging import Mind
 from .metrics import Metrics
 from .mover import MOVERS, Mover, make_mover
 from .outcome import OUTCOMES, Goal, Judge, Verdict
@@ -13,7 +14,8 @@ from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
 from .replay import replay
 from .requirements import Finding, RequirementWatch, check_recorded, requirement_faults, requirements_of
-from .run import RunResult, run
+from .run import run
+from .run_end import RunResult
 from .run_files import REPORT, SUMMARY
 from .sink_thread import SinkThread
 from .stage import Stage, compose_scenario, set_stage
@@ -29,7 +31,6 @@ __all__ = [
     "REPORT",
     "SUMMARY",
     "Carrier",
-    "Driven",
     "Driver",
     "EndedAtOnce",
     "Episode",

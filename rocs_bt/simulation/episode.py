@@ -5,50 +5,22 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
-from typing import Protocol
 
 from ..clock import Rate, WallClock
 from ..drivers.mujoco import Contact, MujocoWorld
-from ..event import BodyMoved, EventSink, GoalEntered, Judged, Touched, pack
-from ..raised import describe
+from ..event import BodyMoved, EventSink, GoalEntered, Touched, pack
 from .carried import Carrier
 from .clearance import ClearanceWatch
+from .judging import END, Judging, Mind, wait_until
 from .mover import Mover
 from .news import News
-from .outcome import Goal, Judge, MindState, Verdict
+from .outcome import Goal, Judge, Verdict
 from .physics_thread import PhysicsThread
-
-END = "the end of the run"
-"""Who cancels what is left when an agent's run is over."""
 
 CLOSED = "the viewer was closed"
 """Why a run ends whose watcher wants no more of it."""
-
-SLICE = 0.05
-"""Longest wait between two looks at whether a signal ended the run, in threaded mode [s]."""
-
-
-class Mind(MindState, Protocol):
-    """What an episode needs of an agent."""
-
-    @property
-    def name(self) -> str:
-        """The agent's name, which is its robot's in the world."""
-        ...
-
-    def step(self, count: int) -> None:
-        """One control period in lockstep; `count` of them have passed."""
-        ...
-
-    def brake(self) -> None:
-        """Go to neutral for good, at once."""
-        ...
-
-    def stop(self, by: str = ...) -> None:
-        """Go to neutral for good, and cancel everything."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -114,6 +86,7 @@ class Episode:
         self._world = world
         self._minds = minds
         self._judges = judges
+        self._judging = Judging(minds, judges, sink)
         self._movers = movers
         self._wheels = wheels or {}
         self._goals = goals or {}
@@ -167,7 +140,7 @@ class Episode:
                 physics = stack.enter_context(PhysicsThread(self._world, clock, stop))
                 for runner in runners:
                     stack.enter_context(runner)
-                while self._wait(clock, count * period, stop):
+                while wait_until(clock, count * period, stop, self._ended):
                     t = clock.now()
                     if self._observe(t):
                         break
@@ -179,13 +152,6 @@ class Episode:
             self._abort(error, clock)
             raise
         return self._finish(clock, physics.worst)
-
-    def _wait(self, clock: WallClock, deadline: float, stop: threading.Event) -> bool:
-        """Wait for the next control period; a signal does not have to wait for it. False once `stop` is set."""
-        while not self._ended() and clock.now() < deadline:
-            if not clock.wait_until(min(deadline, clock.now() + SLICE), stop):
-                return False
-        return not stop.is_set()
 
     def _observe(self, t: float) -> bool:
         """Tell the truth to sink and judges; True when the episode is over."""
@@ -208,8 +174,8 @@ class Episode:
             self._judge(t, mind, contacts)
         going = self._watch(t)
         if why := self._ended() or ("" if going else CLOSED):
-            self._interrupt(why)
-        return all(judge.decided for judge in self._judges.values()) or t >= self._duration - 1e-9
+            self._judging.interrupt(why, at_once=self._threaded)
+        return self._judging.over or t >= self._duration - 1e-9
 
     def _tell_pose(self, t: float, name: str) -> None:
         pose, wheels = self._world.pose(name), self._wheels.get(name)
@@ -233,46 +199,14 @@ class Episode:
         if judge.update(t, pose, mind, commanded=world.commanded(name), collisions=ran_into):
             mind.stop(END)
 
-    def _interrupt(self, why: str) -> None:
-        """A signal or a person ends the run: all wheels to neutral first."""
-        going = [mind for mind in self._minds if not self._judges[mind.name].decided]
-        for mind in going:
-            self._judges[mind.name].interrupt(why)
-        if self._threaded:  # a plan that hangs must not keep the next robot from braking
-            for mind in going:
-                mind.brake()
-        for mind in going:
-            mind.stop(why)
+    def _finish(self, wall: WallClock, lateness: float = 0.0) -> Result:
+        wall_time = wall.now()
+        return self._keep(self._judging.finish(self._t), wall_time, lateness)
 
     def _abort(self, error: BaseException, wall: WallClock) -> None:
-        """Something raised that no agent answers for: stop and judge them all the same."""
-        why = describe(error) if isinstance(error, Exception) else str(error) or type(error).__name__
-        for judge in self._judges.values():
-            if isinstance(error, Exception):
-                judge.fail(f"the run broke off: {why}")
-            else:
-                judge.interrupt(why)
-        for mind in self._minds:
-            with suppress(Exception):  # whatever broke may be what they need
-                mind.stop(why)
-        with suppress(Exception):
-            self._t = max(self._t, self._world.clock.now())
-            self._finish(wall)
+        self._t, wall_time = max(self._t, self._world.clock.now()), wall.now()
+        self._keep(self._judging.abort(error, self._t), wall_time)
 
-    def _finish(self, wall: WallClock, lateness: float = 0.0) -> Result:
-        verdicts, t, wall_time = {}, self._t, wall.now()
-        for mind in self._minds:
-            if not self._judges[mind.name].decided:
-                mind.stop(END)
-            verdict = verdicts[mind.name] = self._judges[mind.name].verdict()
-            self._sink.emit(
-                Judged(
-                    t=t,
-                    agent=mind.name,
-                    outcome=verdict.outcome,
-                    reason=verdict.reason,
-                    time_to_goal=verdict.time_to_goal,
-                )
-            )
-        self.result = Result(verdicts, t, wall_time, self._hash.hexdigest(), lateness)
+    def _keep(self, verdicts: Mapping[str, Verdict], wall_time: float, lateness: float = 0.0) -> Result:
+        self.result = Result(verdicts, self._t, wall_time, self._hash.hexdigest(), lateness)
         return self.result

@@ -1,4 +1,4 @@
-"""Driving: the minds of a scenario on robots that are real, or stand in for one; nothing is simulated.
+"""Running the agents of a scenario on robots that are real, or stand in for one; nothing is simulated.
 
 The same missions, rules, blocks and rates as in simulation. What differs is each robot's table of drivers, whose
 classes (`driver = "file.py:Class"`) speak with the robot.
@@ -6,36 +6,28 @@ classes (`driver = "file.py:Class"`) speak with the robot.
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from pathlib import Path
 
-from ..agent import Agent, RuleWatch, ThreadedRunner
+from ..agent import RuleWatch
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec
 from ..clock import WallClock
 from ..device import Actuator, Sensor
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
-from ..event import EventSink, Fanout, NullSink
+from ..event import EventSink
 from ..safety import SafetyGate
 from .devices import make_hardware, make_isolated
+from .hardware_episode import HardwareEpisode
+from .header import plain_header, without_world
 from .minds import build_minds
+from .ready_run import Relay, refuse_requirements
+from .run_end import RunEnd, RunResult
+from .run_record import RunRecord
 from .sink_thread import SinkThread
-
-
-@dataclass(frozen=True)
-class Driven:
-    """What came of one agent.
-
-    Attributes:
-        status: Its mission's: `SUCCESS`, `FAILURE`, or `RUNNING` where time was up or somebody interrupted.
-        reason: Why the mission, or a block, failed; empty while nothing did.
-    """
-
-    status: str
-    reason: str
+from .stop_signals import StopSignals
 
 
 def drive(
@@ -43,83 +35,119 @@ def drive(
     catalog: Catalog | None = None,
     *,
     duration: float | None = None,
+    out: Path | str | None = None,
+    report: bool = True,
     sinks: Sequence[EventSink] = (),
     watch_rules: bool = False,
-) -> dict[str, Driven]:
-    """Let the minds of a scenario drive their robots, threaded, on wall time; movers and the world are not played.
+    signals: StopSignals | None = None,
+) -> RunResult:
+    """Let the agents of a scenario drive their robots, threaded, on wall time; movers and the world are not played.
 
-    It ends when every mission has ended or failed, when time is up, or on Ctrl-C; the wheels stand then.
+    It ends when every agent has its outcome, when time is over, or by SIGINT, SIGTERM or SIGHUP: wheels to neutral
+    first, then all files. After that the signal has its usual effect, such as a KeyboardInterrupt.
 
     Args:
-        scenario: A scenario, or its name or file. Every driver of its agents' robots must be a class of their own.
+        scenario: A scenario, or its name or file. Every driver of its agents' robots must be a user's class.
         catalog: Where content is found; the project around the current folder by default.
         duration: The longest it may take [s]; the scenario's own by default.
-        sinks: Where events go.
-        watch_rules: Whether rule files that change meanwhile are read anew.
+        out: Folder for summary.json, run.mcap and report.html; None writes nothing.
+        report: Whether to write report.html.
+        sinks: More sinks for all events.
+        watch_rules: Whether rule files that change are read again.
+        signals: The signals that end the run, of a caller who looks at them afterwards: `drive` then returns.
 
     Returns:
-        What came of each agent, by its name.
+        The result; in its summary collisions and clearance are None, and poses are the robots' own estimates.
 
     Raises:
         InputError: Something in the content is wrong.
         DeviceError: A driver cannot reach its device.
+        KeyboardInterrupt: A signal ended the run.
     """
     catalog = catalog or Catalog.here()
     spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
-    clock, limit = WallClock(running=False), spec.duration if duration is None else duration
+    end, relay, clock = RunEnd(out, report, signals), Relay(), WallClock(running=False)
     period = spec.rate.control_rate.period
-    target: EventSink = Fanout(*sinks) if sinks else NullSink()
-    with ExitStack() as stack:
-        sink = stack.enter_context(SinkThread(target))
-        robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
-        sensors: dict[str, dict[str, Sensor]] = {}
-        actuators: dict[str, dict[str, SafetyGate]] = {}
-        links: dict[str, list[IsolatedActuator]] = {}
+    robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
+    with end.guarded() as stack:  # what is pushed on it is closed before the report is written
+        devices = _Devices()
         for name, robot in robots.items():
-            host = Host(clock)
-            stack.callback(host.close)
-            sensors[name] = {s.name: make_hardware(catalog, robot, s, host) for s in robot.sensors}
-            devices = {a.name: _actuator(catalog, robot, a, host, stack) for a in robot.actuators}
-            links[name] = [device for device in devices.values() if isinstance(device, IsolatedActuator)]
-            actuators[name] = {a.name: a.guard(devices[a.name], clock, period, sink, name) for a in robot.actuators}
+            devices.make(name, robot, catalog, clock, period, relay, stack)
         rates = {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()}
-        minds = build_minds(
-            spec, catalog, robots, sensors, actuators, rates, clock=clock, sink=sink, timer=time.perf_counter
+        agents = build_minds(
+            spec,
+            catalog,
+            robots,
+            devices.sensors,
+            devices.gates,
+            rates,
+            clock=clock,
+            sink=relay,
+            timer=time.perf_counter,
         )
-        for mind in minds:
-            stack.callback(mind.close)
-        if watch_rules:
-            stack.enter_context(RuleWatch([(m.name, file) for m in minds for file in m.rule_files], clock, sink))
-        gates = [gate for each in actuators.values() for gate in each.values()]
-        _play(minds, gates, [(mind, link) for mind in minds for link in links[mind.name]], clock, limit, period)
-    return {mind.name: Driven(mind.status, mind.reason) for mind in minds}
+        for agent in agents:
+            stack.callback(agent.close)
+        header = plain_header(spec, agents, seed=0, mode="threaded", digest=catalog.digest(spec), simulated=False)
+        refuse_requirements(spec, header.agents)
+        end.listen()
+        end.files.begin(without_world(header, spec, robots))
+        stack.callback(end.files.abandon)
+        record = RunRecord(header, end.files.recorder, sinks, batched=False)
+        episode = HardwareEpisode(
+            agents,
+            devices.gates,
+            {name: devices.gates[name][robot.drive.actuator] for name, robot in robots.items()},
+            devices.links,
+            clock=clock,
+            duration=spec.duration if duration is None else duration,
+            period=period,
+            sink=relay,
+            ended=lambda: end.signals.reason,
+        )
+        files = [(agent.name, file) for agent in agents for file in agent.rule_files if watch_rules]
+
+        def play() -> None:
+            with SinkThread(record.sink) as thread, RuleWatch(files, clock, relay):
+                relay.open(thread)
+                episode.run()
+
+        end.attempt(play)
+        shared = {a.name: {"sharing": None if a.sharing is None else a.sharing.told()} for a in agents}
+        end.summarise(record.summary(episode.t, {"wall_time": episode.t, "agents": shared}))
+    return end.result()
 
 
-def _play(
-    minds: Sequence[Agent],
-    gates: Sequence[SafetyGate],
-    links: Sequence[tuple[Agent, IsolatedActuator]],
-    clock: WallClock,
-    limit: float,
-    period: float,
-) -> None:
-    never, count = threading.Event(), 0
-    clock.start()
-    with ExitStack() as stack:
-        for mind in minds:
-            stack.enter_context(ThreadedRunner(mind, clock))
-        try:
-            while clock.wait_until(count * period, never) and clock.now() < limit:
-                for gate in gates:
-                    gate.check()
-                for mind, link in links:
-                    if (failed := link.check()) is not None:
-                        mind.fail(f"actuator {link.name}", *failed)
-                if all(mind.status != "RUNNING" or mind.failure is not None for mind in minds):
-                    break
-                count = max(count + 1, int(clock.now() / period) + 1)
-        except KeyboardInterrupt:  # a person's way to end it: what is above stops the wheels on the way out
-            pass
+class _Devices:
+    """The devices of all robots.
+
+    Attributes:
+        sensors: By agent, then by name.
+        gates: The gates of the actuators, likewise.
+        links: By agent, the links to the actuators that live in processes of their own.
+    """
+
+    def __init__(self) -> None:
+        self.sensors: dict[str, dict[str, Sensor]] = {}
+        self.gates: dict[str, dict[str, SafetyGate]] = {}
+        self.links: dict[str, list[IsolatedActuator]] = {}
+
+    def make(
+        self,
+        name: str,
+        robot: RobotSpec,
+        catalog: Catalog,
+        clock: WallClock,
+        period: float,
+        sink: EventSink,
+        stack: ExitStack,
+    ) -> None:
+        """Make an agent's devices; what they share ends with `stack`."""
+        host = Host(clock)
+        stack.callback(host.close)
+        self.sensors[name] = {s.name: make_hardware(catalog, robot, s, host) for s in robot.sensors}
+        made = {a.name: _actuator(catalog, robot, a, host, stack) for a in robot.actuators}
+        self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
+        self.gates[name] = {a.name: a.guard(made[a.name], clock, period, sink, name) for a in robot.actuators}
 
 
 def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host, stack: ExitStack) -> Actuator:

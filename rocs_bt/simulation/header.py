@@ -13,7 +13,7 @@ import msgspec
 
 from .. import __version__
 from ..agent import Agent
-from ..catalog import ScenarioSpec
+from ..catalog import RobotSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.body import hull_outline, outlines
 from ..drivers.mujoco.lidar import Lidar
@@ -41,7 +41,9 @@ def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
     )
 
 
-def plain_header(scenario: ScenarioSpec, agents: Sequence[Agent], *, seed: int, mode: str, digest: str) -> RunHeader:
+def plain_header(
+    scenario: ScenarioSpec, agents: Sequence[Agent], *, seed: int, mode: str, digest: str, simulated: bool = True
+) -> RunHeader:
     """Header of one run without its scenery: all that its summary needs.
 
     Args:
@@ -50,6 +52,7 @@ def plain_header(scenario: ScenarioSpec, agents: Sequence[Agent], *, seed: int, 
         seed: Seed of the episode.
         mode: `lockstep` or `threaded`.
         digest: Hash of all content used.
+        simulated: Whether the world is simulated.
     """
     rate = scenario.rate
     return RunHeader(
@@ -61,6 +64,7 @@ def plain_header(scenario: ScenarioSpec, agents: Sequence[Agent], *, seed: int, 
         rates={"physics": 1.0 / rate.physics, "control": rate.control, "plan": rate.plan},
         agents=tuple(agent_info(scenario, agent) for agent in agents),
         requirements=requirements_of(scenario),
+        simulated=simulated,
     )
 
 
@@ -80,6 +84,16 @@ def with_scenery(
         places=_places(scenario),
         recalled=recalled,
     )
+
+
+def without_world(header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str, RobotSpec]) -> RunHeader:
+    """Header of a run on hardware: robots drawn as boxes, and the scenario's places; nothing is known of the world."""
+    bodies = []
+    for name, robot in robots.items():
+        x, y = robot.length / 2.0, robot.width / 2.0
+        hull = ((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ()
+        bodies.append(BodyInfo(name=name, hull=hull))
+    return msgspec.structs.replace(header, bodies=tuple(bodies), places=_places(scenario))
 
 
 def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: float | None = None) -> str:

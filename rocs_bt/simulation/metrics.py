@@ -26,6 +26,7 @@ from ..event import (
     RuleChanged,
     SensorFailed,
     SignalsWritten,
+    Stuck,
     TicketChanged,
     Touched,
     unpack,
@@ -75,9 +76,11 @@ class Metrics:
 
     Args:
         agents: The agents' names.
+        simulated: Whether the world was simulated; if not, what only a simulation can measure is None.
     """
 
-    def __init__(self, agents: Iterable[str]) -> None:
+    def __init__(self, agents: Iterable[str], *, simulated: bool = True) -> None:
+        self._simulated = simulated
         self._tallies = {name: _Tally() for name in agents}
         self._where: dict[str, tuple[float, float]] = {}
         self._takes: dict[type[Event], Callable[[_Tally, Any], None]] = {
@@ -97,6 +100,7 @@ class Metrics:
             CommandExpired: _expired,
             CommandLimited: _limited,
             PeerFault: _peer_fault,
+            Stuck: _stuck,
             Judged: _judged,
         }
 
@@ -123,7 +127,8 @@ class Metrics:
             end: End of the run [s].
         """
         tally = self._tallies[agent]
-        judged = tally.judged or _cut_off(tally, end)
+        judged, true = tally.judged or _cut_off(tally, end), self._simulated
+        contacts = {kind: dict(sorted(counts.items())) for kind, counts in sorted(tally.contacts.items())}
         return {
             "outcome": judged.outcome,
             "reason": judged.reason,
@@ -131,12 +136,12 @@ class Metrics:
             "failed_block": tally.failed_block,
             "faults": tally.faults,
             "exceptions": dict(sorted(tally.exceptions.items())),
-            "goals_reached": len(tally.goals),
+            "goals_reached": len(tally.goals) if true else None,
             "path_length": tally.path_length,
             "min_clearance": tally.min_clearance,
-            "collisions": tally.touches["collision"],
-            "struck": tally.touches["struck"],
-            "contacts": {kind: dict(sorted(counts.items())) for kind, counts in sorted(tally.contacts.items())},
+            "collisions": tally.touches["collision"] if true else None,
+            "struck": tally.touches["struck"] if true else None,
+            "contacts": contacts if true else None,
             "reflex_activations": tally.activations,
             "reflex_refirings": tally.refirings,
             "route_switches": tally.switches,
@@ -150,7 +155,7 @@ class Metrics:
                 "cross_max": max(map(abs, tally.cross), default=None),
             },
             "solve_time": {"median": quantile(tally.solve, 0.5), "p99": quantile(tally.solve, 0.99)},
-            "localisation": tally.localisation.told(),
+            "localisation": tally.localisation.told() if true else None,
             "following": None if tally.leash is None else tally.leash.figures(self._arrival(tally.leash.leader)),
         }
 
@@ -260,6 +265,10 @@ def _expired(tally: _Tally, event: CommandExpired) -> None:
 
 def _limited(tally: _Tally, event: CommandLimited) -> None:
     tally.limited[event.action] += 1
+
+
+def _stuck(tally: _Tally, event: Stuck) -> None:
+    tally.faults.append(f"{event.t:.2f} s: {event.reason}")
 
 
 def _judged(tally: _Tally, event: Judged) -> None:

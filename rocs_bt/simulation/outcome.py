@@ -74,8 +74,11 @@ class Judge:
         at_end: Whether the goal check counts when the run ends, whatever the mission says: for one that never ends.
         after: Goals to be reached before, each with its deadline [s]; a missed deadline is a `timeout`.
         end_on_collision: Whether a collision decides at once.
+        end_on_stuck: Whether no progress decides at once; if not, it does only if it lasts until the end of the run.
 
     Attributes:
+        stuck: Why the robot is stuck now; empty while it is not.
+        stuck_rule: Rule whose reflexes held it longest; empty if there is none.
         decided: Whether nothing that may still come can matter.
     """
 
@@ -86,7 +89,11 @@ class Judge:
         at_end: bool = False,
         after: Sequence[tuple[Goal, float]] = (),
         end_on_collision: bool = False,
+        end_on_stuck: bool = True,
     ) -> None:
+        self.stuck = ""
+        self.stuck_rule = ""
+        self._end_on_stuck = end_on_stuck
         self._goal = goal
         self._at_end = at_end
         self._after = list(after)
@@ -149,9 +156,10 @@ class Judge:
 
     def verdict(self) -> Verdict:
         """The outcome as things stand."""
+        found = {"stuck": self.stuck, **self._found} if self.stuck else self._found
         for outcome in OUTCOMES:
-            if outcome in self._found:
-                return Verdict(outcome, self._found[outcome], self.time_to_goal)
+            if outcome in found:
+                return Verdict(outcome, found[outcome], self.time_to_goal)
         if self._at_end and self._at_goal and not self._after:
             return Verdict("success", "", self.time_to_goal)
         return Verdict("timeout", self._why_not(), None)
@@ -175,8 +183,10 @@ class Judge:
         """Decide where the robot makes no progress; it needs none where only its place at the end counts."""
         arrived = self._at_end and not self._after and self._at_goal
         watch, held = self._progress, mind.held and not arrived
-        if watch.update(t, pose, commanded=commanded and not arrived, reflex=mind.reflex, held=held):
-            self._note("stuck", watch.reason(pose, mind.reading), decides=True)
+        stuck = watch.update(t, pose, commanded=commanded and not arrived, reflex=mind.reflex, held=held)
+        self.stuck, self.stuck_rule = (watch.reason(pose, mind.reading), watch.rule) if stuck else ("", "")
+        if stuck and self._end_on_stuck:
+            self._note("stuck", self.stuck, decides=True)
 
     def _why_not(self) -> str:
         if self._goal is None:

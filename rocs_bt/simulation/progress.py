@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from ..geometry import Pose2
@@ -33,7 +34,7 @@ class ProgressWatch:
 
         Args:
             t: Time [s].
-            pose: Pose of the robot, world frame.
+            pose: Pose of the robot, world frame; NaN if it is not known.
             commanded: Whether the robot is commanded to move.
             reflex: Rule of the active reflex; empty if none is active.
             held: Whether an action of the plan waits for the end of that reflex.
@@ -42,6 +43,8 @@ class ProgressWatch:
             True if the robot is stuck.
         """
         passed, self._last = 0.0 if self._last is None else t - self._last, t
+        if not math.isfinite(pose.x):  # on hardware it may be lost: nothing is known of its progress
+            return False
         if self._anchor is None or pose.distance(self._anchor) >= PROGRESS:
             self._anchor, self._trying = pose, 0.0
             self._rules.clear()

@@ -129,7 +129,7 @@ def set_up(
     agents = stage_minds(spec, stage, catalog, relay, missions, seed)
     files = [(a.name, file) for a in agents for file in a.rule_files if watch_rules]
     header = plain_header(spec, agents, seed=seed, mode=mode, digest=catalog.digest(spec))
-    _refuse_requirements(spec, header.agents)
+    refuse_requirements(spec, header.agents)
     return ReadyRun(spec, stage, agents, header, relay, RuleWatch(files, stage.clock, relay), clock)
 
 
@@ -157,7 +157,7 @@ def stage_minds(
     )
 
 
-def _refuse_requirements(spec: ScenarioSpec, agents: Sequence[AgentInfo]) -> None:
+def refuse_requirements(spec: ScenarioSpec, agents: Sequence[AgentInfo]) -> None:
     """Refuse requirements that do not fit their agents.
 
     Raises:

@@ -30,7 +30,7 @@ class RunRecord:
         self, header: RunHeader, recorder: Recorder | None, sinks: Sequence[EventSink] = (), *, batched: bool
     ) -> None:
         self._header = header
-        self._metrics = Metrics(agent.name for agent in header.agents)
+        self._metrics = Metrics((agent.name for agent in header.agents), simulated=header.simulated)
         self._gathering = Gathering(*([] if recorder is None else [recorder]), self._metrics)
         first = [self._gathering] if batched else self._gathering.sinks
         recorded = Fanout(*first, *sinks)

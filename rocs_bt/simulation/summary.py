@@ -29,6 +29,7 @@ def make_summary(
         "scenario": header.scenario,
         "seed": header.seed,
         "mode": header.mode,
+        "simulated": header.simulated,
         "versions": dict(header.versions),
         "content_hash": header.content_hash,
         "sim_time": end,
@@ -59,7 +60,7 @@ def summary_of(recording: Recording) -> dict[str, Any]:
         RecordingError: The recording is damaged, or lacks an agent's signals.
     """
     header, end = recording.header, recording.header.start
-    metrics = Metrics(agent.name for agent in header.agents)
+    metrics = Metrics((agent.name for agent in header.agents), simulated=header.simulated)
     requirements = RequirementWatch(header.requirements, header.agents)
     judged = False
     for event in recording.events():

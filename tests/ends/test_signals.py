@@ -21,7 +21,6 @@ from rocs_bt.record import Recording
 
 from .conftest import Process
 
-SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 RUN = ("-m", "rocs_bt.cli", "run")
 SLEEPS = """
 import time
@@ -56,8 +55,15 @@ def last_commands(events: list[Event]) -> list[list[float]]:
     return list(found.values())
 
 
-@pytest.mark.parametrize("mode", ["lockstep", "threaded"])
-@pytest.mark.parametrize("received", SIGNALS)
+@pytest.mark.parametrize(
+    ("received", "mode"),
+    [
+        (signal.SIGINT, "lockstep"),
+        (signal.SIGHUP, "lockstep"),
+        (signal.SIGTERM, "threaded"),
+        (signal.SIGHUP, "threaded"),
+    ],
+)
 def test_a_signal_ends_the_run_in_order(project, start, received, mode):
     process: Process = start(*RUN, "long", "--mode", mode, "--out", "out")
     process.wait_for(project / "out/run.mcap")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -10,10 +11,20 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
+from rocs_bt.cli.main import call
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError
-from rocs_bt.event import AgentStopped, CommandExpired, Event, ListSink, RuleChanged, RulesReplaced, SensorFailed
-from rocs_bt.simulation import Host, drive, run
+from rocs_bt.event import (
+    AgentStopped,
+    CommandExpired,
+    Event,
+    ListSink,
+    RuleChanged,
+    RulesReplaced,
+    SensorFailed,
+    Stuck,
+)
+from rocs_bt.simulation import Host, RunResult, drive, progress, run
 
 pytestmark = pytest.mark.usefixtures("awake")
 
@@ -36,7 +47,8 @@ class Body:
 
     def now(self):
         t = self.clock.now()
-        self.x, self.at = self.x + self.speed * (t - self.at), t
+        speed = 0.0 if PLAN == "blocked" and t < 2.0 else self.speed
+        self.x, self.at = self.x + speed * (t - self.at), t
         return t
 
     def close(self):
@@ -107,10 +119,13 @@ def body(catalog: Catalog) -> object:
     return catalog.load_class(robot.beside("own.py"), "Part").read.__globals__["SEEN"][-1]
 
 
+def reason(found: RunResult) -> str:
+    return found.summary["agents"]["R2"]["reason"]
+
+
 def test_the_mission_drives_it_to_the_goal_and_everything_is_closed(real: Callable[[str], Catalog]) -> None:
     catalog = real("fine")
-    found = drive("real", catalog, duration=10.0)
-    assert (found["R2"].status, found["R2"].reason) == ("SUCCESS", "")
+    assert drive("real", catalog, duration=10.0).outcomes == {"R2": "success"}
     robot = body(catalog)
     assert abs(robot.x) < 0.1
     assert robot.speed == 0.0
@@ -119,7 +134,7 @@ def test_the_mission_drives_it_to_the_goal_and_everything_is_closed(real: Callab
 
 def test_when_time_is_up_the_wheels_stand(real: Callable[[str], Catalog]) -> None:
     catalog, sink = real("fine"), ListSink()
-    assert drive("real", catalog, duration=0.7, sinks=[sink])["R2"].status == "RUNNING"
+    assert drive("real", catalog, duration=0.7, sinks=[sink]).outcomes == {"R2": "timeout"}
     (stopped,) = (e for e in sink.events if isinstance(e, AgentStopped))
     assert 0.7 <= stopped.t < 1.5  # by the run's clock
     assert body(catalog).speed == 0.0
@@ -127,17 +142,63 @@ def test_when_time_is_up_the_wheels_stand(real: Callable[[str], Catalog]) -> Non
 
 def test_a_robot_that_falls_silent_is_stopped_by_a_reflex(real: Callable[[str], Catalog]) -> None:
     catalog, sink = real("silent"), ListSink()
-    assert drive("real", catalog, duration=1.5, sinks=[sink])["R2"].status == "RUNNING"
+    assert drive("real", catalog, duration=1.5, sinks=[sink]).outcomes == {"R2": "timeout"}
     assert {e.sensor for e in sink.events if isinstance(e, SensorFailed)} >= {"sonar", "position"}
     assert [e.rule for e in sink.events if isinstance(e, RuleChanged) and e.phase == "fired"]
     assert body(catalog).speed == 0.0
     assert body(catalog).x < -0.2
 
 
+def test_no_progress_is_an_event_and_does_not_end_the_run(
+    real: Callable[[str], Catalog], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Until t = 2 s something holds the robot, with a patience of 1 s instead of 15."""
+    monkeypatch.setattr(progress, "PATIENCE", 1.0)
+    sink = ListSink()
+    found = drive("real", real("blocked"), duration=10.0, sinks=[sink])
+    (stuck,) = (e for e in sink.events if isinstance(e, Stuck))
+    assert stuck.agent == "R2"
+    assert 1.0 <= stuck.t < 2.0
+    assert stuck.reason.startswith("it moved less than 0.05 m in 1 s near x = -0.60 m, y = 0.00 m")
+    assert found.outcomes == {"R2": "success"}
+    assert found.summary["agents"]["R2"]["faults"] == [f"{stuck.t:.2f} s: {stuck.reason}"]
+
+
+def test_no_progress_until_the_end_of_the_run_is_its_outcome(
+    real: Callable[[str], Catalog], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "PATIENCE", 0.5)
+    found = drive("real", real("blocked"), duration=1.5)
+    assert found.outcomes == {"R2": "stuck"}
+    assert reason(found).startswith("it moved less than 0.05 m in 0.5 s")
+
+
+def test_files_and_summary_of_a_run_on_hardware(
+    real: Callable[[str], Catalog], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = drive("real", real("fine"), duration=10.0, out=tmp_path / "out")
+    summary = json.loads((tmp_path / "out/summary.json").read_text())
+    assert summary == found.summary
+    agent = summary["agents"]["R2"]
+    assert agent["outcome"] == "success"
+    assert agent["time_to_goal"] > 1.0
+    assert agent["path_length"] == pytest.approx(0.6, abs=0.15)
+    unknown = ("collisions", "struck", "contacts", "min_clearance", "goals_reached", "localisation")
+    assert [agent[key] for key in unknown] == [None] * len(unknown)
+    assert (summary["simulated"], summary["trajectory_hash"]) == (False, None)
+    page = (tmp_path / "out/report.html").read_text()
+    assert "R2 fulfilled its mission after" in page
+    assert call(["report", str(tmp_path / "out")]) == 0
+    assert json.loads((tmp_path / "out/summary.json").read_text()) == summary
+    told = capsys.readouterr().out
+    assert told.startswith("R2 success in ")
+    assert "collision" not in told
+    assert " s driven" in told
+
+
 def test_a_device_that_refuses_stops_the_robot_and_is_told(real: Callable[[str], Catalog]) -> None:
     catalog = real("refuses")
-    found = drive("real", catalog, duration=5.0)["R2"]
-    assert "the fuse blew" in found.reason
+    assert "the fuse blew" in reason(drive("real", catalog, duration=5.0))
     assert body(catalog).speed == 0.0
 
 
@@ -153,8 +214,8 @@ def test_a_mind_that_is_late_loses_the_wheels(real: Callable[[str], Catalog], mo
         before(self, t)
 
     monkeypatch.setattr(Execute, "run", hang)
-    found = drive("real", catalog, duration=3.0, sinks=[sink])["R2"]
-    assert "execute" in found.reason or [e for e in sink.events if isinstance(e, CommandExpired)]
+    found = drive("real", catalog, duration=3.0, sinks=[sink])
+    assert "execute" in reason(found) or [e for e in sink.events if isinstance(e, CommandExpired)]
     assert body(catalog).speed == 0.0
 
 

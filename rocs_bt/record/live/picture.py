@@ -25,6 +25,7 @@ from ...event import (
     SensorFailed,
     SensorRead,
     SignalsWritten,
+    Stuck,
     SubtreeSwapped,
     TicketChanged,
     Touched,
@@ -127,6 +128,7 @@ class Picture:
             CommandExpired: lambda e: self._fault(e, f"no command came for {e.actuator}, so it was stopped"),
             Touched: lambda e: self._fault(e, f"{e.kind}: {e.other}"),
             PeerFault: lambda e: self._fault(e, f"peer {e.peer}: {e.detail}"),
+            Stuck: lambda e: self._fault(e, e.reason),
             RequirementViolated: lambda e: self._fault(e, f"{e.requirement} did not hold at {e.about:.2f} s"),
         }
 
