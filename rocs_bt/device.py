@@ -62,7 +62,8 @@ class Actuator(ABC):
         """Act on these values, in SI units (wheels: rim speeds [m/s], in the drive's order).
 
         Raises:
-            DeviceError: The device refuses; Execute stops the robot and reports it.
+            DeviceError: The device does not take the command. As at any other exception, the robot is stopped and the
+                run ends with the outcome `error`.
         """
 
     @abstractmethod

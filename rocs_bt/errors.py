@@ -9,6 +9,7 @@ RocsError
 ├── KnowledgeError          a write or a query that the schema refuses
 ├── PipelineError           an action used against its contract (submitted twice, yielded by no macro ...)
 ├── DeviceError             a sensor or an actuator that refuses or is broken
+│   └── ActuatorError       an actuator's driver raised; its agent is stopped
 ├── BlockError              a block raised, ended or hung; keeps block and cause
 ├── RecordingError          a recording that cannot be read, or does not fit
 └── RecordedException       an exception of content, raised again in a replay (raised.py)
@@ -111,11 +112,15 @@ class DeviceError(RocsError):
     """A sensor or an actuator that refuses, or is broken."""
 
 
+class ActuatorError(DeviceError):
+    """The driver of an actuator raised. No command is known to have reached the device, so its agent is stopped."""
+
+
 class BlockError(RocsError):
     """A block of an agent raised, ended or hung.
 
     Attributes:
-        block: The block's name, such as `R2/monitor sonar`.
+        block: The block's name, such as `R2/monitor sonar`, or `R2/actuator wheels` for an actuator.
         kind: `raised`, `ended` or `hung`.
     """
 
@@ -123,7 +128,10 @@ class BlockError(RocsError):
         self.block = block
         self.kind = kind
         self.detail = detail
-        super().__init__(f"block '{block}' {kind}: {detail}")
+        agent, _, name = block.partition("/")
+        actuator = name.startswith("actuator ")
+        what = f"actuator '{agent}/{name.removeprefix('actuator ')}'" if actuator else f"block '{block}'"
+        super().__init__(f"{what} {kind}: {detail}")
 
     def __reduce__(self) -> tuple[type[BlockError], tuple[str, str, str]]:
         return type(self), (self.block, self.kind, self.detail)  # so that another process can tell it

@@ -14,7 +14,7 @@ from traceback import walk_tb
 from types import FrameType
 from typing import Any
 
-from .errors import RocsError
+from .errors import ActuatorError, RocsError
 from .event import ContentRaised
 
 CONTENT_PREFIX = "rocs_bt_content_"
@@ -175,6 +175,11 @@ def causes(error: BaseException) -> Iterator[BaseException]:
         seen.add(id(each))
         yield each
         each = each.__cause__
+
+
+def from_actuator(error: BaseException) -> bool:
+    """Whether an exception is that of an actuator's driver, which no other content is blamed for."""
+    return any(isinstance(each, ActuatorError) for each in causes(error))
 
 
 def owners_of(error: BaseException) -> Iterator[Any]:

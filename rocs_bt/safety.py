@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 from .clock import Clock
 from .device import Actuator
-from .errors import DeviceError, InputError
+from .errors import ActuatorError, DeviceError, InputError
 from .event import CommandExpired, CommandLimited, EventSink, NullSink
+from .raised import describe, raised_at
 
 _ROUNDING = 1e-9  # relative; scaling by less is arithmetic, and no event
 
@@ -127,6 +128,9 @@ class SafetyGate(Actuator):
         sink: Receives CommandLimited and CommandExpired.
         agent: Name of the agent, for events.
 
+    Attributes:
+        on_failure: Called once, at the first exception of the driver; None to leave it to the caller.
+
     Raises:
         InputError: The limits are declared for another number of values than the device takes.
     """
@@ -143,6 +147,7 @@ class SafetyGate(Actuator):
         agent: str = "",
     ) -> None:
         super().__init__(device.name, device.size)
+        self.on_failure: Callable[[ActuatorError], None] | None = None
         self._device = device
         self._clock = clock
         self._limits = limits.of_size(device.size)
@@ -157,6 +162,7 @@ class SafetyGate(Actuator):
         self._last: float | None = None  # when the watchdog was last fed [s]
         self._shut = False
         self._stops = 0  # how often it was sent to neutral
+        self._failed = False
 
     @property
     def expiry(self) -> float:
@@ -184,17 +190,18 @@ class SafetyGate(Actuator):
 
         Raises:
             InputError: Another number of values than the actuator takes, or one that is not finite. Nothing was sent.
-            DeviceError: The device refuses, or was shut after a failure.
+            ActuatorError: The driver raised.
+            DeviceError: The actuator was shut after a failure.
         """
         wanted = self._checked(values)
-        with self._lock:
+        with self._reporting(), self._lock:
             if self._shut:
                 raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
             stops, now = self._stops, self._clock.now()
             if expired := self._overdue(self._last, now):  # this thread came before the one that calls `check`
                 self._to_neutral()
             given = self._limited(wanted, now)
-            self._device.command(given)
+            self._run(self._device.command, given)
             self._last = self._clock.now()
             if self._stops != stops:  # stopped by another thread while the command was on its way: neutral wins
                 self._to_neutral()
@@ -217,7 +224,7 @@ class SafetyGate(Actuator):
         # A device may hang in `command` while it holds the lock; stopping must not wait for it. Counted first, so that
         # a command that comes out of the device after this finds that it was stopped.
         self._stops += 1
-        with self._locked_soon():
+        with self._reporting(), self._locked_soon():
             self._to_neutral()
 
     def shut(self) -> None:
@@ -230,11 +237,15 @@ class SafetyGate(Actuator):
         last, now = self._last, self._clock.now()
         if not self._overdue(last, now):
             return False
-        with self._locked_soon():
-            if self._last != last:  # a command, or neutral, came meanwhile
-                return False
-            self._stops += 1
-            self._to_neutral()
+        try:
+            with self._reporting(), self._locked_soon():
+                if self._last != last:  # a command, or neutral, came meanwhile
+                    return False
+                self._stops += 1
+                self._to_neutral()
+        except ActuatorError:
+            if self.on_failure is None:  # otherwise the agent was stopped; the caller moves other devices too
+                raise
         self._report_expiry(now)
         return True
 
@@ -263,6 +274,26 @@ class SafetyGate(Actuator):
     def _report_expiry(self, now: float) -> None:
         self._sink.emit(CommandExpired(t=now, agent=self._agent, actuator=self.name))
 
+    def _run(self, step: Callable[..., None], *args: object) -> None:
+        """Run a step of the driver."""
+        try:
+            step(*args)
+        except (SystemExit, Exception) as error:
+            place = raised_at(error, step)
+            known = isinstance(error, DeviceError) or place is None
+            raise ActuatorError(str(error) if known else f"{describe(error)} ({place})") from error
+
+    @contextmanager
+    def _reporting(self) -> Iterator[None]:
+        """Report the driver's first exception, after the lock was released."""
+        try:
+            yield
+        except ActuatorError as error:
+            if self.on_failure is not None and not self._failed:
+                self._failed = True
+                self.on_failure(error)
+            raise
+
     @contextmanager
     def _locked_soon(self) -> Iterator[None]:
         """The lock; without it after 20 ms, if a command hangs in the device and holds it."""
@@ -286,6 +317,6 @@ class SafetyGate(Actuator):
         return any(abs(w - g) > _ROUNDING * s for w, g, s in zip(wanted, given, sizes, strict=True))
 
     def _to_neutral(self) -> None:
-        self._device.neutral()
+        self._run(self._device.neutral)
         self._last = None
         self._given = self._before = self._rest

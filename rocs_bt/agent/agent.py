@@ -10,13 +10,14 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ..analyze import Analyze
 from ..clock import Clock, Rate
 from ..device import Sensor
-from ..errors import BlockError
+from ..errors import ActuatorError, BlockError
 from ..event import AgentStopped, BlockFailed, EventSink
 from ..execute import Execute
 from ..knowledge import Knowledge
@@ -107,6 +108,8 @@ class Agent:
         self.reacted = -math.inf
         self._sink = sink
         self._exceptions = ContentExceptions(name, pipeline, plan, clock, sink)
+        for actuator in actuators.values():
+            actuator.on_failure = partial(self._actuator_failed, actuator.name)
         plan.on_exception = execute.on_exception = arc.on_exception = self._exceptions.take
         self._timer = timer
         self._failing = threading.Lock()
@@ -227,6 +230,9 @@ class Agent:
             self.failure.__cause__ = cause
             self._sink.emit(BlockFailed(t=self.clock.now(), agent=self.name, block=block, kind=kind, detail=detail))
             self.pipeline.clear(f"the failure of {block}")
+
+    def _actuator_failed(self, name: str, error: ActuatorError) -> None:
+        self.fail(f"actuator {name}", "raised", str(error), error)
 
     def brake(self) -> None:
         """Send all actuators to neutral for good, at once; from any thread. The blocks go on, and move nothing."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from ..action import Action, ActionFailed, AtomicAction, Failure, MacroAction, Reason
 from ..errors import DeviceError, InputError
 from ..pipeline import Pipeline, Priority, Ticket
-from ..raised import Raised, owners_of
+from ..raised import Raised, from_actuator, owners_of
 from .atomic_executor import AtomicActionExecutor
 from .body import RobotBody
 from .decomposer import ActionDecomposer
@@ -212,7 +212,7 @@ class Execute:
 
     def _taken(self, error: BaseException, ticket: Ticket | None) -> bool:
         """Report the exception of an action and fail its ticket; False if no action raised it."""
-        if self.on_exception is None or not isinstance(error, (SystemExit, Exception)):
+        if self.on_exception is None or from_actuator(error) or not isinstance(error, (SystemExit, Exception)):
             return False
         action = next((each for each in owners_of(error) if isinstance(each, Action)), None)
         if action is None and ticket is not None:  # the engine refuses what the action returned or yielded

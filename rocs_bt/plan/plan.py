@@ -13,7 +13,7 @@ from ..clock import Clock
 from ..event import Change, EventSink
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline, Priority, Ticket
-from ..raised import Raised, owners_of
+from ..raised import Raised, from_actuator, owners_of
 from .route import RoutePlanner
 
 RUNNING, SUCCESS, FAILURE = "RUNNING", "SUCCESS", "FAILURE"
@@ -109,11 +109,13 @@ class Plan(AnalyzeSubscriber, ABC):
         """Let go of what the planner holds; called once at the end of a run."""
 
     def blame(self, error: BaseException) -> Raised | None:
-        """The content that raised an exception in a turn or in `close`; None if only the engine took part.
+        """The content that raised an exception in a turn or in `close`; None if only the engine or an actuator did.
 
         Args:
             error: The exception, with its traceback.
         """
+        if from_actuator(error):
+            return None
         for owner in owners_of(error):
             if (found := self.content_of(owner)) is not None:
                 return Raised.of(*found, error, *self.definitions_of(owner))

@@ -17,7 +17,7 @@ from ..errors import Fault, InputError
 from ..geometry import Pose2
 from ..knowledge import Knowledge
 from ..pipeline import Ticket
-from ..raised import Raised
+from ..raised import Raised, from_actuator
 from .mission import Mission
 from .plan import SUCCESS, Plan
 from .route import RoutePlanner
@@ -145,8 +145,9 @@ class PythonPlan(Plan):
         else:
             self._ticket = self.submit("SetWheelSpeed", speeds=self._rim_speeds(speeds))
 
-    def blame(self, error: BaseException) -> Raised:
-        """The content that raised an exception: the planner, unless it was a route planner that the planner called."""
+    def blame(self, error: BaseException) -> Raised | None:
+        if from_actuator(error):
+            return None
         step = self._planner.act if self._begun else self._planner.reset
         return super().blame(error) or Raised.of("planner", type(self._planner).__name__, error, step)
 

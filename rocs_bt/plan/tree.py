@@ -16,7 +16,7 @@ from py_trees.logging import Logger
 
 from ..errors import Fault, InputError
 from ..event import NodeTicked, SubtreeSwapped
-from ..raised import Raised
+from ..raised import Raised, from_actuator
 from .error import TreeError
 from .examine import own_faults
 from .mission import Mission
@@ -219,7 +219,7 @@ class TreePlan(Plan):
 
     def _caught(self, leaf: Behaviour, error: BaseException) -> bool:
         """Have a leaf that raised count as RUNNING in this tick; False where nothing takes its exception."""
-        if self.on_exception is None:
+        if self.on_exception is None or from_actuator(error):
             return False
         if leaf.status is not Status.RUNNING:
             self._restarts.append(leaf)

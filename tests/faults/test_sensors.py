@@ -8,7 +8,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink, RuleChanged
 from rocs_bt.simulation import set_stage
-from rocs_bt.testing.faults import DeadSensor, FrozenSensor, LyingSensor, RefusingActuator, break_actuator, break_sensor
+from rocs_bt.testing.faults import DeadSensor, FrozenSensor, LyingSensor, break_sensor
 
 FAULTS = {
     "dead": (DeadSensor, {}),
@@ -70,15 +70,6 @@ def test_a_sound_robot_raises_no_alarm(broken):
         run = broken(seed=seed, duration=30.0)
         assert run.sensors == set()
         assert run.agent["faults"] == []
-
-
-def test_wheels_that_refuse_fail_the_ticket_and_the_run_says_so(broken):
-    run = broken(lambda stage: break_actuator(stage, "wheels", RefusingActuator, at=2.0))
-    assert run.touched == []
-    assert run.agent["outcome"] == "failed"
-    assert "REFUSED: actuator 'wheels' does not answer" in run.agent["reason"]
-    assert run.agent["actions"]["GoTo"]["FAILED"] == 1
-    assert run.coast() < 0.02
 
 
 @pytest.fixture

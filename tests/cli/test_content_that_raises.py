@@ -1,0 +1,112 @@
+"""A user's own driver, monitor and action that raise in a run, through `rocs-bt run`: each is told at its line."""
+
+import json
+
+import pytest
+
+CODE = """\
+from dataclasses import dataclass
+
+from rocs_bt import AtomicAction, Monitor, Progress, Signal
+from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
+from rocs_bt.plan import Mission
+from rocs_bt.units import LENGTH
+
+
+class Beacon(MujocoSensor):
+    def __init__(self, name: str, mount: Mount):
+        super().__init__(name, mount)
+        self.mount = mount
+
+    def sample(self) -> list[float]:
+        {sample}
+        return [1.0]
+
+
+class Hear(Monitor):
+    def signals(self):
+        return [Signal("beacon", 1, (LENGTH,), (0.0, 100.0), self.max_age)]
+
+    def interpret(self, readings):
+        {interpret}
+        return {{"beacon": readings["radio"].values}}
+
+
+class Wheels(MujocoActuator):
+    def __init__(self, name: str, mount: Mount) -> None:
+        super().__init__(name, 2, mount)
+        self.motors = mount.world.motors(mount.robot, ("left_motor", "right_motor"), 30.0)
+
+    def command(self, values):
+        {command}
+        self.mount.world.drive(self.motors, [v / 0.0975 for v in values])
+
+    def neutral(self):
+        self.mount.world.drive(self.motors, [0.0, 0.0])
+
+    def measured(self):
+        return [0.0975 * s for s in self.mount.world.motor_speeds(self.motors)]
+"""
+
+TABLES = """
+[[sensor]]
+name = "radio"
+driver = "own.py:Beacon"
+signal = "beacon"
+monitor = "own.py:Hear"
+"""
+
+
+@pytest.fixture
+def own(project):
+    """Gives the robot of a new project a sensor, a monitor and an actuator of its own, one of which raises."""
+
+    def own(**raising):
+        places = {"sample": "pass", "interpret": "pass", "command": "pass"} | raising
+        folder = project / "robots" / "rover"
+        (folder / "own.py").write_text(CODE.format(**places))
+        file = folder / "robot.toml"
+        before, _, after = file.read_text().partition('driver = "velocity"\n')
+        velocity = ("motors", "wheel_radius", "max_acceleration")
+        kept = [line for line in after.splitlines() if not line.startswith(velocity)]
+        file.write_text("\n".join([before + 'driver = "own.py:Wheels"', *kept]) + "\n" + TABLES)
+        lines = (folder / "own.py").read_text().splitlines()
+        return next((i for i, line in enumerate(lines, 1) if "1 / 0" in line), 0)
+
+    return own
+
+
+def summary(project):
+    return json.loads((project / "runs/first-1/summary.json").read_text())["agents"]["R1"]
+
+
+def test_without_a_defect_the_robot_reaches_its_goal(own, project, rocs_bt):
+    own()
+    assert rocs_bt("run", "first", "--no-report").code == 0
+    assert summary(project)["exceptions"] == {}
+
+
+@pytest.mark.parametrize(
+    ("method", "kind", "name", "clock"),
+    [
+        ("sample", "sensor", "radio", "self.mount.world.clock"),
+        ("interpret", "monitor", "radio", "self.knowledge.clock"),
+    ],
+)
+def test_a_sensor_or_monitor_that_raises_does_not_end_the_run(method, kind, name, clock, own, project, rocs_bt):
+    line = own(**{method: f"{clock}.now() > 1.0 and 1 / 0"})
+    told = rocs_bt("run", "first", "--no-report")
+    assert told.code == 0
+    raised = f"{kind} '{name}' raised ZeroDivisionError: division by zero (own.py:{line})"
+    assert f"fault at 1.05 s: {raised}; its signals are invalid; it is read again in the next period" in told.out
+    assert summary(project)["exceptions"] == {f"{kind} {name}": 1}
+
+
+def test_an_actuator_that_raises_ends_the_run_with_exit_code_1(own, project, rocs_bt):
+    line = own(command="self.mount.world.clock.now() > 1.0 and 1 / 0")
+    told = rocs_bt("run", "first", "--no-report")
+    assert told.code == 1
+    what = f"actuator 'R1/wheels' raised: ZeroDivisionError: division by zero (own.py:{line})"
+    assert f"R1 error (first, seed 1): {what}\n" in told.out
+    assert summary(project)["failed_block"] == "actuator wheels"
+    assert summary(project)["reason"] == what
