@@ -1,7 +1,7 @@
 """`make bench`: every `bench_*.py` of this folder, a row at a time.
 
-`python benchmarks rules trees` runs only those whose name contains one of the words. `--quick` runs the smallest sizes:
-it shows that the benchmarks run, and its figures mean nothing. A benchmark that raises does not stop the others.
+`python benchmarks rules trees` runs only those whose name is or contains one of the words. `--quick` runs the smallest
+sizes: it shows that the benchmarks run, and its figures mean nothing. A benchmark that raises stops no other.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def main(words: list[str]) -> int:
         os.environ[QUICK] = "1"  # also for the processes that benchmarks start
         words = [word for word in words if word != "--quick"]
     names = sorted(p.stem for p in Path(__file__).parent.glob("bench_*.py"))
-    chosen = [n for n in names if not words or any(w in n for w in words)]
+    chosen = [n for n in names if not words or any(w == n or (w in n and w not in names) for w in words)]
     if not chosen:
         print(f"no benchmark matches {' '.join(words)}. There are: {', '.join(names)}.", file=sys.stderr)
         return 2

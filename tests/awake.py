@@ -7,7 +7,7 @@ more than it slept counts. Whatever belongs to the test shares one processor, so
 The price: threads under test run in turns, never at once, and who keeps the interpreter to himself for long stops this
 time too. So `make soak` runs them once more with `pytest --real-time`: at once, by the wall clock itself.
 
-`python tests/awake.py FILE` runs a file on such a time.
+`python tests/awake.py FILE ...` runs a file, or a folder's `__main__.py`, on such a time.
 """
 
 from __future__ import annotations
@@ -84,5 +84,6 @@ class Awake:
 if __name__ == "__main__":
     from rocs_bt import clock
 
+    del sys.argv[0]
     with one_processor(), Awake() as clock.time:
-        runpy.run_path(sys.argv[1], run_name="__main__")
+        runpy.run_path(sys.argv[0], run_name="__main__")
