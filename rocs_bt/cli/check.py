@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import Fault
+from .terminal import echo
 
 if TYPE_CHECKING:
     from ..check import Findings
@@ -31,11 +32,11 @@ def command(paths: tuple[Path, ...], as_json: bool, strict: bool, no_code: bool)
     code = 2 if findings.wrong or (strict and findings.doubtful) else 0
     if as_json:
         plain = {"files": [str(f) for f in findings.files], "faults": [_plain(f) for f in findings.faults]}
-        click.echo(json.dumps(plain, indent=2))
+        echo(json.dumps(plain, indent=2))
         return code
     for fault in findings.faults:
-        click.echo(str(fault), err=True)
-    click.echo(_summary(findings))
+        echo(str(fault), err=True)
+    echo(_summary(findings))
     return code
 
 

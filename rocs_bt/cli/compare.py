@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import shlex
-import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -18,6 +17,7 @@ from ..catalog import Catalog
 from ..errors import Fault, InputError
 from ..words import counted
 from .progress import Progress
+from .terminal import echo, show_table
 
 if TYPE_CHECKING:
     from ..compare import Comparison, EpisodeRecord, Metric, Place, Verdict
@@ -126,11 +126,11 @@ def command(
     if as_json:
         results = [_plain(record) for record in records]
         told = {"results": results, "verdicts": [verdict.as_dict() for verdict in verdicts]}
-        click.echo(json.dumps(told, indent=1, sort_keys=True, allow_nan=False))
+        echo(json.dumps(told, indent=1, sort_keys=True, allow_nan=False))
     else:
         _tell(comparison, judged, verdicts, found.played)
         if report is not None:
-            click.echo(f"Report: {report}")
+            echo(f"Report: {report}")
     return int(any(map(_is_broken, records)))
 
 
@@ -203,31 +203,26 @@ def _make_room(*files: Path | None) -> None:
 def _tell(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict], played: int) -> None:
     """A table of how each planner did, the best first; then the verdicts on the pairs."""
     from rich.box import SIMPLE
-    from rich.console import Console
-    from rich.table import Table
 
     from ..compare import metric
     from ..compare.report import BEST_FIRST, extent, pairs, standings
 
-    # Only a terminal has an edge.
-    console = Console(width=None if sys.stdout.isatty() else _WIDE)
-    console.print(
-        f"{extent(comparison)}; {played} played now, {len(comparison.records) - played} before", highlight=False
-    )
+    echo(f"{extent(comparison)}; {played} played now, {len(comparison.records) - played} before")
     rows = standings(comparison, metrics)
     others = [name for name in BEST_FIRST if name not in metrics and any(name in row.outcomes for row in rows)]
-    table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
-    table.add_column("planner", no_wrap=True)
-    for name in metrics:
-        table.add_column(_head(metric(name)))
-    for name in others:
-        table.add_column(name, justify="right")
-    for row in rows:
-        counts = (str(row.outcomes.get(name, "")) for name in others)
-        table.add_row(row.planner, *(_interval(row.estimates[name], metric(name)) for name in metrics), *counts)
-    console.print(table)
+    cells = [
+        [
+            row.planner,
+            *(_interval(row.estimates[name], metric(name)) for name in metrics),
+            *(row.outcomes.get(name, "") for name in others),
+        ]
+        for row in rows
+    ]
+    head = ["planner", *(_head(metric(name)) for name in metrics), *others]
+    counts = range(1 + len(metrics), len(head))
+    show_table(cells, head, right=counts, edge=_WIDE, box=SIMPLE, padding=(0, 1, 0, 0))
     for line in pairs(verdicts, [row.planner for row in rows]):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        echo(line)
     _tell_errors(comparison.records)
 
 
@@ -260,9 +255,9 @@ def _tell_errors(records: Sequence[EpisodeRecord]) -> None:
     for record in broken[:_ERRORS]:
         raised = record.metrics.get("exceptions")
         what = f"{counted(int(raised), 'exception')}, {record.outcome}" if raised else record.outcome
-        click.echo(f"{what}: {record.reason or 'its goal was reached'}\n  again: {replay_command(record)}", err=True)
+        echo(f"{what}: {record.reason or 'its goal was reached'}\n  again: {replay_command(record)}", err=True)
     if (more := len(broken) - _ERRORS) > 0:
-        click.echo(f"and {counted(more, 'more such episode')}", err=True)
+        echo(f"and {counted(more, 'more such episode')}", err=True)
 
 
 def _is_broken(record: EpisodeRecord) -> bool:

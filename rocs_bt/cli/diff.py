@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .run import catalog_for
+from .terminal import echo, show_table, styled
 
 if TYPE_CHECKING:
     from ..simulation.reuse import Counterpart, Reuse, Share
@@ -37,10 +38,15 @@ def command(first: str, second: str, as_json: bool, markdown: bool, no_code: boo
     catalog = catalog_for(first, code=not no_code)
     found = diff(catalog.load_scenario(first), catalog.load_scenario(second), catalog)
     if as_json:
-        click.echo(json.dumps(dataclasses.asdict(found), indent=2))
+        echo(json.dumps(dataclasses.asdict(found), indent=2))
         return
-    show = _markdown if markdown else _plain
-    click.echo("\n\n".join(show(title, rows) for title, rows in _tables(found, brief=markdown)))
+    for i, (title, rows) in enumerate(_tables(found, brief=markdown)):
+        if i:
+            echo()
+        if markdown:
+            echo(_markdown(title, rows))
+        else:
+            _show(title, rows)
 
 
 def _tables(found: Reuse, *, brief: bool) -> Iterator[tuple[str, Rows]]:
@@ -118,21 +124,10 @@ def _markdown(title: str, rows: Rows) -> str:
     return "\n".join([f"**{title}**", "", lines[0], rule, *lines[1:]])
 
 
-def _plain(title: str, rows: Rows) -> str:
-    """Columns as wide as what stands in them, up to the terminal's width."""
-    import io
-
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
+def _show(title: str, rows: Rows) -> None:
+    """Print columns as wide as what is in them, up to the terminal's width."""
     head, *body = rows
-    table = Table(*map(escape, head), box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
-    for row in body:
-        style = {"same": "green", "differs": "yellow"}.get(row[-1])
-        table.add_row(*map(escape, row), style=style)  # what a file says is no markup
-    text = io.StringIO()
-    Console(file=text, width=max(Console().width, 80), highlight=False).print(table)
-    return (
-        click.style(title, bold=True) + "\n" + "\n".join("  " + line.rstrip() for line in text.getvalue().splitlines())
-    )
+    colours = {"same": "green", "differs": "yellow"}
+    styles = {i: colours[row[-1]] for i, row in enumerate(body) if row[-1] in colours}
+    echo(styled(title, bold=True))
+    show_table(body, head, styles=styles, indent=2, box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")

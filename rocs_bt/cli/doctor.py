@@ -19,6 +19,7 @@ from ..catalog import Catalog
 from ..compiled import compiled_missing
 from ..errors import RocsError
 from ..reactive import kernel_missing
+from .terminal import echo, styled
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 _COMPILERS = ("cc", "gcc", "clang", "cl")
@@ -47,11 +48,11 @@ def command(ctx: click.Context) -> None:
     """Tell what works on this machine, and what to install for what does not."""
     broken = False
     for finding in _findings():
-        mark = click.style("yes", fg="green") if finding.works else click.style("no ", fg="red")
-        click.echo(f"{mark}  {finding.what:<14} {finding.detail}")
+        mark = styled("yes", fg="green") if finding.works else styled("no ", fg="red")
+        echo(f"{mark}  {finding.what:<14} {finding.detail}")
         broken |= finding.needed and not finding.works
     if broken:
-        click.echo("rocs_bt cannot run here until the needed parts are installed.", err=True)
+        echo("rocs_bt cannot run here until the needed parts are installed.", err=True)
         ctx.exit(3)
 
 

@@ -9,6 +9,7 @@ import click
 
 from ..catalog import Catalog
 from .outcome import exit_code
+from .terminal import echo
 
 
 @click.command()
@@ -26,7 +27,7 @@ def command(planner: str, scene: str, seed: int, out: Path | None) -> int:
 
     folder = out or Path("runs") / re.sub(r"[^\w.=-]+", "_", f"{planner}-{scene}-{seed}")
     result = play_again(planner, scene, seed, Catalog.here(), folder)
-    click.echo(str(result))
+    echo(str(result))
     if result.report is not None:
-        click.echo(f"Report: {result.report}")
+        echo(f"Report: {result.report}")
     return exit_code(result.summary, missing=bool(result.missing))

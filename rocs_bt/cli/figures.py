@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from .progress import Progress
+from .terminal import echo
 
 
 @click.command()
@@ -24,5 +25,5 @@ def command(which: str, seeds: int, out: Path | None, processes: int) -> None:
     folder = out or Path("runs") / which
     with Progress("EXP1 to EXP3", len(EXPERIMENTS) * seeds, "runs") as progress:
         page, *figures = make_paper(folder, seeds=seeds, processes=processes, progress=progress)
-    click.echo(f"{len(figures)} files of {len(EXPERIMENTS) * seeds} runs in {folder}")
-    click.echo(f"Page: {page}")
+    echo(f"{len(figures)} files of {len(EXPERIMENTS) * seeds} runs in {folder}")
+    echo(f"Page: {page}")

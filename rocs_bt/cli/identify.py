@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .run import catalog_for
+from .terminal import echo
 
 if TYPE_CHECKING:
     from ..simulation.identify import Identified
@@ -27,7 +28,7 @@ def command(robot: str, as_json: bool, no_code: bool) -> None:
 
     catalog = catalog_for(robot, code=not no_code)
     found = identify(catalog.load_robot(robot), catalog)
-    click.echo(json.dumps(dataclasses.asdict(found), indent=2) if as_json else _told(found))
+    echo(json.dumps(dataclasses.asdict(found), indent=2) if as_json else _told(found))
 
 
 def _told(found: Identified) -> str:

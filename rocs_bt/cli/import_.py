@@ -13,6 +13,7 @@ import click
 from ..errors import Fault, InputError
 from ..units import LENGTH, convert
 from ..words import counted
+from .terminal import echo
 
 if TYPE_CHECKING:
     from ..compare import Driver, Scene
@@ -65,8 +66,8 @@ def command(
         raise InputError(Fault("no scene was found that the robot fits into.", folder, hint="Try a larger --cell."))
     inside = "" if out == Path() else f"cd {shlex.quote(str(out))} && "
     which = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
-    click.echo(f"{counted(len(names), 'scenario')}: {which}.")
-    click.echo(f"Try next: {inside}rocs-bt run {names[0]}")
+    echo(f"{counted(len(names), 'scenario')}: {which}.")
+    echo(f"Try next: {inside}rocs-bt run {names[0]}")
 
 
 def _scenes(benchmark: str, folder: Path, driver: Driver, pairs: int, cell: float, every: int) -> Iterator[Scene]:

@@ -10,6 +10,7 @@ import click
 
 from ..catalog import Catalog
 from ..errors import Fault, InputError, KnowledgeError
+from .terminal import echo
 
 if TYPE_CHECKING:
     from ..knowledge import Schema
@@ -60,11 +61,11 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
     else:
         text = _listed(story.as_of(t))
     if form == "text" and out is None:
-        click.echo(text.rstrip("\n"))
+        echo(text.rstrip("\n"))
         return
     file = out or _beside(run) / f"knowledge.{form}"
     file.write_text(text, encoding="utf-8")
-    click.echo(f"What {story.agent} knew: {file}")
+    echo(f"What {story.agent} knew: {file}")
 
 
 @click.command()
@@ -84,10 +85,10 @@ def export(run: Path, agent: str | None, run_number: int | None, t: float | None
     state = _state(run, agent, run_number, t)
     text = to_json_text(state) if form == "json" else to_graphml(state)
     if out is None:
-        click.echo(text, nl=False)
+        echo(text, nl=False)
         return
     out.write_text(text, encoding="utf-8")
-    click.echo(f"{out}: {len(state.nodes())} nodes, {len(state.edges())} edges, as of {max(state.t, 0.0):g} s.")
+    echo(f"{out}: {len(state.nodes())} nodes, {len(state.edges())} edges, as of {max(state.t, 0.0):g} s.")
 
 
 @click.command(name="import")
@@ -107,7 +108,7 @@ def take(file: Path, knowledge: Path, agent: str | None) -> None:
     if not state.agent:
         raise InputError(Fault("it does not say whose knowledge it is.", file, hint="Say it: --agent NAME"))
     write_state(knowledge, state, file.name)
-    click.echo(f"{knowledge}: {len(state.nodes())} nodes, {len(state.edges())} edges of {state.agent}.")
+    echo(f"{knowledge}: {len(state.nodes())} nodes, {len(state.edges())} edges of {state.agent}.")
 
 
 def open_story(run: Path, agent: str | None, number: int | None) -> Story:

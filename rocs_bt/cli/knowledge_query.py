@@ -11,6 +11,7 @@ import click
 from ..errors import InputError, KnowledgeError
 from ..geometry import Pose2
 from .knowledge_files import agent_option, at_option, open_story, run_number_option
+from .terminal import echo
 
 if TYPE_CHECKING:
     from ..knowledge import Answers
@@ -47,7 +48,7 @@ def query(run: Path, text: str, agent: str | None, run_number: int | None, t: fl
         raise error.at(Path("query"), 1) from error
     except KnowledgeError as error:
         raise InputError(str(error)) from error
-    click.echo(json.dumps([_plain(each) for each in answers.dicts]) if as_json else _table(answers))
+    echo(json.dumps([_plain(each) for each in answers.dicts]) if as_json else _table(answers))
     return 0 if answers else 1
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .knowledge_files import agent_option, at_option, open_story, run_argument, run_number_option
+from .terminal import echo
 
 if TYPE_CHECKING:
     from ..knowledge import Readable
@@ -32,10 +33,10 @@ def why(run: Path, agent: str | None, run_number: int | None, t: float | None) -
     if not uses:
         when = "" if t is None else f" at {t:g} s"
         hint = "Missions choose strategies with UseStrategy (docs/strategies.md)."
-        click.echo(f"No strategy of {story.agent} was in force{when}. {hint}")
+        echo(f"No strategy of {story.agent} was in force{when}. {hint}")
         return
     for use in uses:
-        click.echo("\n".join(_told(state, use)))
+        echo("\n".join(_told(state, use)))
 
 
 def _in_force(state: Readable, use: str, t: float) -> bool:

@@ -7,6 +7,7 @@ import json
 import click
 
 from ..catalog import KINDS, Catalog, Entry
+from .terminal import echo, styled
 
 
 @click.command()
@@ -19,18 +20,18 @@ def command(kind: str | None, as_json: bool) -> None:
     """
     entries = Catalog.here().list(_singular(kind))
     if as_json:
-        click.echo(json.dumps([_plain(e) for e in entries], indent=2))
+        echo(json.dumps([_plain(e) for e in entries], indent=2))
         return
     width = max((len(e.name) for e in entries), default=0)
     for found in KINDS:
         of_kind = [e for e in entries if e.kind == found]
         if of_kind:
-            click.echo(click.style(found, bold=True))
+            echo(styled(found, bold=True))
         for e in of_kind:
             mine = " (yours)" if e.origin == "project" else ""
-            click.echo(f"  {e.name:<{width}}  {e.doc}{mine}")
+            echo(f"  {e.name:<{width}}  {e.doc}{mine}")
     if not entries:
-        click.echo("There is none.")
+        echo("There is none.")
 
 
 def _singular(kind: str | None) -> str | None:

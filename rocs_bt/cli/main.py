@@ -7,9 +7,9 @@ Exit 0: it ran, and every agent succeeded. 1: it ran, some agent did not. 2: the
 from __future__ import annotations
 
 import importlib
+import io
 import signal
 import sys
-import traceback
 from collections.abc import Sequence
 from keyword import iskeyword
 from typing import NoReturn
@@ -18,7 +18,7 @@ import click
 
 from .. import __version__
 from ..errors import InputError, RecordingError, RocsError
-from .terminal import perhaps_closed
+from .terminal import echo, echo_traceback, guard_streams, perhaps_closed
 
 # Each command and what it does, so that the help needs to load none of them.
 COMMANDS = {
@@ -76,6 +76,7 @@ def group() -> None:
 
 def main() -> NoReturn:
     """The entry point."""
+    guard_streams()
     sys.exit(call(sys.argv[1:]))
 
 
@@ -95,23 +96,25 @@ def call(arguments: Sequence[str]) -> int:
     except click.exceptions.Exit as stop:
         return int(stop.exit_code)
     except click.ClickException as error:  # what click finds wrong in the command line
-        error.show()
+        shown = io.StringIO()
+        error.show(shown)
+        echo(shown.getvalue(), err=True, nl=False)
         return 2
     except (click.Abort, KeyboardInterrupt) as error:
         return _interrupted(error.__cause__ if isinstance(error, click.Abort) else error)
     except (InputError, RecordingError) as error:  # a recording is an input too
-        click.echo(str(error), err=True)
+        echo(str(error), err=True)
         return 2
     except RocsError as error:
-        click.echo("\n".join([f"the engine failed: {error}", *getattr(error, "__notes__", ())]), err=True)
+        echo("\n".join([f"the engine failed: {error}", *getattr(error, "__notes__", ())]), err=True)
         return 3
     except OSError as error:
         # A place that cannot be written is the person's; what has no name is ours.
-        click.echo(f"'{error.filename}' cannot be used: {error.strerror}. Name another place.", err=True)
+        echo(f"'{error.filename}' cannot be used: {error.strerror}. Name another place.", err=True)
         return 3 if error.filename is None else 2
-    except Exception:  # noqa: BLE001 - the process's boundary: a defect of ours must not look like a lost run (exit 1)
-        traceback.print_exc()
-        click.echo("the engine failed: this is a defect of rocs_bt. Please report the lines above.", err=True)
+    except Exception as error:  # noqa: BLE001 - the process's boundary: a defect must not look like a lost run (exit 1)
+        echo_traceback(error)
+        echo("the engine failed: this is a defect of rocs_bt. Please report the lines above.", err=True)
         return 3
 
 
@@ -119,5 +122,5 @@ def _interrupted(error: BaseException | None) -> int:
     """Tell of an interruption; its exit code."""
     number = int(getattr(error, "signal", signal.SIGINT))
     with perhaps_closed():
-        click.echo("\n".join([f"{error}" or "interrupted.", *getattr(error, "__notes__", ())]), err=True)
+        echo("\n".join([f"{error}" or "interrupted.", *getattr(error, "__notes__", ())]), err=True)
     return 128 + number

@@ -10,6 +10,7 @@ import click
 
 from ..catalog import Catalog
 from ..errors import Fault, InputError
+from .terminal import echo
 
 _TEMPLATE = Path(__file__).parent / "project"
 _ROBOT = "pioneer_p3dx"
@@ -28,5 +29,5 @@ def command(name: Path) -> None:
         shutil.copytree(robot, name / "robots" / "rover", ignore=ignore)
     except OSError as error:
         raise InputError(Fault(f"cannot write the project '{name}': {error.strerror or error}.")) from error
-    click.echo(f"{name} has one of each; its README says what is where.")
-    click.echo(f"Try next: cd {shlex.quote(str(name))} && rocs-bt run first && pytest")
+    echo(f"{name} has one of each; its README says what is where.")
+    echo(f"Try next: cd {shlex.quote(str(name))} && rocs-bt run first && pytest")

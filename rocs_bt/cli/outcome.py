@@ -8,10 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import click
-
 from ..words import counted
 from .requirements import told
+from .terminal import styled
 
 _FAULTS = 3  # that are told on the screen
 
@@ -77,7 +76,7 @@ def _remembered(kept: Mapping[str, Any]) -> list[str]:
 
 def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
     colour = "green" if agent["outcome"] == "success" else "red"
-    outcome = click.style(f"{name} {agent['outcome']}", fg=colour, bold=True)
+    outcome = styled(f"{name} {agent['outcome']}", fg=colour, bold=True)
     reason = f": {agent['reason']}" if agent["reason"] else ""
     place = f"{summary['scenario']}, seed {summary['seed']}"
     took = f" in {agent['time_to_goal']:.1f} s" if agent["time_to_goal"] is not None else ""

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..catalog import Catalog
+from .terminal import echo
 
 
 @click.command()
@@ -23,7 +24,7 @@ def command(out: Path | None, no_code: bool) -> None:
     catalog = Catalog.here(code=not no_code)
     text = palette(mission_nodes(action_table(), catalog.load_nodes() if catalog.code else ()).values())
     if out is None:
-        click.echo(text.rstrip("\n"))
+        echo(text.rstrip("\n"))
     else:
         out.write_text(text, encoding="utf-8")
-        click.echo(f"{out}: {text.count(' ID=')} nodes.")
+        echo(f"{out}: {text.count(' ID=')} nodes.")

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from .terminal import echo
+
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
@@ -18,4 +20,4 @@ def command(run: Path, other: Path | None, out: Path | None) -> None:
     recordings = [Recording.open(path) for path in (run, other) if path is not None]
     folder = out or (run if run.is_dir() else run.parent) / ("figures" if other is None else "overlay")
     for path in write_figures(recordings, folder):
-        click.echo(str(path))
+        echo(str(path))

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any
 
 from ..clock import WallClock
-from .terminal import perhaps_closed
+from .terminal import perhaps_closed, safe
 
 _PATIENCE = 1.0  # [s]; work that is done sooner shows no bar
 
@@ -62,8 +62,8 @@ class Progress:
         count = TextColumn(f"{{task.completed:.{digits}f}} of at most {{task.total:.0f}} {self._unit}")
         left = TimeRemainingColumn()
         self._bar = Bar(
-            TextColumn("{task.description}"), BarColumn(), count, TimeElapsedColumn(), TextColumn("left"), left,
-            console=Console(stderr=True), transient=True,
+            TextColumn("{task.description}", markup=False), BarColumn(), count, TimeElapsedColumn(), TextColumn("left"),
+            left, console=Console(stderr=True), transient=True,
         )  # fmt: skip
         self._bar.start()
-        self._task = self._bar.add_task(self._what, total=self._total)
+        self._task = self._bar.add_task(safe(self._what), total=self._total)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..catalog import Catalog
+from .terminal import echo
 
 
 @click.command()
@@ -24,14 +25,14 @@ def command(run: Path, why: float | None, agent: str | None) -> int:
     if why is not None:
         from ..record import explain
 
-        click.echo(explain(recording, why, agent))
+        echo(explain(recording, why, agent))
         return 0
     from ..simulation import replay
 
     difference = replay(recording, Catalog.here(), agent=agent)
     if difference is None:
         cut = "" if recording.complete else ", as far as the recording goes: it was cut off"
-        click.echo(f"The same decisions, event by event{cut}.")
+        echo(f"The same decisions, event by event{cut}.")
         return 0
-    click.echo(str(difference))
+    echo(str(difference))
     return 1

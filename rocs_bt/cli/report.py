@@ -9,6 +9,7 @@ import click
 
 from ..errors import RecordingError
 from .outcome import outcome_text
+from .terminal import echo
 
 
 @click.command()
@@ -33,4 +34,4 @@ def command(run: Path, out: Path | None) -> None:
         hint = "Name another folder with --out."
         raise RecordingError(f"the summary '{folder / SUMMARY}' cannot be written: {error.strerror}. {hint}") from error
     write_report(recording, summary, report)
-    click.echo(outcome_text(summary, recording.path.parent, report))
+    echo(outcome_text(summary, recording.path.parent, report))

@@ -9,6 +9,8 @@ from typing import Any
 
 import click
 
+from .terminal import echo, styled
+
 _COLOURS = {"satisfied": "green", "violated": "red", "unknown": "yellow"}
 
 
@@ -38,7 +40,7 @@ def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool)
         raise InputError("the run's scenario has no requirement. Give one, such as --require 'always speed < 1 m/s'.")
     checked = check_recorded(recording, wanted)
     found = {name: [f.as_dict() for f in findings] for name, findings in checked.items() if findings}
-    click.echo(json.dumps(found, indent=2) if as_json else "\n".join(told(found)))
+    echo(json.dumps(found, indent=2) if as_json else "\n".join(told(found)))
     return 0 if all(f["verdict"] == "satisfied" for each in found.values() for f in each) else 1
 
 
@@ -48,7 +50,7 @@ def told(found: Mapping[str, list[dict[str, Any]]]) -> list[str]:
 
 
 def _line(agent: str, finding: Mapping[str, Any]) -> str:
-    verdict = click.style(finding["verdict"], fg=_COLOURS[finding["verdict"]], bold=True)
+    verdict = styled(finding["verdict"], fg=_COLOURS[finding["verdict"]], bold=True)
     line = f"{agent} {verdict}: {finding['name']}"
     if finding["name"] != finding["require"]:
         line += f" ({finding['require']})"

@@ -11,6 +11,7 @@ import click
 from ..catalog import Catalog, Entry
 from ..errors import InputError, unknown
 from .run import catalog_for
+from .terminal import echo, styled
 
 if TYPE_CHECKING:
     from ..reactive import RuleSet
@@ -45,12 +46,12 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
                 if not result.passed:
                     failed += 1
                     place = f"{result.place.file}:{result.place.line}:{result.place.column}"
-                    told = f"{place}: {click.style('failed', fg='red', bold=True)}: {result.rule}, '{result.test}'"
-                    click.echo(f"{told}, on {name}: {result.message}", err=True)
+                    told = f"{place}: {styled('failed', fg='red', bold=True)}: {result.rule}, '{result.test}'"
+                    echo(f"{told}, on {name}: {result.message}", err=True)
         done += count
         if not count:
-            click.echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]].", err=True)
-    click.echo(f"{done} test{'' if done == 1 else 's'}: {done - failed} passed, {failed} failed.")
+            echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]].", err=True)
+    echo(f"{done} test{'' if done == 1 else 's'}: {done - failed} passed, {failed} failed.")
     return 1 if failed else 0
 
 
@@ -75,13 +76,13 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
     folder = out or (run if run.is_dir() else run.parent) / "rules"
     for info, rules in _fitting(path, _agents(recording, path, agent), catalog):
         found = replay_rules(rules, see(recording, info))
-        click.echo("\n".join(_table(found)))
+        echo("\n".join(_table(found)))
         traces = found.traces()
         shown = [traces[place_of(rule, found.rules)].name for rule in wanted]
         shown = shown or [trace.name for trace in traces if trace.latched.any()][:_PANELS]
         canvas = draw_rules(found.seen.t, traces, shown, f"{path.stem} on {recording.header.label}, {info.name}")
         for picture in write_picture(f"{path.stem}-{info.name}", canvas, folder):
-            click.echo(str(picture))
+            echo(str(picture))
 
 
 @command.command()
@@ -131,12 +132,12 @@ def tune(
         path, seen, catalog, rule=rule, threshold=threshold, values=values.tolist(), dimension=dimension
     )
     names = _unlike([f"{each.run} {each.agent.name}" for each in seen])
-    click.echo("\n".join(_sweep_table(threshold, str(dimension), values.tolist(), names, counts.tolist(), now)))
+    echo("\n".join(_sweep_table(threshold, str(dimension), values.tolist(), names, counts.tolist(), now)))
     series = {name: counts[:, i] for i, name in enumerate(names)}
     canvas = draw_sweep(threshold, str(dimension), values, series, now, f"{path.stem}/{rule.rpartition('/')[2]}")
     folder = out or (runs[0] if runs[0].is_dir() else runs[0].parent) / "rules"
     for picture in write_picture(f"{path.stem}-{rule.rpartition('/')[2]}-{threshold}", canvas, folder):
-        click.echo(str(picture))
+        echo(str(picture))
 
 
 def _entries(files: Sequence[str]) -> list[tuple[Entry, Catalog]]:
@@ -171,7 +172,7 @@ def _fitting(file: Path, agents: Sequence[AgentInfo], catalog: Catalog) -> list[
             found.append((agent, rules_for(file, agent, catalog)))
         except InputError as error:
             errors.append(error)
-            click.echo(f"{file.name} does not fit {agent.name}, a {agent.robot}.", err=True)
+            echo(f"{file.name} does not fit {agent.name}, a {agent.robot}.", err=True)
     if not found:
         raise errors[0]
     return found

@@ -15,7 +15,7 @@ from ..errors import Fault, InputError
 from ..event import Event, RulesReplaced
 from .outcome import exit_code, outcome_text
 from .progress import Progress
-from .terminal import perhaps_closed
+from .terminal import echo, perhaps_closed
 
 if TYPE_CHECKING:
     from ..record.live import LivePage
@@ -79,7 +79,7 @@ def command(
     catalog = catalog_for(scenario, code=not no_code)
     spec = catalog.load_scenario(scenario)
     for doubt in mind_doubts(spec, catalog):
-        click.echo(str(doubt), err=True)
+        echo(str(doubt), err=True)
     folder, signals = out or Path("runs") / f"{spec.name}-{seed}", StopSignals(_NOTICE)
     with _live(port) if show_live else nullcontext() as live:
         with Progress(spec.name, duration or spec.duration) as progress:
@@ -103,13 +103,13 @@ def command(
             )
         summary = result.summary
         with perhaps_closed():
-            click.echo(json.dumps(summary, indent=2) if as_json else outcome_text(summary, folder, result.report))
+            echo(json.dumps(summary, indent=2) if as_json else outcome_text(summary, folder, result.report))
             for line in result.missing:
-                click.echo(line, err=True)
+                echo(line, err=True)
         if live is not None and signals.received is None:
-            click.echo("The live page stays until Ctrl-C.", err=True)
+            echo("The live page stays until Ctrl-C.", err=True)
             if not live.wait():
-                click.echo("The live page does not respond any more, so it was closed.", err=True)
+                echo("The live page does not respond any more, so it was closed.", err=True)
     return exit_code(summary, signal=signals.received, missing=bool(result.missing))
 
 
@@ -119,7 +119,7 @@ def _live(port: int) -> Iterator[LivePage]:
     from ..record.live import LivePage
 
     with LivePage(port) as live:
-        click.echo(f"Live: {live.url}", err=True)
+        echo(f"Live: {live.url}", err=True)
         yield live
 
 
@@ -129,7 +129,7 @@ class _Replacements:
     def emit(self, event: Event) -> None:
         """Say it."""
         if isinstance(event, RulesReplaced):
-            click.echo(f"{event.t:.2f} s, {event.agent}: {event.rules}: {event.detail}", err=True)
+            echo(f"{event.t:.2f} s, {event.agent}: {event.rules}: {event.detail}", err=True)
 
 
 def catalog_for(name: str, *, code: bool = True) -> Catalog:

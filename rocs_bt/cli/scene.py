@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..catalog import Catalog
+from .terminal import echo
 
 if TYPE_CHECKING:
     from ..compare import Scene
@@ -34,14 +35,14 @@ def command(family: str, index: int, count: int, values: tuple[str, ...], out: P
     scenes = [made.scene(i) for i in range(index, index + count)]
     written = [] if dry else [scene.write(out) for scene in scenes]
     if as_json:
-        click.echo(json.dumps([_plain(scene) for scene in scenes], indent=2))
+        echo(json.dumps([_plain(scene) for scene in scenes], indent=2))
         return
     for scene in scenes:
         told = ", ".join(f"{name} {value:.3g}" for name, value in scene.difficulty.items())
-        click.echo(f"{scene.name}: {told}")
+        echo(f"{scene.name}: {told}")
     if written:
         inside = "" if out == Path() else f"cd {shlex.quote(str(out))} && "
-        click.echo(f"Try next: {inside}rocs-bt run {scenes[0].name}")
+        echo(f"Try next: {inside}rocs-bt run {scenes[0].name}")
 
 
 def _plain(scene: Scene) -> dict[str, object]:

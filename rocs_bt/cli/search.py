@@ -15,6 +15,7 @@ from ..catalog import Catalog
 from ..errors import Fault, InputError
 from ..words import counted
 from .progress import Progress
+from .terminal import echo
 
 if TYPE_CHECKING:
     from ..compare import EpisodeRecord
@@ -99,7 +100,7 @@ def command(
     if folder is not None and trouble.smallest is not None:
         files = keep(trouble.smallest, planner, folder)
     if as_json:
-        click.echo(json.dumps(_plain(who.name, space, trouble), indent=1, sort_keys=True))
+        echo(json.dumps(_plain(who.name, space, trouble), indent=1, sort_keys=True))
     else:
         _tell(planner, space, trouble)
         _tell_kept(planner, trouble.smallest, folder, files)
@@ -120,18 +121,18 @@ def _tell(planner: str, space: Space, trouble: Trouble) -> None:
     """What was found, and what is left of it."""
     family = space.family.name
     if trouble.drawn is None or trouble.found is None or trouble.first is None:
-        click.echo(f"{planner} failed in none of {counted(trouble.searched, 'scene')} of {family}.")
+        echo(f"{planner} failed in none of {counted(trouble.searched, 'scene')} of {family}.")
         return
     told = ", ".join(f"{name}={value:g}" for name, value in trouble.drawn.parameters.items())
-    click.echo(f"{planner} fails in {trouble.drawn.scene.name}{f' ({told})' if told else ''}: {_how(trouble.first)}")
-    click.echo(f"It was scene {trouble.searched}; {_size(trouble.found)}.")
+    echo(f"{planner} fails in {trouble.drawn.scene.name}{f' ({told})' if told else ''}: {_how(trouble.first)}")
+    echo(f"It was scene {trouble.searched}; {_size(trouble.found)}.")
     if trouble.smallest is None or trouble.last is None:
         return
     ended = "" if trouble.done else ", where the budget ended"
-    click.echo(f"What is left after {counted(trouble.shrunk, 'more episode')}{ended}: {_size(trouble.smallest)}.")
-    click.echo(f"  {_how(trouble.last)}")
+    echo(f"What is left after {counted(trouble.shrunk, 'more episode')}{ended}: {_size(trouble.smallest)}.")
+    echo(f"  {_how(trouble.last)}")
     for line in _listed(trouble.smallest):
-        click.echo(f"  {line}")
+        echo(f"  {line}")
 
 
 def _how(record: EpisodeRecord) -> str:
@@ -172,11 +173,11 @@ def _tell_kept(planner: str, draft: Draft | None, folder: Path | None, files: tu
     if draft is None:
         return
     if folder is None or files is None:
-        click.echo("Try next: the same command with --keep FOLDER, which writes it into a project.")
+        echo("Try next: the same command with --keep FOLDER, which writes it into a project.")
         return
     inside = "" if folder.resolve() == Path.cwd() else f"cd {shlex.quote(str(folder))} && "
-    click.echo(f"Kept: {files[0]}, and a test of it: {files[1]}")
-    click.echo(f"Try next: {inside}{again(draft, planner)}")
+    echo(f"Kept: {files[0]}, and a test of it: {files[1]}")
+    echo(f"Try next: {inside}{again(draft, planner)}")
 
 
 def _plain(planner: str, space: Space, trouble: Trouble) -> Mapping[str, Any]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from ..errors import Fault, InputError
+from .terminal import echo
 
 
 @click.group()
@@ -32,5 +33,5 @@ def keys(members: tuple[str, ...], out: Path) -> None:
         what = Fault("making keys needs 'cryptography', which is not installed.", hint="pip install 'rocs_bt[share]'")
         raise InputError(what) from error
     for folder in folders:
-        click.echo(f"{folder} is for {folder.name} alone: copy it there over a line that you trust.")
-    click.echo(f"{out / 'authority.key'} signs further members: keep it here, and keep it secret.")
+        echo(f"{folder} is for {folder.name} alone: copy it there over a line that you trust.")
+    echo(f"{out / 'authority.key'} signs further members: keep it here, and keep it secret.")

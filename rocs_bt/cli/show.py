@@ -8,6 +8,7 @@ import click
 
 from ..catalog import Catalog
 from .run import catalog_for
+from .terminal import echo
 
 
 @click.command()
@@ -45,15 +46,15 @@ def command(
     catalog = catalog_for(name, code=not no_code)
     rules = compiled or name.endswith(".toml") or name not in {e.name for e in catalog.list("mission")}
     if rules and (name.endswith(".toml") or compiled or name in {e.name for e in catalog.list("rules")}):
-        click.echo(_rules(catalog, name, robot, compiled))
+        echo(_rules(catalog, name, robot, compiled))
         return
     entry = catalog.find("mission", name)
     drawn = draw_mission(catalog, entry, robot, form=form, main=main, stub_unknown=stub_unknown)
     if out is None:
-        click.echo(drawn.rstrip("\n"))
+        echo(drawn.rstrip("\n"))
     else:
         out.write_text(drawn, encoding="utf-8")
-        click.echo(f"{out}: {entry.name}, as {form}.")
+        echo(f"{out}: {entry.name}, as {form}.")
 
 
 def _rules(catalog: Catalog, name: str, robot: str, compiled: bool) -> str:

@@ -1,11 +1,122 @@
-"""Output to a terminal that may have been closed meanwhile, as where an ssh session breaks off."""
+"""Output to the terminal: all that the commands print passes here.
+
+Names come from content files, recordings and other robots, and may hold anything; a terminal obeys control characters.
+So `echo` and `show_table` escape whatever is not plain text. Nothing else in the package prints.
+"""
 
 from __future__ import annotations
 
 import errno
+import io
 import os
-from collections.abc import Iterator
+import re
+import sys
+import threading
+import traceback
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import Any, TextIO
+
+import click
+
+_UNSAFE = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tab and newline
+    "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # marks that reorder what is read
+    "\u2028\u2029\ud800-\udfff]"  # other line ends; halves of characters, which no stream takes
+)
+_MARK = os.urandom(8).hex()  # unknown to content, so no content can style anything
+_STYLED = re.compile(rf"\x00{_MARK}:([0-9;]*)\x00")
+
+
+def safe(text: object) -> str:
+    """A text as a terminal may get it: control characters as Python's escapes; tabs and newlines stay."""
+    return _UNSAFE.sub(lambda found: found[0].encode("unicode_escape").decode(), str(text).replace("\r\n", "\n"))
+
+
+def styled(text: object, *, fg: str | None = None, bold: bool | None = None, dim: bool | None = None) -> str:
+    """A text that `echo` prints in a colour or style; it may be part of another text."""
+    codes = re.findall(r"\x1b\[([0-9;]*)m", click.style("", fg=fg, bold=bold, dim=dim, reset=False))
+    return f"{''.join(_mark(code) for code in codes)}{text}{_mark('0')}"
+
+
+def echo(text: object = "", *, err: bool = False, nl: bool = True) -> None:
+    """Print a text, of which only what `styled` made has any effect on the terminal.
+
+    Args:
+        text: The text.
+        err: Whether it goes to stderr.
+        nl: Whether a newline follows.
+    """
+    parts = _STYLED.split(str(text))  # texts and the codes between them, by turns
+    for i, part in enumerate(parts):
+        parts[i] = f"\x1b[{part}m" if i % 2 else safe(part)
+    _write("".join(parts), err, nl)
+
+
+def show_table(
+    rows: Sequence[Sequence[object]],
+    head: Sequence[object],
+    *,
+    styles: Mapping[int, str] | None = None,
+    right: Sequence[int] = (),
+    indent: int = 0,
+    edge: int = 80,
+    **options: Any,
+) -> None:
+    """Print a table, as wide as its cells up to the terminal's edge.
+
+    Args:
+        rows: Its cells, row by row.
+        head: The names of the columns.
+        styles: Styles of rows, by index.
+        right: Columns that are aligned right; in the first one no line is broken.
+        indent: Spaces before each line.
+        edge: Columns available where there is no terminal and COLUMNS does not say more.
+        options: Those of `rich.table.Table`.
+    """
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(**options)
+    for i, name in enumerate(head):
+        table.add_column(Text(safe(name)), justify="right" if i in right else "left", no_wrap=i == 0 and bool(right))
+    for i, row in enumerate(rows):
+        table.add_row(*(Text(safe(cell)) for cell in row), style=(styles or {}).get(i))
+    terminal, text = sys.stdout.isatty(), io.StringIO()
+    width = max(Console().width, 80 if terminal else edge)
+    Console(file=text, width=width - indent, force_terminal=terminal, highlight=False).print(table)
+    for line in text.getvalue().rstrip("\n").split("\n"):
+        _write(f"{' ' * indent}{line.rstrip()}", False, True)
+
+
+def echo_traceback(error: BaseException) -> None:
+    """Print the traceback of a defect to stderr."""
+    echo("".join(traceback.format_exception(error)), err=True, nl=False)
+
+
+def guard_streams() -> None:
+    """Have warnings, and exceptions of threads, printed by `echo`, too; for the process of the command."""
+
+    def warning(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        echo(warnings.formatwarning(message, category, filename, lineno), err=True, nl=False)
+
+    def thread(hook: threading.ExceptHookArgs) -> None:
+        if hook.exc_value is not None and hook.exc_type is not SystemExit:
+            name = hook.thread.name if hook.thread is not None else ""
+            echo(f"exception in thread '{name}':", err=True)
+            echo_traceback(hook.exc_value)
+
+    warnings.showwarning = warning
+    threading.excepthook = thread
 
 
 @contextmanager
@@ -20,3 +131,12 @@ def perhaps_closed() -> Iterator[None]:
         for stream in (1, 2):
             os.dup2(nowhere, stream)
         os.close(nowhere)
+
+
+def _mark(code: str) -> str:
+    return f"\x00{_MARK}:{code}\x00"
+
+
+def _write(text: str, err: bool, nl: bool) -> None:
+    encoding = getattr(sys.stderr if err else sys.stdout, "encoding", None) or "utf-8"
+    click.echo(text.encode(encoding, "backslashreplace").decode(encoding), err=err, nl=nl)
