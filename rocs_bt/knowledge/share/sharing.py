@@ -13,13 +13,14 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ...event import EventSink, PeerCame, PeerFault, PeerVanished
+from ...event import EventSink, PeerCame, PeerVanished
 from ..knowledge import Knowledge
-from .group_clock import DRIFT, GroupClock, is_calendar
+from .group_clock import GroupClock
 from .inbox import Counts, Inbox
 from .messenger import Messenger
 from .mirror import Mirror
 from .network import Network
+from .peer_faults import PeerFaults
 from .presence import BEAT, Presence
 from .replica import Entry, Key, Plain, Replica
 from .scope import PEER, Scope, agent_of, is_origin
@@ -51,9 +52,6 @@ PATIENCE = 0.3
 
 PRUNE = 10.0
 """[s] Between two looks for what may be forgotten."""
-
-REASON = 300
-"""Characters of a reason that are reported, at most."""
 
 MEMORY = 3600.0
 """[s] For how long removals are remembered for the sake of a peer that is gone."""
@@ -113,6 +111,7 @@ class Sharing:
         self.awake = threading.Event()
         self._gap = gap
         self.presence = Presence()
+        self._faults = PeerFaults(knowledge.agent, self.presence, self.clock, sink)
         self.messenger = Messenger(knowledge.agent, lambda: self.presence.starts)
         self._agent = knowledge.agent
         self._scope = scope
@@ -265,7 +264,7 @@ class Sharing:
         match message:
             case Beat():
                 peer.seen = message.seen
-                self._keep_time(sender, message, t)
+                self.counts.malformed += not self._faults.keep_time(sender, message, t)
                 self._compare(sender, message, t)
             case Delta():
                 self._merge(sender, message, t, changed)
@@ -279,23 +278,6 @@ class Sharing:
                 self._out.append((sender, self.messenger.said(sender, message)))
             case Heard():
                 self.messenger.heard(sender, message)
-
-    def _keep_time(self, sender: str, beat: Beat, t: float) -> None:
-        """Follow a peer's clock that is ahead, and report which of the two was wrong."""
-        if not is_calendar(beat.time, beat.ahead):
-            self.counts.malformed += 1
-        elif behind := self.clock.follow(beat.time):
-            self._blame(sender, "clock", f"this robot's clock was {_span(behind)} behind, and follows it now", t)
-        elif beat.ahead > DRIFT:
-            self._blame(sender, "behind", f"its clock was {_span(beat.ahead)} behind, and follows the others' now", t)
-
-    def _blame(self, origin: str, kind: str, detail: str, t: float) -> None:
-        """Report a fault of a peer, the first of its kind."""
-        peer = self.presence.peers.get(origin)
-        if peer is not None and kind not in peer.faults:
-            peer.faults.add(kind)
-            event = PeerFault(t=t, agent=self._agent, peer=agent_of(origin), start=origin, kind=kind, detail=detail)
-            self._sink.emit(event)
 
     def _compare(self, sender: str, beat: Beat, t: float) -> None:
         """Ask for what this peer has and we lack; for everything where both saw the same and yet differ."""
@@ -326,7 +308,7 @@ class Sharing:
         for entry, age in zip(delta.entries, delta.ages, strict=True):
             if problem := self._problem(entry, age):
                 self.counts.refused += 1
-                self._blame(sender, "refused", f"a write was refused: {problem[:REASON]}", t)
+                self._faults.refused(sender, problem, t)
                 continue
             before = self._mirror.shown(entry.key)
             if self.replica.merge(entry, t - max(0.0, age)):
@@ -400,8 +382,3 @@ class Sharing:
             if self._asked[0] == origin:
                 self._asked = ("", t)
             self._sink.emit(PeerVanished(t=t, agent=self._agent, peer=agent_of(origin), start=origin))
-
-
-def _span(seconds: float) -> str:
-    """A time in words."""
-    return f"{seconds:.1f} s" if seconds < 86400.0 else f"{seconds / 86400.0:.1f} days"
