@@ -161,7 +161,7 @@ class SafetyGate(Actuator):
         self._given_at = self._before_at = -math.inf  # [s]
         self._last: float | None = None  # when the watchdog was last fed [s]
         self._shut = False
-        self._stops = 0  # how often it was sent to neutral
+        self._stops = object()  # another one after each neutral; a count would lose one of two threads' stops
         self._failed = False
 
     @property
@@ -169,6 +169,11 @@ class SafetyGate(Actuator):
         """Time at which the watchdog goes to neutral unless a command comes before [s]; +inf while neutral."""
         last = self._last
         return math.inf if last is None else last + self._max_age
+
+    @property
+    def rest(self) -> list[float]:
+        """The command that neutral counts as, shape (n,): the one nearest to zero within the range."""
+        return list(self._rest)
 
     @property
     def active(self) -> bool:
@@ -195,15 +200,16 @@ class SafetyGate(Actuator):
         """
         wanted = self._checked(values)
         with self._reporting(), self._lock:
+            stops = self._stops  # before the next line, so that a stop from here on is noticed after the command
             if self._shut:
                 raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
-            stops, now = self._stops, self._clock.now()
+            now = self._clock.now()
             if expired := self._overdue(self._last, now):  # this thread came before the one that calls `check`
                 self._to_neutral()
             given = self._limited(wanted, now)
             self._run(self._device.command, given)
-            self._last = self._clock.now()
-            if self._stops != stops:  # stopped by another thread while the command was on its way: neutral wins
+            self._given, self._last = given, self._clock.now()
+            if self._stops is not stops:  # stopped by another thread while the command was on its way: neutral wins
                 self._to_neutral()
         if expired:
             self._report_expiry(now)
@@ -221,9 +227,9 @@ class SafetyGate(Actuator):
         return given
 
     def neutral(self) -> None:
-        # A device may hang in `command` while it holds the lock; stopping must not wait for it. Counted first, so that
+        # A device may hang in `command` while it holds the lock; stopping must not wait for it. Noted first, so that
         # a command that comes out of the device after this finds that it was stopped.
-        self._stops += 1
+        self._stops = object()
         with self._reporting(), self._locked_soon():
             self._to_neutral()
 
@@ -241,7 +247,7 @@ class SafetyGate(Actuator):
             with self._reporting(), self._locked_soon():
                 if self._last != last:  # a command, or neutral, came meanwhile
                     return False
-                self._stops += 1
+                self._stops = object()
                 self._to_neutral()
         except ActuatorError:
             if self.on_failure is None:  # otherwise the agent was stopped; the caller moves other devices too
@@ -250,8 +256,9 @@ class SafetyGate(Actuator):
         return True
 
     def wrap(self, make: Callable[[Actuator], Actuator]) -> None:
-        """Put another device behind the gate, made around the present one: how tests inject faults."""
-        self._device = make(self._device)
+        """Put another device behind the gate, made around the present one; tests inject faults with it."""
+        with self._lock:
+            self._device = make(self._device)
 
     def close(self) -> None:
         self._device.close()
@@ -259,8 +266,8 @@ class SafetyGate(Actuator):
     def _checked(self, values: Sequence[float]) -> list[float]:
         try:
             wanted = [float(v) for v in values]
-        except (TypeError, ValueError) as error:
-            raise InputError(f"actuator '{self.name}' takes {self.size} numbers, found {values!r}.") from error
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InputError(f"actuator '{self.name}' takes {self.size} numbers, found {values!r:.80}.") from error
         if len(wanted) != self.size:
             raise InputError(f"actuator '{self.name}' takes {self.size} values, found {len(wanted)}: {wanted}.")
         if not all(map(math.isfinite, wanted)):
@@ -308,9 +315,7 @@ class SafetyGate(Actuator):
         """The command to give now; the caller holds the lock."""
         if now > self._given_at:
             self._before, self._before_at, self._given_at = self._given, self._given_at, now
-        since = min(now - self._before_at, self._period)
-        self._given = self._limits.apply(wanted, self._before, since)
-        return self._given
+        return self._limits.apply(wanted, self._before, min(now - self._before_at, self._period))
 
     def _exceeded(self, wanted: Sequence[float], given: Sequence[float]) -> bool:
         sizes = (high - low for low, high in zip(self._limits.low, self._limits.high, strict=True))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 
@@ -259,13 +260,14 @@ class Agent:
             self._attempt("sharing", self.sharing.halt, self.clock.now())
 
     def close(self) -> None:
-        """Let go of all devices, and of those with whom it shares."""
-        if self.sharing is not None:
-            self.sharing.close()
-        for sensor in self.sensors.values():
-            sensor.close()
-        for actuator in self.actuators.values():
-            actuator.close()
+        """Let go of all devices, actuators first, and of the peers that it shares with, whatever raises on the way."""
+        with ExitStack() as stack:
+            if self.sharing is not None:
+                stack.callback(self.sharing.close)
+            for sensor in self.sensors.values():
+                stack.callback(sensor.close)
+            for actuator in self.actuators.values():
+                stack.callback(actuator.close)
 
     def _close_plan(self) -> None:
         """Close the plan between two of its turns; one that hangs is left alone."""

@@ -24,7 +24,7 @@ def exit_code(summary: Mapping[str, Any], *, signal: int | None = None, missing:
         missing: Whether a file of the run could not be written.
 
     Returns:
-        128 + signal; else 3 if a block of the engine failed, 2 if a file is missing, 0 if every agent succeeded, 1.
+        128 + signal; else 3 if a block of the engine failed, 0 if every agent succeeded and every file was written, 1.
     """
     agents = list(summary["agents"].values())
     if signal is not None:
@@ -32,9 +32,7 @@ def exit_code(summary: Mapping[str, Any], *, signal: int | None = None, missing:
     failed = [agent["failed_block"] or "" for agent in agents if agent["outcome"] == "error"]
     if any(not block.startswith("actuator ") for block in failed):
         return 3
-    if missing:
-        return 2
-    return int(any(agent["outcome"] != "success" for agent in agents))
+    return int(missing or any(agent["outcome"] != "success" for agent in agents))
 
 
 def outcome_text(summary: Mapping[str, Any], folder: Path, report: Path | None) -> str:

@@ -68,8 +68,8 @@ def command(
     """Run SCENARIO, a name or a file, and tell how each agent did.
 
     Writes summary.json, run.mcap and report.html, also where Ctrl-C, SIGTERM or SIGHUP ends it; a second signal ends it
-    at once. Exits with 0 if every agent succeeded, 1 if one did not, 2 if something in the input is wrong, 3 if the
-    engine failed, 128 + signal if one ended it.
+    at once. Exits with 0 if every agent succeeded, 1 if one did not or a file could not be written, 2 if something in
+    the input is wrong, 3 if the engine failed, 128 + signal if one ended it.
     """
     from ..check import mind_doubts
     from ..simulation import StopSignals, run

@@ -69,7 +69,7 @@ class CommandedActuator(Actuator):
     def neutral(self) -> None:
         self._gate.neutral()
         self._active = self._fresh = False
-        self._record([0.0] * self.size)
+        self._record(self._gate.rest)
 
     def withdraw(self) -> None:
         """Forget that it was commanded in this period: whoever did so has failed."""

@@ -13,7 +13,7 @@ from ..drivers.mujoco import Contact, MujocoWorld
 from ..event import BodyMoved, EventSink, GoalEntered, Touched, pack
 from .carried import Carrier
 from .clearance import ClearanceWatch
-from .judging import END, Judging, Mind, wait_until
+from .judging import END, Judging, Mind, brake, wait_until
 from .mover import Mover
 from .news import News
 from .outcome import Goal, Judge, Verdict
@@ -140,6 +140,7 @@ class Episode:
                 physics = stack.enter_context(PhysicsThread(self._world, clock, stop))
                 for runner in runners:
                     stack.enter_context(runner)
+                stack.callback(brake, self._minds)
                 while wait_until(clock, count * period, stop, self._ended):
                     t = clock.now()
                     if self._observe(t):

@@ -12,7 +12,7 @@ from ..clock import WallClock
 from ..drivers.isolated import IsolatedActuator
 from ..event import BodyMoved, EventSink, Stuck
 from ..safety import SafetyGate
-from .judging import Judging, wait_until
+from .judging import Judging, brake, wait_until
 from .outcome import Judge
 
 
@@ -69,6 +69,7 @@ class HardwareEpisode:
             with ExitStack() as stack:
                 for agent in self._agents:
                     stack.enter_context(ThreadedRunner(agent, clock))
+                stack.callback(brake, self._agents)
                 while wait_until(clock, count * self._period, never, self._ended):
                     self.t = clock.now()
                     self._look()
@@ -96,7 +97,10 @@ class HardwareEpisode:
         name, judge, pose = agent.name, self._judges[agent.name], agent.knowledge.robot.pose()
         if math.isfinite(pose.x):
             self._sink.emit(BodyMoved(t=self.t, agent=name, body=name, x=pose.x, y=pose.y, yaw=pose.yaw))
-        judge.update(self.t, pose, agent, commanded=self._wheels[name].active)
+        if judge.decided:
+            return
+        if judge.update(self.t, pose, agent, commanded=self._wheels[name].active):
+            agent.brake()
         if not judge.stuck:
             self._stuck.discard(name)
         elif name not in self._stuck:

@@ -70,8 +70,7 @@ class Judging:
         for mind in going:
             self._judges[mind.name].interrupt(why)
         if at_once:
-            for mind in going:
-                mind.brake()
+            brake(going)
         for mind in going:
             mind.stop(why)
 
@@ -106,6 +105,12 @@ class Judging:
                 )
             )
         return verdicts
+
+
+def brake(minds: Sequence[Mind]) -> None:
+    """Send all robots to neutral before the first agent is stopped, which may have to wait for a plan that hangs."""
+    for mind in minds:
+        mind.brake()
 
 
 def wait_until(clock: WallClock, deadline: float, stop: threading.Event, ended: Callable[[], str]) -> bool:

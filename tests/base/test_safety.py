@@ -131,6 +131,43 @@ def test_neutral_does_not_wait_for_a_command_that_hangs(clock):
     assert wheels.log[-1] == [0.0, 0.0]
 
 
+@pytest.mark.parametrize("reading", [1, 2])
+def test_a_command_that_meets_shut_on_its_way_ends_in_neutral(reading):
+    """`shut` comes after the gate was found open, when the gate reads the clock before or after it commands."""
+
+    class Shutting(SimulatedClock):
+        readings, gate = 0, None
+
+        def now(self):
+            self.readings += 1
+            if self.readings == reading:  # `shut` gives up waiting for the lock, and goes to neutral without it
+                thread = threading.Thread(target=self.gate.shut)
+                thread.start()
+                thread.join()
+            return super().now()
+
+    wheels, clock = Wheels(), Shutting(0.005)
+    clock.gate = gate_of(wheels, clock)
+    clock.gate.command([1.0, 1.0])
+    assert wheels.log[-1] == [0.0, 0.0]
+
+
+def test_a_command_that_the_driver_refuses_does_not_count_for_the_limit_of_change(clock):
+    class Refusing(Wheels):
+        def command(self, values):
+            raise DeviceError("no")
+
+    wheels = Wheels()
+    gate = gate_of(wheels, clock, Limits((-1.2,), (1.2,), max_change=1.0, together=True))
+    gate.wrap(lambda device: Refusing())
+    for _ in range(20):
+        with pytest.raises(DeviceError):
+            gate.command([1.0, 1.0])
+        clock.advance(10)
+    gate.wrap(lambda device: wheels)
+    assert gate.give([1.0, 1.0]) == pytest.approx([0.05, 0.05])
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [
@@ -139,6 +176,7 @@ def test_neutral_does_not_wait_for_a_command_that_hangs(clock):
         ([math.inf, 0.1], r"takes finite values, found \[inf, 0.1\]"),
         (["fast", 0.1], r"takes 2 numbers, found \['fast', 0.1\]"),
         (None, "takes 2 numbers, found None"),
+        ([10**400, 0.0], "takes 2 numbers, found"),
     ],
 )
 def test_what_is_no_command_is_refused_and_not_sent(clock, values, message):

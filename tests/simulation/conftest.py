@@ -37,6 +37,9 @@ class Wheels:
     def reading(self, rule: str) -> str:
         return ""
 
+    def brake(self) -> None:
+        self.stage.actuators[self.name]["wheels"].neutral()
+
     def stop(self, by: str = "") -> None:
         self.stopped += 1
         self.stage.actuators[self.name]["wheels"].neutral()
