@@ -52,7 +52,7 @@ bench: setup
 
 soak: setup
 	$(BIN)/python -m pytest -m soak -n 2 -rP
-	$(BIN)/python -m pytest --real-time tests/agent tests/faults tests/simulation/test_hardware.py tests/experiments/test_exp3.py
+	$(BIN)/python -m pytest --real-time tests/agent tests/faults tests/simulation/test_hardware.py tests/simulation/test_isolated.py tests/experiments/test_exp3.py
 
 wheel: setup
 	$(BIN)/python -m build --no-isolation

@@ -113,7 +113,15 @@ class DeviceError(RocsError):
 
 
 class ActuatorError(DeviceError):
-    """The driver of an actuator raised. No command is known to have reached the device, so its agent is stopped."""
+    """The driver of an actuator raised. No command is known to have reached the device, so its agent is stopped.
+
+    Attributes:
+        kind: `raised`; or `ended` or `hung`, of the process of an isolated actuator.
+    """
+
+    def __init__(self, message: str, kind: str = "raised") -> None:
+        self.kind = kind
+        super().__init__(message)
 
 
 class BlockError(RocsError):

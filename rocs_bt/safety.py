@@ -285,6 +285,8 @@ class SafetyGate(Actuator):
         """Run a step of the driver."""
         try:
             step(*args)
+        except ActuatorError:
+            raise
         except (SystemExit, Exception) as error:
             place = raised_at(error, step)
             known = isinstance(error, DeviceError) or place is None

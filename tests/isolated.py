@@ -11,6 +11,7 @@ import os
 import select
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -86,6 +87,10 @@ class Wheels(Actuator):
 
     def neutral(self):
         self.tell("neutral")
+        if self.plan == "stops slowly" and self.count == 0:
+            with open(self.go) as go:  # until the test writes to it
+                go.read()
+            self.tell("stopped")
         if self.plan == "does not stop":
             raise OSError("the wire is cut")
         if self.plan == "hangs for good":
@@ -144,11 +149,14 @@ robot = "own"
 mission = "hold"
 [agent.parameters]
 hold = "{hold}"
+log = "{log}"
 """
 
 # The leaf calls a function of C that keeps the interpreter: no other thread of this process runs meanwhile.
 MISSION = f"""
 import ctypes
+import os
+import time
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
@@ -158,19 +166,26 @@ from rocs_bt.units import Seconds
 
 
 class Hold(Behaviour):
-    def __init__(self, mission, every):
+    def __init__(self, mission, every, log):
         super().__init__("Hold")
-        self.clock, self.every, self.at = mission.clock, every, every
+        self.clock, self.every, self.at, self.log = mission.clock, every, every, log
+
+    def tell(self, what):
+        pipe = os.open(self.log, os.O_WRONLY)
+        os.write(pipe, f"{{time.monotonic()}} {{what}}\\n".encode())
+        os.close(pipe)
 
     def update(self):
         if self.clock.now() >= self.at:
+            self.tell("held")
             ctypes.PyDLL(None).usleep({int(1e6 * HOLD)})
+            self.tell("freed")
             self.at = self.clock.now() + self.every
         return Status.RUNNING
 
 
-def build(mission, *, hold: Seconds = 1e9):
-    leaves = [mission.act("SetWheelSpeed", speeds=[0.2, 0.2]), Hold(mission, hold)]
+def build(mission, *, hold: Seconds = 1e9, log: str = ""):
+    leaves = [mission.act("SetWheelSpeed", speeds=[0.2, 0.2]), Hold(mission, hold, log)]
     return Parallel("both", ParallelPolicy.SuccessOnAll(synchronise=False), leaves)
 """
 
@@ -202,7 +217,7 @@ class Line:
 
     Attributes:
         t: Monotonic system time [s].
-        what: `process`, `command`, `neutral`, `closed` or `late`.
+        what: `process`, `command`, `neutral`, `stopped`, `closed` or `late`; `held` and `freed` of the interpreter.
         values: Values of a command [m/s]; process and session number; the time without a processor [s].
     """
 
@@ -230,22 +245,36 @@ class Log:
         os.mkfifo(path)
         self.lines: list[Line] = []
         self._pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # else it would wait here for the wheels
-        os.set_blocking(self._pipe, True)
-        self._file = os.fdopen(self._pipe, encoding="utf-8")
+        self._text = b""
 
     def begin(self) -> Log:
         """Wait until the wheels write."""
-        poll = select.poll()
-        poll.register(self._pipe, select.POLLIN)
-        assert poll.poll(1e3 * PATIENCE), "the wheels were never made"
+        self._wait(time.monotonic() + PATIENCE)
         return self
 
     def follow(self) -> Iterator[Line]:
-        """What happens next, until the wheels' process ends."""
-        for text in self._file:
-            t, what, *values = text.split()
+        """What happens next, until the wheels' process ends; not for ever."""
+        end = time.monotonic() + PATIENCE
+        while b"\n" in self._text or self._read(end):
+            text, _, self._text = self._text.partition(b"\n")
+            t, what, *values = text.decode().split()
             self.lines.append(Line(float(t), what, tuple(values if what == "process" else map(float, values))))
             yield self.lines[-1]
+
+    def _wait(self, end: float) -> None:
+        poll = select.poll()
+        poll.register(self._pipe, select.POLLIN)
+        shown = [line for line in self.lines if line.what != "late"][-5:]
+        assert poll.poll(max(1e3 * (end - time.monotonic()), 0.0)), f"it never came; the last lines: {shown}"
+
+    def _read(self, end: float) -> bool:
+        """Read what the wheels have written, at least a line; False if their process has ended."""
+        while b"\n" not in self._text:
+            self._wait(end)
+            if not (text := os.read(self._pipe, 65536)):
+                return False
+            self._text += text
+        return True
 
     def until(self, wanted: Callable[[Line], bool]) -> Line:
         """The next line that is wanted."""
@@ -265,8 +294,11 @@ class Log:
         Returns:
             Time from the last command to neutral [s], and what of it their process was awake [s].
         """
-        neutral = self.until(lambda line: line.what == "neutral")
-        last = next(line for line in reversed(self.lines) if line.what == "command")
+        return self.measure(self.until(lambda line: line.what == "neutral"))
+
+    def measure(self, neutral: Line) -> tuple[float, float]:
+        """As `stop`, of a neutral that was read already."""
+        last = next(line for line in reversed(self.lines) if line.what == "command" and line.t <= neutral.t)
         gaps = [(line.t - line.values[0] + 0.002, line.t) for line in self.lines if line.what == "late"]
         late = sum(max(min(end, neutral.t) - max(begin, last.t), 0.0) for begin, end in gaps)
         return neutral.t - last.t, neutral.t - last.t - late
@@ -280,7 +312,7 @@ class Log:
 
     def close(self) -> None:
         """Close the pipe."""
-        self._file.close()
+        os.close(self._pipe)
 
     @property
     def last(self) -> list[str]:
@@ -370,7 +402,7 @@ def write_project(project: Path, plan: str, hold: str, *, isolated: bool = True,
             [ROBOT.format(plan=plan, log=project / "log", isolated=str(isolated).lower()), *sensors]
         ),
         "planners/missions/hold.py": MISSION,
-        "scenarios/real.toml": SCENARIO.format(hold=hold),
+        "scenarios/real.toml": SCENARIO.format(hold=hold, log=project / "log"),
         "main.py": MAIN.format(project=str(project), duration=DURATION, out=out),
     }
     for name, text in files.items():

@@ -233,7 +233,7 @@ class Agent:
             self.pipeline.clear(f"the failure of {block}")
 
     def _actuator_failed(self, name: str, error: ActuatorError) -> None:
-        self.fail(f"actuator {name}", "raised", str(error), error)
+        self.fail(f"actuator {name}", error.kind, str(error), error)
 
     def brake(self) -> None:
         """Send all actuators to neutral for good, at once; from any thread. The blocks go on, and move nothing."""

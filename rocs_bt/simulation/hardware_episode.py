@@ -89,8 +89,8 @@ class HardwareEpisode:
             gate.check()
         for agent in self._agents:
             for link in self._links[agent.name]:
-                if (failed := link.check()) is not None:
-                    agent.fail(f"actuator {link.name}", *failed)
+                if (error := link.check()) is not None:
+                    agent.fail(f"actuator {link.name}", error.kind, str(error), error)
             self._judge(agent)
 
     def _judge(self, agent: Agent) -> None:

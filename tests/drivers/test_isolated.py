@@ -9,7 +9,7 @@ import subprocess
 import pytest
 
 from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator, actuator
-from rocs_bt.errors import DeviceError, InputError
+from rocs_bt.errors import ActuatorError, DeviceError, InputError
 
 from ..isolated import WHEELS, linked
 
@@ -34,10 +34,10 @@ def failure(link, kind):
     while (found := link.check()) is None:
         if kind != "hung":
             link._channel.wait()
-    with pytest.raises(DeviceError) as caught:
+    with pytest.raises(ActuatorError) as caught:
         link.command([0.1, 0.1])
-    assert str(caught.value) == found[1]
-    return found
+    assert caught.value is found
+    return found.kind, str(found)
 
 
 def test_the_process_is_small_and_of_a_session_of_its_own(tmp_path):
@@ -108,9 +108,21 @@ def test_a_command_that_was_held_up_on_its_way_does_not_move_the_robot(tmp_path,
             now = actuator.time.monotonic()
             patch.setattr(actuator.time, "monotonic", lambda: now - MAX_AGE)
             link.command([9.0, 9.0])
+        link._channel.wait()  # for its answer: it was dropped
+        link.command([0.1, 0.1])
+        until_commanded(log)
+    assert commands(log) == [(0.1, 0.1)]
+
+
+def test_a_command_waits_for_a_neutral_that_came_before_it(tmp_path):
+    with linked(tmp_path, "stops slowly") as (link, log):
         link.neutral()
         until_neutral(log)
-    assert commands(log) == []
+        link.command([1.0, 1.0])
+        link._channel.wait(0.2)  # nothing is answered meanwhile
+        (tmp_path / "log.go").write_text("go")
+        until_commanded(log)
+    assert [line.what for line in log.lines if line.what != "late"][1:4] == ["neutral", "stopped", "command"]
 
 
 @pytest.mark.parametrize(
@@ -213,7 +225,8 @@ def test_an_interrupt_while_it_starts_leaves_no_process(tmp_path, monkeypatch):
     assert started[0].returncode is not None
 
 
-def test_what_the_driver_shares_is_closed(tmp_path):
+def test_what_the_driver_shares_is_closed(tmp_path, monkeypatch):
+    monkeypatch.setattr(actuator, "GOODBYE", 60.0)
     (tmp_path / "sharing.py").write_text(SHARING)
     link = IsolatedActuator(
         DeviceMaker(tmp_path / "sharing.py", "Wheels", "wheels", {"folder": str(tmp_path)}), MAX_AGE

@@ -32,11 +32,13 @@ def robots(request):
 
 def held(robot: Robot) -> tuple[float, float]:
     """The leaf holds the interpreter: the wheels are neutral before it lets go, and then drive on."""
-    took = robot.wheels.stop()
-    neutral = robot.wheels.lines[-1]
-    again = robot.wheels.until(lambda line: line.moves)
-    assert again.t - neutral.t > HOLD - 1.5 * SOON
-    return took
+    held = robot.wheels.until(lambda line: line.what == "held")
+    freed = robot.wheels.until(lambda line: line.what == "freed")
+    assert freed.t - held.t >= HOLD
+    *_, newest = [line for line in robot.wheels.lines if line.what in ("command", "neutral")]
+    assert newest.what == "neutral"
+    robot.wheels.until(lambda line: line.moves)
+    return robot.wheels.measure(newest)
 
 
 def stopped(robot: Robot) -> tuple[float, float]:
@@ -86,7 +88,7 @@ def test_the_death_of_the_wheels_process_ends_the_run(robots, tmp_path):
         failed, end = robot.told()
     assert failed[1] == "BlockFailed"
     assert failed[0] - at < 1.0  # promised is a period, 0.05 s
-    assert "actuator wheels' ended: its process was ended by SIGKILL" in end[1]
+    assert "actuator 'R2/wheels' ended: its process was ended by SIGKILL" in end[1]
 
 
 def test_a_driver_that_raises_ends_the_run_in_neutral(robots, tmp_path):
@@ -94,7 +96,7 @@ def test_a_driver_that_raises_ends_the_run_in_neutral(robots, tmp_path):
         robot.wheels.drive(20)
         robot.wheels.stop()
         assert not any(line.moves for line in robot.wheels.end())
-        assert "actuator wheels' raised: RuntimeError: a worm (wheels.py:" in robot.told()[-1][1]
+        assert "actuator 'R2/wheels' raised: RuntimeError: a worm (wheels.py:" in robot.told()[-1][1]
 
 
 def test_a_driver_that_cannot_start_is_reported(robots, tmp_path):

@@ -13,7 +13,7 @@ import time
 from collections.abc import Sequence
 
 from ...device import Actuator
-from ...errors import DeviceError, Fault, InputError
+from ...errors import ActuatorError, DeviceError, Fault, InputError
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
 from .maker import DeviceMaker
 
@@ -54,7 +54,7 @@ class IsolatedActuator(Actuator):
         self._lock = threading.Lock()  # guards what follows
         self._number = self._answered = 0  # of the newest request, and of the newest that was answered
         self._unanswered = 0  # checks since the process last answered
-        self._failure: tuple[str, str] | None = None
+        self._failure: ActuatorError | None = None
         self._closed = False
         try:
             super().__init__(maker.name, self._ready(maker, max_age))
@@ -66,7 +66,7 @@ class IsolatedActuator(Actuator):
         with self._lock:
             self._read()
             if self._failure is not None:
-                raise DeviceError(self._failure[1])
+                raise self._failure.with_traceback(None)
             self._number += 1
             self._channel.send(Command(self._number, time.monotonic(), list(values)))
 
@@ -75,11 +75,11 @@ class IsolatedActuator(Actuator):
             self._number += 1
             self._channel.send(Neutral(self._number))
 
-    def check(self) -> tuple[str, str] | None:
+    def check(self) -> ActuatorError | None:
         """Read the process's messages; called once a control period.
 
         Returns:
-            None while the device takes commands; otherwise `raised`, `ended` or `hung`, and the reason.
+            What keeps the device from taking commands; None while nothing does.
         """
         with self._lock:
             self._read()
@@ -128,7 +128,7 @@ class IsolatedActuator(Actuator):
             self._fail("ended", f"its process {self._end()}")
 
     def _fail(self, kind: str, why: str) -> None:
-        self._failure = self._failure or (kind, why)
+        self._failure = self._failure or ActuatorError(why, kind)
 
     def _end(self) -> str:
         """How the process ended, in words."""
