@@ -25,7 +25,7 @@ from rocs_bt.compare import Bench, Place, ScenarioScene, Store, Trial, cores, sc
 
 SEEDS = range(1, size(25, 2))
 FIELDS, FIELD_SEEDS = size((8, (1, 2)), (1, (1,)))
-MANY = size(1000, 10)
+MANY, WORKERS = size((1000, None), (10, 1))  # episodes; None for a worker on each core
 
 
 class Here(Executor):
@@ -88,7 +88,9 @@ def growth(episodes: int) -> float:
         text = Catalog().find("scenario", "exp1").path.read_text("utf-8").replace('"60 s"', '"0.05 s"')
         (project / "scenarios").mkdir()
         (project / "scenarios" / "blink.toml").write_text(text, "utf-8")
-        sweep(["none"], ["blink"], range(episodes), catalog=Catalog(project), store=store, progress=look)
+        sweep(
+            ["none"], ["blink"], range(episodes), catalog=Catalog(project), store=store, workers=WORKERS, progress=look
+        )
     return (peaks[1] - peaks[0]) / 1024.0 / (0.9 * episodes / 1000.0)
 
 
