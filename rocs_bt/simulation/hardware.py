@@ -103,6 +103,7 @@ def drive(
             period=period,
             sink=relay,
             ended=lambda: end.signals.reason,
+            check=record.check,
         )
         files = [(agent.name, file) for agent in agents for file in agent.rule_files if watch_rules]
 
@@ -112,6 +113,7 @@ def drive(
                 episode.run()
 
         end.attempt(play)
+        end.attempt(record.check)
         shared = {a.name: {"sharing": None if a.sharing is None else a.sharing.told()} for a in agents}
         end.summarise(record.summary(episode.t, {"wall_time": episode.t, "agents": shared}))
     return end.result()

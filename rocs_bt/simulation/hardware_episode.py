@@ -29,6 +29,7 @@ class HardwareEpisode:
         period: Control period [s].
         sink: Takes the events.
         ended: Asked why a signal ends the run; empty while none does.
+        check: Called once a control period; what it raises ends the run.
 
     Attributes:
         t: Time of the last control period [s].
@@ -46,6 +47,7 @@ class HardwareEpisode:
         period: float,
         sink: EventSink,
         ended: Callable[[], str],
+        check: Callable[[], None] = lambda: None,
     ) -> None:
         self.t = 0.0
         self._agents = agents
@@ -57,6 +59,7 @@ class HardwareEpisode:
         self._period = period
         self._sink = sink
         self._ended = ended
+        self._check = check
         self._judges = {agent.name: Judge(end_on_stuck=False) for agent in agents}
         self._judging = Judging(agents, self._judges, sink)
         self._stuck: set[str] = set()
@@ -85,6 +88,7 @@ class HardwareEpisode:
 
     def _look(self) -> None:
         """Check devices and progress of all agents."""
+        self._check()
         for gate in self._gates:
             gate.check()
         for agent in self._agents:

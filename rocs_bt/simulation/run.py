@@ -103,6 +103,7 @@ def run(
         memory.keep(f"{spec.name}-{seed}", patient=ready.clock is None)
         episode = ready.episode(duration, record.before(watch), lambda: end.signals.reason)
         end.attempt(lambda: ready.play(episode, record.sink))
+        end.attempt(record.check)
         end.files.attempt("the knowledge", memory.close)
         end.summarise(ready.summary(record, episode, memory))
     return end.result()

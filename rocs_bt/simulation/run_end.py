@@ -112,11 +112,11 @@ class RunEnd:
         self._last.enter_context(self.signals)
 
     def attempt(self, play: Callable[[], object]) -> None:
-        """Play the run; an exception is raised again by `result`."""
+        """Play the run; the first exception is raised again by `result`."""
         try:
             play()
         except Exception as error:  # noqa: BLE001 - the boundary: it is raised when all files are written
-            self._failure = error
+            self._failure = self._failure or error
 
     def summarise(self, summary: Mapping[str, Any]) -> None:
         """Close the recording with its summary, and write summary.json."""

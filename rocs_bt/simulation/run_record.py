@@ -5,12 +5,28 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..event import EventSink, Fanout
+from ..event import Event, EventSink, Fanout
 from ..record import Recorder, RunHeader
 from .gathering import Gathering
 from .metrics import Metrics
 from .requirements import RequirementWatch
 from .summary import make_summary
+
+
+class _Listener:
+    """A sink of the caller's. After an exception it gets no more events, so that agents and recording go on."""
+
+    def __init__(self, sink: EventSink) -> None:
+        self.failure: Exception | None = None
+        self._take = sink.emit
+
+    def emit(self, event: Event) -> None:
+        """Hand on one event."""
+        if self.failure is None:
+            try:
+                self._take(event)
+            except Exception as error:  # noqa: BLE001 - the boundary: `check` raises it outside of the blocks
+                self.failure = error
 
 
 class RunRecord:
@@ -19,7 +35,7 @@ class RunRecord:
     Args:
         header: Header of the run; scenery and bodies do not matter.
         recorder: Writes the events; None if they are not recorded.
-        sinks: More sinks for all events.
+        sinks: More sinks for all events; `check` raises what one of them raised.
         batched: Whether events are handed on once a control period, by `before`. Not for threads.
 
     Attributes:
@@ -33,13 +49,29 @@ class RunRecord:
         self._metrics = Metrics((agent.name for agent in header.agents), simulated=header.simulated)
         self._gathering = Gathering(*([] if recorder is None else [recorder]), self._metrics)
         first = [self._gathering] if batched else self._gathering.sinks
-        recorded = Fanout(*first, *sinks)
+        self._listeners = [_Listener(sink) for sink in sinks]
+        recorded = Fanout(*first, *self._listeners)
         self._requirements = RequirementWatch(header.requirements, header.agents, recorded)
         self.sink: EventSink = Fanout(*recorded.sinks, self._requirements) if header.requirements else recorded
 
     def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """Called once a control period: hands on the events of the last one, then calls `watch`."""
-        return self._gathering.before(watch)
+        """Called once a control period: hands on the events of the last one, checks the sinks, then calls `watch`."""
+
+        def checked(t: float) -> bool:
+            self.check()
+            return watch(t)
+
+        return self._gathering.before(checked)
+
+    def check(self) -> None:
+        """Raise what a sink raised; the run ends with it.
+
+        Raises:
+            Exception: It did.
+        """
+        for listener in self._listeners:
+            if listener.failure is not None:
+                raise listener.failure
 
     def flush(self) -> None:
         """Hand on all events so far."""

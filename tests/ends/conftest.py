@@ -6,8 +6,8 @@ import resource
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -55,8 +55,9 @@ class Process(subprocess.Popen[str]):
     def wait_for(self, file: Path, size: int = BEGUN) -> None:
         """Wait until a file has grown to a size [B]; fails if the process ends before."""
         while not (file.exists() and file.stat().st_size >= size):
-            assert self.poll() is None, self.communicate()[1]
-            time.sleep(0.01)
+            with suppress(subprocess.TimeoutExpired):
+                self.wait(0.01)
+                raise AssertionError(f"the process has ended: {self.communicate()}")
 
     def notice(self) -> str:
         """The notice after a first signal, which begins with an empty line."""

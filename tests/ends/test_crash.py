@@ -13,7 +13,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import BlockError
-from rocs_bt.event import ActuatorCommanded, AgentStopped, Judged
+from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, Judged
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.record import Recording, report
 from rocs_bt.simulation import EndedAtOnce, Stage, StopSignals
@@ -54,6 +54,21 @@ def test_what_raises_beside_the_agents_stops_them_and_leaves_all_files(tmp_path,
     (note,) = caught.value.__notes__
     assert "R2 error: the run broke off: Defect: a worm" in note
     assert f"Report: {tmp_path}/report.html" in note
+
+
+@MODES
+def test_a_sink_that_raises_ends_the_run_and_loses_no_file(tmp_path, mode):
+    class Broken:
+        """Raises in the midst of whatever block emits first after a second."""
+
+        def emit(self, event: Event) -> None:
+            breaks(event.t)
+
+    with pytest.raises(Defect, match="a worm"):
+        rocs_bt.run("exp1", Catalog(), mode=mode, out=tmp_path, sinks=[Broken()])
+    agent = written(tmp_path)["agents"]["R2"]
+    assert (agent["outcome"], agent["reason"]) == ("error", "the run broke off: Defect: a worm")
+    assert agent["failed_block"] is None
 
 
 @MODES

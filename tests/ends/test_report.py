@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import random
 import shutil
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,8 @@ from rocs_bt.event import BlockFailed, Touched
 from rocs_bt.record import Recorder, Recording, RunHeader
 from rocs_bt.record.header import AgentInfo
 from rocs_bt.simulation import OUTCOMES, summary_of
+
+from .conftest import BEGUN
 
 UNRECORDED = ("wall_time", "real_time_factor", "trajectory_hash", "knowledge")
 REQUIRED = """format = "scenario/1"
@@ -124,8 +125,7 @@ def test_what_was_sure_when_a_recording_was_cut_off_outranks_interrupted(tmp_pat
 @pytest.mark.parametrize("mode", ["lockstep", "threaded"])
 def test_after_kill_9_there_is_a_report(project, start, capsys, mode) -> None:
     process = start("-m", "rocs_bt.cli", "run", "long", "--mode", mode, "--out", "out")
-    process.wait_for(project / "out/run.mcap")
-    time.sleep(random.Random(mode).uniform(0.0, 1.0))
+    process.wait_for(project / "out/run.mcap", BEGUN + random.Random(mode).randrange(BEGUN))
     process.kill()
     assert process.end()[0] == -9
     assert [file.name for file in Path("out").iterdir()] == ["run.mcap"]

@@ -71,14 +71,13 @@ def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, Stage]]:
         *,
         seed: int = 1,
         duration: float = 5.0,
-        change: Callable[[Wheels, float], None] = lambda mind, t: None,
+        change: Callable[[Wheels, float], bool | None] = lambda mind, t: None,
     ) -> tuple[Result, Wheels, Stage]:
         stage = set_stage(scenario, catalog, seed, sink)
         mind = Wheels("R2", stage, script)
 
         def watch(t: float) -> bool:
-            change(mind, t)
-            return True
+            return change(mind, t) is not False
 
         episode = Episode(
             stage.world,

@@ -111,6 +111,15 @@ def test_a_block_that_fails_is_an_error(exp1: ScenarioSpec, play: Play) -> None:
     assert "block 'R2/plan' raised: ValueError: no" in result.verdicts["R2"].reason
 
 
+def test_who_closes_the_viewer_interrupts_the_run(exp1: ScenarioSpec, play: Play) -> None:
+    sink = ListSink()
+    result, mind, _ = play(exp1, lambda t: (0.1, 0.1), sink, change=lambda mind, t: t < 1.0)
+    verdict = result.verdicts["R2"]
+    assert (verdict.outcome, verdict.reason) == ("interrupted", "the viewer was closed")
+    assert result.sim_time == pytest.approx(1.0)
+    assert mind.stopped == 1
+
+
 def test_a_mind_that_falls_silent_stops_and_it_is_told(exp1: ScenarioSpec, play: Play) -> None:
     sink = ListSink()
     scenario = dataclasses.replace(at(exp1, 0.0, 0.0, -1.5), movers=())
