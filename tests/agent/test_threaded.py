@@ -207,7 +207,7 @@ def test_a_failed_agent_names_the_actuator_that_does_not_stop(make_agent):
 
     stage.actuators["wheels"]._device.neutral = neutral
     agent.fail("plan", "raised", "on purpose")
-    assert "actuator 'wheels' did not stop: OSError: the wire is cut" in agent.reason
+    assert "actuator 'wheels' did not stop: ActuatorError: OSError: the wire is cut" in agent.reason
 
 
 def test_only_the_first_failure_counts(make_agent):

@@ -32,7 +32,7 @@ from rocs_bt.record.report import render_report
 
 from . import synthetic
 
-EVIL = "</script><b>&'\"\0\ud800"
+EVIL = "</script><b>&'\""
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def told(tmp_path_factory):
                 graph.remove("box")
                 graph.add("box", "object")
             clock.advance()
-        graph.add(EVIL[:-1], "object")
+        graph.add(EVIL, "object")
     recorder.close()
     return folder, graph
 
@@ -168,7 +168,7 @@ def test_the_page_is_one_file_and_no_text_breaks_out_of_it(stories):
     assert not re.search(r"<(link|script|img|iframe)[^>]*\s(src|href)=\"(?!data:)", page)
     assert "</script><b>" not in page
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
-    assert [name for name, _ in data["nodes"]] == ["R2", "origin", "box", EVIL[:-1]]
+    assert [name for name, _ in data["nodes"]] == ["R2", "origin", "box", EVIL]
     assert data["units"]["object"]["distance"] == "m"
 
 
