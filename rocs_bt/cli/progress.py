@@ -40,11 +40,12 @@ class Progress:
         """Tell how far it is."""
         if not self._shown:
             return
-        if self._bar is None:
-            if self._clock.now() < _PATIENCE:
-                return
-            self._start()
-        self._bar.update(self._task, completed=min(done, self._total))
+        if self._bar is None and self._clock.now() < _PATIENCE:
+            return
+        with perhaps_closed():
+            if self._bar is None:
+                self._start()
+            self._bar.update(self._task, completed=min(done, self._total))
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
