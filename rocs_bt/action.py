@@ -16,7 +16,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import numbers
 import typing
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
@@ -28,7 +27,7 @@ from .clock import Clock
 from .device import Actuator
 from .errors import Fault, InputError, unknown
 from .event import Event, Value
-from .units import FINITE, NONE, Bounds, Dimension
+from .parameter import Parameter as Parameter
 
 if TYPE_CHECKING:  # for the types of Body alone; at run time every arrow points down
     from .control.drive import Drive
@@ -165,6 +164,18 @@ class Action(ABC):
         for name, value in parameters.items():
             setattr(self, name, value)
 
+    @classmethod
+    def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterable[tuple[str, str]]:
+        """Parameters that a robot cannot carry out: each name with the reason; none by default.
+
+        Called when a mission or a rule file is checked, and when an agent is built.
+
+        Args:
+            parameters: Parameters that are known before the run, in SI units and of the declared types.
+            knowledge: Knowledge of the robot.
+        """
+        return ()
+
     def remaining(self, knowledge: Knowledge) -> float:
         """How far it is from done [m], by which Plan tells progress from being stuck; NaN where nobody can say."""
         return math.nan
@@ -230,54 +241,6 @@ class Impossible(AtomicAction):
         return self._failure
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """What a parameter of an action or a mission is.
-
-    Attributes:
-        name: Its name.
-        type: Its type.
-        dimension: Of a number, or of each in a list; None for what is none.
-        required: Whether it must be given.
-        default: What it is otherwise.
-        bounds: Which numbers make sense.
-    """
-
-    name: str
-    type: Any
-    dimension: Dimension | None
-    required: bool
-    default: Any
-    bounds: Bounds = FINITE
-
-    @classmethod
-    def annotated(cls, name: str, hint: Any, required: bool, default: Any) -> Parameter:
-        """A parameter from its annotation, such as `PositiveMetresPerSecond`."""
-        extras = getattr(hint, "__metadata__", ())
-        plain = hint.__origin__ if extras else hint
-        dimension = next((e for e in extras if isinstance(e, Dimension)), NONE if plain is float else None)
-        # Annotated flattens what it nests; what was written outermost stands last, and counts.
-        bounds = next((e for e in reversed(extras) if isinstance(e, Bounds)), FINITE)
-        return cls(name, plain, dimension, required, default, bounds)
-
-    def faults(self, value: Any, what: str) -> list[Fault]:
-        """Why it cannot have this value, in SI units; empty when it can. The one place that holds bounds.
-
-        Args:
-            value: A number, a list of numbers, or anything else, about which nothing is said.
-            what: The parameter, for the message, such as `cruise of GoTo`.
-        """
-        if self.dimension is None and self.type is not int:
-            return []
-        if self.type is float and not isinstance(value, numbers.Real):
-            return [Fault(f"{what} must be a number, found {value!r}.")]
-        wrong = next((v for v in _numbers(value) if not self.bounds.admit(v)), None)
-        if wrong is None:
-            return []
-        unit = "" if self.dimension in (None, NONE) else f" {self.dimension}"
-        return [Fault(f"{what} must be {self.bounds}, found {wrong:g}{unit}.")]
-
-
 @functools.cache
 def parameters_of(action: type[Action]) -> dict[str, Parameter]:
     """The parameters that an action class declares, in their order."""
@@ -296,8 +259,8 @@ def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mappin
     """An action by name, as rules and leaves ask for it.
 
     Raises:
-        InputError: The name, or a parameter, does not exist, a required one is missing, or a value is out of its
-            bounds; lists what does exist.
+        InputError: The name, or a parameter, does not exist, a required one is missing, or a value is not of its type
+            or out of its bounds; lists what does exist.
     """
     if name not in table:
         raise InputError(unknown("action", name, table))
@@ -311,6 +274,16 @@ def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mappin
     return table[name](**parameters)
 
 
+def refuse_misfits(action: type[Action], parameters: Mapping[str, Any], knowledge: Knowledge) -> None:
+    """Refuse parameters, known before the run, that a robot cannot carry out.
+
+    Raises:
+        InputError: There are such parameters; a fault for each.
+    """
+    if found := list(action.misfits(parameters, knowledge)):
+        raise InputError(*(f"{name} of {action.__name__}: {reason}." for name, reason in found))
+
+
 def _faults(action: type[Action], parameters: Mapping[str, Any]) -> list[Fault]:
     """What is wrong with values for an action's parameters: names and bounds."""
     declared, name, faults = parameters_of(action), action.__name__, list[Fault]()
@@ -320,15 +293,6 @@ def _faults(action: type[Action], parameters: Mapping[str, Any]) -> list[Fault]:
         else:
             faults += declared[key].faults(value, f"{key} of {name}")
     return faults
-
-
-def _numbers(value: Any) -> Iterator[float]:
-    """The numbers in a value, in a list of values, in a list of lists."""
-    if isinstance(value, numbers.Real):
-        yield float(value)
-    elif isinstance(value, Iterable) and not isinstance(value, str):
-        for part in value:
-            yield from _numbers(part)
 
 
 def _plain(value: Any) -> Value:

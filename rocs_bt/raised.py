@@ -167,6 +167,15 @@ def called_at() -> CodeLocation | None:
     return None if frame is None else _location(frame, frame.f_lineno)
 
 
+def waiting_at(steps: Any) -> CodeLocation | None:
+    """Location of the innermost line of content at which a suspended generator waits; None if there is none."""
+    found = None
+    while (frame := getattr(steps, "gi_frame", None)) is not None:
+        found = _location(frame, frame.f_lineno) if is_content(frame) else found
+        steps = getattr(steps, "gi_yieldfrom", None)
+    return found
+
+
 def causes(error: BaseException) -> Iterator[BaseException]:
     """An exception and the exceptions that it was raised from, outermost first."""
     seen: set[int] = set()

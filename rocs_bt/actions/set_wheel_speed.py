@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from ..action import AtomicAction, Body, Failure, Progress, Reason
+from ..errors import KnowledgeError
 from ..units import SPEED, Bounds, Seconds
+
+if TYPE_CHECKING:
+    from ..knowledge import Knowledge
 
 
 @dataclass(kw_only=True, eq=False)
@@ -30,6 +34,16 @@ class SetWheelSpeed(AtomicAction):
     duration: Annotated[Seconds, Bounds(0.0, infinite=True)] = math.inf
     until: Callable[[Body], bool] | None = None
     _begun: float | None = field(default=None, init=False, repr=False)
+
+    @classmethod
+    def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterator[tuple[str, str]]:
+        try:
+            wheels = knowledge.robot.drive.wheels
+        except KnowledgeError:  # a robot without wheels, which fails when it acts
+            return
+        if "speeds" in parameters and len(speeds := parameters["speeds"]) != len(wheels):
+            wanted = f"the drive takes {len(wheels)} rim speeds ({', '.join(wheels)})"
+            yield "speeds", f"{wanted}, found {len(speeds)}"
 
     def act(self, body: Body) -> Progress | Failure:
         speeds = np.asarray(self.speeds, dtype=float)

@@ -125,7 +125,7 @@ def build_agent(
     actions = action_table(*mind.actions)
     pipeline = Pipeline(clock, sink, name, latency=mind.latency)
     environment = Environment.of(knowledge.signals)
-    rule_files = _rule_files(mind, robot, environment, actions, keep)
+    rule_files = _rule_files(mind, robot, environment, actions, knowledge, keep)
     knowledge.reactive_models.extend([*(file.model for file in rule_files), *mind.reflexes(knowledge)])
     _follow_mode(knowledge, [file.model for file in rule_files])
     sharing = None if share is None else _with_mailbox(share(knowledge), sensors)
@@ -190,7 +190,12 @@ def _knowledge(name: str, robot: RobotSpec, drive: Drive, mind: Mind, clock: Clo
 
 
 def _rule_files(
-    mind: Mind, robot: RobotSpec, environment: Environment, actions: Mapping[str, type[Action]], keep: Keep
+    mind: Mind,
+    robot: RobotSpec,
+    environment: Environment,
+    actions: Mapping[str, type[Action]],
+    knowledge: Knowledge,
+    keep: Keep,
 ) -> list[RuleFile]:
     """The rule files in force; agents of the same robot and mission share what was read."""
     return [
@@ -199,6 +204,7 @@ def _rule_files(
             environment,
             actions,
             thresholds(robot, file),
+            knowledge,
             partial(keep, ("rules", file, robot.file, mind.mission)),
         )
         for file in mind.rules

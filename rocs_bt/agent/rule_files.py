@@ -11,7 +11,8 @@ from ..clock import Clock
 from ..errors import InputError
 from ..event import EventSink, RulesReplaced
 from ..expression import Environment
-from ..reactive import Override, RuleModel, RuleSet, included_files, load_rules
+from ..knowledge import Knowledge
+from ..reactive import Override, RuleModel, RuleSet, included_files, load_rules, rule_misfits
 
 POLL = 0.2
 """How often a watching thread looks at the files [s]."""
@@ -25,6 +26,7 @@ class RuleFile:
         environment: The agent's signals.
         actions: The agent's actions by name.
         overrides: The robot's own values of thresholds, by name.
+        knowledge: All that the robot knows.
         keep: Gives what was read before by another agent of the same content, or else reads it.
 
     Attributes:
@@ -40,12 +42,14 @@ class RuleFile:
         environment: Environment,
         actions: Mapping[str, type[Action]],
         overrides: Mapping[str, Override],
+        knowledge: Knowledge,
         keep: Callable[[Callable[[], RuleSet]], RuleSet] = lambda read: read(),
     ) -> None:
         self.file = file
         self._environment = environment
         self._actions = actions
         self._overrides = overrides
+        self._knowledge = knowledge
         self._stamps: dict[Path, tuple[int, int] | None] = {}
         self.model = RuleModel(self._stamped(keep(self._load)))
 
@@ -68,11 +72,16 @@ class RuleFile:
 
         before = {path: _stamp(path) for path in self._stamps}  # what changes while it is read is another change
         found = examine_rules(self.file, self._environment, self._actions, self._overrides)
-        if wrong := [fault for fault in found if not fault.warning]:
+        wrong = [fault for fault in found if not fault.warning]
+        try:
+            rules = self._load()
+        except InputError as error:
+            wrong = wrong or list(error.faults)
+        if wrong:
             # A file that it includes from now on may be the one to mend.
             self._stamps = {path: _stamp(path) for path in included_files(self.file)} | before
             raise InputError(*wrong)
-        rules = self._stamped(self._load())
+        rules = self._stamped(rules)
         self._stamps |= {path: stamp for path, stamp in before.items() if path in self._stamps}
         self.model.replace(rules)
         return rules
@@ -92,7 +101,10 @@ class RuleFile:
         sink.emit(RulesReplaced(t=clock.now(), agent=agent, rules=self.file.stem, accepted=accepted, detail=detail))
 
     def _load(self) -> RuleSet:
-        return load_rules(self.file, self._environment, self._actions, overrides=self._overrides)
+        rules = load_rules(self.file, self._environment, self._actions, overrides=self._overrides)
+        if faults := list(rule_misfits(rules.rules, self._actions, self._knowledge)):
+            raise InputError(*faults)
+        return rules
 
     def _stamped(self, rules: RuleSet) -> RuleSet:
         self._stamps = {path: _stamp(path) for path in rules.files}

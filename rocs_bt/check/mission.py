@@ -34,11 +34,18 @@ def check_mission_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
         if robot is not None:
             mind = Mind(build=idle, schema=catalog.load_schema())
             agent = paper_agent(catalog.load_robot(str(robot.path)), catalog.load_class, mind)
-            yield from built_faults(build, agent, {})
+            yield from built_faults(build, agent, {}, fit=False)
 
 
-def built_faults(build: Any, agent: Agent, parameters: Mapping[str, Any]) -> list[Fault]:
-    """All that is wrong with a mission when it is built for an agent with these parameters, in SI units."""
+def built_faults(build: Any, agent: Agent, parameters: Mapping[str, Any], *, fit: bool = True) -> list[Fault]:
+    """All that is wrong with a mission when it is built for an agent with these parameters, in SI units.
+
+    Args:
+        build: The mission.
+        agent: The agent.
+        parameters: The mission's parameters.
+        fit: Whether the agent's robot is the one that the mission is for, and not just any.
+    """
     environment = Environment.of(agent.knowledge.signals)
     return check_mission(
         build,
@@ -47,6 +54,7 @@ def built_faults(build: Any, agent: Agent, parameters: Mapping[str, Any]) -> lis
         clock=agent.clock,
         parameters=parameters,
         compile_guard=lambda text: compile_expression(text, environment),
+        fit=fit,
     )
 
 

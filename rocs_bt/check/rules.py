@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 
 from ..actions import ACTIONS
 from ..agent.build import thresholds
 from ..catalog import Catalog, Entry
 from ..errors import Fault, InputError
 from ..expression import Environment
-from ..reactive import RuleSet, load_rules
+from ..reactive import RuleSet, load_rules, rule_misfits
 from ..reactive.analysis import examine_rules
 from .paper import paper_agent
 
@@ -24,8 +25,13 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             agent = paper_agent(robot, catalog.load_class)
         except InputError:
             continue  # told where the robot itself is checked
-        own = thresholds(robot, entry.path)
-        yield from examine_rules(entry.path, Environment.of(agent.knowledge.signals), ACTIONS, own)
+        own, environment = thresholds(robot, entry.path), Environment.of(agent.knowledge.signals)
+        yield from examine_rules(entry.path, environment, ACTIONS, own)
+        if name not in _users(entry, catalog):  # no scenario combines this robot with these rules
+            continue
+        with suppress(InputError):  # reported by examine_rules
+            rules = load_rules(entry.path, environment, ACTIONS, overrides=own).rules
+            yield from rule_misfits(rules, ACTIONS, agent.knowledge)
 
 
 def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> list[tuple[str, RuleSet]]:
@@ -48,7 +54,12 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
 
 
 def _robots(entry: Entry, catalog: Catalog) -> list[str]:
-    """The robots that are to flinch by a rule file; where no scenario uses it, the first robot that there is."""
+    """The robots whose scenarios use a rule file; the first robot of all if none does."""
+    return _users(entry, catalog) or [e.name for e in catalog.list("robot")][:1]
+
+
+def _users(entry: Entry, catalog: Catalog) -> list[str]:
+    """The robots whose scenarios use a rule file."""
     used: dict[str, None] = {}
     for scenario in catalog.list("scenario"):
         try:
@@ -56,4 +67,4 @@ def _robots(entry: Entry, catalog: Catalog) -> list[str]:
         except InputError:
             continue  # told where the scenario itself is checked
         used.update(dict.fromkeys(a.robot for a in agents if entry.name in a.rules))
-    return list(used) or [e.name for e in catalog.list("robot")][:1]
+    return list(used)

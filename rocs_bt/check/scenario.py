@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 
 from ..actions import action_table
 from ..agent import Mind
@@ -12,6 +13,7 @@ from ..drivers.mujoco import MujocoActuator, MujocoSensor
 from ..errors import Fault, InputError
 from ..expression import Environment
 from ..plan import mission_actions, mission_arguments
+from ..reactive import load_rules, rule_misfits
 from ..reactive.analysis import examine_fit
 from ..record import TRUTH
 from ..simulation import requirement_faults
@@ -75,7 +77,12 @@ def _mind_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> 
     period, modes = scenario.rate.control_rate.period, named_in(catalog.find("mission", agent.mission).path)
     for name in agent.rules:
         file = catalog.find("rules", name).path
-        yield from examine_fit(file, environment, actions, thresholds(robot, file), period, modes)
+        own = thresholds(robot, file)
+        yield from examine_fit(file, environment, actions, own, period, modes)
+        with suppress(InputError):  # reported already
+            yield from rule_misfits(
+                load_rules(file, environment, actions, overrides=own).rules, actions, built.knowledge
+            )
     signals = built.knowledge.signals
     known = Environment.packed([*(signals.spec(name) for name in signals.names), *TRUTH])
     yield from requirement_faults(scenario, agent.name, known)

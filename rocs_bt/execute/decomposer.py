@@ -7,6 +7,7 @@ from contextlib import ExitStack
 
 from ..action import Action, ActionFailed, AtomicAction, Body, Failure, MacroAction, Reason
 from ..errors import InputError, PipelineError
+from ..raised import CodeLocation, waiting_at
 
 MAX_DEPTH = 16
 MAX_STEPS = 64
@@ -47,6 +48,12 @@ class ActionDecomposer:
     def nested(self) -> bool:
         """Whether a macro waits for the atomic action to end."""
         return bool(self._stack)
+
+    def lines(self) -> Iterator[CodeLocation]:
+        """Lines of content at which macro-actions wait for the action that they yielded, innermost first."""
+        for _, steps in reversed(self._stack):
+            if (line := waiting_at(steps)) is not None:
+                yield line
 
     def succeeded(self) -> None:
         """The atomic action succeeded."""

@@ -220,7 +220,10 @@ class Execute:
         if action is None:
             return False
         reflex = ticket is not None and ticket.priority is Priority.HIGH
-        raised = Raised.of("reflex action" if reflex else "action", action.name, error, _step_of(action), action)
+        # An action of the engine has no line of content; the macro-action of content that yielded it has.
+        lines = self._decomposer.lines() if self._decomposer is not None else ()
+        kind = "reflex action" if reflex else "action"
+        raised = Raised.of(kind, action.name, error, _step_of(action), action, *lines)
         if ticket is not None:
             self._end(Failure(Reason.RAISED, str(raised)))
         self.on_exception(raised)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 from py_trees.common import Status
 
 from ..action import Action, Parameter, make_action, parameters_of
-from ..errors import InputError
+from ..errors import Fault, InputError
 from ..units import NONE, convert
 from .act import MAX_PREEMPTIONS, Act
 from .nodes import REQUIRED, Input, Leaf
@@ -48,6 +48,13 @@ class ActionNode(Act):
                     self._told = {**self._told, port: value}
                     self.mission.pipeline.update(ticket, {port: value})
         return super().update()
+
+    def doubts(self) -> Iterator[tuple[str, Fault]]:
+        if not (self.runtime.has_mission and self.mission.fit and self.action in self.mission.actions):
+            return
+        known = {n: self.read(n) for n in self.given if n != "max_preemptions" and self.key(n) is None}
+        for name, reason in self.mission.actions[self.action].misfits(known, self.mission.knowledge):
+            yield name, Fault(f"{reason}.")
 
     @property
     def mission(self) -> Mission:

@@ -17,6 +17,7 @@ from ..expression import Expression
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
 from .examine import examine
+from .examine.place import fault_at
 from .mission import Mission
 from .nodes import Tree, descendants
 from .parameters import mission_parameters
@@ -32,6 +33,7 @@ def check_mission(
     clock: Clock,
     parameters: Mapping[str, Any] | None = None,
     compile_guard: Callable[[str], Expression] | None = None,
+    fit: bool = True,
 ) -> list[Fault]:
     """All faults of a mission; empty when it is fine. Those marked `warning` do not keep it from running.
 
@@ -42,6 +44,7 @@ def check_mission(
         clock: Time.
         parameters: The mission's parameters, in SI units.
         compile_guard: Compiles expressions over the robot's signals.
+        fit: Whether the robot is the one that the mission is for, and not just any.
     """
     try:
         declared = mission_parameters(build)
@@ -60,6 +63,8 @@ def check_mission(
         sink=sink,
         compile_guard=compile_guard,
         survey=True,
+        fit=fit,
+        passed=[value for value in (parameters or {}).values() if isinstance(value, str)],
     )
     try:
         root = build(mission, **(parameters or {}))
@@ -91,5 +96,5 @@ def _tree_doubts(root: Behaviour, mission: Mission) -> list[Fault]:
             faults.append(Fault(message, hint=hint, warning=True))
     for leaf in mission.leaves:
         if leaf not in nodes:
-            faults.append(Fault(f"the leaf '{leaf.name}' was made but is not in the tree.", warning=True))
+            faults.append(fault_at(leaf, "this leaf was made but is not in the tree."))
     return faults

@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from py_trees.behaviour import Behaviour
 
-from ..action import Action, make_action, parameters_of
+from ..action import Action, make_action, parameters_of, refuse_misfits
 from ..clock import Clock
 from ..errors import Fault, InputError, unknown
 from ..event import Event, EventSink
 from ..expression import TRUTH, Expression
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
-from ..units import NOT_NEGATIVE, TIME, convert
+from ..raised import called_at
+from ..units import NOT_NEGATIVE, TIME, Dimension, convert
 from .act import MAX_PREEMPTIONS, Act
 from .board import Board
 from .condition import Condition
 from .content import Content, NoContent
 from .enter import Enter
 from .nodes import BUILTIN, Node, Registry, SubTree
+from .origin import MissionLine
 from .question import Question
 from .wait import Wait
+
+L = TypeVar("L", bound=Node)
 
 
 class Mission:
@@ -48,6 +52,9 @@ class Mission:
         compile_guard: Compiles an expression over the signals; None where there are no expressions.
         rule_reading: Tells a rule's guard with its present readings, for the reason of a robot that is stuck.
         survey: Whether this is a check: leaves with faults are made all the same, and the faults collected.
+        fit: Whether the robot is the one that the mission is for, and not just any: only then actions must fit it.
+        passed: In a survey, the values of the mission's parameters; a goal or leader among them is reported where the
+            scenario sets the parameter, not at the line of the mission.
         rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
             it, so that a planner that draws repeats.
 
@@ -73,6 +80,8 @@ class Mission:
         compile_guard: Callable[[str], Expression] | None = None,
         rule_reading: Callable[[str], str] = lambda rule: "",
         survey: bool = False,
+        fit: bool = True,
+        passed: Collection[object] = (),
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
     ) -> None:
         self.name = name
@@ -92,6 +101,8 @@ class Mission:
         self._nodes: Registry | None = None
         self._compile = compile_guard
         self.survey = survey
+        self.fit = fit
+        self._passed = passed
         self._paths: Mapping[Any, str] = {}
         self._time = clock.now()
         self._snapshot: list[float] | None = None
@@ -112,6 +123,8 @@ class Mission:
         try:
             given = self._in_si(action, parameters)
             make_action(self.actions, action, given)
+            if self.fit:
+                refuse_misfits(self.actions[action], given, self.knowledge)
         except InputError as error:
             self._fault(error)
         goal, leader = given.get("goal"), given.get("leader")
@@ -120,9 +133,7 @@ class Mission:
         if self.survey and isinstance(leader, str):
             self._look_for_robot(action, leader)
         shown = name or (f"{action} {goal}" if isinstance(goal, str) else action)
-        leaf = Act(shown, self, lambda: make_action(self.actions, action, given), max_preemptions)
-        self.leaves.append(leaf)
-        return leaf
+        return self._made(Act(shown, self, lambda: make_action(self.actions, action, given), max_preemptions))
 
     def when(self, expression: str, /, *, name: str = "") -> Condition:
         """A leaf that asks an expression over the signals, such as `min(front) > 0.5 m`.
@@ -141,8 +152,7 @@ class Mission:
             holds=lambda: question is not None and question.holds(),
             reading=lambda: "" if question is None else question.reading(),
         )
-        self.leaves.append(leaf)
-        return leaf
+        return self._made(leaf)
 
     def ask(self, expression: str) -> Question:
         """An expression over the signals, such as `min(front) > 0.5 m`, to be asked whenever a leaf wants to know.
@@ -173,13 +183,13 @@ class Mission:
         if tag not in self._nodes:  # where nobody has it, all are loaded, to tell what there is
             self._nodes = self._nodes.with_(self.content.load_nodes({tag}) or self.content.load_nodes())
         given = {port.rstrip("_"): value for port, value in attributes.items()}  # `if_` is the port `if`
-        return self._nodes.make(tag, name or tag, children, given)
+        made = self._nodes.make(tag, name or tag, children, given)
+        made.origin = MissionLine.here()
+        return made
 
     def enter(self, mode: str, /, *, name: str = "") -> Enter:
         """A leaf that puts the agent in another mode, such as `dock`: rules that list modes live in those alone."""
-        leaf = Enter(name or f"enter {mode}", mode, self.knowledge)
-        self.leaves.append(leaf)
-        return leaf
+        return self._made(Enter(name or f"enter {mode}", mode, self.knowledge))
 
     def wait(self, duration: float | str, /, *, name: str = "") -> Wait:
         """A leaf that lets time pass, on the agent's own clock.
@@ -198,9 +208,7 @@ class Mission:
                 raise InputError(f"wait must be {NOT_NEGATIVE}, found {seconds:g} s.")
         except InputError as error:
             self._fault(error)
-        leaf = Wait(name or f"wait {seconds:g} s", seconds, self.clock)
-        self.leaves.append(leaf)
-        return leaf
+        return self._made(Wait(name or f"wait {seconds:g} s", seconds, self.clock))
 
     def tree(
         self, source: Path | str, /, *, main: str = "", nodes: Sequence[type[Node]] = (), **values: Any
@@ -239,6 +247,12 @@ class Mission:
         """A tick begins: conditions see one snapshot, taken when the first of them asks."""
         self._time, self._paths, self._snapshot = t, paths, None
 
+    def _made(self, leaf: L) -> L:
+        """Note a new leaf and the line of the mission that made it."""
+        leaf.origin = MissionLine.here()
+        self.leaves.append(leaf)
+        return leaf
+
     def _guard(self, text: str) -> Expression:
         if self._compile is None:
             raise InputError(f"'{text}' cannot be asked: this mission was given no signals.")
@@ -266,10 +280,10 @@ class Mission:
         given, faults = dict(parameters), list[Fault]()
         for name, value in parameters.items():
             dimension = declared[name].dimension if name in declared else None
-            if dimension is None or not isinstance(value, str):
+            if dimension is None:
                 continue
             try:
-                given[name] = convert(value, dimension, f"{name} of {action}")
+                given[name] = _converted(value, dimension, f"{name} of {action}")
             except InputError as error:
                 faults.extend(error.faults)
         if faults:
@@ -282,18 +296,40 @@ class Mission:
         if known and world.pose_of(goal) is None:
             found = unknown("place", goal, known, "The world")
             hint = f"{found.hint} {action} fails unless it is found on the way."
-            self.faults.append(Fault(found.message, hint=hint, warning=True))
+            self._warn(Fault(found.message, hint=hint, warning=True), about=goal)
 
     def _look_for_robot(self, action: str, leader: str) -> None:
         known = self.knowledge.world.peers()
         if known and leader not in known:
             found = unknown("other robot", leader, known, "The world")
-            self.faults.append(Fault(found.message, hint=f"{found.hint} {action} fails at once.", warning=True))
+            hint = f"{found.hint} {action} fails at once."
+            self._warn(Fault(found.message, hint=hint, warning=True), about=leader)
 
     def _fault(self, error: InputError) -> None:
+        """Raise the faults, or collect them in a survey. Columns that count within an expression are removed."""
+        faults = [replace(fault, column=0) if fault.file is None else fault for fault in error.faults]
         if not self.survey:
-            raise error
-        self.faults.extend(error.faults)
+            raise type(error)(*faults) from error
+        self._warn(*faults)
+
+    def _warn(self, *faults: Fault, about: object = None) -> None:
+        """Collect faults of a survey, at the line of the mission that is being executed.
+
+        Args:
+            faults: The faults.
+            about: The value that is wrong; the faults get no line if it is a parameter of the mission.
+        """
+        here = None if about in self._passed else called_at()
+        self.faults.extend(faults if here is None else (fault.at(here.file, here.line) for fault in faults))
+
+
+def _converted(value: Any, dimension: Dimension, what: str) -> Any:
+    """A value whose quantities, also those in lists, are SI numbers."""
+    if isinstance(value, str):
+        return convert(value, dimension, what)
+    if isinstance(value, (list, tuple)):
+        return [_converted(part, dimension, what) for part in value]
+    return value
 
 
 def _no_tree(name: str, new: Behaviour) -> None:

@@ -4,6 +4,7 @@ from .arc import ReflexArc
 from .backend import Backend, Machine, Steps, choose_backend
 from .include import included_files
 from .kernel_backend import kernel_missing
+from .misfits import rule_misfits
 from .python_backend import python_source
 from .reactive_model import ReactiveModel, Reflex
 from .rule import Argument, OnInvalid, Place, Rule, RuleSet, RuleTest
@@ -37,5 +38,6 @@ __all__ = [
     "load_rules",
     "lower_rules",
     "python_source",
+    "rule_misfits",
     "run_tests",
 ]

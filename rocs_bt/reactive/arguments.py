@@ -92,7 +92,7 @@ def _hold(table: Table, parameter: Parameter, value: Any, action: str) -> None:
     for part in parts:
         if part is None or isinstance(part, Expression):
             continue
-        if faults := parameter.faults(part, f"{parameter.name} of {action}"):
+        if faults := parameter.bound_faults(part, f"{parameter.name} of {action}"):
             table.adopt(parameter.name, InputError(*faults))
 
 

@@ -110,3 +110,46 @@ def test_an_actuator_that_raises_ends_the_run_with_exit_code_1(own, project, roc
     assert f"R1 error (first, seed 1): {what}\n" in told.out
     assert summary(project)["failed_block"] == "actuator wheels"
     assert summary(project)["reason"] == what
+
+
+OWN_ACTION = '''
+from dataclasses import dataclass
+
+from rocs_bt import MacroAction, Mission
+from rocs_bt.actions import SetWheelSpeed
+from rocs_bt.units import PositiveMetresPerSecond
+
+
+@dataclass(kw_only=True, eq=False)
+class Nudge(MacroAction):
+    """Yields an action of the engine with a parameter that it cannot use."""
+
+    def decompose(self, body):
+        yield SetWheelSpeed(speeds=[0.1, 0.1], duration=0.2)
+        {middle}
+
+    def part(self):
+        yield SetWheelSpeed(speeds=["0.6 m/s", "fast"])  # here
+
+
+def build(mission: Mission, *, first: str, second: str, cruise: PositiveMetresPerSecond = 0.4):
+    return mission.act("Nudge")
+
+
+build.actions = [Nudge]
+'''
+
+
+@pytest.mark.parametrize(
+    "middle",
+    ["yield from self.part()", 'yield SetWheelSpeed(speeds=["0.6 m/s", "fast"])  # here'],
+    ids=["part", "whole"],
+)
+def test_an_exception_of_an_engine_action_names_the_line_that_yielded_it(middle, project, rocs_bt):
+    file = project / "planners/missions/patrol.py"
+    file.write_text(OWN_ACTION.format(middle=middle))
+    line = next(i for i, each in enumerate(file.read_text().splitlines(), 1) if each.endswith("# here"))
+    told = rocs_bt("run", "first", "--no-report")
+    assert told.code == 1
+    words = "action 'SetWheelSpeed' raised ValueError: could not convert string to float: '0.6 m/s'"
+    assert f"{words} (patrol.py:{line}); brakes and asks the plan again (1 of 3 within 10 s)" in told.out

@@ -160,7 +160,7 @@ class TestCheck:
 
         (fault,) = check(build)
         assert fault.warning
-        assert "'TurnTo' was made but is not in the tree" in str(fault)
+        assert "test_mission_files.py:158: warning: 'TurnTo': this leaf was made but is not in the tree." in str(fault)
 
     def test_wall_clocks_and_shared_blackboards_are_warned_of(self, check):
         class Writes(py_trees.behaviours.Running):

@@ -104,7 +104,7 @@ def _range(parameter: Parameter, text: str) -> tuple[float, float]:
     if len(ends) != 2:
         raise InputError(Fault(f"'{text}' is no range of {name}.", hint=hint))
     low, high = (_end(parameter, end.strip(), hint) for end in ends)
-    if faults := [*parameter.faults(low, name), *parameter.faults(high, name)]:
+    if faults := [*parameter.bound_faults(low, name), *parameter.bound_faults(high, name)]:
         raise InputError(*faults)
     if low > high:
         raise InputError(Fault(f"the range of {name} ends before it begins: {text}.", hint=hint))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -46,10 +46,12 @@ class SubTree(Decorator):
         known = {n: v for n, v in attributes.items() if n in CONDITIONS or n in RESERVED or n.startswith("_")}
         return super().attribute_faults(known)
 
-    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
-        super().bind(board, runtime)
+    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+        for _ in super().bind(board, runtime):
+            pass
         if self._inner is not None and self._inner.parent is board:
-            return [(self.decorated, self._inner)]  # the tree was edited elsewhere; what is known here stays
+            yield self.decorated, self._inner  # the tree was edited elsewhere; what is known here stays
+            return
         inner = self._inner = Board(board, autoremap=self.autoremap, name=self.name)
         for name, given in self.remaps.items():
             key = pointed(given, name)
@@ -57,7 +59,7 @@ class SubTree(Decorator):
                 inner.remapping[name] = key
             else:
                 inner.own(name, _literal(given))
-        return [(self.decorated, inner)]
+        yield self.decorated, inner
 
     def tick_once(self) -> Outcome:
         self.status = RUNNING

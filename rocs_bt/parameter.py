@@ -1,0 +1,112 @@
+"""Parameters of actions, missions and drivers: name, type, dimension and bounds, from a person's annotations."""
+
+from __future__ import annotations
+
+import numbers
+import types
+import typing
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import Fault
+from .units import FINITE, NONE, Bounds, Dimension
+
+_WORDS: Mapping[Any, str] = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
+_NUMBERS: Mapping[Any, type] = {float: numbers.Real, int: numbers.Integral}
+_LISTS = (list, tuple, Sequence)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of an action, a mission or a driver.
+
+    Attributes:
+        name: Its name.
+        type: Its type.
+        dimension: Dimension of the number, or of each number of a list; None if it is neither.
+        required: Whether it must be given.
+        default: Its value otherwise.
+        bounds: Range of valid numbers.
+    """
+
+    name: str
+    type: Any
+    dimension: Dimension | None
+    required: bool
+    default: Any
+    bounds: Bounds = FINITE
+
+    @classmethod
+    def annotated(cls, name: str, hint: Any, required: bool, default: Any) -> Parameter:
+        """A parameter from its annotation, such as `PositiveMetresPerSecond`."""
+        extras = getattr(hint, "__metadata__", ())
+        plain = hint.__origin__ if extras else hint
+        dimension = next((e for e in extras if isinstance(e, Dimension)), NONE if plain is float else None)
+        # Annotated flattens what it nests; what was written outermost stands last, and counts.
+        bounds = next((e for e in reversed(extras) if isinstance(e, Bounds)), FINITE)
+        return cls(name, plain, dimension, required, default, bounds)
+
+    def faults(self, value: Any, what: str) -> list[Fault]:
+        """Faults of a value's type and bounds; empty if it is valid.
+
+        Args:
+            value: Value in SI units.
+            what: Name of the parameter in messages, such as `cruise of GoTo`.
+        """
+        if (wanted := misfit(self.type, value)) is not None:
+            return [Fault(f"{what} must be {wanted}, found {value!r:.80}.")]
+        return self.bound_faults(value, what)
+
+    def bound_faults(self, value: Any, what: str) -> list[Fault]:
+        """Faults of a value's bounds alone, for an element of a list or an end of a range."""
+        if self.dimension is None and self.type is not int:
+            return []
+        wrong = next((v for v in _numbers(value) if not self.bounds.admit(v)), None)
+        if wrong is None:
+            return []
+        unit = "" if self.dimension in (None, NONE) else f" {self.dimension}"
+        return [Fault(f"{what} must be {self.bounds}, found {wrong:g}{unit}.")]
+
+
+def misfit(kind: Any, value: Any) -> str | None:
+    """Expected type in words, if a value is not of it; None if the value fits, or if the type is not checked.
+
+    Args:
+        kind: Annotation without metadata. Checked are plain types, lists and tuples of them, and unions.
+        value: The value; numbers may be numpy's.
+    """
+    if type(value) is kind:
+        return None
+    if kind in _WORDS:
+        fits = isinstance(value, _NUMBERS.get(kind, kind)) and not isinstance(value, bool)
+        return None if fits else _WORDS[kind]
+    origin, parts = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Annotated:
+        return misfit(parts[0], value)
+    if origin in (typing.Union, types.UnionType):
+        wanted = [misfit(part, value) for part in parts if part is not type(None)]
+        return None if (value is None and type(None) in parts) or None in wanted else " or ".join(map(str, wanted))
+    return _misfit_of_list(origin, parts, value) if (origin or kind) in _LISTS else None
+
+
+def _misfit_of_list(origin: Any, parts: tuple[Any, ...], value: Any) -> str | None:
+    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Collection):
+        return "a list"
+    if origin is tuple and parts and parts[-1] is not Ellipsis:
+        if len(value) != len(parts):
+            return f"a list of {len(parts)} values"
+        kinds = parts
+    else:
+        kinds = (parts[0] if parts else Any,) * len(value)
+    wanted = next((w for kind, each in zip(kinds, value, strict=True) if (w := misfit(kind, each)) is not None), None)
+    return None if wanted is None else f"a list in which each is {wanted}"
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """The numbers in a value, in a list of values, in a list of lists."""
+    if isinstance(value, numbers.Real):
+        yield float(value)
+    elif isinstance(value, Iterable) and not isinstance(value, str):
+        for part in value:
+            yield from _numbers(part)
