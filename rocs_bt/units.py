@@ -128,7 +128,8 @@ def parse_unit(text: str) -> Quantity:
             raise UnitError(Fault(f"'{text}' is not a unit.", hint="Write for example 'm', 'deg', 'm/s', 'm/s2'."))
         name, power = match[2], int(match[3] or 1)
         if name not in _UNITS:
-            raise UnitError(Fault(f"'{name}' in '{text}' is not a unit.", hint=did_you_mean(name, _UNITS, "The list")))
+            where = "" if name == stripped else f" in '{stripped}'"
+            raise UnitError(Fault(f"'{name}'{where} is not a unit.", hint=did_you_mean(name, _UNITS, "The list")))
         sign = -1 if match[1] == "/" else 1
         factor *= _UNITS[name][0] ** (sign * power)
         dimension = dimension * _UNITS[name][1] ** (sign * power)

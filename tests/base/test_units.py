@@ -75,7 +75,7 @@ def test_dimensions_multiply_and_cancel():
     [
         ("3 s", "turn must be in rad, found '3 s' which is in s"),
         (3, "turn needs a unit, found the bare number 3"),
-        ("3 degs", "'degs' in 'degs' is not a unit. Did you mean 'deg'?"),
+        ("3 degs", "'degs' is not a unit. Did you mean 'deg'?"),
         (True, "turn must be a quantity in rad, found True"),
         (["3 deg"], "turn must be a quantity in rad"),
     ],
