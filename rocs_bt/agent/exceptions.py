@@ -1,7 +1,8 @@
 """Exceptions of content in a running agent.
 
 The robot brakes, the exception is reported, and the plan is asked again from the current state. The third exception
-within 10 s fails the mission. A reflex whose action raises stops the robot until the latch of its rule clears.
+within 10 s fails the mission. A reflex whose action raises stops the robot until the latch of its rule clears, a
+reactive model until it no longer raises.
 """
 
 from __future__ import annotations
@@ -20,6 +21,12 @@ LIMIT = 3
 
 WINDOW = 10.0
 """Time within which exceptions are counted [s]."""
+
+_OF_REFLEXES = {
+    "reflex action": "stops until the latch of the rule clears",
+    "reactive model": "stops until the model no longer raises",
+}
+"""What is done about the exceptions that the reflex arc answers, by kind."""
 
 _SLACK = 1e-9  # [s] by which sums of periods may miss a time
 
@@ -52,10 +59,11 @@ class ContentExceptions:
     def take(self, raised: Raised) -> None:
         """Brake first, then report the exception, then ask the plan again or fail the mission.
 
-        The exception of a reflex's action is reported and not counted: the reflex arc stops the robot.
+        The exception of a reactive model or of a reflex's action is reported and not counted: the reflex arc stops the
+        robot.
         """
-        if raised.kind == "reflex action":
-            self._report(raised, "stops until the latch of the rule clears")
+        if (effect := _OF_REFLEXES.get(raised.kind)) is not None:
+            self._report(raised, effect)
             return
         name = f"the exception of {raised.kind} '{raised.content}'"
         self._pipeline.interrupt(by=name)

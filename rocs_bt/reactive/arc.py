@@ -21,8 +21,9 @@ from ..clock import Clock
 from ..errors import InputError
 from ..event import EventSink, RuleChanged, Value
 from ..pipeline import Pipeline, Priority, Ticket
-from ..raised import Raised
+from ..raised import Raised, from_actuator
 from .reactive_model import ReactiveModel, Reflex
+from .rule_model import RuleModel
 
 OVERTAKEN = 0.5  # [s]; a snapshot this much older than the last one was overtaken on another thread; older: a new time
 MATERIAL = 0.05  # a parameter that changed by less than this share is not worth an event
@@ -54,7 +55,7 @@ class ReflexArc:
     Attributes:
         on_end: Called with the last rule's name when the slot has become free, outside of the arc's lock, so that the
             plan looks again from where the robot is now.
-        on_exception: Takes the exceptions of reflexes' actions; None to raise them instead.
+        on_exception: Takes the exceptions of reactive models and of reflexes' actions; None to raise them instead.
         activations: Number of activations of each rule; re-firings are not among them.
         refirings: Number of times that each rule fired again because its action ended while the rule was latched.
         switches: How often the route changed between deliberative and reactive.
@@ -85,6 +86,7 @@ class ReflexArc:
         self._wanted: dict[str, Reflex] = {}
         self._waiting: set[str] = set()
         self._readings: dict[str, str] = {}
+        self._ranks: dict[str, int] = {}  # highest priority that each model in Python has asked for
         self._again: Counter[str] = Counter()  # re-firings of each rule's present activation
         self._t = -math.inf
 
@@ -109,13 +111,32 @@ class ReflexArc:
             if self._t - OVERTAKEN <= t < self._t:
                 return
             self._t = t
-            told = [reflex for model in self._models for reflex in model.react(x, t)]
+            told = [reflex for model in self._models for reflex in self._react(model, x, t)]
             if not told and not self._wanted and self._slot is None:
                 return
             self._latch(told)
             ended = self._settle()
         if ended is not None:
             self.on_end(ended)
+
+    def _react(self, model: ReactiveModel, x: NDArray[np.float64], t: float) -> Sequence[Reflex]:
+        """Reflexes that a model wants. While a model in Python raises, that is Stop with the model's own priority."""
+        if isinstance(model, RuleModel):  # the engine's own: its exception ends the run
+            return model.react(x, t)
+        try:
+            told = [_checked(reflex) for reflex in model.react(x, t)]
+        except (SystemExit, Exception) as error:
+            if self.on_exception is None or from_actuator(error):
+                raise
+            name = type(model).__name__
+            raised = Raised.of("reactive model", name, error, type(model).react)
+            if (rule := f"{name}/Raised") not in self._wanted:
+                self.on_exception(raised)
+            return [Reflex(rule, self._ranks.get(name, 0), "Stop", broken=True, reading=str(raised))]
+        if told:
+            name, rank = type(model).__name__, max(reflex.priority for reflex in told)
+            self._ranks[name] = max(rank, self._ranks.get(name, rank))
+        return told
 
     def _latch(self, told: Sequence[Reflex]) -> None:
         """Note what is wanted now; tell what began and what ended."""
@@ -204,6 +225,8 @@ class ReflexArc:
     def _fire(self, reflex: Reflex, phase: str) -> _Active:
         self._readings[reflex.rule] = reflex.describe()
         self._emit(reflex, phase)
+        if reflex.broken:
+            return self._stop(reflex)
         action: Action
         try:
             action = make_action(self._actions, reflex.action, reflex.parameters)
@@ -245,6 +268,13 @@ class ReflexArc:
                 refirings=self._again[reflex.rule],
             )
         )
+
+
+def _checked(reflex: Any) -> Reflex:
+    """What a model in Python returned, if it is a Reflex."""
+    if not isinstance(reflex, Reflex):
+        raise TypeError(f"react must return a list of Reflex, but it holds {reflex!r:.60}")
+    return reflex
 
 
 def _material(before: Mapping[str, Value], now: Mapping[str, Value]) -> bool:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..raised import Raised
+
 
 @dataclass(frozen=True)
 class Reflex:
@@ -24,6 +26,7 @@ class Reflex:
         level: True: the action is cancelled when the wish ends. False: it runs to its own end.
         latched: False tells that the wish has ended, with the reading that ended it; leaving a rule out says the same.
         reading: What was seen, such as `min(front) = 0.21 m`, or a function that builds it, called only for events.
+        broken: Whether it stands for a model that raised: Stop in place of an action until it no longer raises.
     """
 
     rule: str
@@ -33,6 +36,7 @@ class Reflex:
     level: bool = False
     latched: bool = True
     reading: str | Callable[[], str] = ""
+    broken: bool = False
 
     def describe(self) -> str:
         """What was seen, in words."""
@@ -40,7 +44,12 @@ class Reflex:
 
     @cached_property
     def _described(self) -> str:  # once, for as many events as tell it
-        return self.reading if isinstance(self.reading, str) else self.reading()
+        if isinstance(self.reading, str):
+            return self.reading
+        try:
+            return str(self.reading())
+        except Exception as error:  # noqa: BLE001 - a text for people must not keep a reflex from acting
+            return str(Raised.of("reading", self.rule, error, self.reading))
 
 
 class ReactiveModel(ABC):

@@ -13,7 +13,7 @@ from rocs_bt.cli.main import call
 from rocs_bt.event import AgentStopped, BlockFailed, TicketChanged
 from rocs_bt.pipeline import Pipeline
 from rocs_bt.plan import TreePlan
-from rocs_bt.reactive import ReactiveModel
+from rocs_bt.reactive import RuleModel
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay
 
@@ -22,15 +22,6 @@ AT = 2.0  # [s]
 
 class Rotten(RuntimeError):
     """What the blocks here raise."""
-
-
-class Reflex(ReactiveModel):
-    """A reactive model that raises when its time has come."""
-
-    def react(self, x, t):
-        if t >= AT:
-            raise Rotten("a worm")
-        return []
 
 
 def raising(cls, method, clock, error=None):
@@ -45,23 +36,18 @@ def raising(cls, method, clock, error=None):
     return broken
 
 
-def rotten_reflex(mission):
-    mission.knowledge.reactive_models.append(Reflex())
-    return mission.act("GoTo", goal="goal")
-
-
 @pytest.mark.parametrize("block", ["analyze obstacle", "plan", "reflexes", "execute"])
 def test_a_block_that_raises_stops_the_wheels_and_is_named(block, broken, monkeypatch, tmp_path):
     stages = []
-    missions = {"reflexes": rotten_reflex}
-    # Of Plan and Execute what is the engine's own, and no leaf or action takes part in.
-    blocks = {"analyze obstacle": (PassRange, "process"), "plan": (TreePlan, "run"), "execute": (Pipeline, "top")}
-    if block in blocks:
-        cls, method = blocks[block]
-        monkeypatch.setattr(cls, method, raising(cls, method, lambda: stages[0].clock))
-    run = broken(
-        stages.append, missions={"R2": missions[block]} if block in missions else None, out=tmp_path, duration=20.0
-    )
+    # Of each block what is the engine's own, and no content takes part in.
+    cls, method = {
+        "analyze obstacle": (PassRange, "process"),
+        "plan": (TreePlan, "run"),
+        "reflexes": (RuleModel, "react"),
+        "execute": (Pipeline, "top"),
+    }[block]
+    monkeypatch.setattr(cls, method, raising(cls, method, lambda: stages[0].clock))
+    run = broken(stages.append, out=tmp_path, duration=20.0)
     assert run.agent["outcome"] == "error"
     assert f"block 'R2/{block}' raised: Rotten: a worm (test_blocks.py:" in run.agent["reason"]
     assert run.agent["failed_block"] == block

@@ -367,6 +367,81 @@ def test_a_reflex_whose_action_raises_stops_until_its_latch_is_clear(action, lev
     assert {e.action for e in run.of(TicketChanged) if e.priority == "HIGH"} == {action, "Stop"} - {"Unmakeable"}
 
 
+class Unsound(ReactiveModel):
+    """Asks for a reflex once, then raises for a second."""
+
+    def __init__(self, raises):
+        self.raises = raises
+
+    def react(self, x, t):
+        if t < AT - 1e-9 or t >= 2 * AT - 1e-9:
+            return []
+        return self.raises()
+
+
+def unsound():
+    raise Rotten("a worm")
+
+
+def calls_for_an_exit():
+    raise SystemExit(3)
+
+
+@pytest.mark.parametrize(
+    ("raises", "detail"),
+    [
+        (unsound, "Rotten: a worm"),
+        (calls_for_an_exit, "SystemExit: it called for an exit (3)"),
+        (lambda: None, "TypeError: 'NoneType' object is not iterable"),
+        (lambda: ["Stop"], "TypeError: react must return a list of Reflex, but it holds 'Stop'"),
+    ],
+)
+def test_a_reactive_model_that_raises_stops_the_robot_until_it_no_longer_raises(raises, detail, broken, tmp_path):
+    def build(mission):
+        mission.knowledge.reactive_models.append(Unsound(raises))
+        return mission.act("GoTo", goal="goal")
+
+    run = broken(missions={"R2": build}, rules=(), duration=2.4, out=tmp_path)
+    (event,) = run.of(ContentRaised)
+    assert (event.kind, event.content, event.detail, event.t) == ("reactive model", "Unsound", detail, AT)
+    assert event.effect == "stops until the model no longer raises"
+    assert (event.file, event.line > 0) == ("test_content.py", True)
+    assert [(e.rule, e.phase) for e in run.of(RuleChanged)] == [
+        ("Unsound/Raised", phase) for phase in ("latched", "fired", "stopped", "released", "ended")
+    ]
+    commands = {e.t: any(e.values) for e in run.of(ActuatorCommanded)}
+    assert not any(moves for t, moves in commands.items() if AT - 1e-9 <= t < 2 * AT - 1e-9)
+    assert any(moves for t, moves in commands.items() if t >= 2 * AT + 0.1)
+    assert run.agent["exceptions"] == {"reactive model Unsound": 1}
+    assert run.agent["outcome"] not in ("failed", "error")
+
+
+def test_a_reflex_of_higher_priority_acts_though_another_model_raises(broken):
+    def build(mission):
+        mission.knowledge.reactive_models += [Unsound(unsound), Whim("Nudge", level=True)]
+        return mission.act("GoTo", goal="goal")
+
+    run = broken(missions={"R2": build}, rules=(), duration=1.5)
+    assert {e.action for e in run.of(TicketChanged) if e.priority == "HIGH"} == {"Nudge"}
+    assert [e.rule for e in run.of(RuleChanged) if e.phase == "waits"] == ["Unsound/Raised"]
+
+
+def test_a_reflex_acts_though_its_reading_raises(broken):
+    class Speechless(ReactiveModel):
+        def react(self, x, t):
+            return [Reflex("speechless", 50, "Nudge", level=True, reading=unsound)] if t >= AT - 1e-9 else []
+
+    def build(mission):
+        mission.knowledge.reactive_models.append(Speechless())
+        return mission.act("GoTo", goal="goal")
+
+    run = broken(missions={"R2": build}, rules=(), duration=1.5)
+    (fired,) = [e for e in run.of(RuleChanged) if e.phase == "fired"]
+    line = unsound.__code__.co_firstlineno + 1
+    assert fired.reading == f"reading 'speechless' raised Rotten: a worm (test_content.py:{line})"
+    assert {e.action for e in run.of(TicketChanged) if e.priority == "HIGH"} == {"Nudge"}
+
+
 def test_a_reflex_acts_in_its_period_though_the_action_that_it_cuts_off_raises_when_it_is_stopped(broken):
     @dataclass(kw_only=True, eq=False)
     class Clings(AtomicAction):
