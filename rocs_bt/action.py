@@ -153,6 +153,15 @@ class Action(ABC):
         """The parameters as plain data."""
         return {name: _plain(getattr(self, name)) for name in parameters_of(type(self))}
 
+    @classmethod
+    def can_move(cls, parameters: Mapping[str, Any]) -> bool:
+        """Whether the action can move the robot; rules whose action cannot are examined for holding it for ever.
+
+        Args:
+            parameters: The parameters that are known before the action is made, by name.
+        """
+        return True
+
     def update(self, **parameters: Any) -> None:
         """Take new parameters while acting; a reflex does so while its rule stays latched.
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..knowledge.share import ALL, Delivery
@@ -28,6 +30,10 @@ class SendMessage(AtomicAction):
     patience: PositiveSeconds = 2.0
     _delivery: Delivery | None = field(default=None, init=False, repr=False)
     _since: float | None = field(default=None, init=False, repr=False)
+
+    @classmethod
+    def can_move(cls, parameters: Mapping[str, Any]) -> bool:
+        return False
 
     def act(self, body: Body) -> Progress | Failure:
         now, messenger = body.clock.now(), body.messenger

@@ -45,6 +45,10 @@ class SetWheelSpeed(AtomicAction):
             wanted = f"the drive takes {len(wheels)} rim speeds ({', '.join(wheels)})"
             yield "speeds", f"{wanted}, found {len(speeds)}"
 
+    @classmethod
+    def can_move(cls, parameters: Mapping[str, Any]) -> bool:
+        return any(parameters.get("speeds", (math.nan,)))
+
     def act(self, body: Body) -> Progress | Failure:
         speeds = np.asarray(self.speeds, dtype=float)
         wheels = body.drive.wheels

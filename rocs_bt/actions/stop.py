@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -23,6 +24,10 @@ class Stop(AtomicAction):
     below: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.02
     patience: PositiveSeconds = 1.0
     _begun: float | None = field(default=None, init=False, repr=False)
+
+    @classmethod
+    def can_move(cls, parameters: Mapping[str, Any]) -> bool:
+        return False
 
     def act(self, body: Body) -> Progress | Failure:
         now = body.clock.now()

@@ -59,6 +59,15 @@ def test_refirings_while_latched_are_counted_apart_from_activations(project, roc
     assert re.findall(r"<td[^>]*>([^<>]+)</td>", row)[-1] == str(len(again))
 
 
+def test_check_warns_of_a_rule_that_can_hold_the_robot_for_ever(project, rocs_bt):
+    (project / RULES).write_text(LATCHED)
+    told = rocs_bt("check", "rules")
+    assert told.code == 0
+    found = told.out + told.err
+    assert re.search(r"rules/keep_clear.toml:6:1: warning: Halt can hold the robot for ever: Stop does not move", found)
+    assert rocs_bt("check", "rules", "--strict").code == 2
+
+
 class TestTests:
     def test_all_shipped_rule_files_carry_tests_that_pass(self, rocs_bt):
         told = rocs_bt("rules", "test")

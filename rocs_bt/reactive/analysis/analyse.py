@@ -24,7 +24,7 @@ def analyse_rules(rules: Sequence[Rule], environment: Environment, actions: Mapp
     """
     case = Case(rules, environment)
     for rule in rules:
-        check_guards(case, rule)
+        check_guards(case, rule, actions.get(rule.action))
         check_times(case, rule)
         if rule.action in actions:
             check_parameters(case, rule, actions[rule.action])

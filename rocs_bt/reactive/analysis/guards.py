@@ -12,14 +12,15 @@ from ...expression import TRUTH, Expression, Kind, Node
 from ...units import NONE
 from ..rule import OnInvalid, Rule
 from .case import Case, placed, short
+from .holding import check_holding
 from .sample import Array
 from .translate import conjunction, negation
 
 _JUMPS = ("==", "!=")
 
 
-def check_guards(case: Case, rule: Rule) -> None:
-    """A rule's `when` and `until`."""
+def check_guards(case: Case, rule: Rule, action: type[Action] | None) -> None:
+    """A rule's `when` and `until`, and whether its action, if it is known, can change what holds it."""
     never = _never(case, rule)  # which is no fault of a rule that is there for what is invalid
     always = _always(case, rule)
     if not never and not always:
@@ -27,6 +28,8 @@ def check_guards(case: Case, rule: Rule) -> None:
         _chatter(case, rule)
     if rule.until is not None and not never:
         _release(case, rule, rule.until.node)
+    if action is not None and not never and not always:
+        check_holding(case, rule, action)
 
 
 def _never(case: Case, rule: Rule) -> bool:
