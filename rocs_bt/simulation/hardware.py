@@ -70,9 +70,10 @@ def drive(
     period = spec.rate.control_rate.period
     robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
     with end.guarded() as stack:  # what is pushed on it is closed before the report is written
-        devices = _Devices()
+        end.listen()
+        devices, opened = _Devices(), stack.enter_context(ExitStack())
         for name, robot in robots.items():
-            devices.make(name, robot, catalog, clock, period, relay, stack)
+            devices.make(name, robot, catalog, clock, period, relay, stack, opened)
         rates = {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()}
         agents = build_minds(
             spec,
@@ -85,11 +86,11 @@ def drive(
             sink=relay,
             timer=time.perf_counter,
         )
+        opened.pop_all()  # from here on the agents close their devices
         for agent in agents:
             stack.callback(agent.close)
         header = plain_header(spec, agents, seed=0, mode="threaded", digest=catalog.digest(spec), simulated=False)
         refuse_requirements(spec, header.agents)
-        end.listen()
         end.files.begin(without_world(header, spec, robots))
         stack.callback(end.files.abandon)
         record = RunRecord(header, end.files.recorder, sinks, batched=False)
@@ -141,20 +142,23 @@ class _Devices:
         clock: WallClock,
         period: float,
         sink: EventSink,
-        stack: ExitStack,
+        shared: ExitStack,
+        opened: ExitStack,
     ) -> None:
-        """Make an agent's devices; what they share ends with `stack`."""
+        """Make an agent's devices; what they share ends with `shared`, and they with `opened`."""
         host = Host(clock)
-        stack.callback(host.close)
-        self.sensors[name] = {s.name: make_hardware(catalog, robot, s, host) for s in robot.sensors}
-        made = {a.name: _actuator(catalog, robot, a, host, stack) for a in robot.actuators}
+        shared.callback(host.close)
+        self.sensors[name] = {
+            s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors
+        }
+        made = {a.name: opened.enter_context(closing(_actuator(catalog, robot, a, host))) for a in robot.actuators}
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
         self.gates[name] = {a.name: a.guard(made[a.name], clock, period, sink, name) for a in robot.actuators}
 
 
-def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host, stack: ExitStack) -> Actuator:
-    """An actuator's device; of an isolated one the link to its process, which ends with `stack` whatever happens."""
-    if not spec.isolated:
-        device: Actuator = make_hardware(catalog, robot, spec, host)
-        return device
-    return stack.enter_context(closing(make_isolated(catalog, robot, spec)))
+def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
+    """An actuator's device; of an isolated one the link to its process."""
+    if spec.isolated:
+        return make_isolated(catalog, robot, spec)
+    device: Actuator = make_hardware(catalog, robot, spec, host)
+    return device

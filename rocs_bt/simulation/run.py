@@ -81,15 +81,16 @@ def run(
     spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
     if mode not in MODES:
         raise InputError(f"no mode is named '{mode}'. There are: {', '.join(MODES)}.")
-    ready, end = set_up(spec, catalog, seed, mode, missions, prepare, watch_rules), RunEnd(out, report, signals)
+    end = RunEnd(out, report, signals)
     with end.guarded() as stack:  # what is pushed on it is closed before the report is written
+        end.listen()
+        ready = set_up(spec, catalog, seed, mode, missions, prepare, watch_rules)
         for agent in ready.agents:
             stack.callback(agent.close)
         memory = Memory(knowledge, ready.agents)
         stack.callback(end.files.attempt, "the knowledge", memory.close)
         # Whatever may still refuse this run does so before an earlier one in the same folder is replaced.
         watch = _watchers(stack, ready.stage, progress, view, video, live)
-        end.listen()
         if live is not None or out is not None:
             again = command or run_command(spec.name, seed, mode, duration)
             header = with_scenery(ready.header, spec, ready.stage, command=again, recalled=memory.recalled)

@@ -59,7 +59,7 @@ class RunEnd:
 
         end = RunEnd(out, report, signals)
         with end.guarded() as stack:  # what is pushed on it is closed before the report is written
-            end.listen()              # from here on a signal ends the run in order
+            end.listen()              # first: from here on a signal ends the run in order
             end.files.begin(header)
             end.attempt(play)         # what it raises is kept until all files are written
             end.summarise(summary)

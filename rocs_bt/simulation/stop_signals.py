@@ -29,8 +29,9 @@ class StopSignals:
     """Takes the stop signals while its context is open, so that a run ends in order.
 
     The first signal is only noted. The second raises EndedAtOnce in the main thread; from then on signals have their
-    usual effect. Signals that the process ignores (`nohup`, a shell's background jobs) stay ignored. Python allows
-    handlers in the main thread only; elsewhere the context changes nothing.
+    usual effect. A terminal that closes may send SIGHUP twice, by its shell and by the kernel: after a SIGHUP another
+    one is no second signal. Signals that the process ignores (`nohup`, a shell's background jobs) stay ignored.
+    Python allows handlers in the main thread only; elsewhere the context changes nothing.
 
     Args:
         notice: Written to stderr at the first signal; `{signal}` in it becomes the signal's name.
@@ -77,6 +78,8 @@ class StopSignals:
             self.received = received
             with contextlib.suppress(OSError):  # the terminal may be gone; a plain write may interrupt another one
                 os.write(2, self._notice.format(signal=received.name).encode())
+            return
+        if self.received == received == getattr(signal, "SIGHUP", None):
             return
         self.__exit__()
         raise EndedAtOnce(received)

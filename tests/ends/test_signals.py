@@ -109,6 +109,45 @@ def test_a_second_signal_ends_at_once_and_in_neutral(project, start, capsys):
     assert summary_in(project / "out")["agents"]["R1"]["outcome"] == "interrupted"
 
 
+SLOW = """
+import time
+from pathlib import Path
+
+from rocs_bt.units import MetresPerSecond
+
+
+def build(mission, *, first: str = "", second: str = "", cruise: MetresPerSecond = 0.4):
+    Path("begun").touch()
+    while not Path("go").exists():
+        time.sleep(0.01)
+    return mission.act("GoTo", goal="gate")
+"""
+
+
+def test_a_signal_before_the_first_control_period_ends_the_run_in_order(project, start):
+    (project / "planners/missions/patrol.py").write_text(SLOW)
+    process: Process = start("-c", "import rocs_bt; rocs_bt.run('first', out='out')")
+    process.wait_for(project / "begun", 0)
+    process.send_signal(signal.SIGTERM)
+    (project / "go").touch()
+    assert process.end() == (-signal.SIGTERM, "", "")  # its usual effect, after all files are written
+    assert summary_in(project / "out")["agents"]["R1"]["reason"] == "SIGTERM ended the run"
+    assert last_commands(list(Recording.open(project / "out").events())) == [[0.0, 0.0]]
+    assert (project / "out/report.html").exists()
+
+
+def test_a_terminal_that_closes_may_send_sighup_twice(project, start):
+    process: Process = start(*RUN, "long", "--out", "out")
+    process.wait_for(project / "out/run.mcap")
+    process.send_signal(signal.SIGHUP)
+    process.notice()
+    process.send_signal(signal.SIGHUP)
+    code, out, _ = process.end()
+    assert code == 128 + signal.SIGHUP
+    assert out.startswith("R2 interrupted (long, seed 1): SIGHUP ended the run\n")
+    assert (project / "out/report.html").exists()
+
+
 def test_an_ignored_signal_stays_ignored(project, start):
     process: Process = start("-c", _IGNORING)
     process.wait_for(project / "out/run.mcap")

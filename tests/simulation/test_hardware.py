@@ -13,7 +13,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
+from rocs_bt.errors import DeviceError, InputError
 from rocs_bt.event import (
     AgentStopped,
     CommandExpired,
@@ -42,7 +42,7 @@ SEEN = []
 class Body:
     def __init__(self, clock):
         self.clock, self.x, self.speed, self.at, self.closed = clock, -0.6, 0.0, clock.now(), False
-        self.frozen = None
+        self.frozen, self.open = None, []
         SEEN.append(self)
 
     def now(self):
@@ -59,6 +59,10 @@ class Part(Sensor):
     def __init__(self, name, host):
         super().__init__(name)
         self.body, self.wobble = host.share("body", lambda: Body(host.clock)), 0
+        self.body.open.append(name)
+
+    def close(self):
+        self.body.open.remove(self.name)
 
     def read(self):
         t = self.body.now()
@@ -78,6 +82,12 @@ class Wheels(Actuator):
     def __init__(self, name, host):
         super().__init__(name, 2)
         self.body, self.count = host.share("body", lambda: Body(host.clock)), 0
+        if PLAN == "unreachable":
+            raise DeviceError("nobody answers")
+        self.body.open.append(name)
+
+    def close(self):
+        self.body.open.remove(self.name)
 
     def command(self, values):
         self.body.now()
@@ -129,7 +139,16 @@ def test_the_mission_drives_it_to_the_goal_and_everything_is_closed(real: Callab
     robot = body(catalog)
     assert abs(robot.x) < 0.1
     assert robot.speed == 0.0
+    assert robot.open == []
     assert robot.closed
+
+
+def test_a_device_that_cannot_be_reached_leaves_none_open(real: Callable[[str], Catalog]) -> None:
+    catalog = real("unreachable")
+    with pytest.raises(DeviceError, match="nobody answers"):
+        drive("real", catalog)
+    assert body(catalog).open == []
+    assert body(catalog).closed
 
 
 def test_when_time_is_up_the_wheels_stand(real: Callable[[str], Catalog]) -> None:
