@@ -17,7 +17,6 @@ from tree_shapes import Shape, deep, flat, scripted
 
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.plan.nodes import Tree
-from rocs_bt.plan.xml import load_tree
 
 try:
     import behaviortreepy
@@ -37,8 +36,6 @@ def run() -> Iterator[Row]:
     """All rows."""
     for shape in [*flat(), *deep(), *scripted()]:
         yield from measured(shape)
-    yield loading()
-    yield from_xml()
 
 
 def measured(shape: Shape) -> list[Row]:
@@ -119,34 +116,3 @@ def theirs(xml: str) -> behaviortreepy.Tree:
 
 KEPT: list[object] = []
 """Factories, which their trees need."""
-
-
-def loading() -> Row:
-    """How long 1000 nodes take to be made and bound."""
-    shape = Shape(
-        "", "Sequence", Shape("", "Sequence", Shape("", "AlwaysSuccess", _skipIf="x < 3"), count=9), count=100
-    )
-
-    def once() -> float:
-        start = time.process_time_ns()
-        Tree(shape.ours())
-        return (time.process_time_ns() - start) / 1e6
-
-    value = min(once() for _ in range(5))
-    return Row("tree: make and bind 1000 nodes, 900 with a script", value, "ms", "", None, "<= 100 ms", value <= 100.0)
-
-
-def from_xml() -> Row:
-    """How long the same document takes to be read, checked, made and bound."""
-    shape = Shape(
-        "", "Sequence", Shape("", "Sequence", Shape("", "AlwaysSuccess", _skipIf="x < 3"), count=9), count=100
-    )
-    text = f'<root BTCPP_format="4"><BehaviorTree ID="Main">{shape.xml()}</BehaviorTree></root>'
-
-    def once() -> float:
-        start = time.process_time_ns()
-        Tree(load_tree(text))
-        return (time.process_time_ns() - start) / 1e6
-
-    value = min(once() for _ in range(5))
-    return Row("tree: load 1000 nodes from XML", value, "ms", "", None, "<= 100 ms", value <= 100.0)

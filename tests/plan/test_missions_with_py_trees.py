@@ -86,8 +86,9 @@ class TestErrors:
         with pytest.raises(InputError, match=r"^sub/write: the script 'x = 1' cannot go on: there is no 'x' yet"):
             tree.tick()
 
-    def test_so_is_one_whose_condition_cannot_be_asked(self):
-        tree = Tree(node("Sequence", node("AlwaysSuccess", name="a", _skipIf="x > 1")))
+    @pytest.mark.parametrize("condition", ["_failureIf", "_successIf", "_skipIf", "_while", "_onSuccess", "_post"])
+    def test_so_is_one_whose_condition_cannot_be_asked(self, condition):
+        tree = Tree(node("Sequence", node("AlwaysSuccess", name="a", **{condition: "x > 1"})))
         with pytest.raises(InputError, match=r"^a: the script 'x > 1' cannot go on"):
             tree.tick()
 

@@ -109,10 +109,10 @@ def test_of_a_subtree_the_tree_in_it_is_exchanged_and_its_own_board_stays():
     inner = SubTree("care", Whole("old", number="{in}", said="{own}"), ID="Care", **{"in": "{outer}"})
     tree = Tree(Sequence("top", [inner]), board=board)
     tree.tick()
-    own = tree.boards[inner.decorated.id]
+    own = tree.boards[inner.decorated]
     tree.swap(tree.find("care"), Sequence("better", [Whole("new", number="{own}", said="{in}", _onSuccess="")]))
     tree.tick()
-    assert tree.boards[tree.find("care/new").id] is own
+    assert tree.boards[tree.find("care/new")] is own
     assert tree.find("care") is inner
     assert (own["own"], board["outer"]) == (3, 3)
 

@@ -157,7 +157,7 @@ def _card(node: Behaviour, tree: Tree, flow: Flow, depth: int) -> Card:
 
 
 def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
-    board = tree.boards[node.id]
+    board = tree.boards[node]
     for name, given in (foreign(node)[1] if not node.given else {}).items():
         yield Line(name, given)
     for name, given in node.given.items():

@@ -42,7 +42,7 @@ def script_faults(tree: Tree) -> Iterator[Fault]:
             continue
         for attribute, script in scripts_of(node):
             yield from _failing(node, attribute, script)
-            yield from _misfits(node, attribute, script, tree.boards[node.id])
+            yield from _misfits(node, attribute, script, tree.boards[node])
             asked = attribute in CONDITIONS or node.tag == "ScriptCondition"
             if asked and (value := constant(script)) is not None:
                 message = f"the condition '{script.text}' is always {str(value).lower()}."

@@ -93,7 +93,7 @@ def flow_of(tree: Tree) -> Flow:
     for node in tree.nodes:
         if not isinstance(node, Node):
             continue
-        board = tree.boards[node.id]
+        board = tree.boards[node]
         for use in _uses(node):
             if use.key.count("@") <= 1 and use.key not in tree.board.enums:
                 found.setdefault(board.where(use.key), []).append(use)

@@ -40,7 +40,9 @@ class Control(Node, Composite):
     most: ClassVar[int | None] = None
 
     def __init__(self, name: str, children: Many[Behaviour] = (), /, **attributes: Any) -> None:
-        Composite.__init__(self, name, children)
+        self._construct(name)
+        self.children = [adopted(self, child) for child in children]
+        self.current_child = None
         self._prepare(attributes)
         self._index = 0
         self._skipped = 0
@@ -85,7 +87,12 @@ class Decorator(Node, StockDecorator):
     least = most = 1
 
     def __init__(self, name: str, child: Behaviour | Many[Behaviour], /, **attributes: Any) -> None:
-        StockDecorator.__init__(self, name, child if isinstance(child, Behaviour) else only(name, child))
+        self._construct(name)
+        self.decorated: Behaviour = only(name, child) if isinstance(child, Many) else child
+        if Behaviour not in type(self.decorated).__mro__:
+            raise TypeError(f"the child of '{name}' must be a behaviour, found {child!r}.")
+        self.decorated.parent = self  # as in py_trees it may have had another one
+        self.children = [self.decorated]
         self._prepare(attributes)
 
     def halted(self) -> None:
@@ -126,9 +133,10 @@ class Leaf(Node):
     """
 
     latches = True
+    children: Any = ()
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
-        Behaviour.__init__(self, name or type(self).tag)
+        self._construct(name or type(self).tag)
         self._prepare(attributes)
 
     def tick_once(self) -> Outcome:
@@ -178,6 +186,21 @@ class Instant(Leaf):
                 return RUNNING
             raise
         return outcome
+
+
+def adopted(parent: Behaviour, child: Behaviour) -> Behaviour:
+    """A child, which now has this parent.
+
+    Raises:
+        TypeError: It is no behaviour.
+        RuntimeError: It has a parent.
+    """
+    if Behaviour not in type(child).__mro__:
+        raise TypeError(f"the children of '{parent.name}' must be behaviours, found {child!r}.")
+    if child.parent is not None:
+        raise RuntimeError(f"'{child.name}' cannot be a child of '{parent.name}': it is one of '{child.parent.name}'.")
+    child.parent = parent
+    return child
 
 
 def only(name: str, children: Many[Behaviour]) -> Behaviour:

@@ -3,25 +3,35 @@
 from __future__ import annotations
 
 import inspect
+import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, ClassVar
+from itertools import repeat
+from types import MappingProxyType
+from typing import Any, ClassVar, TypeGuard
 
 from py_trees.behaviour import Behaviour
-from py_trees.common import Status
+from py_trees.common import BlackBoxLevel, Status
+from py_trees.logging import Logger
 
 from ...errors import Fault, InputError, unknown
 from ..board import Board
 from ..error import TreeError
 from ..script import Script, ScriptError, parse_script
 from ..status import IDLE, RUNNING, Outcome
-from .guard import CONDITIONS, Guard
+from .guard import CONDITIONS, Run, Tick, guarded
+from .late import Late
 from .port import REQUIRED, Direction, Port, pointed
 from .reading import Reading
-from .runtime import Runtime
+from .runtime import Runtime, Watch
 from .visits import Visits
 
 RESERVED = ("ID", "name", "_autoremap")
 """Attributes of files that are no ports."""
+
+MAX_FINE = 16_384
+"""How many values of ports a class remembers as correct."""
+
+_NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 TAKEN = frozenset(
     [
@@ -78,7 +88,18 @@ class Node(Behaviour):
     least: ClassVar[int] = 0
     most: ClassVar[int | None] = 0
     latches: ClassVar[bool] = False
-    origin: Any = None
+
+    # What py_trees' constructor makes for every behaviour; most nodes never need it.
+    id: Any = Late(lambda node: uuid.uuid4())
+    qualified_name: Any = Late(lambda node: f"{type(node).__qualname__}/{node.name}")
+    blackboards: Any = Late(lambda node: [])
+    iterator: Any = Late(lambda node: node.tick())
+    logger: Any = Late(lambda node: Logger(node.name))
+    blackbox_level = BlackBoxLevel.NOT_A_BLACKBOX
+
+    _required: ClassVar[tuple[Port[Any], ...]] = ()
+    _fine: ClassVar[set[tuple[str, str]]] = set()
+    _shares_keys: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -93,27 +114,64 @@ class Node(Behaviour):
             found.update({p.name: p for p in vars(base).values() if isinstance(p, Port)})
         if found:
             cls.ports = found
+            cls._required = tuple(port for port in found.values() if port.required)
+        cls._fine = set()
+        cls._shares_keys = False
+
+    def _construct(self, name: str) -> None:
+        """Take the place of py_trees' constructor, which makes more than a node needs."""
+        if not isinstance(name, str):
+            raise TypeError(f"the name of a node must be a string, found {name!r}.")
+        # Python keeps attributes outside of a dictionary, which is faster, for names that the first instances had.
+        self.name = name
+        self.status = IDLE
+        self.parent: Behaviour | None = None
+        self.feedback_message = ""
+        self.origin: Any = None
+        self.given: Mapping[str, Any] = _NOTHING
+        self.conditions: Mapping[str, Script] = _NOTHING
+        self.other: Mapping[str, Any] = _NOTHING
+        self.runtime = _UNBOUND
+        self.visits: Visits | None = None
+        self._board: Board | None = None
+        self._guarded: Tick | None = None
+        self._on_halted: Run | None = None
+        self._readers: dict[str, Callable[[], Any]] | None = None
+        self._wired = False
+        if not self._shares_keys:
+            type(self)._shares_keys = True
+            for later in ("id", "logger", "tick_once"):
+                setattr(self, later, None)
+                delattr(self, later)
 
     def _prepare(self, attributes: Mapping[str, Any]) -> None:
-        """Take the attributes; the first thing a constructor does after py_trees' own.
+        """Take the attributes.
 
         Raises:
             InputError: All that is wrong with them.
         """
-        attributes = {name.rstrip("_"): value for name, value in attributes.items()}
-        if faults := [fault for _, fault in self.attribute_faults(attributes)]:
-            raise InputError(*faults)
-        self.given: dict[str, Any] = {n: v for n, v in attributes.items() if n in self.ports}
-        self.conditions: dict[str, Script] = {n: parse_script(v) for n, v in attributes.items() if n in CONDITIONS}
-        known = {*self.given, *self.conditions}
-        self.other: dict[str, Any] = {n: v for n, v in attributes.items() if n not in known}
-        self.runtime = _UNBOUND
-        self._board: Board | None = None
-        self._readers: dict[str, Callable[[], Any]] = {}
-        self._guard: Guard | None = Guard(self, self.conditions) if self.conditions else None
-        self.visits: Visits | None = None
-        self._wired = self._guard is not None
-        if self._wired:
+        if not attributes and not self._required:
+            return
+        for name in attributes:
+            if name[-1] == "_":  # `if_` is the port `if`
+                attributes = {name.rstrip("_"): value for name, value in attributes.items()}
+                break
+        if faults := self.attribute_faults(attributes):
+            raise InputError(*(fault for _, fault in faults))
+        given: dict[str, Any] = {}
+        conditions: dict[str, Script] = {}
+        other: dict[str, Any] = {}
+        for name, value in attributes.items():
+            if name in self.ports:
+                given[name] = value
+            elif name in CONDITIONS:
+                conditions[name] = parse_script(value)
+            else:
+                other[name] = value
+        self.given, self.other = given or _NOTHING, other or _NOTHING
+        if conditions:
+            self.conditions = conditions
+            self._wired = True
             setattr(self, "tick_once", self._tick_unbound)  # noqa: B010 - a method is hidden on purpose
 
     @classmethod
@@ -124,18 +182,35 @@ class Node(Behaviour):
             attributes: Ports and conditions by name; text as in files, or Python values.
         """
         found: list[tuple[str, Fault]] = []
-        for name, value in attributes.items():
+        for item in attributes.items():
+            name, value = item
+            text = value.__class__ is str
+            if text and item in cls._fine:
+                continue
             try:
                 if name in CONDITIONS:
                     parse_script(value)
-                elif name in cls.ports:
+                    continue
+                if name in cls.ports:
                     _check_value(cls.ports[name], value)
                 elif not name.startswith("_") and name not in RESERVED:
-                    found.append((name, unknown("port", name, cls.ports, cls.tag)))
+                    raise TreeError(unknown("port", name, cls.ports, cls.tag))
             except InputError as error:
                 found += [(name, fault) for fault in error.faults]
-        missing = [p for p in cls.ports.values() if p.required and p.name not in attributes]
-        return found + [(p.name, Fault(f"{cls.tag} needs '{p.name}'.", hint=p.doc)) for p in missing]
+            else:
+                if text:
+                    cls._remember(item)
+        for port in cls._required:
+            if port.name not in attributes:
+                found.append((port.name, Fault(f"{cls.tag} needs '{port.name}'.", hint=port.doc)))
+        return found
+
+    @classmethod
+    def _remember(cls, known: tuple[str, str]) -> None:
+        """Keep a text that is correct for an attribute: a document is checked before its nodes are made."""
+        if len(cls._fine) >= MAX_FINE:
+            cls._fine.clear()
+        cls._fine.add(known)
 
     @classmethod
     def description(cls) -> str:
@@ -150,30 +225,30 @@ class Node(Behaviour):
             self._board = Board(name=self.name)
         return self._board
 
-    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
         """Take a place in a tree: find the keys, compile the scripts. Children are bound by the caller.
 
         Args:
             board: Where its keys live.
             runtime: What it shares with its tree.
 
-        Yields:
+        Returns:
             Its children, and the board each of them lives on.
 
         A key that has another type already, and a name that is no enum's, go to `runtime.faults`: the tree tells all.
         """
         self._board, self.runtime = board, runtime
-        self._readers.clear()
-        for port in self.ports.values():
+        self._readers = None
+        for port in self.ports.values() if self.given else ():
             try:
                 self._bind_port(port, board)
             except InputError as error:
                 runtime.faults += ((self, port.name, fault) for fault in error.faults)
-        if self._guard is not None:
-            self._guard.bind(board)
-        self.rewire()
-        for child in self.children:
-            yield child, board
+        if self.conditions:
+            self._guarded, self._on_halted = guarded(self, self.conditions, board)
+        if self._wired or runtime.watch is not None or self.visits is not None:
+            self.rewire()
+        return zip(self.children, repeat(board)) if self.children else ()
 
     def _bind_port(self, port: Port[Any], board: Board) -> None:
         given = self.given.get(port.name)
@@ -196,9 +271,12 @@ class Node(Behaviour):
         Raises:
             TreeError: It has none, or one of the wrong type.
         """
-        reader = self._readers.get(port)
+        readers = self._readers
+        if readers is None:
+            readers = self._readers = {}
+        reader = readers.get(port)
         if reader is None:
-            reader = self._readers[port] = self._reader(self.ports[port])
+            reader = readers[port] = self._reader(self.ports[port])
         return reader()
 
     def write(self, port: str, value: Any) -> None:
@@ -238,8 +316,8 @@ class Node(Behaviour):
         """Stop half way. Only a node that is RUNNING is halted, children before their parent, each of them once."""
         self.halted()
         self.status = IDLE
-        if self._guard is not None:
-            self._guard.halted()
+        if self._on_halted is not None:
+            self._on_halted()
         if self.runtime.watch is not None:
             self.runtime.watch(self, IDLE)
 
@@ -269,21 +347,30 @@ class Node(Behaviour):
 
     def rewire(self) -> None:
         """Put what has to happen around each tick around it, and nothing where nothing has to."""
-        plain: Callable[[], Outcome] = type(self).tick_once.__get__(self)
-        tick = plain if self._guard is None else self._guard.around(plain)
-        if self.runtime.watch is not None:
-            tick = _watched(self, tick)
-        if self.visits is not None:
-            tick = self.visits.around(self, tick)
+        if self.conditions and self._guarded is None:  # in no tree: the board is its own
+            self._guarded, self._on_halted = guarded(self, self.conditions, self.board)
+        watch, visits = self.runtime.watch, self.visits
+        if self._guarded is None and watch is None and visits is None:
+            if self._wired:
+                delattr(self, "tick_once")
+            self._wired = False
+            return
+        tick = self._guarded or type(self).tick_once.__get__(self)
+        if watch is not None:
+            tick = _watched(self, tick, watch)
+        if visits is not None:
+            tick = visits.around(self, tick)
         # Not through `__dict__`: once that was asked for, every look at an attribute is slower.
-        if tick is not plain:
-            setattr(self, "tick_once", tick)  # noqa: B010 - a method is hidden on purpose
-        elif self._wired:
-            delattr(self, "tick_once")
-        self._wired = tick is not plain
+        setattr(self, "tick_once", tick)  # noqa: B010 - a method is hidden on purpose
+        self._wired = True
 
 
 _UNBOUND = Runtime()
+
+
+def is_node(behaviour: Behaviour) -> TypeGuard[Node]:
+    """Whether a behaviour is one of our nodes; `isinstance` takes long for classes with an abstract base."""
+    return Node in type(behaviour).__mro__
 
 
 def _lock(port: Port[Any]) -> Any:
@@ -315,15 +402,10 @@ def _check_value(port: Port[Any], value: Any) -> None:
             raise TreeError(*(Fault(f"port '{port.name}': {f.message}", hint=f.hint) for f in error.faults)) from error
 
 
-def _watched(node: Node, tick: Callable[[], Outcome]) -> Callable[[], Outcome]:
-    watch = node.runtime.watch
-    if watch is None:
-        return tick
-    heard = watch
-
+def _watched(node: Node, tick: Tick, watch: Watch) -> Tick:
     def watched() -> Outcome:
         outcome = tick()
-        heard(node, outcome)
+        watch(node, outcome)
         return outcome
 
     return watched

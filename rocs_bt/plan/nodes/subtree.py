@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -46,12 +46,10 @@ class SubTree(Decorator):
         known = {n: v for n, v in attributes.items() if n in CONDITIONS or n in RESERVED or n.startswith("_")}
         return super().attribute_faults(known)
 
-    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
-        for _ in super().bind(board, runtime):
-            pass
+    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
+        super().bind(board, runtime)
         if self._inner is not None and self._inner.parent is board:
-            yield self.decorated, self._inner  # the tree was edited elsewhere; what is known here stays
-            return
+            return [(self.decorated, self._inner)]  # the tree was edited elsewhere; what is known here stays
         inner = self._inner = Board(board, autoremap=self.autoremap, name=self.name)
         for name, given in self.remaps.items():
             key = pointed(given, name)
@@ -59,7 +57,7 @@ class SubTree(Decorator):
                 inner.remapping[name] = key
             else:
                 inner.own(name, _literal(given))
-        yield self.decorated, inner
+        return [(self.decorated, inner)]
 
     def tick_once(self) -> Outcome:
         self.status = RUNNING

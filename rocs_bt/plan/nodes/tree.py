@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from itertools import repeat
 from traceback import walk_tb
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from ..board import Board, Enums
 from ..error import TreeError
 from ..status import RUNNING, Outcome
 from .family import halt
-from .node import Node
+from .node import Node, is_node
 from .runtime import Runtime, Watch
 from .subtree import SubTree
 from .swap import find_node, inside, put, unchanged
@@ -73,9 +74,9 @@ class Tree:
 
     def bind(self) -> None:
         """Give each node its place; again after the tree was edited. Boards of subtrees that stay are kept."""
-        placed = self._place(self.root, self.board)
-        self.nodes: tuple[Behaviour, ...] = tuple(node for node, _ in placed)
-        self.boards: dict[Any, Board] = {node.id: board for node, board in placed}
+        nodes, boards = self._place(self.root, self.board)
+        self.nodes: tuple[Behaviour, ...] = tuple(nodes)
+        self.boards: dict[Behaviour, Board] = dict(zip(nodes, boards, strict=True))
 
     def swap(self, old: Behaviour, new: Behaviour) -> None:
         """Put another subtree in the place of one, between two ticks. What runs of the old one is halted, once.
@@ -92,21 +93,21 @@ class Tree:
         """
         old = inside(old)
         coming = list(descendants(new))
-        if new.parent is not None or any(node.id in self.boards for node in coming):
+        if new.parent is not None or any(node in self.boards for node in coming):
             raise TreeError(Fault(f"'{new.name}' has a place in a tree already.", hint="Make a new tree to swap in."))
-        board, leaving = self.boards[old.id], list(descendants(old))
+        board, leaving = self.boards[old], list(descendants(old))
         with unchanged(board):
-            placed = self._place(new, board, _depth(old))
+            nodes, boards = self._place(new, board, _depth(old))
         for node in leaving:
             halt(node)
         put(old, new)
         if old is self.root:
             self.root = new
         at = next(i for i, node in enumerate(self.nodes) if node is old)
-        self.nodes = (*self.nodes[:at], *(node for node, _ in placed), *self.nodes[at + len(leaving) :])
+        self.nodes = (*self.nodes[:at], *nodes, *self.nodes[at + len(leaving) :])
         for node in leaving:
-            del self.boards[node.id]
-        self.boards.update({node.id: inner for node, inner in placed})
+            del self.boards[node]
+        self.boards.update(zip(nodes, boards, strict=True))
 
     def find(self, name: str) -> Behaviour:
         """The node of a full path (see `paths`), or the only one of a name.
@@ -116,19 +117,24 @@ class Tree:
         """
         return find_node(self.nodes, self.paths(), name)
 
-    def _place(self, root: Behaviour, board: Board, depth: int = 0) -> list[tuple[Behaviour, Board]]:
+    def _place(self, root: Behaviour, board: Board, depth: int = 0) -> tuple[list[Behaviour], list[Board]]:
         """Bind a node that has so many above it and all below it; each with its board, parents before children."""
-        found = []
-        todo: list[tuple[Behaviour, Board, int]] = [(root, board, depth + 1)]
-        while todo:
-            node, own, level = todo.pop()
-            found.append((node, own))
-            depth = max(depth, level)
-            below = node.bind(own, self.runtime) if isinstance(node, Node) else ((c, own) for c in node.children)
-            todo += reversed([(child, inner, level + 1) for child, inner in below])
-        _make_room(depth)
+        nodes, boards, deepest = list[Behaviour](), list[Board](), 0
+        ways = [iter([(root, board)])]
+        while ways:
+            for node, own in ways[-1]:
+                nodes.append(node)
+                boards.append(own)
+                below = node.bind(own, self.runtime) if is_node(node) else zip(node.children, repeat(own))
+                if below:
+                    ways.append(iter(below))
+                    break
+            else:
+                deepest = max(deepest, len(ways))
+                ways.pop()
+        _make_room(depth + deepest)
         self._tell([_told(*wrong) for wrong in self.runtime.faults])
-        return found
+        return nodes, boards
 
     def _tell(self, faults: list[Fault]) -> None:
         self.runtime.faults.clear()

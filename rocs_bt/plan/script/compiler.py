@@ -56,7 +56,7 @@ def _compiled(script: Script, board: Board, condition: bool) -> Run:
 
 @functools.lru_cache(maxsize=1024)
 def _maker(form: Form, enums: frozenset[int], condition: bool) -> _Make | None:
-    return _made(form.statements or (), enums, condition)
+    return _made(form.statements, enums, condition)
 
 
 def _made(statements: tuple[Expression, ...], enums: frozenset[int], condition: bool) -> _Make | None:
@@ -85,11 +85,12 @@ def _source(statements: tuple[Expression, ...], slots: Slots, condition: bool) -
         body = ["return truth(None)" if condition else "return None"]
     else:
         body += write_statement(last, slots, "truth" if condition else "value")
+    names = [f"s{i}" for i in range(slots.count)]
     lines = ["def make(board, text, slots):", *(f" s{i} = slots[{i}]" for i in range(slots.count))]
     lines += [f" f{i} = " + (f"float(board.enums[s{i}])" if i in slots.enums else f"real(s{i})") for i in slots.floats]
-    lines += [f" e{i} = NONE" for i in slots.names]
-    lines += [" def run():"]
-    lines += [f"  nonlocal {', '.join(f'e{i}' for i in slots.names)}"] if slots.names else []
+    lines += [f" entries = [NONE] * {slots.count}"]
+    constants = ["board", "text", "entries", *names, *(f"f{i}" for i in slots.floats)]
+    lines += [f" def run({', '.join(f'{name}={name}' for name in constants)}):"]  # faster, and smaller, than a closure
     lines += ["  try:", *(f"   {line}" for line in body)]
     lines += ["  except (Refused, OverflowError) as error:", "   raise stopped(text, error) from None", " return run"]
     return "\n".join(lines)

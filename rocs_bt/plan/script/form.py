@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from ...errors import InputError
 from .parser import MAX_DIGITS, MAX_LENGTH, number_of, parse_statements
@@ -15,24 +16,19 @@ from .syntax import Assignment, Expression, Name, parts, walk
 _SLOT = re.compile(  # what the lexer calls strings, numbers and names
     r"""('[^']*'|"[^"]*")|(0[xX][0-9a-fA-F]+|\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|([^\W\d]\w*|@\w*)"""
 )
+_TRUTHS = {"true": 1, "false": 0}
 _SAMPLES = {"N": "n", "I": "1", "F": "1.5", "S": "''", "T": "true"}
 
 
-class Form(NamedTuple):
-    """The part of a text that determines its syntax tree.
+@dataclass(frozen=True, eq=False)
+class Form:
+    """The part of a text that determines its syntax tree; the same object for all texts that have it in common.
 
     Attributes:
-        between: The texts before, between and after the slots: operators and spaces.
-        kinds: One letter per slot: N name, I integer, F other number, S string, T `true` or `false`.
+        statements: The statements, with sample names and literals.
     """
 
-    between: tuple[str, ...]
-    kinds: str
-
-    @property
-    def statements(self) -> tuple[Expression, ...] | None:
-        """The statements, with sample names and literals; None where texts of this form are no scripts."""
-        return _statements(self)
+    statements: tuple[Expression, ...]
 
 
 class Script:
@@ -87,41 +83,46 @@ def parse_script(text: str) -> Script:
     Raises:
         ScriptError: The text is no script; the error has the place.
     """
-    found = _outline(text)
-    if found is not None and found[0].statements is not None:
-        return Script(text, None, *found)
-    return Script(text, parse_statements(text))
+    form, slots = _outline(text)
+    return Script(text, None if form is not None else parse_statements(text), form, slots)
 
 
-def _outline(text: str) -> tuple[Form, tuple[Any, ...]] | None:
-    """The form and the slots of a text; None where tokens adjoin, or are too long, which is left to the parser."""
-    pieces = _SLOT.split(text)
+def _outline(text: str) -> tuple[Form | None, tuple[Any, ...]]:
+    """The form and the slots of a text; no form where tokens adjoin, or are too long, which is left to the parser."""
+    pieces = _SLOT.split(text)  # text, string, number, name, text ...
     between = tuple(pieces[::4])
     if len(text) > MAX_LENGTH or "" in between[1:-1]:
-        return None
+        return None, ()
     kinds, slots = "", list[Any]()
-    for string, number, name in zip(pieces[1::4], pieces[2::4], pieces[3::4], strict=True):
-        if name is not None:
-            truth = name in ("true", "false")
+    for at in range(3, len(pieces), 4):
+        if (name := pieces[at]) is not None:
+            truth = name in _TRUTHS
             kinds += "T" if truth else "N"
-            slots.append(int(name == "true") if truth else name)
-        elif number is not None:
+            slots.append(_TRUTHS[name] if truth else name)
+        elif (number := pieces[at - 1]) is not None:
             if len(number) > MAX_DIGITS:
-                return None
+                return None, ()
             value = number_of(number)
             kinds += "I" if value.__class__ is int else "F"
             slots.append(value)
         else:
             kinds += "S"
-            slots.append(string[1:-1])
-    return (Form(between, kinds), tuple(slots)) if "@" not in slots else None
+            slots.append(pieces[at - 2][1:-1])
+    form = _form(between, kinds) if "@" not in slots else None
+    return form, tuple(slots)
 
 
 @functools.lru_cache(maxsize=1024)
-def _statements(form: Form) -> tuple[Expression, ...] | None:
-    samples = [*(_SAMPLES[kind] for kind in form.kinds), ""]
+def _form(between: tuple[str, ...], kinds: str) -> Form | None:
+    """The form of some texts; None if they are no scripts.
+
+    Args:
+        between: The texts before, between and after the slots: operators and spaces.
+        kinds: One letter per slot: N name, I integer, F other number, S string, T `true` or `false`.
+    """
+    samples = [*(_SAMPLES[kind] for kind in kinds), ""]
     try:
-        return parse_statements("".join(b + s for b, s in zip(form.between, samples, strict=True)))
+        return Form(parse_statements("".join(b + s for b, s in zip(between, samples, strict=True))))
     except InputError:
         return None
 

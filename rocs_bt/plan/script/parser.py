@@ -180,6 +180,6 @@ class _Parser:
 
 def number_of(text: str) -> int | float:
     """The value of a number's text: an integer where it has neither point nor exponent."""
-    if text[:2] in ("0x", "0X"):
-        return int(text, 16)
-    return int(text) if text.isdigit() else float(text)
+    if text.isdigit():
+        return int(text)
+    return int(text, 16) if text[:2] in ("0x", "0X") else float(text)

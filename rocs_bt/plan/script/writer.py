@@ -49,7 +49,9 @@ class _Assignment:
         made = f"board.declare(s{self._target})"
         found = f"board.entry(s{self._target}) or {made}" if self._statement.operator == ":=" else ""
         lines = _loads(value, self._slots)
-        lines += [f"if not {entry}.alive:", f" {entry} = {found or f'existing(board, s{self._target})'}"]
+        found = found or f"existing(board, s{self._target})"
+        lines += [f"{entry} = entries[{self._target}]"]
+        lines += [f"if not {entry}.alive:", f" {entry} = entries[{self._target}] = {found}"]
         lines += [f"old = {entry}.value"]
         if self._sets and isinstance(value, Literal) and not isinstance(value.value, str):
             lines += self._literal(self._slots.of(value))
@@ -195,7 +197,8 @@ def _loads(expression: Expression, slots: Slots) -> list[str]:
     """Look up the keys that an expression reads; one that assigns looks them up as it goes."""
     lines: list[str] = []
     for i in () if _assigns(expression) else dict.fromkeys(slots.keys(expression)):
-        lines += [f"if not e{i}.alive:", f" e{i} = board.entry(s{i}) or NONE", f"v{i} = e{i}.value"]
+        lines += [f"e{i} = entries[{i}]", f"if not e{i}.alive:", f" e{i} = entries[{i}] = board.entry(s{i}) or NONE"]
+        lines += [f"v{i} = e{i}.value"]
     return lines
 
 

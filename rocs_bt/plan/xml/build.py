@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 
 from py_trees.behaviour import Behaviour
 
 from ...errors import Fault, InputError
-from ..nodes import Control, Decorator, Node, SubTree, children_faults
+from ..nodes import Node, children_faults
 from .document import Document
 from .element import Element
 from .stand_in import stand_in
@@ -18,13 +17,21 @@ Outside = Mapping[str, Callable[[Element], Behaviour]]
 """Trees that stand elsewhere by the ID that a SubTree names, made for that SubTree."""
 
 
-@dataclass
 class _Frame:
-    """A node whose children are being made."""
+    """A node whose children are being made.
 
-    element: Element
-    todo: list[Element]
-    made: list[Behaviour] = field(default_factory=list)
+    Args:
+        element: Its element.
+        todo: The elements of its children, the last one first.
+        made: Children that stand elsewhere.
+    """
+
+    __slots__ = ("element", "made", "todo")
+
+    def __init__(self, element: Element, todo: list[Element], made: list[Behaviour] | None = None) -> None:
+        self.element = element
+        self.todo = todo
+        self.made: list[Behaviour] = [] if made is None else made
 
 
 def make_nodes(
@@ -58,36 +65,40 @@ def make_nodes(
 class _Maker:
     def __init__(self, document: Document, nodes: Mapping[str, type[Node]], outside: Outside, lenient: bool) -> None:
         self.document = document
-        self.nodes = nodes
+        self.nodes = dict(nodes)
         self.outside = outside
         self.lenient = lenient
         self.frames: list[_Frame] = []
-        self.count = 0
+        self.count = 1
 
     def root(self, body: Element) -> Behaviour:
-        self.begin(body)
+        frames = self.frames
+        frames.append(self.begin(body))
         while True:
-            frame = self.frames[-1]
-            if frame.todo:
-                self.begin(frame.todo.pop())
-                continue
-            node = self.node(frame)
-            self.frames.pop()
-            if not self.frames:
+            frame = frames[-1]
+            while frame.todo:
+                element = frame.todo.pop()
+                self.count += 1
+                if self.count > MAX_NODES:
+                    raise InputError(element.fault(f"the tree has more than {MAX_NODES} nodes."))
+                if element.children or element.tag == "SubTree":
+                    frame = self.begin(element)
+                    frames.append(frame)
+                else:
+                    frame.made.append(self.node(element, []))
+            node = self.node(frame.element, frame.made)
+            frames.pop()
+            if not frames:
                 return node
-            self.frames[-1].made.append(node)
+            frames[-1].made.append(node)
 
-    def begin(self, element: Element) -> None:
-        self.count += 1
-        if self.count > MAX_NODES:
-            raise InputError(element.fault(f"the tree has more than {MAX_NODES} nodes."))
+    def begin(self, element: Element) -> _Frame:
         name = element.attributes.get("ID", "")
         if element.tag != "SubTree":
-            self.frames.append(_Frame(element, element.children[::-1]))
-        elif name in self.document.trees and not self.inside(name):
-            self.frames.append(_Frame(element, [self.document.trees[name].body]))
-        else:
-            self.frames.append(_Frame(element, [], self.elsewhere(element, name)))
+            return _Frame(element, element.children[::-1])
+        if name in self.document.trees and not self.inside(name):
+            return _Frame(element, [self.document.trees[name].body])
+        return _Frame(element, [], self.elsewhere(element, name))
 
     def inside(self, name: str) -> bool:
         """Whether a tree is being made already; told by `verify`, and so asked only where that was no obstacle."""
@@ -100,16 +111,15 @@ class _Maker:
         except InputError as error:
             raise InputError(*(_placed(element, fault) for fault in error.faults)) from error
 
-    def node(self, frame: _Frame) -> Node:
-        element = frame.element
+    def node(self, element: Element, children: list[Behaviour]) -> Node:
         attributes = element.node_attributes()
-        made = self.made(frame)
-        if issubclass(made, SubTree):
+        made = self.made(element, children)
+        if made.kind == "SubTree":
             attributes = {**self.defaults(element), **attributes}
         family: Callable[..., Node] = made
         try:
-            if issubclass(made, (Control, Decorator)):
-                node = family(element.node_name, frame.made, **attributes)
+            if made.most != 0:
+                node = family(element.node_name, children, **attributes)
             else:
                 node = family(element.node_name, **attributes)
         except InputError as error:
@@ -117,16 +127,15 @@ class _Maker:
         node.origin = element
         return node
 
-    def made(self, frame: _Frame) -> type[Node]:
+    def made(self, element: Element, children: list[Behaviour]) -> type[Node]:
         """The class of an element."""
-        element = frame.element
-        found = self.nodes.get(element.node_tag)
         if not self.lenient:
             return self.nodes[element.node_tag]
-        if found is None or children_faults(found, "", len(frame.made)):
+        found = self.nodes.get(element.node_tag)
+        if found is None or children_faults(found, "", len(children)):
             return stand_in(element, self.document)
         faults = found.attribute_faults(element.node_attributes())
-        if issubclass(found, SubTree) and element.attributes.get("_autoremap", "0").lower() not in _TRUTH:
+        if element.tag == "SubTree" and element.attributes.get("_autoremap", "0").lower() not in _TRUTH:
             faults.append(("_autoremap", Fault("")))
         return stand_in(element, self.document) if faults else found
 

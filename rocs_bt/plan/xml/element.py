@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ...errors import Fault
 from ...raised import CodeLocation
+
+NAME = r"[A-Za-z_\u0080-\U0010ffff][\w.\-:\u00b7]*"
+"""A name in XML, as a regular expression."""
+
+ATTRIBUTE = re.compile(rf"[ \t\r\n]*({NAME})[ \t\r\n]*=[ \t\r\n]*([\"'])")
+"""An attribute up to its opening quote."""
+
+_OPENING = re.compile(rf"<{NAME}")
 
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 """Tags of the long form of a node, `<Action ID="GoTo"/>` for `<GoTo/>`."""
@@ -45,6 +55,10 @@ class Spot(NamedTuple):
     value: int
 
 
+NO_CHILDREN: Any = ()
+"""The children of an element until it has any, since most have none."""
+
+
 class Element:
     """An element of a document.
 
@@ -53,23 +67,36 @@ class Element:
         source: The text that it stands in.
         at: Its offset there.
         attributes: The values, with entities resolved, in their order.
-        spots: Where each attribute stands.
         children: The elements in it.
         text: The text in it, joined.
         comments: The comments before it.
     """
 
-    __slots__ = ("at", "attributes", "children", "comments", "source", "spots", "tag", "text")
+    __slots__ = ("_spots", "at", "attributes", "children", "comments", "source", "tag", "text")
 
-    def __init__(self, tag: str, source: Source, at: int) -> None:
+    def __init__(
+        self,
+        tag: str,
+        source: Source,
+        at: int,
+        attributes: dict[str, str] | None = None,
+        comments: tuple[str, ...] = (),
+    ) -> None:
         self.tag = tag
         self.source = source
         self.at = at
-        self.attributes: dict[str, str] = {}
-        self.spots: dict[str, Spot] = {}
-        self.children: list[Element] = []
+        self.attributes = {} if attributes is None else attributes
+        self.children: list[Element] = NO_CHILDREN
         self.text = ""
-        self.comments: tuple[str, ...] = ()
+        self.comments = comments
+        self._spots: dict[str, Spot] | None = None
+
+    @property
+    def spots(self) -> dict[str, Spot]:
+        """Where each attribute stands; searched when it is first needed, as most documents have no faults."""
+        if self._spots is None:
+            self._spots = dict(_spots(self.source.text, self.at))
+        return self._spots
 
     @property
     def node_tag(self) -> str:
@@ -89,7 +116,10 @@ class Element:
 
     def node_attributes(self) -> dict[str, str]:
         """What a node of ours is given: all but the name, and but the ID that names its class."""
-        return {n: v for n, v in self.attributes.items() if n != "name" and (n != "ID" or self.tag == "SubTree")}
+        given = self.attributes
+        if not given or (len(given) == 1 and "name" in given):
+            return {}
+        return {n: v for n, v in given.items() if n != "name" and (n != "ID" or self.tag == "SubTree")}
 
     def fault(
         self,
@@ -124,12 +154,27 @@ class Element:
         return at
 
 
-_ENTITIES = {"lt": "<", "gt": ">", "amp": "&", "quot": '"', "apos": "'"}
+def _spots(text: str, at: int) -> Iterator[tuple[str, Spot]]:
+    """The attributes of the element that begins at an offset."""
+    opening = _OPENING.match(text, at)
+    at = opening.end() if opening else len(text)
+    while found := ATTRIBUTE.match(text, at):
+        yield found[1], Spot(found.start(1), found.end())
+        at = text.find(found[2], found.end()) + 1
+        if not at:
+            return
+
+
+_ENTITIES = {"lt": "<", "gt": ">", "quot": '"', "apos": "'", "amp": "&"}  # what `&` stands for is not looked at again
 
 
 def unescape(text: str) -> str:
     """A text with XML's five entities and its character references resolved; what else begins with `&` stays."""
     if "&" not in text:
+        return text
+    if "&#" not in text:
+        for entity, meant in _ENTITIES.items():
+            text = text.replace(f"&{entity};", meant)
         return text
     first, *rest = text.split("&")
     found = [first]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 from ...errors import Fault, InputError
-from .element import Element, Source, Spot, unescape
+from .element import ATTRIBUTE, NAME, Element, Source, unescape
 
 MAX_TEXT = 16_000_000
 """The longest document [characters]."""
@@ -26,10 +26,12 @@ MAX_ELEMENTS = 100_000
 MAX_DEPTH = 256
 """How deeply elements may be nested; BehaviorTree.CPP's own limit."""
 
-_NAME = r"[A-Za-z_\u0080-\U0010ffff][\w.\-:\u00b7]*"
-_OPEN = re.compile(rf"<({_NAME})")
-_CLOSE = re.compile(rf"</({_NAME})[ \t\r\n]*>")
-_ATTRIBUTE = re.compile(rf"[ \t\r\n]*({_NAME})[ \t\r\n]*=[ \t\r\n]*([\"'])")
+_PAIR = rf"""{NAME}[ \t\r\n]*=[ \t\r\n]*(?:"[^"<]*"|'[^'<]*')"""
+_TAG = re.compile(rf"[ \t\r\n]*<({NAME})((?:[ \t\r\n]+{_PAIR})*)[ \t\r\n]*(/?)>")
+_PAIRS = re.compile(rf"""({NAME})[ \t\r\n]*=[ \t\r\n]*(?:"([^"]*)"|'([^']*)')""")
+_DOUBLE = re.compile(rf"""({NAME})[ \t\r\n]*=[ \t\r\n]*"([^"]*)\"""")
+_OPEN = re.compile(rf"<({NAME})")
+_CLOSE = re.compile(rf"</({NAME})[ \t\r\n]*>")
 _END = re.compile(r"[ \t\r\n]*(/?)>")
 _SPACE = re.compile(r"[ \t\r\n]*")
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
@@ -64,13 +66,53 @@ class _Scanner:
             raise self.refused(bad.start(), f"the character U+{ord(bad[0]):04X} cannot stand in XML.")
         self.at = 1 if self.text.startswith("\ufeff") else 0
         while self.at < len(self.text):
-            self.step()
+            self.tags()
+            if self.at < len(self.text):
+                self.step()
         if self.open:
             element = self.open[-1]
             raise self.refused(element.at, f"<{element.tag}> is not closed.", f"Write </{element.tag}> at its end.")
         if self.root is None:
             raise self.refused(self.at, "the document has no element.", "Begin with <root BTCPP_format='4'>.")
         return self.root, self.warnings
+
+    def tags(self) -> None:
+        """Take opening tags for as long as they follow each other and are well-formed, as nearly all are."""
+        text, source, match = self.text, self.source, _TAG.match
+        while (found := match(text, self.at)) is not None and (self.open or self.root is None):
+            tag, inside, slash = found.groups()
+            attributes: dict[str, str] = {}
+            if inside:
+                pairs = _DOUBLE.findall(inside) if "'" not in inside else _pairs(inside)
+                attributes = dict(pairs)
+                if len(attributes) != len(pairs) or len(pairs) > MAX_ATTRIBUTES or len(inside) > MAX_VALUE:
+                    return
+                if "\r" in inside or ("&" in inside and _RAW.search(inside)):
+                    return
+                if "&" in inside:
+                    for name, value in attributes.items():
+                        attributes[name] = unescape(value)
+            element = Element(tag, source, found.start(1) - 1, attributes)
+            self.at = found.end()
+            self.add(element, bool(slash))
+
+    def add(self, element: Element, closed: bool) -> None:
+        """Add an element to the one that is open."""
+        self.count += 1
+        if self.count > MAX_ELEMENTS:
+            raise self.refused(element.at, f"the document has more than {MAX_ELEMENTS} elements.")
+        if self.comments:
+            element.comments, self.comments = tuple(self.comments), []
+        if self.root is None:
+            self.root = element
+        else:
+            self.open[-1].children.append(element)
+        if not closed:
+            element.children = []
+            self.open.append(element)
+            self.texts.append([])
+            if len(self.open) > MAX_DEPTH:
+                raise self.refused(element.at, f"elements are nested more than {MAX_DEPTH} deep.", "Use subtrees.")
 
     def step(self) -> None:
         """Take what comes next: text, a tag, a comment."""
@@ -100,7 +142,8 @@ class _Scanner:
         end = len(self.text) if end < 0 else end
         piece = self.text[self.at : end]
         if self.open:
-            self.texts[-1].append(unescape(piece))
+            if self.texts[-1] or not piece.isspace():
+                self.texts[-1].append(unescape(piece))
         elif piece.strip(" \t\r\n"):
             at = _SPACE.match(self.text, self.at)
             raise self.refused(at.end() if at else self.at, "there is text outside of the root element.")
@@ -114,26 +157,14 @@ class _Scanner:
         if self.root is not None and not self.open:
             raise self.refused(start, f"<{found[1]}> is a second root.", "Put everything into one <root>.")
         element = Element(found[1], self.source, start)
-        self.count += 1
-        if self.count > MAX_ELEMENTS:
-            raise self.refused(start, f"the document has more than {MAX_ELEMENTS} elements.")
-        element.comments, self.comments = tuple(self.comments), []
         self.at = found.end()
         while (end := _END.match(self.text, self.at)) is None:
             self.attribute(element)
         self.at = end.end()
-        if self.root is None:
-            self.root = element
-        else:
-            self.open[-1].children.append(element)
-        if not end[1]:
-            self.open.append(element)
-            self.texts.append([])
-            if len(self.open) > MAX_DEPTH:
-                raise self.refused(start, f"elements are nested more than {MAX_DEPTH} deep.", "Use subtrees.")
+        self.add(element, bool(end[1]))
 
     def attribute(self, element: Element) -> None:
-        found = _ATTRIBUTE.match(self.text, self.at)
+        found = ATTRIBUTE.match(self.text, self.at)
         if found is None:
             raise self.no_attribute(element)
         name, begin = found[1], found.end()
@@ -151,7 +182,6 @@ class _Scanner:
         if "<" in raw or "&" in raw:
             self.check_raw(name, raw, begin)
         element.attributes[name] = unescape(raw.replace("\r\n", "\n"))
-        element.spots[name] = Spot(found.start(1), begin)
         self.at = end + 1
 
     def check_raw(self, name: str, raw: str, begin: int) -> None:
@@ -198,3 +228,8 @@ class _Scanner:
 
     def refused(self, at: int, message: str, hint: str = "") -> InputError:
         return InputError(self.source.fault(at, f"not readable as XML: {message}", hint))
+
+
+def _pairs(attributes: str) -> list[tuple[str, str]]:
+    """Names and values of attributes that stand in quotes of both kinds."""
+    return [(name, double or single) for name, double, single in _PAIRS.findall(attributes)]

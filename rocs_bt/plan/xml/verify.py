@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...errors import Fault, InputError, unknown
 from ..board import from_string
@@ -40,10 +40,11 @@ def verify(
 class _Verifier:
     def __init__(self, document: Document, nodes: Mapping[str, type[Node]], outside: Mapping[str, Any]) -> None:
         self.document = document
-        self.nodes = nodes
+        self.nodes = dict(nodes)
         self.outside = outside
         self.found: list[Fault] = []
         self.uses: dict[str, list[Element]] = {}
+        self.counts: dict[str, int] = {}
 
     def faults(self, main: str, strict: bool) -> list[Fault]:
         self.found += name_faults(self.document, strict)
@@ -52,12 +53,38 @@ class _Verifier:
                 message = f"the tree '{tree.name}' has the name of a node."
                 self.found.append(tree.element.fault(message, "Rename the tree.", attribute="ID"))
             self.uses[tree.name] = []
-            for element, path in walk(tree):
-                self.element(element, path, tree)
+            self.elements(tree)
         self.models()
         self.recursion()
         self.unused(main)
         return self.found
+
+    def elements(self, tree: TreeElement) -> None:
+        """Check all elements of a tree, in the order of the text."""
+        ways: list[tuple[_Way | None, Iterator[Element]]] = [(None, iter([tree.body]))]
+        count = 0
+        while ways:
+            way, elements = ways[-1]
+            for element in elements:
+                count += 1
+                if not self.plain(element):
+                    self.element(element, _path(tree, element, way), tree)
+                if element.children:
+                    ways.append((_Way(element, way), iter(element.children)))
+                    break
+            else:
+                ways.pop()
+        self.counts[tree.name] = count
+
+    def plain(self, element: Element) -> bool:
+        """Whether nothing is wrong with a node that is named by its tag, as most are."""
+        node = self.nodes.get(element.tag)
+        if node is None or element.tag == "SubTree" or "ID" in element.attributes:
+            return False
+        count, most = len(element.children), node.most
+        if count < node.least or (most is not None and count > most):
+            return False
+        return not node.attribute_faults(element.node_attributes())
 
     def element(self, element: Element, path: str, tree: TreeElement) -> None:
         tag = element.node_tag
@@ -150,8 +177,7 @@ class _Verifier:
 
     def size(self, name: str, sizes: Mapping[str, int]) -> int:
         tree = self.document.trees[name]
-        own = sum(1 for _ in walk(tree))
-        total = own + sum(sizes.get(u.attributes["ID"], 0) for u in self.uses[name])
+        total = self.counts[name] + sum(sizes.get(u.attributes["ID"], 0) for u in self.uses[name])
         if total > MAX_NODES:
             message = f"the tree '{name}' has {total} nodes with its subtrees; {MAX_NODES} is the most."
             self.found.append(tree.element.fault(message))
@@ -175,13 +201,20 @@ class _Verifier:
                 self.found.append(tree.element.fault(message, hint, attribute="ID", warning=True))
 
 
-def walk(tree: TreeElement) -> Iterator[tuple[Element, str]]:
-    """All elements of a tree in their order, and their paths: the tree's ID, then the names on the way."""
-    todo = [(tree.body, f"{tree.name}/{tree.body.node_name}")]
-    while todo:
-        element, path = todo.pop()
-        yield element, path
-        todo += [(child, f"{path}/{child.node_name}") for child in reversed(element.children)]
+class _Way(NamedTuple):
+    """The elements around another one."""
+
+    element: Element
+    above: _Way | None
+
+
+def _path(tree: TreeElement, element: Element, way: _Way | None) -> str:
+    """The path of an element: the tree's ID, then the names on the way."""
+    names = [element.node_name]
+    while way is not None:
+        names.append(way.element.node_name)
+        way = way.above
+    return "/".join([tree.name, *reversed(names)])
 
 
 def _script_column(node: type[Node], attribute: str, text: str) -> int | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from ...errors import Fault, InputError
@@ -58,11 +58,11 @@ class Scripted(Leaf):
         self._original = ours
         self._check()
 
-    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
         if self._original is not None:
             for _ in self._original.bind(board, runtime):
                 pass  # its keys are declared, and its children are nobody's
-        yield from super().bind(board, runtime)
+        return super().bind(board, runtime)
 
     def update(self) -> Outcome:
         outcomes = self.letters.outcomes

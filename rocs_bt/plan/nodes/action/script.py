@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -12,7 +12,7 @@ from ...script import Script as Parsed
 from ...script import compile_condition, compile_script, parse_script
 from ...status import FAILURE, SUCCESS, Outcome
 from ..family import Instant
-from ..port import Code
+from ..port import Code, pointer
 from ..runtime import Runtime
 
 
@@ -24,11 +24,13 @@ class _Scripted(Instant):
         self._run: Callable[[], Any] | None = None
         self._last: tuple[str, Callable[[], Any]] | None = None
 
-    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
         self._run = self._last = None
-        yield from super().bind(board, runtime)
-        if self.key("code") is None:
-            self._run = self.compiled(parse_script(self.code))
+        below = super().bind(board, runtime)
+        code = self.given["code"]
+        if pointer(code) is None:
+            self._run = self.compiled(parse_script(code))
+        return below
 
     def compiled(self, script: Parsed) -> Callable[[], Any]:
         """The script as a function."""

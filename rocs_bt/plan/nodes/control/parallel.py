@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from collections.abc import Sequence as Many
 from typing import Any
 
@@ -30,7 +30,7 @@ class _Together(Control, StockParallel):
         self._fixed = all(self.key(port) is None for port in self.ports)
         self._limits: tuple[int, ...] = ()
 
-    def bind(self, board: Board, runtime: Runtime) -> Iterator[tuple[Behaviour, Board]]:
+    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
         self._limits = ()  # children may have come or gone
         return super().bind(board, runtime)
 
