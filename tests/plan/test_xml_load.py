@@ -4,6 +4,7 @@
 
 import importlib.util
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError
 from rocs_bt.plan.nodes import BUILTIN, Input, Instant, Leaf, Output, Tree
+from rocs_bt.plan.script import compiler, form
 from rocs_bt.plan.status import FAILURE, RUNNING, SUCCESS, outcome_name
 from rocs_bt.plan.xml import load_tree, read_document
 
@@ -235,6 +237,38 @@ def test_ten_thousand_nodes_load_and_tick():
     tree = Tree(load_tree(document(body), NODES))
     assert len(tree.nodes) == 10_001
     assert tree.tick() is SUCCESS
+
+
+@pytest.mark.parametrize(
+    ("attributes", "forms"),
+    [
+        ('<AlwaysSuccess _skipIf="counted &lt; -3"/>', 1),
+        ('<AlwaysSuccess _skipIf="counted{0} &lt; -{0}"/>', 1),
+        ('<AlwaysSuccess _onSuccess="counted := {0}" _failureIf="counted{0} &gt; {0}.5"/>', 2),
+        ("<Script code=\"counted := {0}; counted += '{0}'\"/>", 1),
+    ],
+    ids=["same", "other names", "two attributes", "node"],
+)
+def test_scripts_of_one_form_are_parsed_and_generated_once_in_a_load(attributes, forms, monkeypatch):
+    counts = Counter()
+
+    def count(module, name):
+        function = getattr(module, name)
+
+        def counting(*args):
+            counts[name] += 1
+            return function(*args)
+
+        monkeypatch.setattr(module, name, counting)
+
+    form._form.cache_clear()
+    compiler._maker.cache_clear()
+    count(form, "parse_statements")
+    count(compiler, "_made")
+    inside = "".join(attributes.format(i) for i in range(1, 301))
+    tree = Tree(load_tree(document(f"<Sequence>{inside}</Sequence>"), NODES))
+    assert len(tree.nodes) == 301
+    assert counts == {"parse_statements": forms, "_made": forms}
 
 
 def test_two_hundred_subtrees_in_each_other_load_and_tick():

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from rocs_bt.errors import InputError
 from rocs_bt.plan.xml import load_tree, read_document
 from rocs_bt.plan.xml.element import Source
+from rocs_bt.plan.xml import scan as scanner
 from rocs_bt.plan.xml.scan import MAX_ATTRIBUTES, MAX_DEPTH, MAX_ELEMENTS, MAX_VALUE, scan
 
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_.\-]{0,6}", fullmatch=True)
@@ -269,6 +270,56 @@ def survive(seed):
 @given(st.integers(0, 10**9))
 def test_whatever_a_document_holds_it_is_read_or_refused(seed):
     survive(seed)
+
+
+AROUND = [
+    ("", ""),
+    ("<a>", "</a>"),
+    ("<a>one <b/> <b/>two", " three</a>"),
+    ("<a>\r\n ", ' b\u00a0<c/> <d e="&amp;lt;"/></a>'),
+    (SEED, ""),
+]
+
+
+@st.composite
+def nearly_xml(draw):
+    """A document with spaces, text and both kinds of quotes, cut and patched in up to three places."""
+    between = draw(st.sampled_from([" ", "\n\t", ""]))
+    inside = between.join(draw(st.lists(tree(2).map(Made.write), min_size=1, max_size=3)))
+    before, after = draw(st.sampled_from(AROUND))
+    text = before + inside + after
+    for _ in range(draw(st.integers(0, 3))):
+        at, to = sorted(draw(st.tuples(*[st.integers(0, len(text))] * 2)))
+        piece = draw(st.sampled_from([*PIECES, " ", "\r\n", "&lt;", "&#65;", "</a>", "<b c='d' e = \"f\">"]))
+        text = text[:at] + piece + text[min(to, at + draw(st.sampled_from([0, 1, 9]))) :]
+    return text
+
+
+def scanned(make, text):
+    """All that a scanner finds in a text: elements with their places, and warnings; or why it is refused."""
+    try:
+        root, warnings = make(Source(text)).document()
+    except InputError as error:
+        return str(error)
+
+    def whole(element):
+        inside = [whole(child) for child in element.children]
+        return element.tag, element.at, element.attributes, element.spots, element.text, element.comments, inside
+
+    return whole(root), [str(warning) for warning in warnings]
+
+
+class Slow(scanner._Scanner):
+    """A scanner that takes each tag attribute by attribute."""
+
+    def tags(self):
+        pass
+
+
+@settings(deadline=None, max_examples=300)
+@given(nearly_xml())
+def test_the_quick_scanner_finds_what_the_slow_one_finds(text):
+    assert scanned(scanner._Scanner, text) == scanned(Slow, text)
 
 
 @pytest.mark.soak

@@ -92,7 +92,10 @@ class _Scanner:
                 if "&" in inside:
                     for name, value in attributes.items():
                         attributes[name] = unescape(value)
-            element = Element(tag, source, found.start(1) - 1, attributes)
+            at = found.start(1) - 1
+            if at > self.at and self.texts and self.texts[-1]:
+                self.texts[-1].append(text[self.at : at])  # spaces between words count
+            element = Element(tag, source, at, attributes)
             self.at = found.end()
             self.add(element, bool(slash))
 
