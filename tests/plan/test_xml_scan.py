@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from rocs_bt.errors import InputError
 from rocs_bt.plan.xml import load_tree, read_document
-from rocs_bt.plan.xml.element import Source
 from rocs_bt.plan.xml import scan as scanner
+from rocs_bt.plan.xml.element import Source
 from rocs_bt.plan.xml.scan import MAX_ATTRIBUTES, MAX_DEPTH, MAX_ELEMENTS, MAX_VALUE, scan
 
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_.\-]{0,6}", fullmatch=True)

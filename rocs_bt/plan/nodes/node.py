@@ -34,8 +34,8 @@ MAX_FINE = 16_384
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 TAKEN = frozenset(
-    ["id", "name", "status", "parent", "children", "decorated", "current_child", "feedback_message", "logger", "iterator",
-     "blackboards", "given", "conditions", "other", "runtime", "visits", "memory", "policy"]
+    ["id", "name", "status", "parent", "children", "decorated", "current_child", "feedback_message", "logger",
+     "iterator", "blackboards", "given", "conditions", "other", "runtime", "visits", "memory", "policy"]
 )  # fmt: skip
 """What nodes keep in attributes of these names."""
 
