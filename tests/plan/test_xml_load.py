@@ -5,6 +5,7 @@
 import importlib.util
 import sys
 from collections import Counter
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -288,7 +289,7 @@ TUTORIALS = {
     "t11 a leaf that runs": (document('<Sequence><Work/><Say/></Sequence>'), None),
     "t12 a default port": (document('<Sequence><Say/><Say message="{=}"/></Sequence>'.replace('<Say message="{=}"/>', '<Script code="message := \'own\'"/><Say message="{=}"/>')), "hello;own;"),
     "t13 a literal beside a key": (document('<Sequence><SubTree ID="Sub1" a="1" b="{x}" _autoremap="true"/></Sequence>', '<Sequence><Say message="{a}"/><Script code="b := \'two\'"/><Say message="{x}"/></Sequence>'), "1;two;"),
-    "t14 a subtree's model with a default that is a key": (document('<Sequence><Script code="goal := \'dock\'"/><SubTree ID="Sub1"/><SubTree ID="Sub1" goal="gate"/></Sequence>', SAY("goal"), model='<SubTree ID="Sub1"><input_port name="goal" default="{=}">where to</input_port></SubTree>'), "dock;gate;"),
+    "t14 a subtree's model with a default that is a key": (document('<Sequence><Script code="goal := \'dock\'"/><SubTree ID="Sub1"/><SubTree ID="Sub1" goal="gate"/></Sequence>', SAY("goal"), model='<SubTree ID="Sub1"><input_port name="goal" default="{goal}">where to</input_port></SubTree>'), "dock;gate;"),
     "t15 loops over a queue": (document('<LoopString queue="a;b;c" value="{item}"><Say message="{item}"/></LoopString>'), "a;b;c;"),
 }  # fmt: skip
 
@@ -338,3 +339,66 @@ def test_what_is_loaded_does_what_the_cpp_engine_loads(block):
     of.Ours = Loaded
     for seed in range(50_000 + block * 50, 50_050 + block * 50):
         of.compare(seed)
+
+
+def both(text, keys):
+    """What our engine and the C++ one make of a document: outcome and board, or `raises`."""
+    cpp = pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+
+    def ours():
+        tree = Tree(load_tree(text))
+        tree.board.update(keys)
+        return outcome_name(tree.tick()), {k: tree.board[k] for k in WATCHED if k in tree.board}
+
+    def theirs():
+        board = cpp.Blackboard.create()
+        for key, value in keys.items():
+            board.set_string(key, value)
+        factory = cpp.BehaviorTreeFactory()
+        status = factory.create_tree_from_text(text, board).tick_once()
+        return status.name, {k: board.get_string(k) for k in board.get_keys() if k in WATCHED}
+
+    outcomes = []
+    for engine, error in ((ours, InputError), (theirs, RuntimeError)):
+        try:
+            outcomes.append(engine())
+        except error:
+            outcomes.append("raises")
+    return outcomes
+
+
+WATCHED = ("seen", "p", "q", "=")
+
+
+@pytest.mark.parametrize("remap", ["", '_autoremap="true"', '_autoremap="0"'])
+@pytest.mark.parametrize("default", ["", 'default=""', 'default="{=}"', 'default="="', 'default="{q}"', 'default="x"'])
+def test_the_defaults_of_a_subtree_are_those_of_the_cpp_engine(default, remap):
+    model = f'<SubTree ID="Sub1"><input_port name="p" {default}/></SubTree>'
+    boards = ({}, {"p": "v"}, {"p": "v", "q": "other", "=": "odd"})
+    for given, script in product(("", 'p="{=}"', 'p="="', 'p="{q}"', 'p="x"'), ("@seen := p", "p := 'w'")):
+        text = document(sub(f"{given} {remap}"), f'<Script code="{script}"/>', model=model)
+        for keys in boards:
+            ours, theirs = both(text, keys)
+            assert ours == theirs, (given, script, keys)
+
+
+def test_a_default_that_means_another_key_than_it_seems_is_told():
+    model = '<SubTree ID="Sub1"><input_port name="goal" default="{=}"/></SubTree>'
+    found = read_document(document(sub(), SAY("goal"), model=model)).faults
+    assert [(f.warning, f.message, f.hint) for f in found] == [
+        (True, "as in BehaviorTree.CPP this default is the key '=', not the key 'goal'.", 'Write default="{goal}".')
+    ]
+
+
+@pytest.mark.parametrize("before", ["// a comment\n", "text <!-- c --> more", "<?xml version='1.0'?>\n# by hand\n"])
+def test_text_before_the_root_is_skipped_with_a_warning_as_in_the_cpp_engine(before):
+    text = before + document("<AlwaysSuccess/>")
+    assert both(text, {}) == [("SUCCESS", {})] * 2
+    faults = read_document(text).faults
+    assert {f.message for f in faults} == {"there is text before the root element."}
+    assert all(f.warning and f.line for f in faults)
+
+
+@pytest.mark.parametrize("text", ["{0} text", "<a/>{0}", "</x>{0}", "a < b {0}"])
+def test_other_things_around_the_root_are_refused_as_in_the_cpp_engine(text):
+    assert both(text.format(document("<AlwaysSuccess/>")), {}) == ["raises", "raises"]

@@ -12,6 +12,7 @@ from ...errors import Fault
 from ..board import Board, type_name
 from ..examine import Flow, Use, flow_of
 from ..nodes import REQUIRED, Direction, Node, SubTree, Tree, pointed
+from ..nodes.port import ExactKey
 from ..xml.element import Element
 from ..xml.stand_in import StandIn, StandInAbove
 from ..xml.text import value_text
@@ -164,7 +165,7 @@ def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
         if given is None or given is REQUIRED:
             continue
         port = node.ports.get(name)
-        key = pointed(given, name)
+        key = str(given) if isinstance(given, ExactKey) else pointed(given, name)
         comes_from = "" if key is None else _origin(node, board, key, flow)
         direction = Direction.INPUT if port is None else port.direction
         sign = {Direction.INPUT: "<", Direction.OUTPUT: ">", Direction.INOUT: "<>"}[direction]

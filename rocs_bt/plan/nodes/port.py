@@ -146,6 +146,12 @@ def _script(text: str) -> str:
     return text
 
 
+class ExactKey(str):
+    """The name of a key, where `=` would otherwise mean the port's own name."""
+
+    __slots__ = ()
+
+
 def pointer(text: object) -> str | None:
     """The key that `{key}` points at, without braces and the spaces around them; None for a literal."""
     return _pointer(text) if isinstance(text, str) else None

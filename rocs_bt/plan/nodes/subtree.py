@@ -14,7 +14,7 @@ from ..status import IDLE, RUNNING, SKIPPED, Outcome
 from .family import Decorator, strange
 from .guard import CONDITIONS
 from .node import RESERVED
-from .port import pointed
+from .port import ExactKey, pointed
 from .runtime import Runtime
 
 
@@ -22,8 +22,8 @@ class SubTree(Decorator):
     """Ticks another tree, whose keys are its own but for those that are remapped.
 
     `goal="{dock}"` makes the subtree's key `goal` the key `dock` of this tree, `goal="{=}"` the key `goal`;
-    `goal="home"` gives the subtree a value of its own. `_autoremap="true"` makes all its other keys those of this tree,
-    but for private ones, which begin with `_`.
+    `goal="home"` gives the subtree a value of its own, and so does `goal="="`. `_autoremap="true"` makes all its other
+    keys those of this tree, but for private ones, which begin with `_`.
 
     Args:
         name: What displays call it.
@@ -52,7 +52,7 @@ class SubTree(Decorator):
             return [(self.decorated, self._inner)]  # the tree was edited elsewhere; what is known here stays
         inner = self._inner = Board(board, autoremap=self.autoremap, name=self.name)
         for name, given in self.remaps.items():
-            key = pointed(given, name)
+            key = _key(given, name)
             if key is not None:
                 inner.remapping[name] = key
             else:
@@ -68,6 +68,13 @@ class SubTree(Decorator):
         if outcome is not SKIPPED:
             self.status = outcome
         return outcome
+
+
+def _key(given: Any, name: str) -> str | None:
+    """The outer key of a remapping; None for a literal, as which BehaviorTree.CPP takes `=` without braces here."""
+    if isinstance(given, ExactKey):
+        return str(given)
+    return None if given == "=" else pointed(given, name)
 
 
 def _literal(given: Any) -> Any:

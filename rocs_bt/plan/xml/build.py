@@ -8,8 +8,10 @@ from py_trees.behaviour import Behaviour
 
 from ...errors import Fault, InputError
 from ..nodes import Node, children_faults
+from ..nodes.port import ExactKey
 from .document import Document
 from .element import Element
+from .model import OWN_NAME
 from .stand_in import stand_in
 from .verify import MAX_NODES
 
@@ -144,8 +146,10 @@ class _Maker:
         model = self.document.models.get(element.attributes["ID"])
         if model is None or model.kind != "SubTree":
             return {}
-        ports = model.ports.values()
-        return {p.name: p.default for p in ports if p.default is not None and p.name not in element.attributes}
+        if element.attributes.get("_autoremap", "false").lower() in ("true", "1"):
+            return {}  # as in BehaviorTree.CPP, where a key that is not remapped is the parent's
+        ports = [p for p in model.ports.values() if p.default and p.name not in element.attributes]
+        return {p.name: ExactKey("=") if p.default == OWN_NAME else str(p.default) for p in ports}
 
 
 _TRUTH = ("true", "false", "1", "0")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from py_trees.behaviour import Behaviour
 
 from ..nodes import BUILTIN, SubTree, Tree
+from ..nodes.port import ExactKey
 from .element import Element
 from .palette import model_of
 from .text import element, to_text, value_text
@@ -42,7 +43,10 @@ class _Instances(Writer):
         uid, path = self._uids[node.id], self._paths[node.id]
         self.trees[uid] = element("BehaviorTree", {"ID": node.tree, "_fullpath": path}, [body])
         own = {"ID": node.tree, "_fullpath": path, "_uid": uid} | ({"_autoremap": "true"} if node.autoremap else {})
-        return element("SubTree", own | {n: value_text(v) for n, v in node.remaps.items()} | self.rest(node))
+        return element(
+            "SubTree",
+            own | {n: value_text(v) for n, v in node.remaps.items() if not isinstance(v, ExactKey)} | self.rest(node),
+        )
 
     def node(self, node: Behaviour, below: list[Element]) -> Element:
         made = super().node(node, below)

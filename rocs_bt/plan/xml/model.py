@@ -10,6 +10,9 @@ from ..nodes import Direction
 from .element import EXPLICIT, Element
 
 KINDS = (*EXPLICIT, "SubTree")
+OWN_NAME = "{=}"
+"""What gives a port the key of its own name, but not as a default of a SubTree's model."""
+
 DIRECTIONS = {direction.value: direction for direction in Direction}
 
 
@@ -74,4 +77,9 @@ def _ports(element: Element, faults: list[Fault]) -> Iterator[ModelPort]:
         else:
             given = child.attributes
             direction = DIRECTIONS[child.tag]
-            yield ModelPort(given["name"], direction, given.get("type", ""), given.get("default"), child.text, child)
+            default = given.get("default")
+            if element.tag == "SubTree" and default == OWN_NAME:
+                message = f"as in BehaviorTree.CPP this default is the key '=', not the key '{given['name']}'."
+                hint = f'Write default="{{{given["name"]}}}".'
+                faults.append(child.fault(message, hint, attribute="default", warning=True))
+            yield ModelPort(given["name"], direction, given.get("type", ""), default, child.text, child)

@@ -148,8 +148,12 @@ class _Scanner:
             if self.texts[-1] or not piece.isspace():
                 self.texts[-1].append(unescape(piece))
         elif piece.strip(" \t\r\n"):
-            at = _SPACE.match(self.text, self.at)
-            raise self.refused(at.end() if at else self.at, "there is text outside of the root element.")
+            space = _SPACE.match(self.text, self.at)
+            at = space.end() if space else self.at
+            if self.root is not None or "<" not in self.text[end:]:
+                raise self.refused(at, "there is text outside of the root element.")
+            hint = "Write <!-- ... -->: BehaviorTree.CPP skips it, other tools refuse the file."
+            self.warnings.append(self.source.fault(at, "there is text before the root element.", hint, warning=True))
         self.at = end
 
     def element(self) -> None:

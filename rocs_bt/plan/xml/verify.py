@@ -138,7 +138,7 @@ class _Verifier:
         if model is None or model.kind != "SubTree" or remapped:
             return
         for port in model.ports.values():
-            if port.name not in given and port.default is None:
+            if port.name not in given and not port.default:
                 hint = f'Write {port.name}="{{key}}" or a value, or give the port a default in the TreeNodesModel.'
                 self.found.append(element.fault(f"the subtree '{name}' needs '{port.name}'.", hint, path=path))
 

@@ -16,6 +16,7 @@ from ..action_node import ActionNode
 from ..condition import Condition
 from ..enter import Enter
 from ..nodes import CONDITIONS, Node, SubTree
+from ..nodes.port import ExactKey
 from ..wait import Wait
 from .document import Document
 from .element import Element
@@ -104,7 +105,7 @@ class Writer:
             self.written[name] = text
         own = {"ID": name} | ({"name": node.name} if node.name != node.tree else {})
         own |= {"_autoremap": "true"} if node.autoremap else {}
-        remaps = {n: value_text(v) for n, v in node.remaps.items()}
+        remaps = {n: value_text(v) for n, v in node.remaps.items() if not isinstance(v, ExactKey)}
         return self.element("SubTree", own | remaps | self.rest(node), node)
 
     def node(self, node: Behaviour, below: list[Element]) -> Element:
