@@ -44,10 +44,9 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
 
 
 def _beyond(scenario: ScenarioSpec, stage: Stage) -> Iterable[Fault]:
-    """Starts and places that lie beyond everything that stands in the world."""
+    """Places, and starts of things, beyond all that is in the world; a robot's start there is refused before."""
     left, low, right, high = stage.world.bounds()
-    named = [(f"the start of {a.name}", a.pose, a.line) for a in scenario.agents]
-    named += [(f"the start of {m.name}", m.pose, m.line) for m in scenario.movers]
+    named = [(f"the start of {m.name}", m.pose, m.line) for m in scenario.movers]
     named += [(f"the {p.kind} '{p.name}'", p.pose, p.line) for p in scenario.places]
     for what, pose, line in named:
         if pose.x < left or pose.x > right or pose.y < low or pose.y > high:

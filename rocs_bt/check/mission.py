@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,13 +38,21 @@ def check_mission_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             yield from built_faults(build, agent, {}, fit=False)
 
 
-def built_faults(build: Any, agent: Agent, parameters: Mapping[str, Any], *, fit: bool = True) -> list[Fault]:
-    """All that is wrong with a mission when it is built for an agent with these parameters, in SI units.
+def built_faults(
+    build: Any,
+    agent: Agent,
+    parameters: Mapping[str, Any],
+    later: Collection[str] | None = None,
+    *,
+    fit: bool = True,
+) -> list[Fault]:
+    """Faults of a mission that is built for an agent.
 
     Args:
         build: The mission.
         agent: The agent.
-        parameters: The mission's parameters.
+        parameters: The mission's parameters, in SI units.
+        later: Nodes that may become known during the run; None where any may.
         fit: Whether the agent's robot is the one that the mission is for, and not just any.
     """
     environment = Environment.of(agent.knowledge.signals)
@@ -55,6 +64,7 @@ def built_faults(build: Any, agent: Agent, parameters: Mapping[str, Any], *, fit
         parameters=parameters,
         compile_guard=lambda text: compile_expression(text, environment),
         fit=fit,
+        later=later,
     )
 
 
@@ -64,7 +74,25 @@ def named_in(mission: Path) -> set[str] | None:
         text = mission.read_text(encoding="utf-8")
         if mission.suffix != ".py":
             return set(re.findall(r"\w+", text))
-        found = [node.value for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Constant)]
+        found = _texts(text)
     except (OSError, ValueError, SyntaxError):
         return None
-    return {word for value in found if isinstance(value, str) for word in re.findall(r"\w+", value)}
+    return {word for value in found for word in re.findall(r"\w+", value)}
+
+
+def nodes_in(files: Iterable[Path]) -> set[str]:
+    """Texts that content has more than once, and may thus be nodes that it adds and then goes to."""
+    found: Counter[str] = Counter()
+    for file in files:
+        try:
+            text = file.read_text(encoding="utf-8")
+            found.update(_texts(text) if file.suffix == ".py" else re.findall(r"""=\s*["']([^"']*)["']""", text))
+        except (OSError, ValueError, SyntaxError):
+            continue  # reported where the file itself is checked
+    return {text for text, count in found.items() if count > 1}
+
+
+def _texts(python: str) -> list[str]:
+    """The texts in a Python file."""
+    found = [node.value for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Constant)]
+    return [value for value in found if isinstance(value, str)]

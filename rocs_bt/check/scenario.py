@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import replace
 
 from ..actions import action_table
 from ..agent import Mind
@@ -19,7 +20,7 @@ from ..record import TRUTH
 from ..simulation import requirement_faults
 from ..simulation.share import share_faults
 from .feasible import check_feasible
-from .mission import built_faults, named_in
+from .mission import built_faults, named_in, nodes_in
 from .paper import idle, paper_agent
 
 
@@ -51,26 +52,59 @@ def _simulated(robot: RobotSpec, catalog: Catalog) -> bool:
 
 
 def mind_doubts(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
-    """What is doubtful in the minds of a scenario's agents; what is wrong in them is told by whoever builds them."""
+    """The warnings about the agents of a scenario.
+
+    Raises:
+        InputError: An agent could be built, but something is wrong with it, such as a goal that no place has.
+    """
     doubts: list[Fault] = []
     for agent in scenario.agents:
         try:
-            doubts += (fault for fault in _mind_faults(scenario, agent, catalog) if fault.warning)
+            found = list(_mind_faults(scenario, agent, catalog))
+            if wrong := [fault for fault in found if not fault.warning]:
+                _build(scenario, agent, catalog)
         except InputError:
-            continue
+            continue  # raised again, with better lines, where the agent is built
+        if wrong:
+            raise InputError(*dict.fromkeys(wrong))
+        doubts += found
     return doubts
+
+
+def _mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Mind:
+    """What an agent knows at the start, with a mission that does nothing."""
+    return Mind(
+        build=idle,
+        places=[p for p in scenario.places if agent.name in p.agents],
+        facts=scenario.facts_of(agent.name),
+        peers={name: tag for name, tag in scenario.tags.items() if name != agent.name},
+        schema=catalog.load_schema(),
+    )
+
+
+def _build(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> None:
+    """Build an agent with its mission and its rules.
+
+    Raises:
+        InputError: It cannot be built.
+    """
+    build = catalog.load_mission(agent.mission)
+    mind = replace(
+        _mind(scenario, agent, catalog),
+        build=build,
+        mission=agent.mission,
+        parameters=mission_arguments(build, agent.parameters),
+        rules=[catalog.find("rules", name).path for name in agent.rules],
+        actions=mission_actions(build),
+    )
+    paper_agent(catalog.load_robot(agent.robot), catalog.load_class, mind, agent.name)
 
 
 def _mind_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterable[Fault]:
     robot = catalog.load_robot(agent.robot)
     if robot.code and not catalog.code:
         return
-    places = [p for p in scenario.places if agent.name in p.agents]
-    peers = {name: tag for name, tag in scenario.tags.items() if name != agent.name}
-    mind = Mind(
-        build=idle, places=places, facts=scenario.facts_of(agent.name), peers=peers, schema=catalog.load_schema()
-    )
-    built = paper_agent(robot, catalog.load_class, mind, agent.name)
+    built = paper_agent(robot, catalog.load_class, _mind(scenario, agent, catalog), agent.name)
     environment = Environment.of(built.knowledge.signals)
     build = catalog.load_mission(agent.mission) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))
@@ -94,5 +128,18 @@ def _mind_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> 
     except InputError as error:
         yield from error.at(scenario.file, line).faults
         return
-    for fault in built_faults(build, built, parameters):
+    for fault in built_faults(build, built, parameters, _later(scenario, agent, robot, catalog)):
         yield fault.at(scenario.file, line)
+
+
+def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: Catalog) -> set[str] | None:
+    """Nodes that an agent may come to know during the run; None where that cannot be told.
+
+    Other robots and a robot's own blocks may name nodes as they like, and so does TrackObjects.
+    """
+    if scenario.share is not None or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
+        return None
+    mission = catalog.find("mission", agent.mission)
+    python = catalog.python_of(mission, agent.parameters.values())
+    told = {fact.node for fact in scenario.facts_of(agent.name)}
+    return told | nodes_in([mission.path, *(entry.path for entry in python)])

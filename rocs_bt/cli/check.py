@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 def command(paths: tuple[Path, ...], as_json: bool, strict: bool, no_code: bool) -> int:
     """Check files, and folders with all that is in them; the project around the current folder if none is given.
 
-    Exits with 2 when anything cannot run; a warning alone is no fault, unless it is asked for with --strict.
+    Faults and their summary go to stdout, each fault as FILE:LINE:COLUMN: MESSAGE. Exits with 2 when anything cannot
+    run; a warning alone is no fault, unless it is asked for with --strict. Exits with 3 on a defect of rocs_bt.
     """
     from ..check import check_content
 
@@ -33,10 +34,12 @@ def command(paths: tuple[Path, ...], as_json: bool, strict: bool, no_code: bool)
     if as_json:
         plain = {"files": [str(f) for f in findings.files], "faults": [_plain(f) for f in findings.faults]}
         echo(json.dumps(plain, indent=2))
-        return code
-    for fault in findings.faults:
-        echo(str(fault), err=True)
-    echo(_summary(findings))
+    else:
+        for fault in findings.faults:
+            echo(fault)
+        echo(_summary(findings))
+    if findings.defect is not None:
+        raise findings.defect
     return code
 
 

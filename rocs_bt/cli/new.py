@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from ..catalog import Catalog
+from ..catalog import Catalog, find_project
 from ..errors import Fault, InputError
 from .terminal import echo
 
@@ -22,7 +22,16 @@ def command(name: Path) -> None:
     """Begin a project in the folder NAME: a mission, rules, a robot, a scenario and a passing test."""
     if name.exists() and (not name.is_dir() or any(name.iterdir())):
         raise InputError(Fault(f"'{name}' exists and is not empty.", hint="Choose a new name, or an empty folder."))
-    robot = Catalog().find("robot", _ROBOT).path.parent
+    shipped = Catalog()
+    around = find_project(name.absolute().parent)
+    if around is not None and around != shipped.shipped:
+        raise InputError(
+            Fault(
+                f"'{name}' would lie inside the project '{around}'.",
+                hint="Projects do not nest: name a folder outside of it, or add files to that project.",
+            )
+        )
+    robot = shipped.find("robot", _ROBOT).path.parent
     ignore = shutil.ignore_patterns("__pycache__", "*.pyc")
     try:
         shutil.copytree(_TEMPLATE, name, dirs_exist_ok=True, ignore=ignore)

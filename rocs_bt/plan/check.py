@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -34,6 +34,7 @@ def check_mission(
     parameters: Mapping[str, Any] | None = None,
     compile_guard: Callable[[str], Expression] | None = None,
     fit: bool = True,
+    later: Collection[str] | None = None,
 ) -> list[Fault]:
     """All faults of a mission; empty when it is fine. Those marked `warning` do not keep it from running.
 
@@ -45,6 +46,7 @@ def check_mission(
         parameters: The mission's parameters, in SI units.
         compile_guard: Compiles expressions over the robot's signals.
         fit: Whether the robot is the one that the mission is for, and not just any.
+        later: Nodes that may become known during the run; None where any may.
     """
     try:
         declared = mission_parameters(build)
@@ -65,6 +67,7 @@ def check_mission(
         survey=True,
         fit=fit,
         passed=[value for value in (parameters or {}).values() if isinstance(value, str)],
+        later=later,
     )
     try:
         root = build(mission, **(parameters or {}))
@@ -81,7 +84,7 @@ def check_mission(
         tree = Tree(root, board=mission.board, clock=clock, mission=mission, faults=misfits)
     except InputError as error:
         return [*mission.faults, *error.faults]
-    return [*mission.faults, *misfits, *_tree_doubts(root, mission), *examine(tree, knowledge)]
+    return [*mission.faults, *misfits, *_tree_doubts(root, mission), *examine(tree, knowledge, later)]
 
 
 def _tree_doubts(root: Behaviour, mission: Mission) -> list[Fault]:

@@ -27,6 +27,7 @@ from .enter import Enter
 from .nodes import BUILTIN, Node, Registry, SubTree
 from .origin import MissionLine
 from .question import Question
+from .unseen import unseen_goal
 from .wait import Wait
 
 L = TypeVar("L", bound=Node)
@@ -55,6 +56,7 @@ class Mission:
         fit: Whether the robot is the one that the mission is for, and not just any: only then actions must fit it.
         passed: In a survey, the values of the mission's parameters; a goal or leader among them is reported where the
             scenario sets the parameter, not at the line of the mission.
+        later: In a survey, the nodes that may become known during the run; None where any may.
         rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
             it, so that a planner that draws repeats.
 
@@ -82,6 +84,7 @@ class Mission:
         survey: bool = False,
         fit: bool = True,
         passed: Collection[object] = (),
+        later: Collection[str] | None = None,
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
     ) -> None:
         self.name = name
@@ -103,6 +106,7 @@ class Mission:
         self.survey = survey
         self.fit = fit
         self._passed = passed
+        self._later = later
         self._paths: Mapping[Any, str] = {}
         self._time = clock.now()
         self._snapshot: list[float] | None = None
@@ -291,12 +295,8 @@ class Mission:
         return given
 
     def _look_for(self, action: str, goal: str) -> None:
-        world = self.knowledge.world
-        known = [*world.goals(), *world.places(), *world.objects(), *world.peers()]
-        if known and world.pose_of(goal) is None:
-            found = unknown("place", goal, known, "The world")
-            hint = f"{found.hint} {action} fails unless it is found on the way."
-            self._warn(Fault(found.message, hint=hint, warning=True), about=goal)
+        if (fault := unseen_goal(self.knowledge.world, action, goal, self._later)) is not None:
+            self._warn(fault, about=goal)
 
     def _look_for_robot(self, action: str, leader: str) -> None:
         known = self.knowledge.world.peers()

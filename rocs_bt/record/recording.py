@@ -62,12 +62,16 @@ class Recording:
         self._chunks = contents.chunks
 
     @classmethod
-    def open(cls, path: Path) -> Recording:
-        """Read a recording; a folder stands for the `run.mcap` in it.
+    def open(cls, path: str | Path) -> Recording:
+        """Read a recording.
+
+        Args:
+            path: The file, or the folder with a `run.mcap` in it.
 
         Raises:
             RecordingError: There is none, it is not one of ours, or it is damaged other than by being cut off.
         """
+        path = Path(path)
         file = path / "run.mcap" if path.is_dir() else path
         try:
             data = file.read_bytes()

@@ -53,9 +53,11 @@ def place_all(world: MujocoWorld, starts: Sequence[Start], scenario: str, seed: 
         The poses by robot.
 
     Raises:
-        InputError: A robot cannot stand where it should; tells for each one where, and in what.
+        InputError: A robot cannot be at its start: it is outside of the world, or inside of something; for each one.
     """
-    poses, faults = {}, []
+    poses, faults = {}, [fault for start in starts if (fault := _outside(world, start)) is not None]
+    if faults:
+        raise InputError(*faults)
     # Out of each other's way first: those that are not placed yet must not block those that are.
     for i, start in enumerate(starts):
         world.place(start.name, Pose2(1e4 + 10.0 * i, 1e4))
@@ -79,6 +81,19 @@ def jittered(pose: Pose2, jitter: Pose2, rng: np.random.Generator) -> Pose2:
     """The pose, moved by three uniform draws within the half-widths of `jitter`."""
     x, y, yaw = rng.uniform(-1.0, 1.0, 3).tolist()
     return Pose2(pose.x + x * jitter.x, pose.y + y * jitter.y, wrap_angle(pose.yaw + yaw * jitter.yaw))
+
+
+def _outside(world: MujocoWorld, start: Start) -> Fault | None:
+    """The fault of a start beyond all that is in the world and cannot move; None for none."""
+    left, low, right, high = world.bounds()
+    if left <= start.pose.x <= right and low <= start.pose.y <= high:
+        return None
+    return Fault(
+        f"the start of {start.name} at x = {start.pose.x:g} m, y = {start.pose.y:g} m is outside of the world, which "
+        f"goes from x = {left:.3g} to {right:.3g} m and from y = {low:.3g} to {high:.3g} m.",
+        line=start.line,
+        hint="Move it inside.",
+    )
 
 
 def _inside(start: Start, pose: Pose2, distance: float, thing: str) -> Fault:

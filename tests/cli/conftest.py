@@ -19,6 +19,11 @@ class Told:
     out: str
     err: str
 
+    @property
+    def text(self) -> str:
+        """All that it said: `check` tells faults on stdout, other commands on stderr."""
+        return self.out + self.err
+
 
 @pytest.fixture
 def rocs_bt(capsys, monkeypatch, tmp_path) -> Callable[..., Told]:

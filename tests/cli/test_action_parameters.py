@@ -54,7 +54,7 @@ def test_a_python_mission_is_checked_at_its_line(leaf, project, rocs_bt):
     line = next(i for i, each in enumerate(file.read_text().splitlines(), 1) if "return" in each)
     checked = rocs_bt("check", "scenarios/first.toml")
     assert checked.code == 2
-    found = [each for each in checked.err.splitlines() if LEAVES[leaf] in each]
+    found = [each for each in checked.text.splitlines() if LEAVES[leaf] in each]
     assert found
     assert found[0].startswith(f"{file}:{line}: ")
     run = rocs_bt("run", "first")
@@ -86,7 +86,7 @@ def test_a_rule_file_is_checked_for_the_robots_that_use_it(speeds, words, projec
     for path in ("rules/keep_clear.toml", "scenarios/first.toml"):
         checked = rocs_bt("check", path)
         assert checked.code == 2
-        assert [each for each in checked.err.splitlines() if words in each and each.startswith(f"{file}:8:")]
+        assert [each for each in checked.text.splitlines() if words in each and each.startswith(f"{file}:8:")]
     run = rocs_bt("run", "first")
     assert run.code == 2
     assert [each for each in run.err.splitlines() if words in each and each.startswith(f"{file}:8:")]
@@ -102,4 +102,4 @@ def test_an_xml_mission_is_checked_too(project, rocs_bt):
     for command in (("check", "scenarios/first.toml"), ("run", "first")):
         told = rocs_bt(*command)
         assert told.code == 2
-        assert [each for each in told.err.splitlines() if words in each and each.startswith(f"{file}:3:20: ")]
+        assert [each for each in told.text.splitlines() if words in each and each.startswith(f"{file}:3:20: ")]

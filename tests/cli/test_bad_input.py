@@ -12,10 +12,10 @@ WORLD, BODY, MISSION = "scenarios/worlds/yard.xml", "robots/rover/robot.xml", "p
 
 
 def refused(told, *patterns):
-    assert told.code == 2, told.out + told.err
-    assert "Traceback" not in told.err
+    assert told.code == 2, told.text
+    assert "Traceback" not in told.text
     for pattern in patterns:
-        assert re.search(pattern, told.err), told.err
+        assert re.search(pattern, told.text), told.text
 
 
 @pytest.mark.parametrize("command", [("run", "first"), ("check",)], ids=lambda c: c[0])
@@ -72,7 +72,7 @@ def test_a_truncated_file_is_refused(project, rocs_bt, file, share):
     data = (project / file).read_bytes()
     (project / file).write_bytes(data[: int(share * len(data))])
     told = rocs_bt("check", project / file)
-    assert "Traceback" not in told.err
+    assert "Traceback" not in told.text
     # A rule file may be cut between two rules, and then be whole.
     assert told.code == 2 or share == 0.9
 
@@ -150,4 +150,4 @@ def test_a_defect_of_ours_is_exit_3(rocs_bt, monkeypatch):
     monkeypatch.setattr("rocs_bt.catalog.Catalog.list", broken)
     told = rocs_bt("list")
     assert told.code == 3
-    assert "defect of rocs_bt" in told.err
+    assert "defect of rocs_bt" in told.text

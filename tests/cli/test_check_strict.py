@@ -31,10 +31,10 @@ def check(rocs_bt, folder, which, *options):
 )
 def test_strict_counts_warnings_as_faults_but_not_notes(rocs_bt, tmp_path, which, code, strict, summary):
     lenient, held = check(rocs_bt, tmp_path, which), check(rocs_bt, tmp_path, which, "--strict")
-    assert (lenient.code, held.code) == (code, strict), held.err
+    assert (lenient.code, held.code) == (code, strict), held.out
     assert summary in held.out
-    assert ("note: cannot decide" in held.err) is (which == "undecided")
-    assert ("for example with front[0] =" in held.err) is (which == "doubtful")
+    assert ("note: cannot decide" in held.out) is (which == "undecided")
+    assert ("for example with front[0] =" in held.out) is (which == "doubtful")
 
 
 def test_json_tells_notes_from_warnings(rocs_bt, tmp_path):

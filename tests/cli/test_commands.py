@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from rocs_bt.check import check as checking
 
 
 def test_list_as_json_has_what_a_script_needs(rocs_bt):
@@ -48,7 +51,7 @@ def test_show_draws_the_tree_and_the_parameters(project, rocs_bt):
 
 def test_all_shipped_content_is_fine(rocs_bt):
     told = rocs_bt("check")
-    assert told.code == 0, told.err
+    assert told.code == 0, told.out
     assert "0 wrong" in told.out or "fine" in told.out
 
 
@@ -57,8 +60,8 @@ def test_a_goal_inside_of_something_is_told(project, rocs_bt):
     world.write_text(world.read_text().replace('pos="0 -1.6 0.25"', 'pos="1.5 1.5 0.25"'))
     told = rocs_bt("check", "scenarios/first.toml")
     assert told.code == 0
-    assert "warning: the goal 'dock' of R1 cannot be reached: within 0.1 m of it rover is free at no pose" in told.err
-    assert "inside 'crate'" in told.err
+    assert "warning: the goal 'dock' of R1 cannot be reached: within 0.1 m of it rover is free at no pose" in told.out
+    assert "inside 'crate'" in told.out
 
 
 def test_a_goal_at_which_a_reflex_always_fires_is_told(project, rocs_bt):
@@ -67,8 +70,48 @@ def test_a_goal_at_which_a_reflex_always_fires_is_told(project, rocs_bt):
     # Without the cap by goal_distance, and on all sides.
     rules.write_text(rules.read_text().replace("min(front) < min(0.40 m,", "min(sonar) < max(0.60 m,"))
     told = rocs_bt("check", "scenarios/first.toml")
-    assert "at every free pose within 0.1 m of it a reflex fires" in told.err
-    assert "keep_clear/TurnAway" in told.err
+    assert "at every free pose within 0.1 m of it a reflex fires" in told.out
+    assert "keep_clear/TurnAway" in told.out
+
+
+def test_check_prints_faults_and_summary_on_one_stream(project, rocs_bt):
+    scenario = project / "scenarios" / "first.toml"
+    scenario.write_text(scenario.read_text().replace('x = "1.5 m"', 'x = "1.5 s"'))
+    told = rocs_bt("check", scenario)
+    fault, summary = told.out.splitlines()[0], told.out.splitlines()[-1]
+    assert fault.startswith(f"{scenario}:8:1: x must be in m")
+    assert summary == "1 file checked: 2 wrong, 0 doubtful."
+    assert told.err == ""
+
+
+def test_check_looks_at_every_goal(project, rocs_bt):
+    scenario = project / "scenarios" / "first.toml"
+    text = scenario.read_text()
+    assert text.count('x = "1.5 m"\ny = "0 m"') == 1  # the gate, where the robot goes first
+    scenario.write_text(text.replace('x = "1.5 m"\ny = "0 m"', 'x = "0 m"\ny = "-1.6 m"'))
+    told = rocs_bt("check", scenario)
+    assert f"{scenario}:6: warning: the goal 'gate' of R1 cannot be reached" in told.out
+    assert "inside 'crate'" in told.out
+
+
+def test_check_of_a_defect_tells_the_faults_and_exits_with_3(project, rocs_bt, monkeypatch):
+    monkeypatch.setitem(checking._CHECKERS, "rules", operator.truediv)  # which takes no such things
+    scenario = project / "scenarios" / "first.toml"
+    scenario.write_text(scenario.read_text().replace('x = "1.5 m"', 'x = "1.5 s"'))
+    told = rocs_bt("check")
+    assert told.code == 3
+    assert "x must be in m" in told.out
+    assert "keep_clear.toml: checking this file raised TypeError: unsupported" in told.out
+    assert "Traceback" in told.err
+
+
+def test_new_does_not_nest_projects(project, rocs_bt):
+    told = rocs_bt("new", "inner")
+    assert told.code == 2
+    assert f"'inner' would lie inside the project '{project}'. Projects do not nest: name a folder outside" in told.err
+    assert not (project / "inner").exists()
+    assert rocs_bt("new", "robots/deep/inner").code == 2
+    assert rocs_bt("new", "../beside").code == 0
 
 
 def test_check_as_json_has_every_place(project, rocs_bt):

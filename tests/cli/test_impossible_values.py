@@ -45,10 +45,10 @@ def test_they_are_refused_by_check_and_run_alike(project, rocs_bt, command, file
         new = old.replace("0.4 m/s", new)
     line = edit(project, file, old, new)
     told = rocs_bt(*command)
-    assert told.code == 2, told.out + told.err
+    assert told.code == 2, told.text
     place = rf"{re.escape(file)}:\d+" if file == ROBOT else rf"{re.escape(file)}:{line}"
-    assert re.search(rf"{place}(:\d+)?: .*{re.escape(message)}", told.err), told.err
-    assert "Traceback" not in told.err
+    assert re.search(rf"{place}(:\d+)?: .*{re.escape(message)}", told.text), told.text
+    assert "Traceback" not in told.text
     assert not (project / "runs").exists()
 
 
@@ -63,8 +63,8 @@ def test_a_mission_is_told_the_line_where_it_asks_for_one(project, rocs_bt, old,
     line = edit(project, MISSION, old, new)
     told = rocs_bt("run", "first")
     assert told.code == 2
-    assert f"patrol.py:{line}: {message}" in told.err
-    assert message in rocs_bt("check").err
+    assert f"patrol.py:{line}: {message}" in told.text
+    assert message in rocs_bt("check").out
 
 
 def test_a_reflex_that_comes_out_impossible_stands_still_and_is_no_defect(project, rocs_bt):
@@ -93,4 +93,4 @@ def test_a_speed_that_is_hardly_one_is_no_defect(project, rocs_bt):
     told = rocs_bt("run", "first", "--for", "1", "--no-report")  # a warning of numpy would be an error here
     assert told.code == 1
     assert "error" not in told.out
-    assert "Warning" not in told.err
+    assert "Warning" not in told.text

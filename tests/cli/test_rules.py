@@ -228,7 +228,7 @@ class TestRequirements:
         file.write_text(file.read_text().replace("speed < 0.1 m/s", "sped < 0.1 m/s"))
         told = rocs_bt("check", file)
         assert told.code == 2
-        assert "no signal or alias is named 'sped'. Did you mean 'speed'?" in told.err
+        assert "no signal or alias is named 'sped'. Did you mean 'speed'?" in told.out
 
 
 class TestShow:

@@ -153,10 +153,10 @@ def line_of(project, file, text):
 def test_what_cannot_work_is_refused_with_its_place(project, rocs_bt, command, file, old, new, at, message):
     edit(project, file, old, new)
     told = rocs_bt(*command)
-    assert told.code == 2, told.out + told.err
-    assert "Traceback" not in told.err
+    assert told.code == 2, told.text
+    assert "Traceback" not in told.text
     where = rf"{re.escape(file)}:{line_of(project, file, at)}(:\d+)?: .*{re.escape(message)}"
-    assert re.search(where, told.err), f"{where}\n{told.err}"
+    assert re.search(where, told.text), f"{where}\n{told.text}"
     assert not (project / "runs").exists()
 
 
@@ -182,9 +182,9 @@ def test_what_cannot_work_is_refused_with_its_place(project, rocs_bt, command, f
 def test_a_mission_that_cannot_be_ticked_is_refused(project, rocs_bt, command, old, new, message):
     edit(project, MISSION, old, new)
     told = rocs_bt(*command)
-    assert told.code == 2, told.out + told.err
-    assert message in told.err
-    assert "Traceback" not in told.err
+    assert told.code == 2, told.text
+    assert message in told.text
+    assert "Traceback" not in told.text
 
 
 def test_a_run_tells_the_line_of_the_mission(project, rocs_bt):
@@ -201,9 +201,9 @@ def test_a_missing_site_is_told_with_the_sites_that_its_author_made(project, roc
     line = line_of(project, ROBOT, "[[sensor]]")
     assert told.code == 2
     for site in ("sonarX", "sonarY"):
-        assert f"robot.toml:{line}: no site for sensor 'sonar' is named '{site}'." in told.err
-    assert "sonar15" in told.err
-    assert "sonar/" not in told.err
+        assert f"robot.toml:{line}: no site for sensor 'sonar' is named '{site}'." in told.text
+    assert "sonar15" in told.text
+    assert "sonar/" not in told.text
 
 
 def test_a_file_that_breaks_its_checker_does_not_hide_the_others(project, rocs_bt):
@@ -216,8 +216,8 @@ def test_a_file_that_breaks_its_checker_does_not_hide_the_others(project, rocs_b
     (project / "rules" / "zealous.toml").write_text('format = "reflex/2"\n')
     told = rocs_bt("check")
     assert told.code == 2
-    assert re.search(r"own\.py:7: .*no cable is plugged in", told.err)
-    assert re.search(r"zealous\.toml:1:1: ", told.err)
+    assert re.search(r"own\.py:7: .*no cable is plugged in", told.text)
+    assert re.search(r"zealous\.toml:1:1: ", told.text)
 
 
 def test_a_leader_that_is_no_robot_of_the_scenario_is_told_beforehand(tmp_path, rocs_bt):
@@ -228,22 +228,57 @@ def test_a_leader_that_is_no_robot_of_the_scenario_is_told_beforehand(tmp_path, 
     )
     told = rocs_bt("check", file)
     assert told.code == 0
-    assert "warning: no other robot is named 'R9'." in told.err
-    assert "R1, R2" in told.err
-    assert "FollowRobot fails at once" in told.err
+    assert "warning: no other robot is named 'R9'." in told.text
+    assert "R1, R2" in told.text
+    assert "FollowRobot fails at once" in told.text
 
 
-def test_a_run_tells_what_check_doubts_in_its_missions(project, rocs_bt):
+def test_a_goal_that_no_place_has_is_refused_by_check_and_run(project, rocs_bt):
     edit(project, SCENARIO, 'first = "gate"', 'first = "gaet"')
-    warning = (
-        rf"first\.toml:{line_of(project, SCENARIO, '[agent.parameters]')}: warning: no place is named 'gaet'\. Did"
-    )
-    told = rocs_bt("run", "first", "--for", "0.5", "--no-report")
-    assert told.code == 1
-    assert re.search(warning, told.err)
+    fault = rf"first\.toml:{line_of(project, SCENARIO, '[agent.parameters]')}: no place is named 'gaet'\. Did you mean"
+    for command in (("run", "first", "--for", "0.5"), ("check", SCENARIO)):
+        told = rocs_bt(*command)
+        assert told.code == 2
+        assert re.search(fault, told.text)
+    assert not (project / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    "may_appear",
+    [
+        '[[fact]]\nnode = "gaet"\nkind = "object"\nat = "1 s"\n',
+        '[[fact]]\nnode = "gaet"\nkind = "object"\n',
+        '[share]\nkinds = ["all"]\n',
+    ],
+    ids=["told later", "known without a pose", "shared"],
+)
+def test_a_goal_that_may_become_known_is_a_warning(project, rocs_bt, may_appear):
+    edit(project, SCENARIO, 'first = "gate"', 'first = "gaet"')
+    edit(project, SCENARIO, "[[agent]]", may_appear + "[[agent]]")
     told = rocs_bt("check", SCENARIO)
-    assert told.code == 0
-    assert re.search(warning, told.err)
+    assert told.code == 0, told.text
+    assert "warning: no place is named 'gaet'" in told.text
+    told = rocs_bt("run", "first", "--for", "0.5", "--no-report")
+    assert told.code == 1, told.text
+    assert "warning: no place is named 'gaet'" in told.text
+
+
+def test_a_goal_that_the_mission_makes_itself_is_a_warning(project, rocs_bt):
+    (project / MISSION).write_text(
+        '"""Find a way out, then go there."""\n\nfrom py_trees.behaviour import Behaviour\n'
+        "from py_trees.common import Status\nfrom py_trees.composites import Sequence\n\n\n"
+        "class Find(Behaviour):\n    def __init__(self, world):\n        super().__init__('find')\n"
+        "        self.world = world\n\n    def update(self):\n"
+        '        self.world.place("way out", (0.0, 0.0, 0.0))\n        return Status.SUCCESS\n\n\n'
+        "def build(mission):\n    find = Find(mission.knowledge.world)\n"
+        '    go = mission.act("GoTo", goal="way out")\n'
+        '    return Sequence("out", memory=True, children=[find, go])\n'
+    )
+    scenario = project / SCENARIO
+    scenario.write_text(scenario.read_text().partition("[agent.parameters]")[0])
+    told = rocs_bt("check", SCENARIO)
+    assert told.code == 0, told.text
+    assert "warning: no place is named 'way out'" in told.text
 
 
 def test_a_run_without_doubts_says_nothing_of_them(project, rocs_bt):
@@ -253,16 +288,29 @@ def test_a_run_without_doubts_says_nothing_of_them(project, rocs_bt):
 @pytest.mark.parametrize(
     ("old", "new", "at", "what"),
     [
-        ('x = "-1.5 m"', 'x = "-5 m"', "[[agent]]", "the start of R1 at x = -5 m, y = -0.5 m is outside of the world"),
         ('y = "0 m"', 'y = "30 m"', "[[place]]", "the goal 'gate' at x = 1.5 m, y = 30 m is outside of the world"),
-        ("[[agent]]", MOVER.replace('"1.5 m"', '"7 m"') + "[[agent]]", "[[mover]]", "the start of R2 at x = 7 m"),
     ],
 )
 def test_what_is_outside_of_the_world_is_doubtful(project, rocs_bt, old, new, at, what):
     edit(project, SCENARIO, old, new)
     told = rocs_bt("check", SCENARIO)
     assert told.code == 0
-    assert f"first.toml:{line_of(project, SCENARIO, at)}: warning: {what}" in told.err
+    assert f"first.toml:{line_of(project, SCENARIO, at)}: warning: {what}" in told.text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at", "what"),
+    [
+        ('x = "-1.5 m"', 'x = "-1500 m"', "[[agent]]", "the start of R1 at x = -1500 m, y = -0.5 m is outside of"),
+        ("[[agent]]", MOVER.replace('"1.5 m"', '"7 m"') + "[[agent]]", "[[mover]]", "the start of R2 at x = 7 m"),
+    ],
+)  # fmt: skip
+def test_a_start_outside_of_the_world_is_refused_by_check_and_run(project, rocs_bt, old, new, at, what):
+    edit(project, SCENARIO, old, new)
+    for command in (("check", SCENARIO), ("run", "first")):
+        told = rocs_bt(*command)
+        assert told.code == 2
+        assert f"first.toml:{line_of(project, SCENARIO, at)}: {what}" in told.text
 
 
 @pytest.mark.parametrize("size", ["0 0 .1", None])
@@ -272,7 +320,7 @@ def test_a_world_without_an_end_has_no_outside(project, rocs_bt, size):
     edit(project, SCENARIO, 'x = "-1.5 m"', 'x = "-500 m"')
     told = rocs_bt("check", SCENARIO)
     assert told.code == 0
-    assert "outside" not in told.err
+    assert "outside" not in told.text
 
 
 def test_movers_have_their_robots_own_drivers(project, rocs_bt):
@@ -287,5 +335,5 @@ def test_movers_have_their_robots_own_drivers(project, rocs_bt):
         "            file.write(self.mount.robot + '\\n')\n"
     )
     told = rocs_bt("run", "first", "--for", "0.5", "--no-report")
-    assert told.code == 1, told.err
+    assert told.code == 1, told.text
     assert set((project / "commanded.txt").read_text().split()) == {"R1", "R2"}

@@ -300,3 +300,10 @@ def test_kinds_that_a_user_adds_are_written_and_skipped(tmp_path):
     path = write(tmp_path / "run.mcap", sink.events)
     assert b'"song":"la"' in path.read_bytes()
     assert list(Recording.open(path).events()) == sink.events[1:]
+
+
+def test_a_recording_is_opened_by_text_or_path(recording):
+    for path in (recording.path, recording.path.parent, str(recording.path), str(recording.path.parent)):
+        assert Recording.open(path).header == recording.header
+    with pytest.raises(RecordingError, match="no recording is named 'text'"):
+        Recording.open("text")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from dataclasses import replace
 from numbers import Real
 from typing import Any
 
@@ -14,12 +15,13 @@ from ...units import SPEED, TURN_RATE, Dimension
 from ..act import Act
 from ..action_node import ActionNode
 from ..nodes import Tree
+from ..unseen import unseen_goal
 from .place import fault_at
 
 _LIMITS: dict[Dimension, tuple[str, str]] = {SPEED: ("speed_limit", "m/s"), TURN_RATE: ("turn_limit", "rad/s")}
 
 
-def unable(tree: Tree, knowledge: Knowledge) -> Iterator[Fault]:
+def unable(tree: Tree, knowledge: Knowledge, later: Collection[str] | None = None) -> Iterator[Fault]:
     """What the leaves that have actions done ask too much of the robot."""
     limits = knowledge.graph.attributes(knowledge.agent)
     for node in tree.nodes:
@@ -32,7 +34,9 @@ def unable(tree: Tree, knowledge: Knowledge) -> Iterator[Fault]:
                 message = f"{name} is {float(value):g} {unit}, and this robot does {float(limit):.3g} {unit} at most."
                 yield fault_at(node, message, attribute=name)
             if name == "goal" and isinstance(node, ActionNode):
-                yield from _unseen(node, str(value), knowledge)
+                fault = unseen_goal(knowledge.world, node.tag, str(value), later)
+                if fault is not None:
+                    yield replace(fault_at(node, fault.message, fault.hint, attribute="goal"), warning=fault.warning)
             if name == "leader" and isinstance(node, ActionNode):
                 yield from _absent(node, str(value), knowledge)
 
@@ -55,15 +59,6 @@ def _values(node: Act) -> dict[str, tuple[Any, Dimension | None]]:
             except InputError:  # told where it was made
                 continue
     return found
-
-
-def _unseen(node: ActionNode, goal: str, knowledge: Knowledge) -> Iterator[Fault]:
-    world = knowledge.world
-    known = [*world.goals(), *world.places(), *world.objects(), *world.peers()]
-    if known and world.pose_of(goal) is None:
-        found = unknown("place", goal, known, "The world")
-        hint = f"{found.hint} {node.tag} fails unless it is found on the way."
-        yield fault_at(node, found.message, hint, attribute="goal")
 
 
 def _absent(node: ActionNode, leader: str, knowledge: Knowledge) -> Iterator[Fault]:
