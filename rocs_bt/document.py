@@ -1,7 +1,6 @@
 """TOML content with places: every fault knows its file, line and column, and all faults are collected.
 
-`tomllib` tells no positions, so `_positions` scans the text for where each key stands. A `Table` is read key by key;
-what nobody asked for is an unknown key.
+A `Table` is read key by key; keys that were not read are unknown keys.
 
     table = read_toml(path)
     name = table.text("name")
@@ -12,17 +11,15 @@ what nobody asked for is an unknown key.
 from __future__ import annotations
 
 import math
-import re
-import tomllib
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 from .errors import Fault, InputError, did_you_mean
+from .toml_text import Key, parse_toml
 from .units import Dimension, convert
 
 _MISSING = object()
-Key = tuple[str | int, ...]
 
 
 class Table:
@@ -262,88 +259,5 @@ def read_toml(file: Path, text: str | None = None) -> Table:
             raise InputError(
                 Fault(f"the file is not UTF-8 text: {error.reason} at byte {error.start}.", file)
             ) from error
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-        line, column = (int(found[1]), int(found[2])) if found else (len(text.splitlines()), 0)
-        message = re.sub(r" \(at .*\)$", "", str(error))
-        raise InputError(Fault(f"not valid TOML: {message}.", file, line, column)) from error
-    except RecursionError as error:
-        raise InputError(Fault("not valid TOML: nested too deeply.", file)) from error
-    return Table(file, data, (), _positions(text))
-
-
-_HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]#]+?)\s*\]\]?\s*(?:#.*)?$")
-_ASSIGN = re.compile(
-    r"""^(\s*)((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
-)
-_MARK = re.compile(r"""[#"'\[\]{}]""")  # what changes how the rest of a line is read
-_PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
-
-
-def _positions(text: str) -> dict[Key, tuple[int, int]]:
-    """Line and column of every key that begins a line, and of every table header."""
-    places: dict[Key, tuple[int, int]] = {}
-    counts: dict[Key, int] = {}
-    here: Key = ()
-    for number, line in _logical_lines(text):
-        if header := _HEADER.match(line):
-            name = tuple(_parts(header[2]))
-            here = _resolve(name, counts)
-            if header[1] == "[[":
-                index = counts[here] = counts.get(here, -1) + 1
-                here = (*here, index)
-            places.setdefault(here, (number, line.index("[") + 1))
-        elif assign := _ASSIGN.match(line):
-            places.setdefault((*here, *_parts(assign[2])), (number, len(assign[1]) + 1))
-    return places
-
-
-def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
-    """A header's name as a key: arrays of tables on the way mean their newest element."""
-    key: Key = ()
-    for i, part in enumerate(name):
-        key = (*key, part)
-        if i < len(name) - 1 and key in counts:
-            key = (*key, counts[key])
-    return key
-
-
-def _parts(dotted: str) -> list[str]:
-    return [p.strip("\"'") for p in _PART.findall(dotted)]
-
-
-def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Lines that can begin a key: not those inside a multi-line string or list."""
-    inside, depth = "", 0
-    for number, line in enumerate(text.splitlines(), 1):
-        if not inside and depth == 0:
-            yield number, line
-        at = 0
-        while at < len(line):
-            if inside:
-                end = line.find(inside, at)
-                if end < 0:
-                    break
-                at, inside = end + len(inside), ""
-            elif (mark := _MARK.search(line, at)) is None or line[at := mark.start()] == "#":
-                break
-            elif line[at] in "\"'":
-                quote = line[at] * 3 if line.startswith(line[at] * 3, at) else line[at]
-                if len(quote) == 3:
-                    inside, at = quote, at + 3
-                else:
-                    at = _string_end(line, at)
-            else:
-                # A header's brackets close on its own line, so they do not count.
-                depth += (line[at] in "[{") - (line[at] in "]}")
-                at += 1
-        depth = max(depth, 0)
-
-
-def _string_end(line: str, at: int) -> int:
-    quote, at = line[at], at + 1
-    while at < len(line) and line[at] != quote:
-        at += 2 if line[at] == "\\" and quote == '"' else 1
-    return at + 1
+    data, places = parse_toml(text, file)
+    return Table(file, data, (), places)

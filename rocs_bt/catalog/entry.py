@@ -5,10 +5,12 @@ from __future__ import annotations
 import ast
 import hashlib
 import re
-import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from ..errors import InputError
+from ..toml_text import parse_toml
 
 # Where each kind stands in a project, in the order in which people read of them.
 KINDS: dict[str, tuple[str, ...]] = {
@@ -24,7 +26,6 @@ KINDS: dict[str, tuple[str, ...]] = {
     "planner": ("planners/*.toml",),
 }
 
-_XML_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 _XML_FILE = re.compile(r"""\b(?:file|path)\s*=\s*["']([^"']+)["']""")
 
 
@@ -90,13 +91,14 @@ def doc_of(path: Path) -> str:
     try:
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".toml":
-            doc = tomllib.loads(text).get("doc", "")
+            doc = parse_toml(text, path)[0].get("doc", "")
         elif path.suffix == ".py":
             doc = ast.get_docstring(ast.parse(text)) or ""
         else:
-            found = _XML_COMMENT.search(text)
-            doc = found[1].strip() if found else ""
-    except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
+            begin = text.find("<!--")
+            end = text.find("-->", begin + 4)
+            doc = text[begin + 4 : end].strip() if 0 <= begin < end else ""
+    except (OSError, ValueError, SyntaxError, RecursionError, MemoryError, InputError):
         return ""
     return str(doc).strip().split("\n", 1)[0].strip()
 

@@ -11,8 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..document import Key, Table, read_toml
+from ..document import Table, read_toml
 from ..errors import InputError
+from ..toml_text import Key
 
 Places = dict[Key, tuple[int, int]]
 DEVICE_KEYS = {

@@ -1,5 +1,6 @@
 """TOML with places: every fault at once, each with file, line and column."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -126,3 +127,80 @@ def test_the_place_of_every_key_is_its_line(items):
         lines.append(f"{key} = {value}")
     table = read_toml(FILE, "\n".join(lines))
     assert {key: table.place(key)[0] for key in expected} == expected
+
+
+HOSTILE = {
+    "dotted key": "\n" + ".".join("a" * 20_000) + " = 1\n",
+    "dotted header": "\n[" + " . ".join("a" * 20_000) + "]\n",
+    "dotted key in a table": "\nx = { " + ".".join("a" * 20_000) + " = 1 }\n",
+    "quoted parts": "\n" + ".".join(["'a'"] * 20_000) + " = 1\n",
+    "digits": "\nx = " + "1" * 10_000 + "\n",
+    "digits with underscores": "\nx = [1" + "_1" * 10_000 + "]\n",
+    "hexadecimal digits": "\n[a]\nx = [0x" + "f" * 10_000 + "]\n",
+    "the first beyond 64 bits": "\nx = 9223372036854775808\n",
+    "lists": "\nx = " + "[" * 150 + "]" * 150 + "\n",
+    "many lists": "\nx = " + "[" * 20_000 + "\n",
+    "many tables": "\nx = " + "{ a = " * 20_000 + "\n",
+}
+WORDS = {
+    "d": (":2:", "a key has more than 100 parts."),
+    "q": (":2:", "a key has more than 100 parts."),
+    "digits": (":2", "an integer has more than 64 bits. Write at most 18 digits."),
+    "hexadecimal digits": (":3:1: ", "an integer has more than 64 bits."),
+    "the first beyond 64 bits": (":2:1: ", "an integer has more than 64 bits."),
+    "lists": (":2:1: ", "tables and lists nest too deep: 100 levels at most."),
+    "many": (": ", "tables and lists nest too deep: 100 levels at most."),
+}
+
+
+class Steps:
+    """Counts the lines that are executed: work, whatever the machine does meanwhile."""
+
+    def __init__(self):
+        self.count = 0
+
+    def __enter__(self):
+        self._before = sys.gettrace()
+        sys.settrace(self._trace)
+        return self
+
+    def __exit__(self, *error):
+        sys.settrace(self._before)
+
+    def _trace(self, frame, event, argument):
+        self.count += 1
+        return self._trace
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_would_take_minutes_is_refused_at_once(name):
+    key = max((k for k in WORDS if name.startswith(k)), key=len)
+    place, words = WORDS[key]
+    with pytest.raises(InputError) as caught, Steps() as steps:
+        read_toml(Path("f.toml"), HOSTILE[name])
+    assert str(caught.value).startswith(f"f.toml{place}")
+    assert words in str(caught.value)
+    assert steps.count < 50_000  # without a bound the parts of a key are compared by the million
+
+
+def test_the_bounds_themselves_are_no_fault():
+    key = ".".join("a" * 100)
+    text = f"{key} = 9223372036854775807\n[b]\nx = -9223372036854775808\ny = {'[' * 90}{']' * 90}\n"
+    assert read_toml(Path("f.toml"), text).table("b").place("x") == (3, 1)
+
+
+@pytest.mark.parametrize(
+    ("line", "column"),
+    [
+        ('[" ]" . "a]b"]', 1),
+        ("[" + " " * 30_000 + '"a]b"' + " " * 30_000 + "]", 1),
+        ("  [[ 'x.y' ]] # here", 3),
+        ("\"a=b\".'c#d' = 1", 1),
+    ],
+    ids=["brackets in names", "spaces", "array", "marks in names"],
+)
+def test_any_key_has_its_place(line, column):
+    with Steps() as steps:
+        table = read_toml(Path("f.toml"), f"first = 1\n{line}\n")
+    assert (2, column) in table.places.values()
+    assert steps.count < 200_000  # a few for each character

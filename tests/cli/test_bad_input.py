@@ -66,6 +66,27 @@ def test_what_is_wrong_is_told_with_its_place(project, rocs_bt, command, file, o
     assert not (project / "runs").exists()
 
 
+@pytest.mark.parametrize("command", [("run", "first"), ("check",), ("list",)], ids=lambda c: c[0])
+@pytest.mark.parametrize("file", [SCENARIO, ROBOT, RULES])
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("n = " + "1" * 10_000, "an integer has more than 64 bits"),
+        (".".join("a" * 20_000) + " = 1", "a key has more than 100 parts"),
+    ],
+    ids=["digits", "dotted key"],
+)
+def test_numbers_and_keys_without_end_are_refused_at_their_line(project, rocs_bt, command, file, line, message):
+    path = project / file
+    path.write_text(f"{line}\n{path.read_text()}")
+    told = rocs_bt(*command)
+    if command == ("list",):
+        assert told.code == 0  # names alone are listed
+        assert "Traceback" not in told.text
+    else:
+        refused(told, rf"{path.name}:1(:1)?: {message}")
+
+
 @pytest.mark.parametrize("file", [SCENARIO, ROBOT, RULES, WORLD, BODY])
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_a_truncated_file_is_refused(project, rocs_bt, file, share):

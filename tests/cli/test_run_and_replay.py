@@ -96,3 +96,13 @@ def test_a_follower_that_localises_itself_is_told_of_as_one(rocs_bt, tmp_path):
     assert f"{leash['distance_error']:.2f} m</" in page
     assert "distance to R2, mean" in page
     assert "following time within its band" in page
+
+
+@pytest.mark.parametrize("name", ["$$", "$x$", r"$\frac{", "a $ b_c ^"])
+def test_dollar_signs_in_names_are_no_mathematics(rocs_bt, project, name):
+    scenario = project / "scenarios" / "first.toml"
+    scenario.write_text(scenario.read_text().replace('"gate"', f"'{name}'"))
+    told = rocs_bt("run", "first")
+    assert (told.code, told.err) == (0, "")
+    assert f">{name}<" in (project / "runs/first-1/report.html").read_text()
+    assert rocs_bt("plot", "runs/first-1").code == 0  # as pixels, too

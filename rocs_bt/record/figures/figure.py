@@ -24,6 +24,7 @@ _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text: small, searchable, in the reader's font
     "font.family": "sans-serif",
     "font.size": 9.0,
+    "text.parse_math": False,  # names of places and rules may have dollar signs
     "text.color": INK,
     "axes.edgecolor": MUTED,
     "axes.labelcolor": INK,

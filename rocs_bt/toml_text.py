@@ -1,0 +1,182 @@
+"""TOML text as data with the position of each key.
+
+`tomllib` reports no positions, and its time grows with the square of the length of a dotted key. Keys, nesting and
+integers are therefore bounded here, so that a file of any content is read or refused in time proportional to its size.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from .errors import Fault, InputError
+
+Key = tuple[str | int, ...]
+"""Names of tables, indices into arrays of tables, and the name of a value, from the root."""
+
+MAX_PARTS = 100
+"""Parts of a dotted key, at most."""
+
+MAX_DEPTH = 100
+"""Tables and lists within each other, at most."""
+
+_INTEGERS = range(-(2**63), 2**63)
+_PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
+_KEY_PART = re.compile(r"""[ \t]*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')[ \t]*""")
+_LONG_NUMBER = re.compile(r"(?<![0-9_])[0-9_]{4301,}")  # digits that int() refuses
+_MARK = re.compile(r"""[#"'\[\]{}]""")  # characters that change how the rest of a line is read
+
+
+def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, int]]]:
+    """The data of a TOML text, and the line and column of each key that begins a line and of each table header.
+
+    Args:
+        text: The text.
+        file: Its file, for faults.
+
+    Raises:
+        InputError: Not valid TOML, or beyond the bounds of this module.
+    """
+    _refuse_long_keys(text, file)
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        line, column = (int(found[1]), int(found[2])) if found else (len(text.splitlines()), 0)
+        message = re.sub(r" \(at .*\)$", "", str(error))
+        raise InputError(Fault(f"not valid TOML: {message}.", file, line, column)) from error
+    except ValueError as error:  # of int(), for thousands of digits
+        number = _LONG_NUMBER.search(text)
+        line = 0 if number is None else text.count("\n", 0, number.start()) + 1
+        raise InputError(_not_64_bits(file, line)) from error
+    except RecursionError as error:
+        raise InputError(_too_deep(file)) from error
+    places = _positions(text)
+    _refuse_values(data, places, file)
+    return data, places
+
+
+def _refuse_long_keys(text: str, file: Path) -> None:
+    if text.count(".") < MAX_PARTS:
+        return
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") < MAX_PARTS:
+            continue
+        count, begin, end = 0, 0, 0
+        for part in _PART.finditer(line):
+            joined = count > 0 and line[end : part.start()].strip() == "."
+            count, begin, end = (count + 1, begin, part.end()) if joined else (1, part.start(), part.end())
+            if count > MAX_PARTS:
+                raise InputError(Fault(f"a key has more than {MAX_PARTS} parts.", file, number, begin + 1))
+
+
+def _refuse_values(data: Mapping[str, Any], places: Mapping[Key, tuple[int, int]], file: Path) -> None:
+    """Refuse integers beyond 64 bits, which TOML does not have, and values that nest too deep."""
+    faults: list[Fault] = []
+    rest: list[tuple[Key, Any]] = [((), data)]
+    while rest:
+        key, value = rest.pop()
+        if isinstance(value, (dict, list)):
+            if len(key) > MAX_DEPTH:
+                raise InputError(_too_deep(file, *_nearest(key, places)))
+            parts = value.items() if isinstance(value, dict) else enumerate(value)
+            rest.extend(((*key, name), part) for name, part in parts if isinstance(part, (dict, list, int)))
+        elif value not in _INTEGERS:
+            faults.append(_not_64_bits(file, *_nearest(key, places)))
+    if faults:
+        raise InputError(*sorted(faults, key=lambda fault: (fault.line, fault.column)))
+
+
+def _not_64_bits(file: Path, line: int = 0, column: int = 0) -> Fault:
+    return Fault("an integer has more than 64 bits.", file, line, column, hint="Write at most 18 digits.")
+
+
+def _too_deep(file: Path, line: int = 0, column: int = 0) -> Fault:
+    return Fault(f"tables and lists nest too deep: {MAX_DEPTH} levels at most.", file, line, column)
+
+
+def _nearest(key: Key, places: Mapping[Key, tuple[int, int]]) -> tuple[int, int]:
+    """Line and column of a key, or of the innermost table or list around it that has them."""
+    while key and key not in places:
+        key = key[:-1]
+    return places.get(key, (0, 0))
+
+
+def _positions(text: str) -> dict[Key, tuple[int, int]]:
+    """Line and column of every key that begins a line, and of every table header."""
+    places: dict[Key, tuple[int, int]] = {}
+    counts: dict[Key, int] = {}
+    here: Key = ()
+    for number, line in _logical_lines(text):
+        start = len(line) - len(line.lstrip(" \t"))
+        brackets = 2 if line.startswith("[[", start) else int(line.startswith("[", start))
+        name, end = _dotted(line, start + brackets)
+        if brackets and line.startswith("]", end):
+            here = _resolve(name, counts)
+            if brackets == 2:
+                index = counts[here] = counts.get(here, -1) + 1
+                here = (*here, index)
+            places.setdefault(here, (number, start + 1))
+        elif name and not brackets and line.startswith("=", end):
+            places.setdefault((*here, *name), (number, start + 1))
+    return places
+
+
+def _dotted(line: str, at: int) -> tuple[list[str], int]:
+    """The parts of a dotted key that begins at an index of a line, and the index behind it."""
+    parts: list[str] = []
+    while (found := _KEY_PART.match(line, at)) is not None:
+        parts.append(found[1].strip("\"'"))
+        at = found.end()
+        if not line.startswith(".", at):
+            break
+        at += 1
+    return parts, at
+
+
+def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
+    """A header's name as a key: arrays of tables on the way mean their newest element."""
+    key: Key = ()
+    for i, part in enumerate(name):
+        key = (*key, part)
+        if i < len(name) - 1 and key in counts:
+            key = (*key, counts[key])
+    return key
+
+
+def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines that can begin a key: not those inside a multi-line string or list."""
+    inside, depth = "", 0
+    for number, line in enumerate(text.splitlines(), 1):
+        if not inside and depth == 0:
+            yield number, line
+        at = 0
+        while at < len(line):
+            if inside:
+                end = line.find(inside, at)
+                if end < 0:
+                    break
+                at, inside = end + len(inside), ""
+            elif (mark := _MARK.search(line, at)) is None or line[at := mark.start()] == "#":
+                break
+            elif line[at] in "\"'":
+                quote = line[at] * 3 if line.startswith(line[at] * 3, at) else line[at]
+                if len(quote) == 3:
+                    inside, at = quote, at + 3
+                else:
+                    at = _string_end(line, at)
+            else:
+                # A header's brackets close on its own line, so they do not count.
+                depth += (line[at] in "[{") - (line[at] in "]}")
+                at += 1
+        depth = max(depth, 0)
+
+
+def _string_end(line: str, at: int) -> int:
+    quote, at = line[at], at + 1
+    while at < len(line) and line[at] != quote:
+        at += 2 if line[at] == "\\" and quote == '"' else 1
+    return at + 1
