@@ -14,7 +14,7 @@ from ..errors import Fault, InputError, UnknownName, unknown
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from ..reactive import included_files
-from .entry import KINDS, Entry, content_hash, make_entry, scan
+from .entry import KINDS, Entry, by_name, content_hash, make_entry, scan
 from .fit import misfits
 from .inherit import read_inheriting
 from .planner_file import PlannerSpec, read_planner
@@ -195,26 +195,28 @@ class Catalog:
         file = self.find("planner", name).path
         return read_planner(file, partial(self._missing, file))
 
-    def load_mission(self, name: str) -> Callable[..., Any]:
+    def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
         """The function `build` of a mission, by the mission's name or path; that of an XML file makes its tree.
 
-        `file.py:Class` is a PythonPlanner, of a file in `planners` or of one that is named by its path.
+        Args:
+            name: The name or path; `file.py:Class` is a PythonPlanner, of a file in `planners` or of a path.
+            dialect: Whose meaning the nodes of an XML file have: `nav2` for Nav2's.
 
         Raises:
             InputError: There is no such mission, it does not load, has no `build`, or `--no-code` forbids it.
         """
         entry = self.find("mission", name)
         if is_reference(name):
-            return self._with_content(self._python_mission(entry.path, name.rpartition(":")[2]))
+            return self.with_content(self._python_mission(entry.path, name.rpartition(":")[2]))
         if entry.path.suffix != ".py":
-            return self._with_content(self._xml_mission(entry.path))
+            return self.with_content(self._xml_mission(entry.path, dialect))
         build = getattr(self.load_python(entry), "build", None)
         if not callable(build):
             hint = "Write: def build(mission: Mission): ..."
             raise InputError(Fault("the mission has no function 'build'.", entry.path, hint=hint))
-        return self._with_content(guarded(cast("Callable[..., Any]", build), entry.path))
+        return self.with_content(guarded(cast("Callable[..., Any]", build), entry.path))
 
-    def _with_content(self, build: Callable[..., Any]) -> Callable[..., Any]:
+    def with_content(self, build: Callable[..., Any]) -> Callable[..., Any]:
         """The same function, whose mission finds by name what this catalog has."""
 
         @wraps(build)
@@ -236,13 +238,14 @@ class Catalog:
 
         return guarded(python_mission(self.load_class(file, name)), file)
 
-    def _xml_mission(self, file: Path) -> Callable[..., Any]:
+    def _xml_mission(self, file: Path, dialect: str) -> Callable[..., Any]:
         from ..plan.xml import xml_mission  # py_trees is loaded where a tree is made
 
         def other(name: str) -> Callable[..., Any] | None:
-            return self.load_mission(name) if self._is_python_mission(name) else None
+            return self.load_mission(name) if self.is_python_mission(name) else None
 
-        return xml_mission(file, within=self.root_of(file), nodes=self.load_nodes, missions=other)
+        within = self.root_of(file)
+        return xml_mission(file, within=within, nodes=self.load_nodes, missions=other, dialect=dialect)
 
     def root_of(self, file: Path) -> Path:
         """The project that a file lies in, or ours; its folder where it lies in none."""
@@ -290,25 +293,26 @@ class Catalog:
         entries = [e for e in self.list("node") if e.path.suffix == ".py"]
         return tuple(e for e in entries if names is None or set(names) & set(classes_in(e.path)))
 
-    def _is_python_mission(self, name: str) -> bool:
+    def is_python_mission(self, name: str) -> bool:
+        """Whether a mission of that name is written in Python."""
         entry = self._entries("mission").get(name)
         return entry is not None and entry.path.suffix == ".py"
 
-    def python_of(self, mission: Entry, values: Iterable[object] = ()) -> tuple[Entry, ...]:
+    def python_of(self, mission: Entry, values: Iterable[object] = (), dialect: str = "") -> tuple[Entry, ...]:
         """The node files, the route planners and the Python missions that a mission names.
 
         Args:
             mission: The mission.
             values: What it is given as parameters, which may name a route planner, too.
+            dialect: Whose meaning the nodes of an XML file have.
         """
         missions: set[str] = set()
         if mission.path.suffix == ".xml":
-            from ..plan.nodes import BUILTIN
-            from ..plan.xml import outer_trees, read_document, tags_of, values_of
+            from ..plan.xml import outer_trees, read_document, shipped_nodes, tags_of, values_of
 
             document = read_document(mission.path, within=self.root_of(mission.path))
-            tags, texts = tags_of(document) - set(BUILTIN), values_of(document)
-            missions = {name for name in outer_trees(document) if self._is_python_mission(name)}
+            tags, texts = tags_of(document) - set(shipped_nodes(dialect)), values_of(document)
+            missions = {name for name in outer_trees(document) if self.is_python_mission(name)}
         else:
             tags = texts = texts_in(mission.path)
         named = texts | {value for value in values if isinstance(value, str)}
@@ -356,9 +360,8 @@ class Catalog:
         code = [path for path in paths if path.suffix == ".py"]
         if code and not self.code:
             hint = "Leave --no-code out if you trust it."
-            raise InputError(
-                *(Fault("this Python content may not run: --no-code was given.", p, hint=hint) for p in code)
-            )
+            message = "this Python content may not run: --no-code was given."
+            raise InputError(*(Fault(message, p, hint=hint) for p in code))
 
     def _missing(self, file: Path, kind: str, name: str) -> Fault | None:
         """Why a name cannot be used in a file; None when it can."""
@@ -372,11 +375,11 @@ class Catalog:
         if kind not in KINDS:
             raise UnknownName(unknown("kind of content", kind, KINDS))
         if kind not in self._standing:
-            shipped = _by_name(scan(self.shipped, kind, "shipped"))
-            own = {} if self.project is None else _by_name(scan(self.project, kind, "project"))
+            shipped = by_name(scan(self.shipped, kind, "shipped"))
+            own = {} if self.project is None else by_name(scan(self.project, kind, "project"))
             self._standing[kind] = {**shipped, **own}
         if kind not in self._found:
-            made = {} if self.scenes is None else _by_name(scan(self.scenes, kind, "project"))
+            made = {} if self.scenes is None else by_name(scan(self.scenes, kind, "project"))
             self._found[kind] = {**self._standing[kind], **made}
         return self._found[kind]
 
@@ -386,15 +389,3 @@ class Catalog:
         if not path.is_file():
             raise UnknownName(unknown(_SPOKEN.get(kind, f"{kind} file"), str(path), self._entries(kind)))
         return make_entry(path.resolve(), kind, "file")
-
-
-def _by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
-    found: dict[str, Entry] = {}
-    for entry in entries:
-        if entry.name in found:
-            other = found[entry.name].path
-            raise InputError(
-                Fault(f"two {entry.kind} files are named '{entry.name}'; the other is {other}.", entry.path)
-            )
-        found[entry.name] = entry
-    return found

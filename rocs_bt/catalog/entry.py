@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import Fault, InputError
 from ..toml_text import parse_toml
 
 # Where each kind stands in a project, in the order in which people read of them.
@@ -101,6 +101,21 @@ def doc_of(path: Path) -> str:
     except (OSError, ValueError, SyntaxError, RecursionError, MemoryError, InputError):
         return ""
     return str(doc).strip().split("\n", 1)[0].strip()
+
+
+def by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
+    """Entries of one kind by name.
+
+    Raises:
+        InputError: Two have the same name.
+    """
+    found: dict[str, Entry] = {}
+    for entry in entries:
+        if entry.name in found:
+            message = f"two {entry.kind} files are named '{entry.name}'; the other is {found[entry.name].path}."
+            raise InputError(Fault(message, entry.path))
+        found[entry.name] = entry
+    return found
 
 
 def content_hash(entries: Iterable[Entry]) -> str:

@@ -43,8 +43,9 @@ class KeepingCatalog(Catalog):
     def load_robot(self, name: str) -> RobotSpec:
         return self.keep(("robot", name), lambda: super(KeepingCatalog, self).load_robot(name))
 
-    def load_mission(self, name: str) -> Callable[..., Any]:
-        return self.keep(("mission", name), lambda: super(KeepingCatalog, self).load_mission(name))
+    def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
+        key = "mission", name, dialect
+        return self.keep(key, lambda: super(KeepingCatalog, self).load_mission(name, dialect))
 
     def content_of_mind(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
         key = "mind", mind.mission, mind.rules, repr(mind.parameters)

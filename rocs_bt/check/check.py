@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from ..catalog import KINDS, Catalog, Entry, find_project, kind_of, make_entry
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
+from ..plan.xml import survey
 from ..raised import content_line, describe
 from .mission import check_mission_file
 from .model import check_world
@@ -18,6 +20,8 @@ from .robot import check_robot
 from .rules import check_rule_file
 from .scenario import check_scenario_file
 from .schema import check_schema_file
+from .xml_kind import xml_kind
+from .xml_mission import MissionOptions, read_palettes
 
 Checker = Callable[[Entry, Catalog], Iterable[Fault]]
 
@@ -48,7 +52,13 @@ class Findings:
 
 
 def check_content(
-    paths: Sequence[Path] = (), *, code: bool = True, progress: Callable[[float], None] = lambda done: None
+    paths: Sequence[Path] = (),
+    *,
+    code: bool = True,
+    progress: Callable[[float], None] = lambda done: None,
+    dialect: str = "",
+    palettes: Sequence[Path] = (),
+    stub_unknown: bool = False,
 ) -> Findings:
     """Check files, and folders with all that is in them; without any, the project around the current folder.
 
@@ -56,7 +66,14 @@ def check_content(
         paths: Files and folders.
         code: Whether missions may be loaded; else Python content is only parsed.
         progress: Told how many files are done.
+        dialect: Of missions in XML: `nav2` for Nav2's meaning of nodes that have one there.
+        palettes: Of missions in XML: files whose TreeNodesModel declares nodes that are not here.
+        stub_unknown: Of missions in XML: whether unknown nodes and trees are warnings, one for each name.
+
+    Raises:
+        InputError: A palette cannot be read, or declares no node.
     """
+    models = read_palettes(palettes)
     faults: list[Fault] = []
     entries: list[tuple[Entry, Catalog]] = []
     for path in paths or (_default(),):
@@ -64,21 +81,26 @@ def check_content(
             entries += _entries(path, code)
         except InputError as error:
             faults += error.faults
+    beside, declared = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix == ".xml"])
+    options = MissionOptions(dialect, {**declared, **models}, bool(palettes), stub_unknown, beside)
+    checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
     defect: BaseException | None = None
     for done, (entry, catalog) in enumerate(entries):
         progress(done)
-        found, ended = _faults(entry, catalog)
+        found, ended = _faults(entry, catalog, checkers)
         faults += found
         defect = defect or ended
     return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(dict.fromkeys(faults)), defect)
 
 
-def _faults(entry: Entry, catalog: Catalog) -> tuple[list[Fault], BaseException | None]:
+def _faults(
+    entry: Entry, catalog: Catalog, checkers: Mapping[str, Checker]
+) -> tuple[list[Fault], BaseException | None]:
     """The faults of one entry, and the exception that ended its check early and is no content's; None for none."""
     found: list[Fault] = []
     try:
         catalog.confine(entry)
-        for fault in _CHECKERS[entry.kind](entry, catalog):
+        for fault in checkers[entry.kind](entry, catalog):
             found.append(fault.at(entry.path))
     except InputError as error:
         found += error.at(entry.path).faults
@@ -104,7 +126,8 @@ def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
         if not (files := _inside(path)):
             raise InputError(Fault("there is no content in this folder.", path, hint=_layout()))
         for file in files:
-            yield make_entry(file, kind_of(file) or "", "project"), catalog
+            kind = kind_of(file)
+            yield make_entry(file, kind or "mission", "project" if kind else "file"), catalog
         catalog.list()  # two files of one name are a fault of the project as a whole
     elif path.is_file():
         kind = kind_of(path) or _kind_inside(path)
@@ -118,8 +141,16 @@ def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
 def _inside(folder: Path) -> list[Path]:
     """The content of a project's root, or all that is somewhere in another folder."""
     own = [p for patterns in KINDS.values() for pattern in patterns for p in sorted(folder.glob(pattern))]
-    found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", ".xml") and kind_of(p))
+    found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", ".xml") and _is_content(p))
     return [p for p in found if p.is_file() and not p.name.startswith((".", "_"))]
+
+
+def _is_content(path: Path) -> bool:
+    """Whether a file in a folder that is no project is content: by its place, or if it holds behaviour trees."""
+    try:
+        return kind_of(path) is not None or (path.suffix == ".xml" and xml_kind(path) == "mission")
+    except InputError:
+        return False
 
 
 def _kind_inside(path: Path) -> str | None:
@@ -127,7 +158,9 @@ def _kind_inside(path: Path) -> str | None:
     if path.suffix == ".toml":
         kind = str(read_toml(path).raw("format", "")).partition("/")[0]
         return {"reflex": "rules"}.get(kind, kind if kind in KINDS else None)
-    return {".xml": "world", ".py": "node"}.get(path.suffix)
+    if path.suffix in (".xml", ".urdf", ".sdf"):
+        return xml_kind(path)
+    return {".py": "node"}.get(path.suffix)
 
 
 def _layout() -> str:

@@ -17,25 +17,36 @@ from ..expression import Environment, compile_expression
 from ..plan import check_mission, mission_actions, mission_parameters
 from ..plan.examine import blocking_faults
 from .paper import idle, paper_agent
+from .xml_mission import MissionOptions, check_xml
+
+DEFAULT = MissionOptions()
 
 
-def check_mission_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """All that is wrong with a mission, with its own parameters; where it needs some, only its form is held."""
-    if entry.path.suffix == ".py":
-        if "build" not in functions_in(entry.path):
-            hint = "Write: def build(mission: Mission): ..."
-            yield Fault("the mission has no function 'build'.", entry.path, hint=hint)
-            return
-        yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
-    if catalog.code or (entry.path.suffix == ".xml" and not catalog.python_of(entry)):
+def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions = DEFAULT) -> Iterable[Fault]:
+    """All that is wrong with a mission, with its own parameters; if it requires some, only its form is checked."""
+    if entry.path.suffix == ".xml":
+        if catalog.code or not catalog.python_of(entry, dialect=options.dialect):
+            yield from check_xml(entry.path, catalog, options, lambda build: _built(build, catalog))
+        return
+    if "build" not in functions_in(entry.path):
+        hint = "Write: def build(mission: Mission): ..."
+        yield Fault("the mission has no function 'build'.", entry.path, hint=hint)
+        return
+    yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+    if catalog.code:
         build = catalog.load_mission(str(entry.path))
-        if any(p.required for p in mission_parameters(build).values()):
-            return
-        robot = next(iter(catalog.list("robot")), None)
-        if robot is not None:
-            mind = Mind(build=idle, schema=catalog.load_schema())
-            agent = paper_agent(catalog.load_robot(str(robot.path)), catalog.load_class, mind)
-            yield from built_faults(build, agent, {}, fit=False)
+        if not any(p.required for p in mission_parameters(build).values()):
+            yield from _built(build, catalog)
+
+
+def _built(build: Any, catalog: Catalog) -> list[Fault]:
+    """Faults of a mission on the first robot that there is."""
+    robot = next(iter(catalog.list("robot")), None)
+    if robot is None:
+        return []
+    mind = Mind(build=idle, schema=catalog.load_schema())
+    agent = paper_agent(catalog.load_robot(str(robot.path)), catalog.load_class, mind)
+    return built_faults(build, agent, {}, fit=False)
 
 
 def built_faults(

@@ -21,15 +21,50 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="As JSON: files, and faults with file, line and column.")
 @click.option("--strict", is_flag=True, help="A warning is a fault, too (for CI); what cannot be decided is none.")
 @click.option("--no-code", is_flag=True, help="Load no Python content; parse it only.")
-def command(paths: tuple[Path, ...], as_json: bool, strict: bool, no_code: bool) -> int:
+@click.option(
+    "--nodes",
+    "dialect",
+    type=click.Choice(["rocs", "nav2"]),
+    default="rocs",
+    show_default=True,
+    help="Of missions in XML: whose meaning nodes have that are in both.",
+)
+@click.option(
+    "--palette",
+    "palettes",
+    multiple=True,
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Of missions in XML: a file whose TreeNodesModel declares nodes that are not here; may be repeated.",
+)
+@click.option(
+    "--stub-unknown", is_flag=True, help="Of missions in XML: one warning for each unknown node or tree, no errors."
+)
+def command(
+    paths: tuple[Path, ...],
+    as_json: bool,
+    strict: bool,
+    no_code: bool,
+    dialect: str,
+    palettes: tuple[Path, ...],
+    stub_unknown: bool,
+) -> int:
     """Check files, and folders with all that is in them; the project around the current folder if none is given.
 
     Faults and their summary go to stdout, each fault as FILE:LINE:COLUMN: MESSAGE. Exits with 2 when anything cannot
     run; a warning alone is no fault, unless it is asked for with --strict. Exits with 3 on a defect of rocs_bt.
+
+    Behaviour trees and MJCF models may stand anywhere: XML files are recognised by what they hold. A SubTree may
+    name a tree of another file that is checked with it.
     """
     from ..check import check_content
 
-    findings = check_content(paths, code=not no_code)
+    findings = check_content(
+        paths,
+        code=not no_code,
+        dialect="" if dialect == "rocs" else dialect,
+        palettes=palettes,
+        stub_unknown=stub_unknown,
+    )
     code = 2 if findings.wrong or (strict and findings.doubtful) else 0
     if as_json:
         plain = {"files": [str(f) for f in findings.files], "faults": [_plain(f) for f in findings.faults]}

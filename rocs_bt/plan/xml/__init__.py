@@ -4,17 +4,23 @@ from .build import Outside, make_nodes
 from .document import Document, TreeElement, read_document
 from .element import Element, Source
 from .load import load_tree
-from .mission import mission_nodes, mission_tree, outer_trees, tags_of, values_of, xml_mission
+from .mission import mission_nodes, mission_tree, shipped_nodes, tags_of, values_of, xml_mission
+from .model import Model
 from .palette import palette
+from .siblings import add_siblings, outer_trees, survey
+from .stand_in import Stub, stub_nodes
 from .verify import verify
 from .write import write_tree
 
 __all__ = [
     "Document",
     "Element",
+    "Model",
     "Outside",
     "Source",
+    "Stub",
     "TreeElement",
+    "add_siblings",
     "load_tree",
     "make_nodes",
     "mission_nodes",
@@ -22,6 +28,9 @@ __all__ = [
     "outer_trees",
     "palette",
     "read_document",
+    "shipped_nodes",
+    "stub_nodes",
+    "survey",
     "tags_of",
     "values_of",
     "verify",

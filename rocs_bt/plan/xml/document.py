@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from ...errors import Fault, InputError, did_you_mean, unknown
 from .element import Element, Source
 from .model import Model, read_models
 from .scan import MAX_TEXT, scan
-from .version3 import convert, is_version_3
+from .version3 import below, convert, is_version_3
 
 MAX_FILES = 100
 """How many files a document may be made of."""
@@ -44,6 +45,7 @@ class Document:
         models: The models by ID.
         faults: What was found while reading, warnings among it.
         files: All files, the first one first.
+        library: Whether several trees may be entries, so that a tree that nothing uses is no mistake.
     """
 
     root: Element
@@ -52,6 +54,20 @@ class Document:
     models: dict[str, Model] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
     files: list[Path] = field(default_factory=list)
+    library: bool = False
+
+    def elements(self) -> Iterator[Element]:
+        """All elements of nodes, tree by tree."""
+        for tree in self.trees.values():
+            yield from below(tree.body)
+
+    def entries(self) -> list[str]:
+        """The main tree, or if the document names none, all trees of its first file that no other tree uses."""
+        own = [tree.name for tree in self.trees.values() if not tree.included]
+        if self.named or len(own) < 2:
+            return [self.main().name]
+        used = {e.attributes.get("ID") for e in self.elements() if e.tag == "SubTree"}
+        return [name for name in own if name not in used] or own
 
     def main(self, wanted: str = "") -> TreeElement:
         """The tree to tick: the one that is wanted, else the one that the document names, else the only one.

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 from py_trees.behaviour import Behaviour
@@ -20,6 +22,7 @@ from .build import make_nodes
 from .document import Document, read_document
 from .element import Element
 from .model import ModelPort
+from .siblings import add_siblings, outer_trees
 from .verify import verify
 from .version3 import below
 
@@ -27,8 +30,13 @@ if TYPE_CHECKING:
     from ..mission import Mission
 
 Build = Callable[..., Any]
-_WHOLE = ("int", "unsigned", "unsigned int", "int64_t", "uint64_t", "int32_t", "uint32_t", "size_t", "long")
-_REAL = ("double", "float")
+_WHOLE = frozenset(
+    ["int", "unsigned", "unsigned int", "short", "unsigned short", "long", "unsigned long", "long long", "size_t"]
+    + [f"{sign}int{bits}{t}" for sign in ("", "u") for bits in (8, 16, 32, 64) for t in ("", "_t")]
+)
+_REAL = ("double", "float", "long double")
+_QUALIFIERS = re.compile(r"\bconst\b|\bstd::(?=size_t|u?int\d)|[&*]")
+_CLASS = re.compile(r"\w+(?:::\w+)+|[\w:]+<.+>|[A-Z][a-z0-9]\w*|char")
 _TEXT = ("", "std::string", "string", "BT::AnyTypeAllowed", "AnyTypeAllowed")
 
 
@@ -42,12 +50,6 @@ def values_of(document: Document) -> set[str]:
     return {v for tree in document.trees.values() for e in below(tree.body) for v in e.attributes.values()}
 
 
-def outer_trees(document: Document) -> set[str]:
-    """The trees that a document names and does not hold."""
-    named = {e.attributes.get("ID", "") for t in document.trees.values() for e in below(t.body) if e.tag == "SubTree"}
-    return named - {"", *document.trees}
-
-
 def xml_mission(
     file: Path | str,
     *,
@@ -55,6 +57,8 @@ def xml_mission(
     within: Path | None = None,
     nodes: Callable[[set[str]], Sequence[type[Node]]] = lambda tags: (),
     missions: Callable[[str], Build | None] = lambda name: None,
+    beside: Mapping[str, Path] = MappingProxyType({}),
+    dialect: str = "",
 ) -> Callable[..., Behaviour]:
     """The `build` of a mission that stands in an XML file.
 
@@ -68,14 +72,22 @@ def xml_mission(
         within: The folder that included files must lie in; the file's own by default.
         nodes: Gives the classes of a project's own nodes among these names.
         missions: Gives the `build` of another mission, which a SubTree may name; None where there is none.
+        beside: Other files by the trees that they hold, which a SubTree may name.
+        dialect: `nav2` for Nav2's meaning of nodes that have one there.
 
     Raises:
         InputError: The file cannot be read, or does not tell its main tree.
     """
     document = read_document(file, within=within)
-    own = list(nodes(tags_of(document) - set(BUILTIN)))
+    add_siblings(document, beside)
+    document.library = len(document.entries()) > 1 if main else False
+    own = list(nodes(tags_of(document) - set(shipped_nodes(dialect))))
     place = file if isinstance(file, Path) else None
-    return _Build(place, document, main, lambda mission: mission_tree(document, mission, own, missions, main))
+
+    def make(mission: Mission) -> Behaviour:
+        return mission_tree(document, mission, own, missions, main, dialect)
+
+    return _Build(place, document, main, make)
 
 
 class _Build:
@@ -106,13 +118,14 @@ def mission_tree(
     nodes: Sequence[type[Node]] = (),
     missions: Callable[[str], Build | None] = lambda name: None,
     main: str = "",
+    dialect: str = "",
 ) -> Behaviour:
     """The main tree of a document, for a mission: with its robot's actions as nodes.
 
     Raises:
         InputError: All that is wrong with it.
     """
-    registry = mission_nodes(mission.actions, nodes)
+    registry = mission_nodes(mission.actions, nodes, dialect)
     outside = {name: _outside(mission, build) for name in outer_trees(document) if (build := missions(name))}
     faults = [*document.faults, *verify(document, registry, main=main, outside=outside)]
     wrong = [fault for fault in faults if not fault.warning]
@@ -123,9 +136,21 @@ def mission_tree(
     return make_nodes(document, registry, main=main, outside=outside, lenient=bool(wrong))
 
 
-def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = ()) -> Registry:
-    """All nodes that a mission's file may name: the shipped ones, a robot's actions, and a project's own."""
-    return BUILTIN.with_([*action_nodes(actions), *nodes])
+def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), dialect: str = "") -> Registry:
+    """All nodes that a mission's file may name: the shipped ones, a robot's actions, and a project's own.
+
+    Args:
+        actions: The action table.
+        nodes: A project's own.
+        dialect: `nav2` for Nav2's meaning of nodes that have one there.
+    """
+    shipped = shipped_nodes(dialect)
+    return shipped.with_([*(node for node in action_nodes(actions) if node.tag not in shipped), *nodes])
+
+
+def shipped_nodes(dialect: str = "") -> Registry:
+    """The nodes that every mission of a dialect may name, its robot's actions apart."""
+    return BUILTIN
 
 
 def embedded(mission: Mission, source: Path | str, nodes: Sequence[type[Node]], main: str, values: Any) -> SubTree:
@@ -198,7 +223,7 @@ def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
 
 
 def _parameter(port: ModelPort) -> inspect.Parameter:
-    hint, default = _hint(port), inspect.Parameter.empty
+    hint, default = parameter_hint(port), inspect.Parameter.empty
     value: Any = default
     if port.default is not None:
         parameter = Parameter.annotated(port.name, hint, False, None)
@@ -210,14 +235,27 @@ def _parameter(port: ModelPort) -> inspect.Parameter:
     return inspect.Parameter(port.name, inspect.Parameter.KEYWORD_ONLY, default=value, annotation=hint)
 
 
-def _hint(port: ModelPort) -> Any:
-    """The annotation of a parameter: its type, and its dimension."""
-    if port.type in _WHOLE:
+def parameter_hint(port: ModelPort) -> Any:
+    """The annotation of a parameter: its type, and its dimension.
+
+    Classes of C++ such as `geometry_msgs::msg::PoseStamped` or `std::vector<double>` are texts, which the nodes that
+    read them parse.
+
+    Raises:
+        InputError: The type is neither a type of C++ nor a unit.
+    """
+    kind = _QUALIFIERS.sub("", port.type).strip()
+    if kind in _WHOLE:
         return int
-    if port.type == "bool":
+    if kind == "bool":
         return bool
-    if port.type in _TEXT:
+    if kind in _TEXT:
         return str
-    if port.type in _REAL:
+    if kind in _REAL:
         return Annotated[float, NONE if port.default is None else parse_quantity(port.default).dimension]
-    return Annotated[float, parse_unit(port.type).dimension]
+    try:
+        return Annotated[float, parse_unit(kind).dimension]
+    except InputError:
+        if _CLASS.fullmatch(kind):
+            return str
+        raise

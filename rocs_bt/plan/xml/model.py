@@ -13,7 +13,7 @@ KINDS = (*EXPLICIT, "SubTree")
 OWN_NAME = "{=}"
 """What gives a port the key of its own name, but not as a default of a SubTree's model."""
 
-DIRECTIONS = {direction.value: direction for direction in Direction}
+DIRECTIONS = {direction.value: direction for direction in Direction} | {"bidirectional_port": Direction.INOUT}
 
 
 @dataclass(frozen=True)

@@ -113,6 +113,12 @@ class _Verifier:
         if tag in self.document.trees:
             hint = f'It is a tree: write <SubTree ID="{tag}"/>.'
             return element.fault(f"no node is named '{tag}'.", hint, attribute=attribute, path=path)
+        if tag in self.document.models:
+            hint = (
+                "Write it as a class in planners/nodes; or check the file with --stub-unknown, which takes the model."
+            )
+            message = f"the node '{tag}' has a model in the TreeNodesModel, and no class."
+            return element.fault(message, hint, attribute=attribute, path=path)
         fault = unknown("node", tag, self.nodes)
         return element.fault(fault.message, fault.hint, attribute=attribute, path=path)
 
@@ -187,7 +193,7 @@ class _Verifier:
     def unused(self, main: str) -> None:
         """Trees of the first file that the main tree never reaches."""
         start = main or self.document.named
-        if start not in self.uses:
+        if start not in self.uses or self.document.library:
             return
         reached, todo = {start}, [start]
         while todo:

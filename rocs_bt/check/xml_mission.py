@@ -1,0 +1,137 @@
+"""Missions in XML: those of a project, and files from elsewhere whose nodes and trees may be missing here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..actions import action_table
+from ..catalog import Catalog, kind_of
+from ..errors import Fault, InputError
+from ..plan import Mission, mission_parameters
+from ..plan.xml import (
+    Document,
+    Model,
+    Stub,
+    add_siblings,
+    mission_nodes,
+    outer_trees,
+    read_document,
+    shipped_nodes,
+    stub_nodes,
+    tags_of,
+    verify,
+    xml_mission,
+)
+from ..words import counted
+
+
+@dataclass(frozen=True)
+class MissionOptions:
+    """What a check of XML missions may assume.
+
+    Attributes:
+        dialect: `nav2` for Nav2's meaning of nodes that have one there.
+        models: What palettes, and the files that are checked together, declare, by ID.
+        palettes: Whether the user named palettes; then the models of the files count too.
+        stub_unknown: Whether stubs take the place of nodes and trees that nothing declares, with one warning each.
+        beside: Files that are checked together, by the trees that they hold.
+    """
+
+    dialect: str = ""
+    models: Mapping[str, Model] = field(default_factory=dict)
+    palettes: bool = False
+    stub_unknown: bool = False
+    beside: Mapping[str, Path] = field(default_factory=dict)
+
+
+def read_palettes(files: Iterable[Path]) -> dict[str, Model]:
+    """The models of nodes that palettes declare, by ID.
+
+    Raises:
+        InputError: A file cannot be read, or declares nothing.
+    """
+    models: dict[str, Model] = {}
+    for file in files:
+        document = read_document(file)
+        if not document.models:
+            hint = "Name a file with a <TreeNodesModel>, such as Groot's palette or Nav2's nav2_tree_nodes.xml."
+            raise InputError(Fault("the palette declares no node.", file, hint=hint))
+        models.update(document.models)
+    return models
+
+
+def check_xml(
+    file: Path, catalog: Catalog, options: MissionOptions, build_faults: Callable[[Any], Iterable[Fault]]
+) -> Iterator[Fault]:
+    """All that is wrong with a mission in XML.
+
+    Args:
+        file: The file.
+        catalog: Where nodes and missions in Python are found.
+        options: What may be assumed.
+        build_faults: Faults of a `build` without required parameters.
+    """
+    within, foreign = catalog.root_of(file), kind_of(file) != "mission"
+    beside = options.beside if foreign else {}
+    document = read_document(file, within=within)
+    add_siblings(document, beside)
+    if not document.trees:
+        yield from document.faults
+        if not document.models:
+            yield document.root.fault("the document holds no tree.", 'Write <BehaviorTree ID="Main">.')
+        return
+    own = list(catalog.load_nodes(tags_of(document) - set(shipped_nodes(options.dialect))))
+    known = mission_nodes(action_table(), own, options.dialect)
+    if options.palettes or options.stub_unknown:
+        models = {**options.models, **document.models}
+        stubs, warnings = stub_nodes(document, known, models, undeclared=options.stub_unknown)
+        own += stubs
+        known = known.with_(stubs)
+        yield from warnings
+    missions = _Missions(document, catalog, options)
+    yield from missions.warnings()
+    for main in document.entries() if foreign else [""]:
+        build = xml_mission(
+            file, main=main, within=within, nodes=lambda tags: own, missions=missions.find, beside=beside,
+            dialect=options.dialect,
+        )  # fmt: skip
+        if any(p.required for p in mission_parameters(build).values()):
+            outside = {name: found for name in outer_trees(document) if (found := missions.find(name))}
+            yield from [*document.faults, *verify(document, known, main=main, outside=outside)]
+        else:
+            yield from build_faults(catalog.with_content(build))
+
+
+class _Missions:
+    """The trees that a document names and that stand elsewhere."""
+
+    def __init__(self, document: Document, catalog: Catalog, options: MissionOptions) -> None:
+        self.catalog = catalog
+        self.stubbed: dict[str, list[Any]] = {}
+        if options.stub_unknown:
+            for name in sorted(outer_trees(document)):
+                if self.python(name) is None:
+                    self.stubbed[name] = [
+                        e for e in document.elements() if e.tag == "SubTree" and e.attributes.get("ID") == name
+                    ]
+
+    def find(self, name: str) -> Callable[..., Any] | None:
+        """The `build` of a tree; None if there is none."""
+        return _stub if name in self.stubbed else self.python(name)
+
+    def python(self, name: str) -> Callable[..., Any] | None:
+        return self.catalog.load_mission(name) if self.catalog.is_python_mission(name) else None
+
+    def warnings(self) -> Iterator[Fault]:
+        for name, elements in self.stubbed.items():
+            times = f" ({counted(len(elements), 'use')})" if len(elements) > 1 else ""
+            message = f"no tree is named '{name}' in the files that are checked; a stub takes its place{times}."
+            hint = "Check the file that holds it together with this one, or <include> it."
+            yield elements[0].fault(message, hint, attribute="ID", warning=True)
+
+
+def _stub(mission: Mission) -> Stub:
+    return Stub("a tree that is not here")
