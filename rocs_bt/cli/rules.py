@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,7 +93,13 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
 @click.option("--threshold", required=True, help="What to sweep: a name of the file's [threshold] table.")
 @click.option("--from", "low", metavar="QUANTITY", help="The least value; half of what is in force if left out.")
 @click.option("--to", "high", metavar="QUANTITY", help="The greatest value; twice what is in force if left out.")
-@click.option("--steps", type=click.IntRange(2, 1000), default=21, show_default=True, help="How many values.")
+@click.option(
+    "--steps",
+    type=click.IntRange(2, 1000),
+    default=21,
+    show_default=True,
+    help="How many values, beside the one in force.",
+)
 @click.option("--agent", help="Whose signals; those of all agents that flinch by the file if left out.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Where to draw; RUN/rules if left out.")
 def tune(
@@ -118,16 +125,17 @@ def tune(
     path = catalog.find("rules", file).path
     recordings = [Recording.open(run) for run in runs]
     whose = [_fitting(path, _agents(recording, path, agent), catalog) for recording in recordings]
-    seen = [see(r, info) for r, fitting in zip(recordings, whose, strict=True) for info, _ in fitting]
-    ((_, rules), *_), *_ = whose
+    fitted = [(see(r, info), own) for r, fitting in zip(recordings, whose, strict=True) for info, own in fitting]
+    seen, rules = [each for each, _ in fitted], fitted[0][1]
     place_of(rule, rules)
     dimension = threshold_dimension(threshold, rules)
-    now = rules.thresholds[threshold]
-    least = 0.5 * now if low is None else convert(low, dimension, "--from")
-    most = 2.0 * now if high is None else convert(high, dimension, "--to")
+    now = [own.thresholds[threshold] for _, own in fitted]  # robots may override it
+    around = [factor * present for present in now for factor in (0.5, 2.0)]
+    least = min(around) if low is None else convert(low, dimension, "--from")
+    most = max(around) if high is None else convert(high, dimension, "--to")
     if not least < most:
         raise InputError(f"--from must be less than --to, found {least:g} and {most:g} {dimension}.")
-    values = np.linspace(least, most, steps)
+    values = np.array(_with_present(np.linspace(least, most, steps).tolist(), now))
     counts = sweep_threshold(
         path, seen, catalog, rule=rule, threshold=threshold, values=values.tolist(), dimension=dimension
     )
@@ -195,16 +203,24 @@ def _table(found: RuleReplay) -> list[str]:
     return lines
 
 
+def _with_present(values: Sequence[float], now: Sequence[float]) -> list[float]:
+    """The values to try, with those in force among them."""
+    others = [value for value in values if not any(math.isclose(value, present) for present in now)]
+    return sorted({*others, *now})
+
+
 def _sweep_table(
-    threshold: str, unit: str, values: list[float], names: list[str], counts: list[list[float]], now: float
+    threshold: str, unit: str, values: list[float], names: list[str], counts: list[list[float]], now: Sequence[float]
 ) -> list[str]:
+    """A row per value; the value in force in each run is marked."""
     head = f"{threshold} [{unit}]"
     lines = [f"{head:>14}  " + "  ".join(f"{name:>10}" for name in names) + ("       all" if len(names) > 1 else "")]
-    nearest = min(values, key=lambda value: abs(value - now))
     for value, row in zip(values, counts, strict=True):
         cells = "  ".join(f"{count:>{max(10, len(name))}.0f}" for count, name in zip(row, names, strict=True))
         total = f"  {sum(row):>8.0f}" if len(names) > 1 else ""
-        lines.append(f"{value:>14.4g}  {cells}{total}{'  <- now' if value == nearest else ''}")
+        own = [name for name, present in zip(names, now, strict=True) if present == value]
+        mark = "  <- now" + (f" of {', '.join(own)}" if len(own) < len(names) else "") if own else ""
+        lines.append(f"{value:>14.4g}  {cells}{total}{mark}")
     return lines
 
 

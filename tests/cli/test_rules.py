@@ -186,6 +186,29 @@ class TestTune:
         assert {"tune-now", "tune-0", "tune-1", "tune-all"} <= {e.get("id") for e in ElementTree.fromstring(svg).iter()}
 
     @pytest.mark.parametrize(
+        ("steps", "shown"),
+        [
+            (3, ["0.3", "0.4 <- now", "0.45", "0.6"]),  # between two values of the grid
+            (4, ["0.3", "0.4 <- now", "0.5", "0.6"]),  # one of them
+        ],
+    )
+    def test_the_present_value_is_a_row_of_its_own_with_its_own_counts(self, steps, shown, runs, rocs_bt, tmp_path):
+        arguments = [*self.ARGUMENTS, "--from", "0.3 m", "--to", "0.6 m", "--steps", steps, "--out", tmp_path]
+        told = rocs_bt("rules", "tune", "avoid_collision", runs[0], *arguments)
+        rows = [line.split() for line in told.out.splitlines() if re.match(r"\s+0\.\d", line)]
+        assert [" ".join([row[0], *row[2:]]) for row in rows] == shown
+        events = Recording.open(runs[0]).events()
+        assert int(rows[1][1]) == sum(
+            isinstance(e, RuleChanged) and e.phase == "latched" and e.rule.endswith("/AvoidCollision") for e in events
+        )
+
+    def test_a_present_value_beyond_the_grid_is_shown_as_well(self, runs, rocs_bt, tmp_path):
+        arguments = [*self.ARGUMENTS, "--from", "0.6 m", "--to", "0.8 m", "--steps", 2, "--out", tmp_path]
+        told = rocs_bt("rules", "tune", "avoid_collision", runs[0], *arguments)
+        rows = [line.split() for line in told.out.splitlines() if re.match(r"\s+0\.\d", line)]
+        assert [" ".join([row[0], *row[2:]]) for row in rows] == ["0.4 <- now", "0.6", "0.8"]
+
+    @pytest.mark.parametrize(
         ("arguments", "message"),
         [
             (["--rule", "AvoidCollision", "--threshold", "nea"], "no threshold is named 'nea'. Did you mean 'near'?"),

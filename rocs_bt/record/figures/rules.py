@@ -76,7 +76,9 @@ def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], tit
     return drawn((7.6, 0.9 + 1.35 * sum(heights)), draw)
 
 
-def draw_sweep(name: str, unit: str, values: Series, firings: Mapping[str, Series], now: float, what: str) -> Canvas:
+def draw_sweep(
+    name: str, unit: str, values: Series, firings: Mapping[str, Series], now: Sequence[float], what: str
+) -> Canvas:
     """How often a rule would have fired for each value of a threshold.
 
     Args:
@@ -84,14 +86,16 @@ def draw_sweep(name: str, unit: str, values: Series, firings: Mapping[str, Serie
         unit: Its unit.
         values: Its values, (n,).
         firings: By run, how often, (n,).
-        now: The value in force.
+        now: The value in force in each run.
         what: The rule.
     """
     from matplotlib.ticker import MaxNLocator
 
     def draw(canvas: Canvas) -> None:
         axes = canvas.add_subplot()
-        axes.axvline(now, color=WORST, lw=1.2, ls=(0, (1, 1.5)), label=f"now {now:g} {unit}", gid="tune-now")
+        for i, present in enumerate(sorted(set(now))):
+            label, gid = f"now {present:g} {unit}", f"tune-now-{i}" if i else "tune-now"
+            axes.axvline(present, color=WORST, lw=1.2, ls=(0, (1, 1.5)), label=label, gid=gid)
         single = len(firings) == 1
         for i, (run, counts) in enumerate(firings.items()):
             style: dict[str, Any] = {"color": ROUTES["reactive"], "lw": 1.6} if single else {"color": MUTED, "lw": 0.8}
