@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -173,28 +174,49 @@ class RuleSet:
     thresholds: Mapping[str, float] = field(default_factory=dict)
 
 
-def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, int]]:
-    """Where it would be chance which of two rules acts: one priority, different actions, a mode that both live in.
+MOST_TIES = 4  # with which one rule is told to be tied
+
+
+def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, list[int]]]:
+    """Where it would be chance which rule acts: one priority, different actions, a mode that both live in.
 
     Args:
         rules: The rules.
 
     Yields:
-        The indices of an earlier rule and of the later one that is tied with it, once for each later one.
+        For each rule that is tied with earlier ones its index and theirs, MOST_TIES of them at most.
     """
-    seen: dict[int, list[int]] = {}
+    ranks: dict[int, dict[Hashable, list[int]]] = {}
     for k, rule in enumerate(rules):
-        others = seen.setdefault(rule.priority, [])
-        first = next((i for i in others if _tied(rules[i], rule)), None)
-        if first is not None:
-            yield first, k
-        elif all(rules[i].modes != rule.modes for i in others):
-            others.append(k)
+        rank, own = ranks.setdefault(rule.priority, {}), _deed(rule)
+        others = (i for deed, same in rank.items() if deed != own for i in same)
+        tied = islice((i for i in others if not _apart(rules[i], rule)), MOST_TIES)
+        if found := sorted(tied):
+            yield k, found
+        rank.setdefault(own, []).append(k)
 
 
-def _tied(a: Rule, b: Rule) -> bool:
-    apart = a.modes and b.modes and not set(a.modes) & set(b.modes)
-    return not apart and (a.action, a.arguments, a.keep) != (b.action, b.arguments, b.keep)
+def tie(rule: Rule, others: Sequence[Rule]) -> str:
+    """A sentence about a rule and those that it is tied with."""
+    names = [other.name.rpartition("/")[2] for other in others[: MOST_TIES - 1]]
+    names += ["others"] * (len(others) >= MOST_TIES)
+    listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    return f"{rule.name.rpartition('/')[2]} has the same priority {rule.priority} as {listed}, but another action."
+
+
+def _apart(a: Rule, b: Rule) -> bool:
+    """Whether no mode has both rules."""
+    return bool(a.modes and b.modes) and set(a.modes).isdisjoint(b.modes)
+
+
+def _deed(rule: Rule) -> Hashable:
+    """What a rule does: equal for rules that do the same."""
+    values = [(name, _fixed(a.value), _fixed(a.fallback), a.blind) for name, a in rule.arguments.items()]
+    return rule.action, frozenset(values), frozenset(rule.keep)
+
+
+def _fixed(value: Any) -> Hashable:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _value(argument: Argument, x: Sequence[float], blind: bool) -> Any:

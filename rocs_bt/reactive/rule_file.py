@@ -37,7 +37,7 @@ from ..expression import Environment, Node
 from .arguments import read_arguments
 from .include import Document, read_documents
 from .placed import Placed
-from .rule import Argument, OnInvalid, Place, Rule, RuleSet, ties
+from .rule import Argument, OnInvalid, Place, Rule, RuleSet, tie, ties
 from .rule_test_file import read_tests
 from .threshold import NAME, Override, override, read_thresholds, usable
 
@@ -260,11 +260,6 @@ def _on_invalid(placed: Placed, table: Table, name: str, tags: tuple[str, ...]) 
 def _refuse_ties(rules: list[tuple[Rule | None, Table]]) -> None:
     """Two rules of one priority may only do the same, or never live at once; else it would be chance which acts."""
     ranked = [(rule, place) for rule, place in rules if rule is not None and "priority" in place]
-    for one, other in ties([rule for rule, _ in ranked]):
-        names = [ranked[i][0].name.rpartition("/")[2] for i in (one, other)]
-        rule, place = ranked[other]
-        place.fault(
-            "priority",
-            f"{names[0]} and {names[1]} have the same priority {rule.priority} but different actions.",
-            hint="Give one of them the higher priority.",
-        )
+    for k, others in ties([rule for rule, _ in ranked]):
+        rule, place = ranked[k]
+        place.fault("priority", tie(rule, [ranked[i][0] for i in others]), hint="Give each of them its own priority.")

@@ -11,7 +11,7 @@ from rocs_bt.check.paper import paper_agent
 from rocs_bt.errors import Fault, InputError
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import check_rules, load_rules
-from rocs_bt.reactive.analysis import analyse_fit, analyse_rules, examine_rules
+from rocs_bt.reactive.analysis import analyse_fit, analyse_rules, examine_rules, prover
 
 from .examined import ACTIONS, ENVIRONMENT, FAR, NEAR, A, at, faults_of, file_of
 
@@ -161,7 +161,7 @@ CASES = [
         "tied",
         file_of((A, NEAR), ("B", 'when = "speed > 1 m/s"', 'action: name = "Go"')),
         "9:1",
-        r"A and B have the same priority 5 .* with front\[0\] = 0.2 m, each other front = 1 m, speed = 1.2 ",
+        r"B has the same priority 5 as A, but .* A and B both hold, .* each other front = 1 m, speed = 1.2 m/s",
         file_of((A, NEAR), ("B", 'when = "speed > 1 m/s"', 'action: name = "Go"', "priority = 6")),
     ),
     (
@@ -343,14 +343,37 @@ def test_what_cannot_be_decided_is_said_as_a_note(tmp_path, guard, named):
     assert named in fault.message
 
 
-def test_too_many_cases_are_said_with_their_number(tmp_path):
-    parts = " + ".join(
-        f"max(front[{i % 4}] * 1.{i}, rear[{i % 2}] * 2.{i}, min(goal_distance * 1.{i}, 3.{i} m))" for i in range(9)
-    )
-    both = f'when = "{parts} < 1 m and goal_distance > 0.7 m"', f'until = "{parts} > 1.5 m and front[0] > 0.8 m"'
-    notes = [fault for fault in faults_of(tmp_path, file_of((A, *both))) if fault.note]
+PARTS = " + ".join(
+    f"max(front[{i % 4}] * 1.{i}, rear[{i % 2}] * 2.{i}, min(goal_distance * 1.{i}, 3.{i} m))" for i in range(9)
+)
+MANY_CASES = f'when = "{PARTS} < 1 m and goal_distance > 0.7 m"', f'until = "{PARTS} > 1.5 m and front[0] > 0.8 m"'
+
+
+def test_sums_of_many_parts_with_cases_are_decided(tmp_path):
+    (fault,) = faults_of(tmp_path, file_of((A, *MANY_CASES)))
+    assert fault.message.startswith("the guard of A never holds, ")
+
+
+def test_too_many_steps_are_said_with_their_number(tmp_path, monkeypatch):
+    monkeypatch.setattr(prover, "STEPS", 100)
+    notes = faults_of(tmp_path, file_of((A, *MANY_CASES)))
     assert notes
-    assert all(re.search(r"more than \d+ cases|only the range is known", note.message) for note in notes)
+    assert all(note.note and "it takes more than 100 steps" in note.message for note in notes)
+
+
+def test_a_tie_with_a_rule_that_is_tied_itself_is_shown_where_both_hold(tmp_path):
+    """A never holds with C, so an example has to be of B and C."""
+    faults = faults_of(
+        tmp_path,
+        file_of(
+            (A, 'when = "speed > 1 m/s"'),
+            ("B", 'when = "min(front) < 1 m"', 'action: name = "Go"'),
+            ("C", 'when = "speed < 0 m/s"', 'action: angle = "2 rad"'),
+        ),
+    )
+    assert [at(fault) for fault in faults] == ["9:1", "14:1"]
+    assert re.search("B has the same priority 5 as A, but .* A and B both hold", faults[0].message)
+    assert re.search("C has the same priority 5 as A and B, but .* B and C both hold", faults[1].message)
 
 
 def robots_and_rules():

@@ -55,6 +55,10 @@ INFINITE = [
     "abs(front[0] - 3 m) < 1 m and front[0] > 5 m",
     "min(front) < min(0.4 m, goal_distance) and not (min(front) < goal_distance)",
     "goal_distance * -1 > -inf m",
+    "1.6 * max(front) <= max(front)",
+    "(min(front) + max(rear)) >= rear[1]",
+    "(min(front) - max(rear)) == front[0] and front[0] != 5.6 m",
+    "front[0] == front[1] and 1.6 * max(front) <= max(front) and front[0] < 3 m",
 ]
 
 

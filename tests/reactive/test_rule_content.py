@@ -134,7 +134,7 @@ class TestInclude:
             ("bad.toml", "bad.toml:2:5: not valid TOML"),
             ("strange.toml", "strange.toml:2:1: the file has no use for 'zzz'"),
             ("twice.toml", "a rule named 'A' is in an included file already"),
-            ("tie.toml", "have the same priority 1 but different actions"),
+            ("tie.toml", "A has the same priority 1 as B, but another action"),
         ],
     )
     def test_mistakes(self, tmp_path, named, message):

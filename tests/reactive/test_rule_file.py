@@ -176,7 +176,7 @@ MISTAKES = [
     ("[rule.Turn]", "[rule.Turn]\nmode = 'x'", 8, 1, "rule.Turn has no use for 'mode'. Did you mean 'modes'?"),
     ("[rule.Turn]", "[rule.Turn]\nmodes = []", 8, 1, "modes lists no mode, so the rule would never live"),
     ("[rule.Turn]", "[rule.Turn]\nmodes = ['a b']", 8, 1, "'a b' cannot be a mode"),
-    ("priority = 5", "priority = 99999999999999999999", 15, 1, "a priority is between -1000000 and 1000000"),
+    ("priority = 5", "priority = 999999999999999999", 15, 1, "a priority is between -1000000 and 1000000"),
     ("[rule.Turn]", "[rule.'Turn it']\n[rule.Turn]", 7, 1, "'Turn it' cannot be a rule's name"),
     ("gap = ", "not = ", 5, 1, "'not' cannot be an alias"),
     ("[alias]", "[alias", 4, 7, "not valid TOML"),
@@ -270,8 +270,26 @@ def test_a_tie_is_refused_unless_the_actions_are_equal(tmp_path):
     head = 'format = "reflex/1"\n'
     load_rules(write(tmp_path, head + rule("A", "1 rad") + rule("B", "1 rad")), ENVIRONMENT, ACTIONS)
     file = write(tmp_path, head + rule("A", "1 rad") + rule("B", "2 rad"))
-    with pytest.raises(InputError, match=r"turn.toml:8:1: A and B have the same priority 5 but different actions"):
+    with pytest.raises(InputError, match=r"turn.toml:8:1: B has the same priority 5 as A, but another action\."):
         load_rules(file, ENVIRONMENT, ACTIONS)
+
+
+def test_all_ties_are_told_at_once(tmp_path):
+    def rule(name, angle):
+        return f'[rule.{name}]\nwhen = "speed > 1 m/s"\npriority = 5\naction = {{ name = "Turn", angle = "{angle}" }}\n'
+
+    angles = {"A": "1 rad", "B": "2 rad", "C": "1 rad", "D": "3 rad", "E": "2 rad", "F": "4 rad"}
+    file = write(tmp_path, 'format = "reflex/1"\n' + "".join(rule(*each) for each in angles.items()))
+    with pytest.raises(InputError) as caught:
+        load_rules(file, ENVIRONMENT, ACTIONS)
+    told = [(fault.line, fault.message.partition(" has the same priority 5 as ")) for fault in caught.value.faults]
+    assert [(line, rule, rest) for line, (rule, _, rest) in told] == [
+        (8, "B", "A, but another action."),
+        (12, "C", "B, but another action."),  # and does what A does
+        (16, "D", "A, B and C, but another action."),
+        (20, "E", "A, C and D, but another action."),
+        (24, "F", "A, B, C and others, but another action."),
+    ]
 
 
 def test_there_is_no_tie_between_modes(tmp_path):
@@ -282,8 +300,8 @@ def test_there_is_no_tie_between_modes(tmp_path):
     drive, dock = rule("A", "1 rad", 'modes = ["drive"]'), rule("B", "2 rad", 'modes = ["dock", "park"]')
     head = 'format = "reflex/1"\n' + drive + dock
     assert len(load_rules(write(tmp_path, head), ENVIRONMENT, ACTIONS).rules) == 2
-    for modes, first in (("", "A"), ('modes = ["park"]', "B"), ('modes = ["haul", "drive"]', "A")):
-        with pytest.raises(InputError, match=f"{first} and C have the same priority 5") as caught:
+    for modes, others in (("", "A and B"), ('modes = ["park"]', "B"), ('modes = ["haul", "drive"]', "A")):
+        with pytest.raises(InputError, match=f"C has the same priority 5 as {others}, but") as caught:
             load_rules(write(tmp_path, head + rule("C", "3 rad", modes)), ENVIRONMENT, ACTIONS)
         assert len(caught.value.faults) == 1
 

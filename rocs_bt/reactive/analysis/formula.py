@@ -1,7 +1,8 @@
 """What a guard says in a form that can be decided: comparisons of linear sums with 0, joined by and, or.
 
-A variable is an index of the snapshot, or the number that stands for a part of an expression of which nothing is known
-but its range. Numbers are exact fractions, so that nothing is decided by rounding.
+A variable is an index of the snapshot, or the number that stands for a part of an expression. A truth value of which
+nothing is known is a variable too: at least 1, or at most 0. Numbers are exact fractions, so that nothing is decided by
+rounding.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property, reduce
+from operator import or_
 from typing import TypeAlias
 
 
@@ -17,8 +20,12 @@ class Undecided(Exception):
     """Why a question cannot be decided, for people."""
 
 
+class Exhausted(Undecided):
+    """Deciding takes more steps than there are."""
+
+
 class Effort:
-    """Steps that may be taken: for one question, and for all questions together. A step takes about ten microseconds.
+    """Steps that may be taken: for one question, and for all of them together. A step takes about 20 microseconds.
 
     Args:
         each: For a question.
@@ -37,14 +44,14 @@ class Effort:
         """Take some steps.
 
         Raises:
-            Undecided: There were not so many left.
+            Exhausted: There were not so many left.
         """
         self._now -= steps
         self._left -= steps
         if self._left < 0:
-            raise Undecided(f"all questions about the rules together take more than {self._total} steps")
+            raise Exhausted(f"all questions about the rules together take more than {self._total} steps")
         if self._now < 0:
-            raise Undecided(f"it takes more than {self._each} steps")
+            raise Exhausted(f"it takes more than {self._each} steps")
 
 
 @dataclass(frozen=True)
@@ -54,7 +61,7 @@ class Bound:
     Attributes:
         var: The variable.
         upper: True: less than; False: greater than.
-        value: The number, perhaps infinite.
+        value: The number; a float only where it is infinite.
         strict: Whether equal will not do.
     """
 
@@ -63,43 +70,59 @@ class Bound:
     value: Fraction | float
     strict: bool
 
+    @property
+    def vars(self) -> int:
+        """The variables as bits."""
+        return 1 << self.var
+
 
 @dataclass(frozen=True)
 class Row:
     """A linear sum of several variables is less than 0.
 
     Attributes:
-        terms: The factor of each variable; none is 0.
+        terms: The factor of each variable; whole numbers without a common divisor, none is 0.
         constant: What is added.
         strict: Whether equal to 0 will not do.
+        why: The decisions of the search from which it follows, as bits.
     """
 
-    terms: Mapping[int, Fraction]
+    terms: Mapping[int, int]
     constant: Fraction
     strict: bool
+    why: int = 0
 
-
-@dataclass(frozen=True)
-class Literal:
-    """A truth value of which nothing is known, such as what was in the past, is true, or false."""
-
-    var: int
-    value: bool
+    @cached_property
+    def vars(self) -> int:
+        """The variables as bits."""
+        return sum(1 << var for var in self.terms)
 
 
 @dataclass(frozen=True)
 class Join:
-    """Several formulas: all of them hold, or at least one does."""
+    """Several formulas: all of them hold, or at least one does.
+
+    Attributes:
+        every: Whether all of them hold.
+        parts: The formulas.
+        defines: The variable that all of them bound; -1 for none.
+    """
 
     every: bool
     parts: tuple[Formula, ...]
+    defines: int = -1
+
+    @cached_property
+    def vars(self) -> int:
+        """The variables as bits."""
+        return reduce(or_, (part.vars for part in self.parts), 0)
 
 
-Formula: TypeAlias = Bound | Row | Literal | Join
+Formula: TypeAlias = Bound | Row | Join
 TRUE, FALSE = Join(True, ()), Join(False, ())
 
 
-def join(every: bool, parts: Iterable[Formula]) -> Formula:
+def join(every: bool, parts: Iterable[Formula], defines: int = -1) -> Formula:
     """The formulas joined by and, or, with what is plain taken out."""
     neutral, decided = (TRUE, FALSE) if every else (FALSE, TRUE)
     flat: list[Formula] = []
@@ -110,7 +133,7 @@ def join(every: bool, parts: Iterable[Formula]) -> Formula:
             flat += part.parts
         elif part != neutral:
             flat.append(part)
-    return flat[0] if len(flat) == 1 else Join(every, tuple(flat))
+    return flat[0] if len(flat) == 1 else Join(every, tuple(flat), defines)
 
 
 def below_zero(
@@ -133,7 +156,9 @@ def below_zero(
     if not terms:
         return TRUE if constant < 0 or (constant == 0 and not strict) else FALSE
     if len(terms) > 1:
-        return Row(terms, constant, strict)
+        scale = Fraction(math.lcm(*(f.denominator for f in terms.values())))
+        scale /= math.gcd(*(int(f * scale) for f in terms.values()))
+        return Row({var: int(f * scale) for var, f in terms.items()}, constant * scale, strict)
     ((var, factor),) = terms.items()
     value = -constant / factor
     return Bound(var, factor > 0, value, strict)

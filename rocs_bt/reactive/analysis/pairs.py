@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expression import Node
-from ..rule import OnInvalid, Rule, ties
+from ..rule import OnInvalid, Rule, tie, ties
 from .case import Case, short
 from .sample import Samples
 from .translate import conjunction, negation
@@ -91,15 +91,17 @@ def _kept(rule: Rule) -> Node:
 
 
 def _ties(case: Case, alive: NDArray[np.bool_]) -> None:
-    """Rules of one priority with different actions, with a snapshot where both hold."""
-    for one, other in ties(case.rules):
-        first, rule = case.rules[one], case.rules[other]
-        guards = [first.when.node, rule.when.node]
-        both = conjunction(guards)
-        if alive[other] and case.prover.ask(both).example is not None:
-            case.tell_wrong(
-                rule, "priority",
-                f"{short(first)} and {short(rule)} have the same priority {rule.priority} but different actions. "
-                f"Both hold, for example, with {case.shown(case.prover.example(both), guards)}.",
-                "Give one of them the higher priority.",
-            )  # fmt: skip
+    """Rules of one priority with different actions, with a snapshot where two of them hold."""
+    for k, others in ties(case.rules):
+        rule = case.rules[k]
+        for first in (case.rules[i] for i in others if alive[i] and alive[k]):
+            guards = [first.when.node, rule.when.node]
+            both = conjunction(guards)
+            if case.prover.ask(both).example is not None:
+                case.tell_wrong(
+                    rule, "priority",
+                    f"{tie(rule, [case.rules[i] for i in others])} {short(first)} and {short(rule)} both hold, for "
+                    f"example, with {case.shown(case.prover.example(both), guards)}.",
+                    "Give each of them its own priority.",
+                )  # fmt: skip
+                break

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...expression import Environment, Node, Trace
-from .eliminate import Span
 from .formula import Effort, Undecided
 from .interval import Range
 from .sample import Array, Samples, draw_rows
+from .simplex import Span
 from .solve import Solution, Solver
 from .translate import Translator, unknown_texts
 
 DRAWN = 400  # snapshots tried before anything is proved
-STEPS = 10_000  # of one question, see Effort
-ALL_STEPS = 40_000  # of all questions about one rule set, ...
-STEPS_EACH = 400  # ... and for each of its expressions
+STEPS = 100_000  # of one question, see Effort
+ALL_STEPS = 400_000  # of all questions about one rule set, ...
+STEPS_EACH = 1000  # ... and for each of its expressions
 
 
 @dataclass(frozen=True)
@@ -95,23 +95,17 @@ class Prover:
         return None
 
     def _proved(self, node: Node) -> Answer:
-        """From the rough to the fine: parts with cases as variables first, then taken apart."""
-        why = ""
-        for deep in (False, True):
-            self._translator.unknown, self._translator.reasons = {}, {}
-            self._effort.begin()
-            try:
-                solution = Solver(self._translator.range, self._effort).solve(self._translator.formula(node, deep))
-            except Undecided as reason:
-                why = str(reason)
-                continue
-            if solution is None:
-                return Answer()
-            if (example := self._example(node, solution, tried=deep)) is not None:
-                return Answer(example)
-        return Answer(unknown=self._reason(why))
+        self._effort.begin()
+        try:
+            solution = Solver(self._translator.range, self._effort).solve(self._translator.formula(node))
+        except Undecided as reason:
+            return Answer(unknown=self._reason(str(reason)))
+        if solution is None:
+            return Answer()
+        example = self._example(node, solution)
+        return Answer(example) if example is not None else Answer(unknown=self._reason(""))
 
-    def _example(self, node: Node, solution: Solution, tried: bool) -> Array | None:
+    def _example(self, node: Node, solution: Solution) -> Array | None:
         """A snapshot of a solution that the interpreter confirms; what it leaves open may be tried out."""
         x = self._calm.copy()
         wanted = {var: value for var in solution.spans if var < len(x) and (value := solution.value(var)) is not None}
@@ -120,8 +114,6 @@ class Prover:
             x[var] = value
         if self.confirmed(node, x):
             return x
-        if not tried:
-            return None
         free = np.isin(np.arange(len(x)), sorted(node.reads() - wanted.keys()))
         rows = np.where(free, self.samples.rows, x)
         (found,) = np.nonzero(Samples(rows).truth(node))
@@ -141,7 +133,7 @@ class Prover:
 def _calm(bounds: Range) -> float:
     """A value for a signal that has no say."""
     low, high = bounds
-    return float(Span(low, high).pick()) if low > 0.0 or high < 0.0 or low == 0.0 else 0.0
+    return float(Span.of(low, high).pick()) if low > 0.0 or high < 0.0 or low == 0.0 else 0.0
 
 
 def _bounds(environment: Environment) -> list[Range]:

@@ -141,17 +141,24 @@ def draw_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
     marks = sorted({float(n.value) for node in nodes for n in node.walk() if n.op == "number"})
     near = np.array([m + step for m in marks for step in (-0.01, 0.0, 0.01)] or [0.0])
     near = near[np.isfinite(near)]
+    near = near if near.size else np.zeros(1)
     random = np.random.default_rng(0)
     low, high = np.array([b for b, _ in bounds]), np.array([b for _, b in bounds])
     soft_low = np.where(np.isfinite(low), low, np.minimum(high - 10.0, -10.0))
     soft_high = np.where(np.isfinite(high), high, np.maximum(soft_low + 10.0, 10.0))
     rows = random.uniform(soft_low, soft_high, (count, len(bounds)))
-    picked = random.choice(near, (count, len(bounds))) if near.size else rows
+    picked = random.choice(near, (count, len(bounds)))
     chosen = random.random((count, len(bounds))) < random.choice([0.1, 0.5, 1.0], (count, 1))
     rows = np.where(chosen, picked, rows)
     # A group's minimum is high only where all of its values are.
-    level = np.where(random.random((count, 1)) < 0.5, random.choice(near, (count, 1)) if near.size else 0.0, np.inf)
+    level = np.where(random.random((count, 1)) < 0.5, random.choice(near, (count, 1)), np.inf)
     rows = np.where((random.random((count, 1)) < 0.4) & np.isfinite(level), np.maximum(rows, level), rows)
+    # Guards compare groups with each other: on some snapshots each group has one value.
+    groups = sorted({(n.start, n.stop) for node in nodes for n in node.walk() if n.op == "read" and n.kind.size})
+    for start, stop in groups:
+        one = random.random((count, 1)) < random.choice([0.0, 0.5, 0.9], (count, 1))
+        value = np.where(random.random((count, 1)) < 0.5, random.choice(near, (count, 1)), rows[:, start : start + 1])
+        rows[:, start:stop] = np.where(one, value, rows[:, start:stop])
     with np.errstate(over="ignore"):  # the greatest numbers round to inf, which is clipped like any other
         rows = np.clip(np.round(rows, 2), soft_low, soft_high)
     # Infinite values come last, so that finite ones are shown where they will do.

@@ -1,18 +1,25 @@
-"""Looks for a solution of a formula: boxes first, linear inequalities where signals are compared with each other.
+"""Looks for a solution of a formula: bounds are propagated, then each `or` is decided in turn, with backjumping.
 
-The search takes every `or` apart only when the boxes leave it more than one part.
+Every bound and inequality carries the decisions from which it follows. If a part of an `or` fails for reasons that do
+not include the decision for this part, the other parts fail for the same reasons and are not tried (P. Prosser,
+"Hybrid algorithms for the constraint satisfaction problem", Computational Intelligence 9(3), 1993).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import reduce
+from operator import or_
 
-from .eliminate import Span, solution
-from .formula import Bound, Effort, Formula, Join, Literal, Row, Undecided
+from .formula import Bound, Effort, Formula, Join, Row, Undecided
 from .interval import Range
+from .simplex import Span, solution
+
+DEPTH = 300  # decisions inside each other
+GAIN, HUGE = 8, 10**6  # a bound from an inequality must take 1/8 of the span away, or propagation may not end
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,58 @@ class Solution:
         return float(self.spans[var].pick()) if var in self.spans else None
 
 
+class _End:
+    """The least, or the greatest, value of a row's sum.
+
+    Attributes:
+        value: The sum; infinite where a term is, NaN where infinite values of opposite signs may meet in it.
+        finite: The sum of the finite terms.
+        unbounded: The variables whose terms have no end here.
+        open: The number of terms whose end is left out.
+        why: The decisions from which it follows, as bits.
+    """
+
+    def __init__(self, row: Row, sign: int, span_of: Callable[[int], Span]) -> None:
+        self.finite = row.constant
+        self.unbounded: list[int] = []
+        self.open = self.why = 0
+        attained = fixed = False
+        for var, factor in row.terms.items():
+            span = span_of(var)
+            at_low = (factor > 0) is (sign < 0)
+            end, left_out = (span.low, span.above) if at_low else (span.high, span.under)
+            self.why |= span.low_why if at_low else span.high_why
+            self.open += left_out
+            if not isinstance(end, float):
+                self.finite += factor * end
+            elif ((end > 0) is (factor > 0)) is (sign > 0):
+                self.unbounded.append(var)
+                attained |= not left_out
+            else:  # the other end of the sum: the variable is that infinite value
+                fixed = True
+        self.value: Fraction | float = self.finite
+        if fixed:
+            self.value = math.nan if attained else -sign * math.inf
+        elif self.unbounded:
+            self.value = sign * math.inf
+
+
+_Part = tuple[Formula, int]  # a part that must hold, and the decisions from which it follows, as bits
+
+
+class _State:
+    """What a branch of the search has settled.
+
+    Attributes:
+        spans: What each variable can be, where that is not all of its range.
+        open: The rows and choices that may hold or not.
+        changed: The variables whose span has changed since the open parts were looked at, as bits.
+    """
+
+    def __init__(self, spans: dict[int, Span], open_parts: list[_Part]) -> None:
+        self.spans, self.open, self.changed = spans, open_parts, 0
+
+
 class Solver:
     """One search.
 
@@ -45,161 +104,270 @@ class Solver:
     def __init__(self, ranges: Callable[[int], Range], effort: Effort) -> None:
         self._ranges = ranges
         self._effort = effort
-        self._doubt = ""
+        self._whole: dict[int, Span] = {}
 
     def solve(self, formula: Formula) -> Solution | None:
         """A solution; None where there surely is none.
 
         Raises:
-            Undecided: It takes too many steps, or infinite numbers decide.
+            Undecided: It takes too many steps.
         """
-        found = self._search(_State({}, {}, (), ()), [formula])
-        if found is None and self._doubt:
-            raise Undecided(self._doubt)
-        return found
+        found = self._search(_State({}, []), [(formula, 0)], 0)
+        return found if isinstance(found, Solution) else None
 
-    def _search(self, state: _State, todo: list[Formula]) -> Solution | None:
-        self._effort.spend(10)
-        state = state.copy()
-        if not self._settle(state, todo):
-            return None
-        values: dict[int, Fraction | float] | None = {}
-        if state.rows:
-            values = self._linear(state)
-            if values is None:
-                return None
-        if not state.choices:
-            return Solution(state.spans, values or {})
-        choice, rest = state.choices[0], state.choices[1:]
-        for part in choice.parts:
-            found = self._search(_State(state.spans, state.truths, state.rows, ()), [part, *rest])
-            if found is not None:
+    def _search(self, state: _State, todo: list[_Part], level: int) -> Solution | int:
+        """A solution, or the decisions that exclude one, as bits."""
+        failed = self._settle(state, todo)
+        if failed is not None:
+            return failed
+        choices = [(part, why) for part, why in state.open if isinstance(part, Join)]
+        if not choices:
+            return self._values(state, level)
+        if not level & (level - 1) and (failed := self._excluded(state)) is not None:  # now and then: it takes long
+            return failed
+        choice, why = min(choices, key=lambda each: len(each[0].parts))
+        left = [each for each in state.open if each[0] is not choice]
+        return self._branch(_State(state.spans, left), choice.parts, why, level)
+
+    def _branch(self, state: _State, parts: Sequence[Formula], why: int, level: int) -> Solution | int:
+        """Try the parts of a choice in turn."""
+        if level > DEPTH:
+            raise Undecided(f"it takes more than {DEPTH} decisions")
+        made = 1 << level
+        for part in parts:
+            self._effort.spend(5)
+            found = self._search(_State(dict(state.spans), list(state.open)), [(part, made)], level + 1)
+            if isinstance(found, Solution) or not found & made:
                 return found
-        return None
+            why |= found & ~made
+        return why
 
-    def _settle(self, state: _State, todo: list[Formula]) -> bool:
-        """Take over all that is certain; whether anything is left."""
+    def _values(self, state: _State, level: int) -> Solution | int:
+        """Values of the variables that are compared with each other, where all else is settled.
+
+        Finite values are looked for first. Where two infinite values can meet, `<=` may hold without finite values for
+        it; then it is decided whether one of them is infinite.
+        """
+        rows, spans = self._rows(state)
+        apart = [row for row in rows if any(_infinite(spans[var]) for var in row.terms)]
+        if not apart:
+            values, failed = solution(rows, spans, self._effort)
+            if values is not None:
+                inside, _ = solution(_strict(rows), spans, self._effort)
+                return Solution(state.spans, inside or values)
+            apart = [row for row in rows if not row.strict and _meeting(row, spans)]
+            if apart:
+                values, failed = solution([row for row in rows if row not in apart], spans, self._effort)
+            if values is None:
+                return failed
+        var = next(var for row in apart for var in _meeting(row, spans) if not _infinite(spans[var]))
+        greatest = spans[var].high == math.inf and not spans[var].under
+        end = math.inf if greatest else -math.inf
+        return self._branch(state, (Bound(var, not greatest, end, False), Bound(var, greatest, end, True)), 0, level)
+
+    def _excluded(self, state: _State) -> int | None:
+        """The decisions that exclude a solution of the rows, whatever the choices are, as bits; None if none do."""
+        rows, spans = self._rows(state)
+        rows = [row for row in rows if not any(_infinite(spans[v]) for v in row.terms)]
+        rows = [row for row in rows if row.strict or not _meeting(row, spans)]
+        values, failed = solution(rows, spans, self._effort)
+        return failed if values is None else None
+
+    def _rows(self, state: _State) -> tuple[list[Row], dict[int, Span]]:
+        """The rows that may hold or not, each with the decisions from which it follows, and their variables' spans.
+
+        With two infinite values `<=` holds. That this is excluded follows from the decisions that bound the variables.
+        """
+        rows: list[Row] = []
+        spans: dict[int, Span] = {}
+        for row, why in state.open:
+            if isinstance(row, Row):
+                own = {var: self._span(state, var) for var in row.terms}
+                if not row.strict and _meeting(row, {var: self._range(var) for var in own}):
+                    why = reduce(or_, (span.low_why | span.high_why for span in own.values()), why)
+                rows.append(replace(row, why=why))
+                spans |= own
+        return rows, spans
+
+    def _settle(self, state: _State, todo: list[_Part]) -> int | None:
+        """Take over all that is certain; the decisions that exclude a solution, as bits, where there is none."""
         while True:
             while todo:
-                part = todo.pop()
-                if isinstance(part, Join) and part.every:
-                    todo += part.parts
-                elif isinstance(part, Join):
-                    state.choices = (part, *state.choices)
-                elif not self._take(state, part):
-                    return False
-            left: list[Join] = []
-            for choice in state.choices:
-                parts = [(part, self._holds(state, part)) for part in choice.parts]
-                if any(holds is True for _, holds in parts):
-                    continue
-                open_parts = tuple(part for part, holds in parts if holds is None)
-                if len(open_parts) > 1:
-                    left.append(Join(False, open_parts))
-                elif open_parts:
-                    todo.append(open_parts[0])
-                else:
-                    return False
-            state.choices = tuple(left)
-            if not todo:
-                return True
+                if (failed := self._take(state, *todo.pop(), todo)) is not None:
+                    return failed
+            if not state.changed:
+                return None
+            touched, state.changed = state.changed, 0
+            parts, state.open = state.open, []
+            for part, why in parts:
+                if not part.vars & touched:
+                    state.open.append((part, why))
+                elif (failed := self._take(state, part, why, todo)) is not None:
+                    return failed
 
-    def _take(self, state: _State, part: Formula) -> bool:
-        match part:
-            case Bound():
-                span = self._span(state, part.var).cut(part.value, part.upper, part.strict)
-                state.spans[part.var] = span
-                return not span.empty
-            case Literal():
-                return state.truths.setdefault(part.var, part.value) is part.value
-            case Row():
-                holds = self._holds(state, part)
-                if holds is None:
-                    state.rows = (*state.rows, part)
-                return holds is not False
-        return True
+    def _take(self, state: _State, part: Formula, why: int, todo: list[_Part]) -> int | None:
+        """Take a part over that must hold, and note what follows; the decisions that exclude it, as bits."""
+        self._effort.spend()
+        if isinstance(part, Row):
+            return self._contract(state, part, why, todo)
+        if isinstance(part, Join):
+            if not part.every:
+                return self._reduce(state, part, why, todo)
+            todo += [(each, why) for each in part.parts]
+            return None
+        span = self._span(state, part.var)
+        cut = span.cut(part.value, part.upper, part.strict, why)
+        if cut.empty:
+            return cut.low_why | cut.high_why
+        if cut is not span:
+            state.spans[part.var] = cut
+            state.changed |= part.vars
+        return None
+
+    def _reduce(self, state: _State, choice: Join, why: int, todo: list[_Part]) -> int | None:
+        """Take the parts of a choice out that cannot hold; a last part is certain, a part that holds settles it."""
+        left = []
+        for part in choice.parts:
+            holds, reason = self._judge(state, part)
+            if holds:
+                return None
+            if holds is None:
+                left.append(part)
+            else:
+                why |= reason
+        if not left:
+            return why
+        if len(left) == 1:
+            todo.append((left[0], why))
+            return None
+        choice = choice if len(left) == len(choice.parts) else Join(False, tuple(left), choice.defines)
+        state.open.append((choice, why))
+        for upper in (True, False) if choice.defines >= 0 else ():
+            found = self._implied(state, choice, choice.defines, upper)
+            if found is not None and _worthwhile(self._span(state, choice.defines), found[0]):
+                todo.append((found[0], why | found[1]))
+        return None
+
+    def _implied(self, state: _State, part: Formula, var: int, upper: bool) -> tuple[Bound, int] | None:
+        """What a formula bounds a variable by, and the decisions from which that follows; None where by nothing."""
+        if isinstance(part, Bound):
+            return (part, 0) if part.var == var and part.upper is upper else None
+        if isinstance(part, Row):
+            if var not in part.terms or (part.terms[var] > 0) is not upper:
+                return None
+            low = self._end(state, part, -1)
+            bound = self._rest(state, part, var, low)
+            return None if bound is None else (bound, low.why)
+        found = [self._implied(state, each, var, upper) for each in part.parts]
+        known = [each for each in found if each is not None]
+        if not known or (len(known) < len(found) and not part.every):
+            return None
+        pick = min if upper is part.every else max
+        bound, reason = pick(known, key=lambda each: (each[0].value, each[0].strict is not upper))
+        return bound, reason if part.every else reduce(or_, (each[1] for each in known))
+
+    def _judge(self, state: _State, part: Formula) -> tuple[bool | None, int]:
+        """Whether a part holds whatever the spans leave; if it does not, the decisions that exclude it, as bits."""
+        self._effort.spend()
+        if isinstance(part, Bound):
+            span = self._span(state, part.var)
+            if span.cut(part.value, part.upper, part.strict).empty:
+                return False, span.low_why if part.upper else span.high_why
+            return (True if span.cut(part.value, not part.upper, not part.strict).empty else None), 0
+        if isinstance(part, Row):
+            low = self._end(state, part, -1)
+            return self._row_holds(state, part, low), low.why
+        verdicts, why = [], 0
+        for each in part.parts:
+            holds, reason = self._judge(state, each)
+            if holds is not None and holds is not part.every:
+                return holds, reason
+            verdicts.append(holds)
+            why |= reason
+        return (None if None in verdicts else part.every), why
+
+    def _contract(self, state: _State, row: Row, why: int, todo: list[_Part]) -> int | None:
+        """Bound each variable of a row by what the others leave it; a row that holds is done with."""
+        low = self._end(state, row, -1)
+        holds = self._row_holds(state, row, low)
+        if holds is not None:
+            return None if holds else why | low.why
+        state.open.append((row, why))
+        for var in low.unbounded or row.terms:
+            bound = self._rest(state, row, var, low)
+            if bound is not None and _worthwhile(self._span(state, var), bound):
+                todo.append((bound, why | low.why))
+        return None
+
+    def _rest(self, state: _State, row: Row, var: int, low: _End) -> Bound | None:
+        """What a row leaves a variable, if the others are at the least; None where they have no least sum."""
+        factor = row.terms[var]
+        if low.unbounded not in ([], [var]):
+            return None
+        if math.isnan(low.value):  # another one is infinite, so this one must be, too
+            return Bound(var, factor > 0, -math.inf if factor > 0 else math.inf, row.strict)
+        span = self._span(state, var)
+        end, left_out = (span.low, span.above) if factor > 0 else (span.high, span.under)
+        rest = low.finite if isinstance(end, float) else low.finite - factor * end
+        return Bound(var, factor > 0, -rest / factor, row.strict or low.open > left_out)
+
+    def _row_holds(self, state: _State, row: Row, low: _End) -> bool | None:
+        """Whether a row's sum is less than 0 whatever it can be."""
+        if low.value > 0 or (low.value == 0 and (low.open or row.strict)) or (math.isnan(low.value) and row.strict):
+            return False
+        high = self._end(state, row, 1)
+        if high.value < 0 or (high.value == 0 and (high.open or not row.strict)):
+            return True
+        return True if math.isnan(high.value) and not row.strict else None
+
+    def _end(self, state: _State, row: Row, sign: int) -> _End:
+        self._effort.spend(1 + len(row.terms) // 8)
+        return _End(row, sign, lambda var: self._span(state, var))
 
     def _span(self, state: _State, var: int) -> Span:
-        if var not in state.spans:
-            return Span(*self._ranges(var))
-        return state.spans[var]
+        span = state.spans.get(var)
+        return self._range(var) if span is None else span
 
-    def _holds(self, state: _State, part: Formula) -> bool | None:
-        """Whether a part is true, or false, whatever the boxes leave; None where they leave both."""
-        self._effort.spend()
-        match part:
-            case Bound():
-                span = self._span(state, part.var)
-                if span.cut(part.value, part.upper, part.strict).empty:
-                    return False
-                return None if not span.cut(part.value, not part.upper, not part.strict).empty else True
-            case Literal():
-                known = state.truths.get(part.var)
-                return None if known is None else known is part.value
-            case Row():
-                return self._row_holds(state, part)
-        held = [self._holds(state, each) for each in part.parts]
-        if part.every:
-            return False if False in held else None if None in held else True
-        return True if True in held else None if None in held else False
+    def _range(self, var: int) -> Span:
+        if var not in self._whole:
+            self._whole[var] = Span.of(*self._ranges(var))
+        return self._whole[var]
 
-    def _row_holds(self, state: _State, row: Row) -> bool | None:
-        low: Fraction | float = row.constant
-        high: Fraction | float = row.constant
-        for var, factor in row.terms.items():
-            span = self._span(state, var)
-            ends = _scaled(span.low, factor), _scaled(span.high, factor)
-            low, high = _added(low, min(ends)), _added(high, max(ends))
-        if high < 0 or (high == 0 and not row.strict):
-            return True
-        if math.isnan(low) or low < 0 or (low == 0 and not row.strict):
-            return None
+
+def _worthwhile(span: Span, bound: Bound) -> bool:
+    """Whether a bound takes so much of a span away that propagation ends."""
+    cut = span.cut(bound.value, bound.upper, bound.strict)
+    if cut is span:
         return False
-
-    def _linear(self, state: _State) -> dict[int, Fraction | float] | None:
-        """Values with which the rows hold; None where there are none.
-
-        A variable that only infinity is left of is no matter of inequalities. Where two infinite values can meet,
-        `<=` may hold without any finite values for it, so such rows are left out before it is said that none are.
-        """
-        spans = {var: self._span(state, var) for row in state.rows for var in row.terms}
-        if any(span.low == span.high and math.isinf(span.low) for span in spans.values()):
-            self._doubt = "a signal that must be infinite is compared with others"
-            return None
-        found = solution(state.rows, spans, self._effort)
-        if found is None:
-            plain = [row for row in state.rows if row.strict or not _can_meet(row, spans)]
-            if len(plain) < len(state.rows) and solution(plain, spans, self._effort) is not None:
-                self._doubt = "infinite values of several signals would decide it"
-        return found
+    end = span.high if bound.upper else span.low
+    if cut.empty or end == bound.value or isinstance(end, float) or isinstance(bound.value, float):
+        return True
+    half = isinstance(span.low, float) or isinstance(span.high, float)
+    width = max(Fraction(1), abs(end)) if half else abs(Fraction(span.high) - Fraction(span.low))
+    return abs(end - bound.value) * GAIN > width and abs(bound.value) < HUGE
 
 
-class _State:
-    """What a branch of the search has settled."""
-
-    def __init__(
-        self,
-        spans: dict[int, Span],
-        truths: dict[int, bool],
-        rows: tuple[Row, ...],
-        choices: tuple[Join, ...],
-    ) -> None:
-        self.spans, self.truths, self.rows, self.choices = spans, truths, rows, choices
-
-    def copy(self) -> _State:
-        return _State(dict(self.spans), dict(self.truths), self.rows, self.choices)
+def _infinite(span: Span) -> bool:
+    """Whether only an infinite value is left."""
+    return isinstance(span.low, float) and span.low == span.high
 
 
-def _scaled(value: Fraction | float, factor: Fraction) -> Fraction | float:
-    return value * (1 if factor > 0 else -1) if math.isinf(value) else Fraction(value) * factor
+def _strict(rows: Sequence[Row]) -> list[Row]:
+    """Rows that leave the ends of sums out, so that a value is not decided by rounding; equations stay as they are."""
+    ends = {(frozenset(row.terms.items()), row.constant) for row in rows}
+    return [
+        row if (frozenset((v, -f) for v, f in row.terms.items()), -row.constant) in ends else replace(row, strict=True)
+        for row in rows
+    ]
 
 
-def _added(a: Fraction | float, b: Fraction | float) -> Fraction | float:
-    return a + b if not (math.isinf(a) or math.isinf(b)) else float(a) + float(b)
-
-
-def _can_meet(row: Row, spans: Mapping[int, Span]) -> bool:
-    ends = set()
+def _meeting(row: Row, spans: Mapping[int, Span]) -> list[int]:
+    """The variables of a row whose infinite values can meet."""
+    ends: dict[int, list[int]] = {1: [], -1: []}
     for var, factor in row.terms.items():
-        ends |= {end * (1 if factor > 0 else -1) for end in (spans[var].low, spans[var].high) if math.isinf(end)}
-    return len(ends) > 1
+        span, sign = spans[var], 1 if factor > 0 else -1
+        if span.high == math.inf and not span.under:
+            ends[sign].append(var)
+        if span.low == -math.inf and not span.above:
+            ends[-sign].append(var)
+    return [*ends[1], *ends[-1]] if ends[1] and ends[-1] else []

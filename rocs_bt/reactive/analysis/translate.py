@@ -1,10 +1,11 @@
 """From a typed tree to a formula.
 
-A comparison is taken apart until linear sums are left: `min(a, b) < c` is `a < c or b < c`, `min(a, b) > c` is
-`a > c and b > c`, and what has cases (`max`, `abs`, `clip`, `if`, `side`, `sign`, `count`) likewise. What remains, such
-as products of signals, is a variable of which only its range is known. Of the past `held(a)` says that a is now,
-`once(a)` that it was if it is; the rest of what they say is a truth value of its own. So a formula without a solution
-means an expression that is never true; a solution is a candidate only.
+A comparison becomes a linear sum that is compared with 0. A part of it that has cases (`min`, `abs`, `clip`, `if`,
+`side`, `count`) is a variable of its own with a definition: `m = min(a, b)` is `m <= a and m <= b`, and `a <= m or
+b <= m`. So a formula is about as long as its expression. What remains, such as products of signals, is a variable of
+which only its range is known. Of the past `held(a)` says that a is now, `once(a)` that it was if it is; the rest is a
+truth value of its own. So a formula without a solution means an expression that is never true; a solution is only a
+candidate.
 
 Values are taken to be valid: an invalid comparison is neither true nor false.
 """
@@ -15,37 +16,32 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import reduce
 
 from ...expression import PLAIN, TRUTH, Kind, Node, evaluate
-from .formula import FALSE, TRUE, Effort, Formula, Literal, Undecided, below_zero, join
+from .formula import FALSE, TRUE, Bound, Effort, Exhausted, Formula, Undecided, below_zero, join
 from .interval import Range, range_of
 
-MAX_CASES = 600  # comparisons that one comparison may come apart into
-MAX_INSIDE = 12  # what has cases and stands in one sum
-
-_PIECEWISE = frozenset({"min", "max", "min_valid", "clip", "abs", "if", "side", "sign", "count"})
-_FLIPPED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
+_EXTREMES = frozenset({"min", "max", "min_valid", "abs"})
 _SWITCHES = frozenset({"side", "sign", "count", "if"})
+_FLIPPED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 
 
 @dataclass
 class _Sum:
-    """A sum, while it is taken apart: variables, and parts with cases."""
+    """A linear sum: variables, and parts with cases that are no variables yet.
+
+    Attributes:
+        terms: The factor of each variable.
+        parts: The factor of each part.
+        constant: What is added, perhaps infinite.
+        met: The variables that can be infinite and were taken from themselves.
+    """
 
     terms: dict[int, Fraction] = field(default_factory=dict)
     parts: dict[Node, Fraction] = field(default_factory=dict)
     constant: Fraction | float = Fraction(0)
-    met: bool = False  # whether a variable that can be infinite was taken from itself
-
-    def copy(self) -> _Sum:
-        """Another one like it."""
-        return _Sum(dict(self.terms), dict(self.parts), self.constant, self.met)
-
-    def without(self, part: Node) -> _Sum:
-        """A copy without a part."""
-        parts = dict(self.parts)
-        del parts[part]
-        return _Sum(dict(self.terms), parts, self.constant, self.met)
+    met: set[int] = field(default_factory=set)
 
 
 class Translator:
@@ -58,7 +54,7 @@ class Translator:
 
     Attributes:
         unknown: What stands for no linear sum, by the number of its variable.
-        reasons: Why comparisons were not taken apart, as the keys.
+        reasons: Why comparisons were not translated, as the keys.
     """
 
     def __init__(self, size: int, bounds: Callable[[int], Range], effort: Effort) -> None:
@@ -66,31 +62,37 @@ class Translator:
         self.reasons: dict[str, None] = {}
         self._size = size
         self._bounds = bounds
-        self._numbers: dict[Node, int] = {}
         self._effort = effort
-        self._deep, self._inside = True, False
-        self._made = 0
+        self._numbers: dict[Node, int] = {}
+        self._nodes: dict[int, Node] = {}
+        self._ranges: dict[int, Range] = {}
+        self._definitions: dict[int, Formula] = {}
 
-    def formula(self, node: Node, deep: bool = True) -> Formula:
-        """The formula of a single truth value.
-
-        Args:
-            node: The expression.
-            deep: Whether to take apart what has cases; else it is a variable, too.
-
-        """
-        self._deep = deep
-        return self._truth(node, True)
+    def formula(self, node: Node) -> Formula:
+        """The formula of a single truth value, with the definitions of all its parts."""
+        self.unknown, self.reasons, self._definitions = {}, {}, {}
+        guard = self._truth(node, True)
+        return join(True, [guard, *self._definitions.values()])
 
     def range(self, var: int) -> Range:
         """What a variable can be."""
-        return self._bounds(var) if var < self._size else range_of(self.unknown[var], self._bounds)
+        if var < self._size:
+            return self._bounds(var)
+        if var not in self._ranges:
+            node = self._nodes[var]
+            self._ranges[var] = (0.0, 1.0) if node.kind.boolean else range_of(node, self._bounds)
+        return self._ranges[var]
 
     def _finite(self, var: int) -> bool:
         return not any(map(math.isinf, self.range(var)))
 
     def _number(self, node: Node) -> int:
         number = self._numbers.setdefault(node, self._size + len(self._numbers))
+        self._nodes[number] = node
+        return number
+
+    def _unknown(self, node: Node) -> int:
+        number = self._number(node)
         self.unknown[number] = node
         return number
 
@@ -124,27 +126,18 @@ class Translator:
         return self._literal(node, wanted)
 
     def _literal(self, node: Node, wanted: bool) -> Formula:
-        return Literal(self._number(node), wanted)
+        return Bound(self._unknown(node), not wanted, Fraction(int(wanted)), False)
 
     def _comparison(self, node: Node, wanted: bool) -> Formula:
-        """As exactly as it can be: in its cases, else as one sum, else as a truth value of which nothing is known."""
-        if self._inside:
-            return self._pairs(node, wanted)
-        deep, self._inside = self._deep, True
-        try:
-            for self._deep in (True, False) if deep else (False,):
-                self._made = 0
-                try:
-                    return self._pairs(node, wanted)
-                except Undecided as reason:
-                    self.reasons[f"'{node.text}': {reason}"] = None
-            return self._literal(node, wanted)
-        finally:
-            self._deep, self._inside = deep, False
-
-    def _pairs(self, node: Node, wanted: bool) -> Formula:
+        """As a sum; else as a truth value of which nothing is known."""
         pairs = zip(node.args, node.signs, node.args[1:], strict=False)
-        return join(wanted, [self._compare(a, sign if wanted else _FLIPPED[sign], b) for a, sign, b in pairs])
+        try:
+            return join(wanted, [self._compare(a, sign if wanted else _FLIPPED[sign], b) for a, sign, b in pairs])
+        except Exhausted:
+            raise
+        except Undecided as reason:
+            self.reasons[f"'{node.text}': {reason}"] = None
+            return self._literal(node, wanted)
 
     def _compare(self, a: Node, sign: str, b: Node) -> Formula:
         if sign in ("==", "!="):
@@ -158,31 +151,53 @@ class Translator:
         return self._below(total, strict=sign in ("<", ">"))
 
     def _below(self, total: _Sum, strict: bool) -> Formula:
-        """That a sum is less than 0."""
-        self._made += 1
+        """That a sum is less than 0. A single `min` or `max` in it needs no variable: it is an `or`, or an `and`."""
         self._effort.spend(4)
-        if self._made > MAX_CASES or len(total.parts) > MAX_INSIDE:
-            raise Undecided(f"it has more than {MAX_CASES} cases")
-        if not total.parts:
-            if total.met and (total.constant or any(total.terms.values())):
-                raise Undecided("a signal that can be infinite stands on both sides")
-            return below_zero(total.terms, total.constant, strict, self._finite)
-        part, factor = next(iter(total.parts.items()))
-        rest = total.without(part)
+        if len(total.parts) == 1 and not isinstance(total.constant, float):
+            ((part, factor),) = total.parts.items()
+            if part.op in _EXTREMES:
+                every = (part.op in ("max", "abs")) is (factor > 0)
+                return join(every, (self._below(self._with(total, value, factor), strict) for value in _values(part)))
+        for part, factor in total.parts.items():
+            self._add_variable(total, self._defined(part), factor)
+        return self._row(total, strict)
 
-        def holds(instead: Node, by: Fraction = factor) -> Formula:
-            tried = rest.copy()
-            self._add(tried, instead, by)
-            return self._below(tried, strict)
+    def _with(self, total: _Sum, value: Node, factor: Fraction) -> _Sum:
+        """A sum without its parts, and so many times a value."""
+        found = _Sum(dict(total.terms), {}, total.constant, set(total.met))
+        self._add(found, value, factor)
+        return found
 
-        match part.op:
-            case "min" | "max" | "min_valid":
-                groups = part.args if part.op != "min_valid" else part.args[:1]
-                every = (part.op == "max") is (factor > 0)
-                return join(every, (holds(value) for group in groups for value in elements(group)))
-            case "abs":
-                return join(factor > 0, (holds(part.args[0], by) for by in (factor, -factor)))
-        return join(False, (join(True, [self._truth(test, True), holds(value)]) for test, value in _cases(part)))
+    def _row(self, total: _Sum, strict: bool) -> Formula:
+        """That a linear sum is less than 0. With the same infinite value on both sides `<` is false, and `<=` true."""
+        row = below_zero(total.terms, total.constant, strict, self._finite)
+        ends = [Bound(var, (end > 0) is strict, end, strict) for var in total.met for end in (math.inf, -math.inf)]
+        return join(strict, [row, *ends])
+
+    def _defined(self, part: Node) -> int:
+        """The variable that is a part with cases; it is defined once in a formula."""
+        var = self._number(part)
+        if var not in self._definitions:
+            self._definitions[var] = self._definition(var, part)
+        return var
+
+    def _definition(self, var: int, part: Node) -> Formula:
+        def equal(value: Node) -> Formula:
+            return join(True, [self._between(var, value, Fraction(sign)) for sign in (1, -1)])
+
+        if part.op in _EXTREMES:
+            sign = Fraction(-1 if part.op in ("max", "abs") else 1)
+            values = _values(part)
+            beyond = [self._between(var, value, sign) for value in values]
+            return join(True, [*beyond, join(False, [self._between(var, value, -sign) for value in values], var)])
+        cases = [join(True, [self._truth(test, True), equal(value)]) for test, value in _cases(part)]
+        return join(False, cases, var)
+
+    def _between(self, var: int, value: Node, sign: Fraction) -> Formula:
+        """That a variable is at most a value, or at least for the sign -1."""
+        total = _Sum({var: sign})
+        self._add(total, value, -sign)
+        return self._below(total, strict=False)
 
     def _add(self, total: _Sum, node: Node, factor: Fraction) -> None:
         """Add a number to a sum, so many times."""
@@ -211,15 +226,25 @@ class Translator:
             case "dot":
                 for value, weight in zip(elements(args[0]), args[1].args, strict=True):
                     self._add(total, value, factor * _finite_constant(weight))
-            case _ if self._deep and _has_cases(node):
-                total.parts[node] = total.parts.get(node, Fraction(0)) + factor
+            case "count":
+                for test in elements(args[0]):
+                    self._add(total, Node("if", PLAIN, (test, _number_node(1.0), _number_node(0.0))), factor)
+            case "clip":
+                value, low, high = args
+                inner = Node("max", node.kind, (value, low), text=node.text)
+                self._add(total, Node("min", node.kind, (inner, high), text=node.text), factor)
+            case _ if _has_cases(node):
+                before = total.parts.get(node, Fraction(0))
+                if before * factor < 0 and not self._finite(self._number(node)):
+                    total.met.add(self._defined(node))
+                total.parts[node] = before + factor
             case _:
-                self._add_variable(total, self._number(node), factor)
+                self._add_variable(total, self._unknown(node), factor)
 
     def _add_variable(self, total: _Sum, var: int, factor: Fraction) -> None:
         before = total.terms.get(var, Fraction(0))
         if before * factor < 0 and not self._finite(var):
-            total.met = True  # inf < inf is false, whatever the sums around them are
+            total.met.add(var)  # inf < inf is false, whatever the sums around them are
         total.terms[var] = before + factor
 
 
@@ -243,12 +268,21 @@ def elements(node: Node) -> list[Node]:
 def _has_cases(node: Node) -> bool:
     if node.op == "*":
         return any(arg.op in _SWITCHES and _switched(arg) for arg in node.args)
-    return node.op in _PIECEWISE and not node.kind.size
+    return node.op in _EXTREMES | _SWITCHES and not node.kind.size
 
 
 def _switched(node: Node) -> bool:
     """Whether a value is one of a few constants."""
     return node.op != "if" or all(arg.constant or (arg.op in _SWITCHES and _switched(arg)) for arg in node.args[1:])
+
+
+def _values(extreme: Node) -> list[Node]:
+    """The values of which a part is the least or the greatest."""
+    if extreme.op == "abs":
+        (arg,) = extreme.args
+        return [arg, Node("neg", arg.kind, (arg,), text=f"-({arg.text})")]
+    groups = extreme.args if extreme.op != "min_valid" else extreme.args[:1]
+    return [value for group in groups for value in elements(group)]
 
 
 def _cases(node: Node) -> list[tuple[Node, Node]]:
@@ -264,15 +298,9 @@ def _cases(node: Node) -> list[tuple[Node, Node]]:
         case "sign":
             more, less = _compared(args[0], ">"), _compared(args[0], "<")
             return [(more, _number_node(1.0)), (less, _number_node(-1.0)), (_compared(args[0], "=="), zero)]
-        case "clip":
-            value, low, high = args
-            return [(_TRUE, Node("min", node.kind, (Node("max", node.kind, (value, low)), high), text=node.text))]
         case "count":
-            tests = elements(args[0])
-            total = zero
-            for test in tests:
-                total = Node("+", PLAIN, (total, Node("if", PLAIN, (test, _number_node(1.0), zero))))
-            return [(_TRUE, total)]
+            each = [Node("if", PLAIN, (test, _number_node(1.0), zero)) for test in elements(args[0])]
+            return [(_TRUE, reduce(lambda a, b: Node("+", PLAIN, (a, b)), each))]
     switch, other = args if args[0].op in _SWITCHES and _switched(args[0]) else args[::-1]
     return [(test, Node("*", node.kind, (value, other), text=node.text)) for test, value in _cases(switch)]
 

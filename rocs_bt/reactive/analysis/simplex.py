@@ -1,0 +1,197 @@
+"""Whether linear inequalities have a solution, exactly: the simplex method with bounds, in fractions.
+
+Source: B. Dutertre, L. de Moura, "A fast linear-arithmetic solver for DPLL(T)" (CAV 2006). That a bound itself is left
+out is a second number beside each value: so many times an amount as small as need be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from .formula import Effort, Row
+
+
+@dataclass(frozen=True)
+class Span:
+    """What a variable can be. An end is a float only where it is infinite.
+
+    Attributes:
+        low: The least value.
+        high: The greatest value.
+        above: Whether `low` itself is left out.
+        under: Whether `high` itself is left out.
+        low_why: The decisions of the search from which `low` follows, as bits.
+        high_why: The same of `high`.
+    """
+
+    low: Fraction | float = -math.inf
+    high: Fraction | float = math.inf
+    above: bool = False
+    under: bool = False
+    low_why: int = 0
+    high_why: int = 0
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is no such value."""
+        return self.low > self.high or (self.low == self.high and (self.above or self.under))
+
+    @staticmethod
+    def of(low: float, high: float) -> Span:
+        """The span between two numbers."""
+        return Span(low if math.isinf(low) else Fraction(low), high if math.isinf(high) else Fraction(high))
+
+    def cut(self, value: Fraction | float, upper: bool, strict: bool, why: int = 0) -> Span:
+        """The part of it that is less, or greater, than a value; the span itself where that is all of it."""
+        if upper and (value < self.high or (value == self.high and strict and not self.under)):
+            return Span(self.low, value, self.above, strict, self.low_why, why)
+        if not upper and (value > self.low or (value == self.low and strict and not self.above)):
+            return Span(value, self.high, strict, self.under, why, self.high_why)
+        return self
+
+    def pick(self) -> Fraction | float:
+        """A value of it that is short to write, away from its ends where there is room."""
+        if self.low == self.high:
+            return self.low
+        if isinstance(self.low, float):
+            most = 1 if isinstance(self.high, float) else math.floor(self.high)
+            return Fraction(min(most - 1, 0))
+        if isinstance(self.high, float):
+            return max(Fraction(math.ceil(self.low)) + 1, Fraction(1))
+        middle, room = (self.low + self.high) / 2, (self.high - self.low) / 4
+        for digits in range(18):
+            value = Fraction(round(middle, digits))
+            if abs(value - middle) <= room:
+                return value
+        return middle
+
+
+def solution(rows: Sequence[Row], spans: Mapping[int, Span], effort: Effort) -> tuple[dict[int, Fraction] | None, int]:
+    """Finite values of the rows' variables with which all rows hold.
+
+    Args:
+        rows: The inequalities.
+        spans: What each of their variables can be.
+        effort: What it may take.
+
+    Returns:
+        The values, and 0; or None where there are none, and the decisions of the search that exclude them, as bits.
+
+    Raises:
+        Exhausted: It takes more.
+    """
+    tableau = _Tableau(rows, spans)
+    while (wrong := tableau.wrong()) is not None:
+        effort.spend(sum(len(row) for row in tableau.rows.values()) // 6 + 1)
+        why = tableau.mend(wrong)
+        if why is not None:
+            return None, why
+    return _plain(tableau.concrete(), rows, spans), 0
+
+
+_Value = tuple[Fraction, Fraction]  # a number, and how many times the smallest amount is added to it
+_Limit = tuple[_Value, int]  # a bound, and the decisions from which it follows, as bits
+
+
+class _Tableau:
+    """The variables and the sums of all rows: some of them, the basic ones, as sums of the others.
+
+    The sum of the row i is the variable -1 - i.
+
+    Attributes:
+        rows: For each basic variable the factors of the others.
+        values: The value of each variable; all but the basic ones are within their bounds.
+    """
+
+    def __init__(self, rows: Sequence[Row], spans: Mapping[int, Span]) -> None:
+        self._low: dict[int, _Limit] = {}
+        self._high: dict[int, _Limit] = {}
+        self.values: dict[int, _Value] = {}
+        for var in {var: None for row in rows for var in row.terms}:
+            span = spans[var]
+            if not isinstance(span.low, float):
+                self._low[var] = (span.low, Fraction(span.above)), span.low_why
+            if not isinstance(span.high, float):
+                self._high[var] = (span.high, -Fraction(span.under)), span.high_why
+            self.values[var] = self._held(var, (Fraction(0), Fraction(0)))
+        self.rows = {-1 - i: {var: Fraction(f) for var, f in row.terms.items()} for i, row in enumerate(rows)}
+        for i, row in enumerate(rows):
+            self._high[-1 - i] = (-row.constant, -Fraction(row.strict)), row.why
+            self.values[-1 - i] = self._sum(row.terms)
+
+    def wrong(self) -> int | None:
+        """The first basic variable that is out of its bounds; always the first, or it might never end (Bland)."""
+        return min((var for var in self.rows if self._held(var, self.values[var]) != self.values[var]), default=None)
+
+    def mend(self, var: int) -> int | None:
+        """Bring a basic variable to its bound; the decisions that exclude it where the others leave it no way."""
+        up = var in self._low and self.values[var] < self._low[var][0]
+        bound, why = (self._low if up else self._high)[var]
+        for other in sorted(self.rows[var]):
+            limit = self._limit(other, (self.rows[var][other] > 0) is up)
+            if limit is None or self.values[other] != limit[0]:
+                self._exchange(var, other, bound)
+                return None
+            why |= limit[1]
+        return why
+
+    def concrete(self) -> dict[int, Fraction]:
+        """The values, with an amount small enough for all bounds."""
+        amount = Fraction(1)
+        for limits, sign in ((self._low, 1), (self._high, -1)):
+            for var, (limit, _) in limits.items():
+                room, loss = (sign * (v - b) for v, b in zip(self.values[var], limit, strict=True))
+                if loss < 0 < room:
+                    amount = min(amount, room / -loss)
+        return {var: number + amount / 2 * extra for var, (number, extra) in self.values.items() if var >= 0}
+
+    def _limit(self, var: int, upper: bool) -> _Limit | None:
+        return (self._high if upper else self._low).get(var)
+
+    def _held(self, var: int, value: _Value) -> _Value:
+        """A value within the bounds of a variable."""
+        if var in self._low:
+            value = max(value, self._low[var][0])
+        return min(value, self._high[var][0]) if var in self._high else value
+
+    def _sum(self, terms: Mapping[int, Fraction | int]) -> _Value:
+        return (
+            sum((factor * self.values[var][0] for var, factor in terms.items()), Fraction(0)),
+            sum((factor * self.values[var][1] for var, factor in terms.items()), Fraction(0)),
+        )
+
+    def _exchange(self, basic: int, other: int, value: _Value) -> None:
+        """Let a basic variable have a value, and another one take its place."""
+        row = self.rows.pop(basic)
+        factor = row.pop(other)
+        step = tuple((a - b) / factor for a, b in zip(value, self.values[basic], strict=True))
+        solved = {var: -f / factor for var, f in row.items()} | {basic: 1 / factor}
+        self.values[basic] = value
+        self.values[other] = (self.values[other][0] + step[0], self.values[other][1] + step[1])
+        for var, terms in self.rows.items():
+            if (times := terms.pop(other, None)) is None:
+                continue
+            self.values[var] = (self.values[var][0] + times * step[0], self.values[var][1] + times * step[1])
+            for each, f in solved.items():
+                total = terms.get(each, Fraction(0)) + times * f
+                if total:
+                    terms[each] = total
+                else:
+                    del terms[each]
+        self.rows[other] = solved
+
+
+def _plain(values: dict[int, Fraction], rows: Sequence[Row], spans: Mapping[int, Span]) -> dict[int, Fraction]:
+    """Other values with which the rows hold, away from the bounds and short to write: each within what all leave it."""
+    for var in values:
+        span = spans[var]
+        for row in rows:
+            if var in row.terms:
+                rest = row.constant + sum(f * values[v] for v, f in row.terms.items() if v != var)
+                span = span.cut(-rest / row.terms[var], row.terms[var] > 0, row.strict)
+        picked = span.pick()
+        values[var] = picked if isinstance(picked, Fraction) else values[var]
+    return values
