@@ -6,9 +6,11 @@ import pytest
 from rocs_bt.actions import ACTIONS
 from rocs_bt.agent import RuleFile, RuleWatch
 from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.drive import make_drive
 from rocs_bt.errors import InputError
-from rocs_bt.event import ListSink
+from rocs_bt.event import ListSink, NullSink
 from rocs_bt.expression import Environment
+from rocs_bt.knowledge import Knowledge
 from rocs_bt.reactive import Override, analysis
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH
@@ -32,7 +34,10 @@ class Folder:
         self.file, self.common = path / "mine.toml", path / "common.toml"
         self.common.write_text(COMMON)
         self.file.write_text(RULES.format(angle=60))
-        self.rules = RuleFile(self.file, ENVIRONMENT, ACTIONS, {k: Override(v) for k, v in overrides.items()})
+        knowledge = Knowledge("R1", SimulatedClock(0.05), NullSink())
+        knowledge.robot.drive = make_drive("differential", track=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
+        own = {k: Override(v) for k, v in overrides.items()}
+        self.rules = RuleFile(self.file, ENVIRONMENT, ACTIONS, own, knowledge)
         self.sink = ListSink()
 
     def look(self):
@@ -50,6 +55,24 @@ def test_nothing_is_done_while_nothing_changes(tmp_path):
     before = folder.rules.model.rules
     assert folder.look() == []
     assert folder.rules.model.rules is before
+
+
+def test_an_action_that_does_not_fit_the_robot_is_refused_and_the_old_rules_stay(tmp_path):
+    folder = Folder(tmp_path)
+    before = folder.rules.model.rules
+    speeds = ['["0.1 m/s"]', '["0.1 m/s", "0.1 m/s"]']
+    one, two = (
+        RULES.format(angle=60).replace('"TurnAngle", angle = "60 deg"', f'"SetWheelSpeed", speeds = {s}')
+        for s in speeds
+    )
+    folder.file.write_text(one)
+    ((accepted, detail),) = folder.look()
+    assert not accepted
+    assert f"{folder.file}:7:" in detail
+    assert "the drive takes 2 rim speeds (left, right), found 1" in detail
+    assert folder.rules.model.rules is before
+    folder.file.write_text(two)
+    assert folder.look() == [(True, "1 rules in force: mine/Near")]
 
 
 def test_a_latched_rule_goes_on_with_its_new_action(tmp_path):
