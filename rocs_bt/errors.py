@@ -125,24 +125,24 @@ class ActuatorError(DeviceError):
 
 
 class BlockError(RocsError):
-    """A block of an agent raised, ended or hung.
+    """A block of an agent, or an actuator, raised, ended or hung.
 
     Attributes:
-        block: The block's name, such as `R2/monitor sonar`, or `R2/actuator wheels` for an actuator.
+        block: Name of the block or actuator, such as `R2/monitor sonar` or `R2/wheels`.
         kind: `raised`, `ended` or `hung`.
+        detail: Reason.
+        owner: `content` if an actuator failed, whose driver belongs to the robot's content; else `engine`.
     """
 
-    def __init__(self, block: str, kind: str, detail: str) -> None:
+    def __init__(self, block: str, kind: str, detail: str, owner: str = "engine") -> None:
         self.block = block
         self.kind = kind
         self.detail = detail
-        agent, _, name = block.partition("/")
-        actuator = name.startswith("actuator ")
-        what = f"actuator '{agent}/{name.removeprefix('actuator ')}'" if actuator else f"block '{block}'"
-        super().__init__(f"{what} {kind}: {detail}")
+        self.owner = owner
+        super().__init__(f"{'actuator' if owner == 'content' else 'block'} '{block}' {kind}: {detail}")
 
-    def __reduce__(self) -> tuple[type[BlockError], tuple[str, str, str]]:
-        return type(self), (self.block, self.kind, self.detail)  # so that another process can tell it
+    def __reduce__(self) -> tuple[type[BlockError], tuple[str, str, str, str]]:
+        return type(self), (self.block, self.kind, self.detail, self.owner)  # to be pickled
 
 
 class RecordingError(RocsError):

@@ -230,11 +230,24 @@ class Followed(Event, frozen=True, kw_only=True):
 
 
 class BlockFailed(Event, frozen=True, kw_only=True):
-    """A block raised, ended or hung; the wheels were stopped first."""
+    """A block or an actuator raised, ended or hung; the wheels were stopped first.
+
+    Attributes:
+        block: Name of the block or of the actuator.
+        kind: `raised`, `ended` or `hung`.
+        detail: Reason.
+        owner: `content` if an actuator failed, whose driver belongs to the robot's content; else `engine`.
+    """
 
     block: str
     kind: str
     detail: str
+    owner: str = "engine"
+
+    @property
+    def what(self) -> str:
+        """The failed part in words, such as `actuator wheels` or `block plan`."""
+        return f"{'actuator' if self.owner == 'content' else 'block'} {self.block}"
 
 
 class ContentRaised(Event, frozen=True, kw_only=True):

@@ -221,19 +221,32 @@ class Agent:
             place = raised_at(error)
             self.fail(block, "raised", describe(error) + (f" ({place})" if place is not None else ""), error)
 
-    def fail(self, block: str, kind: str, detail: str, cause: BaseException | None = None) -> None:
-        """Stop the wheels for good, then say which block failed and why. Any thread may; the first failure counts."""
+    def fail(
+        self, block: str, kind: str, detail: str, cause: BaseException | None = None, *, owner: str = "engine"
+    ) -> None:
+        """Stop the wheels for good, then report the failure. Safe under threads; the first failure counts.
+
+        Args:
+            block: Name of the block or of the actuator.
+            kind: `raised`, `ended` or `hung`.
+            detail: Reason.
+            cause: The exception.
+            owner: `content` for an actuator, `engine` for a block; see `BlockFailed`.
+        """
         detail += self._shut()
         with self._failing:
             if not self.going:
                 return
-            self.failure = BlockError(f"{self.name}/{block}", kind, detail)
+            self.failure = BlockError(f"{self.name}/{block}", kind, detail, owner)
             self.failure.__cause__ = cause
-            self._sink.emit(BlockFailed(t=self.clock.now(), agent=self.name, block=block, kind=kind, detail=detail))
-            self.pipeline.clear(f"the failure of {block}")
+            failed = BlockFailed(
+                t=self.clock.now(), agent=self.name, block=block, kind=kind, detail=detail, owner=owner
+            )
+            self._sink.emit(failed)
+            self.pipeline.clear(f"the failure of {failed.what}")
 
     def _actuator_failed(self, name: str, error: ActuatorError) -> None:
-        self.fail(f"actuator {name}", error.kind, str(error), error)
+        self.fail(name, error.kind, str(error), error, owner="content")
 
     def brake(self) -> None:
         """Send all actuators to neutral for good, at once; from any thread. The blocks go on, and move nothing."""

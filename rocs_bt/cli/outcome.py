@@ -29,8 +29,7 @@ def exit_code(summary: Mapping[str, Any], *, signal: int | None = None, missing:
     agents = list(summary["agents"].values())
     if signal is not None:
         return 128 + signal
-    failed = [agent["failed_block"] or "" for agent in agents if agent["outcome"] == "error"]
-    if any(not block.startswith("actuator ") for block in failed):
+    if any(agent["outcome"] == "error" and agent["failed_owner"] != "content" for agent in agents):
         return 3
     return int(missing or any(agent["outcome"] != "success" for agent in agents))
 

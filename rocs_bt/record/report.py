@@ -199,7 +199,7 @@ def _fault(event: FaultEvent) -> str:
     if isinstance(event, SensorFailed):
         return f"sensor {event.sensor} failed: {event.detail}"
     if isinstance(event, BlockFailed):
-        return f"block {event.block} {event.kind}: {event.detail}"
+        return f"{event.what} {event.kind}: {event.detail}"
     if isinstance(event, CommandExpired):
         return f"no command came for {event.actuator}, so it was stopped"
     if isinstance(event, Stuck):

@@ -52,7 +52,7 @@ class Viewer:
             ev.SensorFailed: lambda e, t: self._log(e, t, foxglove.ERROR, f"sensor {e.sensor}: {e.detail}"),
             ev.SubscriberDetached: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.callback} raised: {e.detail}"),
             ev.ContentRaised: lambda e, t: self._log(e, t, foxglove.ERROR, reported(e)),
-            ev.BlockFailed: lambda e, t: self._log(e, t, foxglove.FATAL, f"block {e.block} {e.kind}: {e.detail}"),
+            ev.BlockFailed: lambda e, t: self._log(e, t, foxglove.FATAL, f"{e.what} {e.kind}: {e.detail}"),
             ev.Touched: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.kind} with {e.other}"),
             ev.CommandExpired: lambda e, t: self._log(e, t, foxglove.ERROR, f"no command came for {e.actuator}"),
             ev.Stuck: lambda e, t: self._log(e, t, foxglove.WARNING, e.reason),

@@ -94,7 +94,7 @@ class HardwareEpisode:
         for agent in self._agents:
             for link in self._links[agent.name]:
                 if (error := link.check()) is not None:
-                    agent.fail(f"actuator {link.name}", error.kind, str(error), error)
+                    agent.fail(link.name, error.kind, str(error), error, owner="content")
             self._judge(agent)
 
     def _judge(self, agent: Agent) -> None:

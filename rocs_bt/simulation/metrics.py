@@ -68,6 +68,7 @@ class _Tally:
     collision: str = ""  # the first one
     failure: str = ""  # of the block that failed first
     failed_block: str | None = None
+    failed_owner: str | None = None
     judged: Judged | None = None
 
 
@@ -134,6 +135,7 @@ class Metrics:
             "reason": judged.reason,
             "time_to_goal": judged.time_to_goal,
             "failed_block": tally.failed_block,
+            "failed_owner": tally.failed_owner,
             "faults": tally.faults,
             "exceptions": dict(sorted(tally.exceptions.items())),
             "goals_reached": len(tally.goals) if true else None,
@@ -250,9 +252,9 @@ def _raised(tally: _Tally, event: ContentRaised) -> None:
 
 def _block_failed(tally: _Tally, event: BlockFailed) -> None:
     if tally.failed_block is None:
-        tally.failed_block = event.block
-        tally.failure = str(BlockError(f"{event.agent}/{event.block}", event.kind, event.detail))
-    tally.faults.append(f"{event.t:.2f} s: block {event.block} {event.kind}: {event.detail}")
+        tally.failed_block, tally.failed_owner = event.block, event.owner
+        tally.failure = str(BlockError(f"{event.agent}/{event.block}", event.kind, event.detail, event.owner))
+    tally.faults.append(f"{event.t:.2f} s: {event.what} {event.kind}: {event.detail}")
 
 
 def _peer_fault(tally: _Tally, event: PeerFault) -> None:

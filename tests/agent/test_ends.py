@@ -145,7 +145,7 @@ def test_after_the_failure_of_a_block(mode, monkeypatch):
     assert len([e for e in events if isinstance(e, BlockFailed)]) == 1
     check_ends(events)
     states = {e.action: (e.state, e.by) for e in events if isinstance(e, TicketChanged)}
-    assert states == dict.fromkeys(("Stop", "Crawl"), ("CANCELLED", "the failure of analyze obstacle"))
+    assert states == dict.fromkeys(("Stop", "Crawl"), ("CANCELLED", "the failure of block analyze obstacle"))
     assert Counter(LOG) == Counter(["watch shut down", "creep stopped", "crawl stopped", "crawl closed"])
 
 

@@ -108,7 +108,7 @@ def test_an_actuator_that_raises_ends_the_run_with_exit_code_1(own, project, roc
     assert told.code == 1
     what = f"actuator 'R1/wheels' raised: ZeroDivisionError: division by zero (own.py:{line})"
     assert f"R1 error (first, seed 1): {what}\n" in told.out
-    assert summary(project)["failed_block"] == "actuator wheels"
+    assert (summary(project)["failed_block"], summary(project)["failed_owner"]) == ("wheels", "content")
     assert summary(project)["reason"] == what
 
 

@@ -110,7 +110,8 @@ def test_a_block_of_the_engine_that_fails_is_exit_code_3(tmp_path, monkeypatch, 
     monkeypatch.setattr(RangeMonitor, "run", lambda self, t, count: raises(self, None))
     assert call(["run", "exp1", "--out", str(tmp_path), "--no-report"]) == 3
     assert "R2 error" in capsys.readouterr().out
-    assert json.loads((tmp_path / "summary.json").read_text())["agents"]["R2"]["failed_block"] == "monitor range"
+    agent = json.loads((tmp_path / "summary.json").read_text())["agents"]["R2"]
+    assert (agent["failed_block"], agent["failed_owner"]) == ("monitor range", "engine")
 
 
 def test_a_report_that_cannot_be_drawn_loses_neither_summary_nor_outcome(tmp_path, monkeypatch, capsys):

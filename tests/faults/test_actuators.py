@@ -55,13 +55,13 @@ class Drives(Behaviour):
 
 def check(run, fault):
     (failed,) = run.of(BlockFailed)
-    assert (failed.block, failed.kind) == ("actuator wheels", "raised")
+    assert (failed.block, failed.kind, failed.owner) == ("wheels", "raised", "content")
     assert failed.detail.startswith(DETAIL[fault])
     assert AT <= failed.t < AT + 0.1
     assert run.driven == [False]
     assert run.agent["outcome"] == "error"
     assert run.agent["reason"].startswith(f"actuator 'R2/wheels' raised: {DETAIL[fault]}")
-    assert run.agent["failed_block"] == "actuator wheels"
+    assert (run.agent["failed_block"], run.agent["failed_owner"]) == ("wheels", "content")
     assert not run.of(ContentRaised)
     assert run.coast() < 0.02
 
@@ -96,7 +96,7 @@ def test_though_a_leaf_commands_it(fault, broken):
 def test_while_a_reflex_drives(fault, broken):
     run = broken(lambda stage: break_actuator(stage, "wheels", fault, at=2.0), seed=3)
     (failed,) = run.of(BlockFailed)
-    assert failed.block == "actuator wheels"
+    assert (failed.block, failed.owner) == ("wheels", "content")
     assert run.agent["outcome"] == "error"
 
 
@@ -115,7 +115,7 @@ class NeverNeutral(FaultyActuator):
 def test_one_that_does_not_go_to_neutral_is_told_so(broken):
     run = broken(lambda stage: break_actuator(stage, "wheels", NeverNeutral, at=AT))
     (failed,) = run.of(BlockFailed)
-    assert failed.block == "actuator wheels"
+    assert (failed.block, failed.owner) == ("wheels", "content")
     assert "RuntimeError: no command" in failed.detail
     assert "and actuator 'wheels' did not stop: " in failed.detail
     assert "no neutral" in failed.detail
@@ -146,7 +146,7 @@ def test_a_watchdog_whose_device_does_not_go_to_neutral_is_an_actuator_that_fail
 
     run = broken(prepare, missions={"R2": build}, rules=())
     (failed,) = run.of(BlockFailed)
-    assert (failed.block, run.agent["outcome"]) == ("actuator wheels", "error")
+    assert (failed.block, failed.owner, run.agent["outcome"]) == ("wheels", "content", "error")
     assert AT + 0.2 <= failed.t < AT + 0.3
 
 

@@ -7,9 +7,11 @@ from typing import Any
 
 import pytest
 
+from rocs_bt.cli.outcome import exit_code
 from rocs_bt.event import (
     ActuatorCommanded,
     Approached,
+    BlockFailed,
     BodyMoved,
     Followed,
     GoalEntered,
@@ -55,7 +57,25 @@ def test_nothing_happened() -> None:
         "faults": [],
         "exceptions": {},
         "failed_block": None,
+        "failed_owner": None,
     }
+
+
+@pytest.mark.parametrize(
+    ("block", "owner", "code", "told"),
+    [
+        ("wheels", "content", 1, "actuator 'R2/wheels' raised: no"),
+        ("plan", "engine", 3, "block 'R2/plan' raised: no"),
+        ("actuator wheels", "engine", 3, "block 'R2/actuator wheels' raised: no"),
+    ],
+)
+def test_the_owner_of_what_failed_decides_the_exit_code_and_its_name_does_not(block, owner, code, told) -> None:
+    metrics = Metrics(["R2"])
+    metrics.emit(BlockFailed(t=1.0, agent="R2", block=block, kind="raised", detail="no", owner=owner))
+    found = metrics.of("R2", 2.0)
+    assert (found["outcome"], found["reason"]) == ("error", told)
+    assert (found["failed_block"], found["failed_owner"]) == (block, owner)
+    assert exit_code({"agents": {"R2": found}}) == code
 
 
 def test_everything_is_counted_for_its_own_agent() -> None:

@@ -124,7 +124,7 @@ class Picture:
             TicketChanged: self._ticket,
             SensorFailed: lambda e: self._fault(e, f"sensor {e.sensor} failed: {e.detail}"),
             ContentRaised: lambda e: self._fault(e, reported(e)),
-            BlockFailed: lambda e: self._fault(e, f"block {e.block} {e.kind}: {e.detail}"),
+            BlockFailed: lambda e: self._fault(e, f"{e.what} {e.kind}: {e.detail}"),
             CommandExpired: lambda e: self._fault(e, f"no command came for {e.actuator}, so it was stopped"),
             Touched: lambda e: self._fault(e, f"{e.kind}: {e.other}"),
             PeerFault: lambda e: self._fault(e, f"peer {e.peer}: {e.detail}"),
