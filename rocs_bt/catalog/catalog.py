@@ -167,7 +167,8 @@ class Catalog:
         rules = [self.find("rules", name) for name in mind.rules]
         included = [make_entry(file, "rules", r.origin) for r in rules for file in included_files(r.path)]
         mission = self.find("mission", mind.mission)
-        return mission, *self.python_of(mission, mind.parameters.values()), *rules, *included
+        dialect = mind.nodes if isinstance(mind, AgentSpec) else ""
+        return mission, *self.python_of(mission, mind.parameters.values(), dialect), *rules, *included
 
     def digest(self, scenario: ScenarioSpec) -> str:
         """The `content_hash` of everything that a scenario uses."""
@@ -308,10 +309,12 @@ class Catalog:
         """
         missions: set[str] = set()
         if mission.path.suffix == ".xml":
+            from ..plan.nav2 import ROUTES
             from ..plan.xml import outer_trees, read_document, shipped_nodes, tags_of, values_of
 
             document = read_document(mission.path, within=self.root_of(mission.path))
             tags, texts = tags_of(document) - set(shipped_nodes(dialect)), values_of(document)
+            texts |= set(ROUTES if dialect else ())
             missions = {name for name in outer_trees(document) if self.is_python_mission(name)}
         else:
             tags = texts = texts_in(mission.path)

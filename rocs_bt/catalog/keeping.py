@@ -48,9 +48,9 @@ class KeepingCatalog(Catalog):
         return self.keep(key, lambda: super(KeepingCatalog, self).load_mission(name, dialect))
 
     def content_of_mind(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
-        key = "mind", mind.mission, mind.rules, repr(mind.parameters)
+        key = "mind", mind.mission, mind.rules, repr(mind.parameters), getattr(mind, "nodes", "")
         return self.keep(key, lambda: super(KeepingCatalog, self).content_of_mind(mind))
 
     def digest(self, scenario: ScenarioSpec) -> str:
-        minds = tuple((a.name, a.mission, a.rules, repr(a.parameters)) for a in scenario.agents)
+        minds = tuple((a.name, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
         return self.keep(("digest", scenario.file, minds), lambda: super(KeepingCatalog, self).digest(scenario))

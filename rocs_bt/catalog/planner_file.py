@@ -55,7 +55,12 @@ class PlannerSpec:
 
     def _instead_of(self, agent: AgentSpec) -> AgentSpec:
         return replace(
-            agent, mission=self.mission, rules=self.rules, parameters=dict(self.parameters), latency=self.latency
+            agent,
+            mission=self.mission,
+            rules=self.rules,
+            parameters=dict(self.parameters),
+            latency=self.latency,
+            nodes="",
         )
 
 

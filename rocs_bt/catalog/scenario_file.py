@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +51,7 @@ class AgentSpec:
         name: The agent's name, and the prefix of its body in the world.
         robot: The robot's name.
         mission: The mission's name.
+        nodes: Whose meaning the nodes of a mission in XML have: empty for ours, `nav2` for Nav2's.
         rules: The names of its rule files.
         pose: Where it starts, world frame.
         jitter: Half-widths of the uniform draw that the seed adds to the pose.
@@ -78,6 +79,7 @@ class AgentSpec:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
     parameters_line: int = 0
+    nodes: str = ""
 
 
 @dataclass(frozen=True)
@@ -193,7 +195,8 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
     root.choice("format", (FORMAT,))
     agent_tables, mover_tables, place_tables = (root.tables(key) for key in ("agent", "mover", "place"))
     _unique([*agent_tables, *mover_tables, *place_tables])
-    agents = tuple(_agent(t, missing) for t in agent_tables)
+    nodes = _dialect(root, "rocs")
+    agents = tuple(replace(_agent(t, missing), nodes=_dialect(t, nodes).removeprefix("rocs")) for t in agent_tables)
     names = tuple(a.name for a in agents)
     if not agents:
         root.fault(None, "the scenario has no agent.", "Add an [[agent]] table.")
@@ -261,6 +264,11 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
         line=table.place()[0],
         parameters_line=parameters.place()[0],
     )
+
+
+def _dialect(table: Table, default: str) -> str:
+    """Whose meaning nodes have in XML missions: an agent's, else the scenario's, else ours."""
+    return table.choice("nodes", ("rocs", "nav2"), default)
 
 
 def _after(table: Table) -> dict[str, float]:

@@ -6,6 +6,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from ..errors import Fault
 from ..expression import Environment, compile_expression
 from ..plan import check_mission, mission_actions, mission_parameters
 from ..plan.examine import blocking_faults
+from .dialect import dialect_of
 from .paper import idle, paper_agent
 from .xml_mission import MissionOptions, check_xml
 
@@ -25,6 +27,7 @@ DEFAULT = MissionOptions()
 def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions = DEFAULT) -> Iterable[Fault]:
     """All that is wrong with a mission, with its own parameters; if it requires some, only its form is checked."""
     if entry.path.suffix == ".xml":
+        options = options if options.dialect else replace(options, dialect=dialect_of(entry, catalog))
         if catalog.code or not catalog.python_of(entry, dialect=options.dialect):
             yield from check_xml(entry.path, catalog, options, lambda build: _built(build, catalog))
         return

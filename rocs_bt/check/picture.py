@@ -14,8 +14,9 @@ from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.draw import Picture, page, picture_of, svg, text
 from ..plan.examine import examine
 from ..plan.nodes import Tree
-from ..plan.xml import Document, make_nodes, mission_nodes, read_document, tags_of, verify, write_tree
+from ..plan.xml import Document, make_nodes, mission_nodes, read_document, shipped_nodes, tags_of, verify, write_tree
 from ..units import NONE
+from .dialect import dialect_of
 from .paper import paper_agent
 
 FORMATS = ("text", "svg", "html", "xml")
@@ -29,6 +30,7 @@ def draw_mission(
     form: str = "text",
     main: str = "",
     stub_unknown: bool = False,
+    dialect: str = "",
 ) -> str:
     """A mission's tree, drawn.
 
@@ -38,16 +40,18 @@ def draw_mission(
         robot: The robot that the tree is built for.
         form: text, svg, html or xml.
         main: Which tree of an XML file; its main tree by default.
+        dialect: Whose meaning nodes of an XML file have; what the scenarios that play it say by default.
         stub_unknown: Whether stand-ins take the place of nodes of an XML file that are not ours, or wrong.
 
     Raises:
         InputError: The mission, or the robot, is wrong.
     """
+    dialect = dialect or dialect_of(entry, catalog)
     if entry.path.suffix == ".xml" and (stub_unknown or main):
         document = read_document(entry.path, within=catalog.root_of(entry.path))
-        tree, faults = _read(document, catalog, main, stub_unknown)
+        tree, faults = _read(document, catalog, main, stub_unknown, dialect)
         return _drawn(picture_of(tree, main or entry.name, entry.doc, faults=faults), tree, form, document)
-    build = catalog.load_mission(str(entry.path))
+    build = catalog.load_mission(str(entry.path), dialect)
     declared = mission_parameters(build)
     given = {name: _any_value(p) for name, p in declared.items() if p.required}
     mind = Mind(
@@ -63,10 +67,10 @@ def draw_mission(
     return _drawn(picture, plan.tree, form, read)
 
 
-def _read(document: Document, catalog: Catalog, main: str, lenient: bool) -> tuple[Tree, Sequence[Fault]]:
+def _read(document: Document, catalog: Catalog, main: str, lenient: bool, dialect: str) -> tuple[Tree, Sequence[Fault]]:
     """A tree without a robot, with stand-ins for what is not here."""
-    own = catalog.load_nodes(tags_of(document)) if catalog.code else ()
-    nodes = mission_nodes(action_table(), own)
+    own = catalog.load_nodes(tags_of(document) - set(shipped_nodes(dialect))) if catalog.code else ()
+    nodes = mission_nodes(action_table(), own, dialect)
     faults = [*document.faults, *verify(document, nodes, main=main)]
     if not lenient and (wrong := [fault for fault in faults if not fault.warning]):
         raise InputError(*wrong)

@@ -106,7 +106,7 @@ def _mind_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> 
         return
     built = paper_agent(robot, catalog.load_class, _mind(scenario, agent, catalog), agent.name)
     environment = Environment.of(built.knowledge.signals)
-    build = catalog.load_mission(agent.mission) if catalog.code else None
+    build = catalog.load_mission(agent.mission, agent.nodes) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))
     period, modes = scenario.rate.control_rate.period, named_in(catalog.find("mission", agent.mission).path)
     for name in agent.rules:

@@ -25,9 +25,7 @@ if TYPE_CHECKING:
     "--nodes",
     "dialect",
     type=click.Choice(["rocs", "nav2"]),
-    default="rocs",
-    show_default=True,
-    help="Of missions in XML: whose meaning nodes have that are in both.",
+    help="Of missions in XML: whose nodes they name; what the scenarios that play them say by default.",
 )
 @click.option(
     "--palette",
@@ -44,7 +42,7 @@ def command(
     as_json: bool,
     strict: bool,
     no_code: bool,
-    dialect: str,
+    dialect: str | None,
     palettes: tuple[Path, ...],
     stub_unknown: bool,
 ) -> int:
@@ -61,7 +59,7 @@ def command(
     findings = check_content(
         paths,
         code=not no_code,
-        dialect="" if dialect == "rocs" else dialect,
+        dialect=(dialect or "").removeprefix("rocs"),
         palettes=palettes,
         stub_unknown=stub_unknown,
     )

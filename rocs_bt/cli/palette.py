@@ -12,17 +12,22 @@ from .terminal import echo
 
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
+@click.option(
+    "--nodes", "dialect", type=click.Choice(["rocs", "nav2"]), default="rocs", show_default=True, help="Whose nodes."
+)
 @click.option("--no-code", is_flag=True, help="Leave the nodes of planners/nodes out, which are Python.")
-def command(out: Path | None, no_code: bool) -> None:
+def command(out: Path | None, dialect: str, no_code: bool) -> None:
     """Write the models of the robot's actions, of our nodes and of a project's own, with ports, types and defaults.
 
     Load it in the editor, or include it in a mission: its TreeNodesModel is generated from the classes.
     """
     from ..actions import action_table
-    from ..plan.xml import mission_nodes, palette
+    from ..plan.xml import mission_nodes, palette, shipped_nodes
 
     catalog = Catalog.here(code=not no_code)
-    text = palette(mission_nodes(action_table(), catalog.load_nodes() if catalog.code else ()).values())
+    shipped = shipped_nodes(dialect.removeprefix("rocs"))
+    own = [node for node in catalog.load_nodes() if node.tag not in shipped] if catalog.code else []
+    text = palette(mission_nodes(action_table(), own, dialect.removeprefix("rocs")).values())
     if out is None:
         echo(text.rstrip("\n"))
     else:

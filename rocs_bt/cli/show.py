@@ -24,6 +24,9 @@ from .terminal import echo
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 @click.option("--main", default="", metavar="ID", help="Of an XML mission: the tree to draw.")
 @click.option("--stub-unknown", is_flag=True, help="Of an XML mission: stand-ins for what is unknown or wrong.")
+@click.option(
+    "--nodes", "dialect", type=click.Choice(["rocs", "nav2"]), help="Of an XML mission: whose nodes it names."
+)
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="The robot that it is built for.")
 @click.option("--compiled", is_flag=True, help="Of a rule file: the Python that it becomes.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
@@ -33,6 +36,7 @@ def command(
     out: Path | None,
     main: str,
     stub_unknown: bool,
+    dialect: str | None,
     robot: str,
     compiled: bool,
     no_code: bool,
@@ -49,7 +53,15 @@ def command(
         echo(_rules(catalog, name, robot, compiled))
         return
     entry = catalog.find("mission", name)
-    drawn = draw_mission(catalog, entry, robot, form=form, main=main, stub_unknown=stub_unknown)
+    drawn = draw_mission(
+        catalog,
+        entry,
+        robot,
+        form=form,
+        main=main,
+        stub_unknown=stub_unknown,
+        dialect=(dialect or "").removeprefix("rocs"),
+    )
     if out is None:
         echo(drawn.rstrip("\n"))
     else:

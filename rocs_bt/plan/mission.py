@@ -67,6 +67,7 @@ class Mission:
         survey: Whether this is a check.
         board: The board of the tree's root, where `build` may put what its nodes read.
         content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
+        shared: What nodes of the tree share, by purpose, such as route planners and what they remember.
         told: What only an oracle is told, such as the map of a scene; empty for every other planner.
     """
 
@@ -100,6 +101,7 @@ class Mission:
         self.swap: Callable[[str, Behaviour], None] = _no_tree
         self.board = Board(name=name)
         self.content: Content = NoContent()
+        self.shared: dict[str, Any] = {}
         self.told: Mapping[str, Any] = {}
         self._nodes: Registry | None = None
         self._compile = compile_guard

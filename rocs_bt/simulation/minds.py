@@ -32,7 +32,7 @@ def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build:
     Raises:
         InputError: A name does not exist, or the mission does not take the parameters.
     """
-    mission = build or catalog.load_mission(agent.mission)
+    mission = build or catalog.load_mission(agent.mission, agent.nodes)
     try:
         parameters = mission_arguments(mission, agent.parameters if build is None else {})
     except InputError as error:

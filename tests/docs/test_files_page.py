@@ -88,6 +88,7 @@ format = "scenario/1"
 base = "nothing"
 doc = "All keys."
 world = "yard"
+nodes = "nav2"
 duration = "10 s"
 end_on_collision = true
 # zzz scenario
@@ -109,6 +110,7 @@ agents = ["R1"]
 name = "R1"
 robot = "rover"
 mission = "patrol"
+nodes = "rocs"
 rules = ["keep_clear"]
 x = "0 m"
 y = "0 m"

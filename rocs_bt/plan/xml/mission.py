@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,6 +16,7 @@ from ...errors import Fault, InputError
 from ...units import NONE, convert, parse_quantity, parse_unit
 from ..action_node import action_nodes
 from ..board import from_string
+from ..nav2 import GOAL_KEYS, NAV2
 from ..nodes import BUILTIN, Node, Registry, SubTree, pointer
 from ..parameters import mission_arguments, mission_parameters
 from .build import make_nodes
@@ -87,15 +88,36 @@ def xml_mission(
     def make(mission: Mission) -> Behaviour:
         return mission_tree(document, mission, own, missions, main, dialect)
 
-    return _Build(place, document, main, make)
+    keys = [key for key in GOAL_KEYS if dialect == "nav2" and f"{{{key}}}" in _read_in(document)]
+    return _Build(place, document, main, make, keys)
+
+
+def _read_in(document: Document) -> set[Any]:
+    """All values of attributes in a document's trees, and what Nav2's nodes read where nothing is given."""
+    found: set[Any] = set(values_of(document))
+    for element in document.elements():
+        node = NAV2.get(element.node_tag)
+        ports = node.ports.values() if node is not None else ()
+        found |= {p.default for p in ports if isinstance(p.default, str) and p.name not in element.attributes}
+    return found
 
 
 class _Build:
     """A document as the function that the rest knows missions by: called with a Mission and the parameters."""
 
-    def __init__(self, file: Path | None, document: Document, main: str, make: Callable[[Mission], Behaviour]) -> None:
+    def __init__(
+        self,
+        file: Path | None,
+        document: Document,
+        main: str,
+        make: Callable[[Mission], Behaviour],
+        keys: Iterable[str] = (),
+    ) -> None:
         main = document.main(main).name
         parameters = _parameters(document, main)
+        kind, text = inspect.Parameter.KEYWORD_ONLY, str
+        declared = {p.name for p in parameters}
+        parameters[:0] = [inspect.Parameter(k, kind, annotation=text) for k in keys if k not in declared]
         self.__name__ = "build"
         self.__doc__ = f"The tree '{main}' of {'a document' if file is None else file.name}."
         self.__annotations__ = {p.name: p.annotation for p in parameters}
@@ -150,7 +172,7 @@ def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), 
 
 def shipped_nodes(dialect: str = "") -> Registry:
     """The nodes that every mission of a dialect may name, its robot's actions apart."""
-    return BUILTIN
+    return NAV2 if dialect == "nav2" else BUILTIN
 
 
 def embedded(mission: Mission, source: Path | str, nodes: Sequence[type[Node]], main: str, values: Any) -> SubTree:

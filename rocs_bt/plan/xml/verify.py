@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from ...errors import Fault, InputError, unknown
 from ..board import from_string
+from ..nav2 import NAV2
 from ..nodes import CONDITIONS, Node, children_faults
 from ..script import ScriptError, parse_script
 from .document import Document, TreeElement
@@ -119,6 +120,9 @@ class _Verifier:
             )
             message = f"the node '{tag}' has a model in the TreeNodesModel, and no class."
             return element.fault(message, hint, attribute=attribute, path=path)
+        if tag in NAV2:
+            hint = 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.'
+            return element.fault(f"'{tag}' is a node of Nav2.", hint, attribute=attribute, path=path)
         fault = unknown("node", tag, self.nodes)
         return element.fault(fault.message, fault.hint, attribute=attribute, path=path)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence as Many
 from enum import IntEnum
 from typing import Any
 
@@ -13,6 +14,13 @@ from ..port import InOut, Input
 
 
 class _Nav(Control):
+    keepers: Many[Any] = ()
+
+    def _begin(self) -> None:
+        """Tell children that keep something between ticks that a new run begins."""
+        for keeper in self.keepers if self.status is not RUNNING else ():
+            keeper.begin()
+
     def _tick(self, child: Any, skippable: bool = False) -> Outcome:
         outcome: Outcome = child.tick_once() or child.status
         if outcome is IDLE or (outcome is SKIPPED and not skippable):
@@ -37,6 +45,7 @@ class PipelineSequence(_Nav, StockSequence):
     memory = False
 
     def tick_once(self) -> Outcome:
+        self._begin()
         for index, child in enumerate(self.children):
             outcome = self._tick(child)
             if outcome is FAILURE or (outcome is RUNNING and index >= self._index):
@@ -56,6 +65,7 @@ class NonblockingSequence(_Nav, StockSequence):
     memory = False
 
     def tick_once(self) -> Outcome:
+        self._begin()
         done = True
         for child in self.children:
             outcome = self._tick(child)

@@ -5,7 +5,7 @@ The ticks are made for the outcome that passes: a constant of the function is lo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import islice
 from typing import Any
 
@@ -75,9 +75,14 @@ def ordered(passing: Status) -> Callable[[Any], Outcome]:
 
 
 class Reactive(Control):
-    """Ticks all children in each tick; when one is RUNNING, the others are halted, those before it too."""
+    """Ticks all children in each tick; when one is RUNNING, the others are halted, those before it too.
+
+    Attributes:
+        keepers: Children that keep something while they are ticked again after they ended, told when it begins anew.
+    """
 
     memory = False
+    keepers: Sequence[Any] = ()
 
 
 def reactive(passing: Status) -> Callable[[Any], Outcome]:
@@ -90,6 +95,8 @@ def reactive(passing: Status) -> Callable[[Any], Outcome]:
             runs_on = self.current_child
         else:
             self.status = RUNNING
+            for keeper in self.keepers:
+                keeper.begin()
         skipped = 0
         for child in children:
             outcome = child.tick_once()

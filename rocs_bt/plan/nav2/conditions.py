@@ -1,0 +1,233 @@
+"""Nav2's conditions (nav2_behavior_tree, plugins/condition) that need nothing of ROS."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+from ...geometry import Pose2
+from ..nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from .decorators import goals_of, value_of
+from .keeping import KeepingCondition
+from .poses import PoseInput, PosesInput, pose_of, same
+
+
+class _Condition(Instant):
+    kind = "Condition"
+
+    def update(self) -> Outcome:
+        return SUCCESS if self.holds() else FAILURE
+
+    def holds(self) -> bool:
+        """Whether it holds."""
+        raise NotImplementedError
+
+    def _here(self) -> Pose2:
+        mission = self.runtime.mission
+        return mission.knowledge.robot.pose(mission.clock.now())
+
+
+class _Kept(KeepingCondition):
+    """A condition that compares with what was at the beginning of the run, or when it last held."""
+
+    def update(self) -> Outcome:
+        if self.begins():
+            self.restart()
+            return FAILURE
+        if not self.holds():
+            return FAILURE
+        self.restart()
+        return SUCCESS
+
+    def restart(self) -> None:
+        """Compare with now from now on."""
+        raise NotImplementedError
+
+    def holds(self) -> bool:
+        """Whether it holds."""
+        raise NotImplementedError
+
+
+class GoalUpdated(_Kept):
+    """SUCCESS when the goal changed since the last tick; FAILURE in the first tick."""
+
+    goal = PoseInput(None, "the goal; the key `goal` by default")
+    goals = PosesInput(None, "the goals; the key `goals` by default")
+
+    def restart(self) -> None:
+        self._goals = goals_of(self)
+
+    def holds(self) -> bool:
+        return not same(goals_of(self), self._goals)
+
+
+class GlobalUpdatedGoal(_Condition):
+    """SUCCESS in the first tick of all and when the goal changed since; other than GoalUpdated it is never reset."""
+
+    goal = PoseInput(None, "the goal; the key `goal` by default")
+    goals = PosesInput(None, "the goals; the key `goals` by default")
+    _goals: list[Any] | None = None
+
+    def holds(self) -> bool:
+        now = goals_of(self)
+        changed = self._goals is None or not same(now, self._goals)
+        self._goals = now
+        return changed
+
+
+class TimeExpired(_Kept):
+    """SUCCESS when a time has passed since the first tick, or since it last held."""
+
+    seconds = Input(float, 1.0, "the time [s]")
+
+    def restart(self) -> None:
+        self._since = self.runtime.now()
+
+    def holds(self) -> bool:
+        return self.runtime.now() - self._since >= self.seconds - 1e-9
+
+
+class DistanceTraveled(_Kept):
+    """SUCCESS when the robot is a distance from where it was at the first tick, or when it last held."""
+
+    distance = Input(float, 1.0, "the distance [m]")
+    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
+    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
+
+    def restart(self) -> None:
+        self._at = self._here()
+
+    def holds(self) -> bool:
+        return self._here().distance(self._at) >= self.distance
+
+    def _here(self) -> Pose2:
+        mission = self.runtime.mission
+        return mission.knowledge.robot.pose(mission.clock.now())
+
+
+class PathExpiringTimer(_Kept):
+    """SUCCESS when a path has been the same for a time."""
+
+    seconds = Input(float, 1.0, "the time [s]")
+    path = Input(list, "{path}", "the path")
+
+    def restart(self) -> None:
+        self._since, self._path = self.runtime.now(), value_of(self, "path")
+
+    def holds(self) -> bool:
+        if value_of(self, "path") is not self._path:
+            self.restart()
+        return self.runtime.now() - self._since >= self.seconds - 1e-9
+
+
+class GoalReached(_Condition):
+    """SUCCESS when the robot is at the goal, within the tolerance of its node."""
+
+    goal = PoseInput("{goal}", "the goal")
+    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
+
+    def holds(self) -> bool:
+        mission, goal = self.runtime.mission, self.goal
+        pose = pose_of(mission, goal)
+        known = isinstance(goal, str) and mission.knowledge.graph.has(goal)
+        tolerance = mission.knowledge.graph.attributes(goal).get("tolerance") if known else None
+        return pose is not None and self._here().distance(pose) <= (tolerance or TOLERANCE)
+
+
+TOLERANCE = 0.25
+"""Distance from a goal without a tolerance of its own at which it is reached [m]."""
+
+
+class ArePosesNear(_Condition):
+    """SUCCESS when two poses are within a distance of each other."""
+
+    ref_pose = PoseInput(None, "one pose; where the robot is by default")
+    target_pose = PoseInput("{goal}", "the other one")
+    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
+    tolerance = Input(float, 0.5, "the distance [m]")
+
+    def holds(self) -> bool:
+        mission, given = self.runtime.mission, self.ref_pose
+        one = self._here() if given is None else pose_of(mission, given)
+        other = pose_of(mission, self.target_pose)
+        return one is not None and other is not None and one.distance(other) <= self.tolerance
+
+
+class IsStuck(KeepingCondition):
+    """SUCCESS when the robot has moved less than 0.1 m in 3 s of ticks."""
+
+    _at: Pose2
+    _since: float
+
+    def update(self) -> Outcome:
+        mission, now = self.runtime.mission, self.runtime.now()
+        here = mission.knowledge.robot.pose(mission.clock.now())
+        if self.begins() or not here.distance(self._at) < 0.1:
+            self._at, self._since = here, now
+        return SUCCESS if now - self._since >= 3.0 else FAILURE
+
+
+class IsStopped(KeepingCondition):
+    """SUCCESS when the robot has been slower than a threshold for a time."""
+
+    velocity_threshold = Input(float, 0.01, "[m/s]")
+    duration_stopped = Input(int, 1000, "the time [ms]")
+
+    def update(self) -> Outcome:
+        mission, now = self.runtime.mission, self.runtime.now()
+        speed = abs(mission.knowledge.robot.speed(mission.clock.now()))
+        if self.begins() or not speed <= self.velocity_threshold:
+            self._since = now
+        return SUCCESS if now - self._since >= self.duration_stopped / 1000.0 - 1e-9 else FAILURE
+
+
+class InitialPoseReceived(_Condition):
+    """SUCCESS when the robot knows where it is."""
+
+    initial_pose_received = Input(bool, False, "key of Nav2; here the pose itself counts")
+
+    def holds(self) -> bool:
+        return not math.isnan(self._here().x)
+
+
+class TransformAvailable(InitialPoseReceived):
+    """SUCCESS when the robot knows where it is: the one transform that there is here."""
+
+    child = Input(str, "", "frame in Nav2; not used")
+    parent_frame = Input(str, "", "frame in Nav2; not used", name="parent")
+
+
+class _Codes(_Condition):
+    helped: ClassVar[tuple[int, ...]] = ()
+    error_code = Input(int, 0, "error code of the node that failed")
+
+    def holds(self) -> bool:
+        return self.error_code in self.helped
+
+
+class WouldAPlannerRecoveryHelp(_Codes):
+    """SUCCESS if a recovery may help after this error code of ComputePathToPose."""
+
+    helped = (200, 207, 208)
+
+
+class WouldAControllerRecoveryHelp(_Codes):
+    """SUCCESS if a recovery may help after this error code of FollowPath."""
+
+    helped = (100, 104, 105, 106)
+
+
+class AreErrorCodesPresent(_Condition):
+    """SUCCESS if an error code is one of several."""
+
+    error_code = Input(int, 0, "the error code")
+    error_codes_to_check = Input(
+        list[int], doc="the others, separated by `;` or `,`", parse=lambda text: _numbers(text)
+    )
+
+    def holds(self) -> bool:
+        return self.error_code in self.error_codes_to_check
+
+
+def _numbers(text: str) -> list[int]:
+    return [int(part) for part in text.replace(",", ";").split(";") if part.strip()]

@@ -1,0 +1,200 @@
+"""Nav2's decorators (nav2_behavior_tree, plugins/decorator), which decide how often their child is ticked."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+from ...geometry import Pose2
+from ..nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
+from ..nodes.family import Decorator
+from .keeping import KeepingDecorator
+from .poses import PoseInput, PosesInput, poses_of, same
+
+
+class _Throttled(KeepingDecorator):
+    """Ticks the child at the beginning, while it is RUNNING, and when it is due again; else RUNNING."""
+
+    def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
+        super().__init__(name, child, **attributes)
+        self._first = True
+
+    def tick_once(self) -> Outcome:
+        if self.begins():
+            self._first = True
+            self.restart()
+        self.status = RUNNING
+        if not (self._first or self.decorated.status is RUNNING or self.due()):
+            return RUNNING
+        self._first = False
+        outcome = self.tick_child()
+        if outcome is SUCCESS:
+            self.restart()
+        if outcome is SUCCESS or outcome is FAILURE:
+            self.status = outcome
+        return outcome
+
+    def restart(self) -> None:
+        """Count from now on."""
+        raise NotImplementedError
+
+    def due(self) -> bool:
+        """Whether the child is due again."""
+        raise NotImplementedError
+
+
+class RateController(_Throttled):
+    """Ticks its child at most at a rate; once RUNNING the child is ticked until it ends. RUNNING in between."""
+
+    hz = Input(float, 10.0, "rate [Hz]")
+
+    def restart(self) -> None:
+        self._since = self.runtime.now()
+
+    def due(self) -> bool:
+        return self.runtime.now() - self._since >= 1.0 / self.hz - 1e-9
+
+
+class DistanceController(_Throttled):
+    """Ticks its child each time the robot has moved by a distance. RUNNING in between."""
+
+    distance = Input(float, 1.0, "how far from where the child was ticked last [m]")
+    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
+    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
+
+    def restart(self) -> None:
+        self._at = self._here()
+
+    def due(self) -> bool:
+        moved = self._here().distance(self._at)
+        return math.isnan(moved) or moved >= self.distance
+
+    def _here(self) -> Pose2:
+        mission = self.runtime.mission
+        return mission.knowledge.robot.pose(mission.clock.now())
+
+
+class SpeedController(_Throttled):
+    """Ticks its child at a rate that grows with the robot's speed, and at once when the goal changes."""
+
+    min_rate = Input(float, 0.1, "rate at `min_speed` [Hz]")
+    max_rate = Input(float, 1.0, "rate at `max_speed` [Hz]")
+    min_speed = Input(float, 0.0, "[m/s]")
+    max_speed = Input(float, 0.5, "[m/s]")
+    goal = PoseInput(None, "goal whose change makes the child due; the key `goal` by default")
+    goals = PosesInput(None, "goals whose change makes the child due; the key `goals` by default")
+
+    def restart(self) -> None:
+        self._since, self._goals = self.runtime.now(), goals_of(self)
+
+    def due(self) -> bool:
+        if not same(goals_of(self), self._goals):
+            return True
+        mission = self.runtime.mission
+        speed = abs(mission.knowledge.robot.speed(mission.clock.now()))
+        low, high = self.min_speed, max(self.max_speed, self.min_speed + 1e-9)
+        share = 0.0 if math.isnan(speed) else min(max((speed - low) / (high - low), 0.0), 1.0)
+        rate = self.min_rate + share * (self.max_rate - self.min_rate)
+        return self.runtime.now() - self._since >= 1.0 / rate - 1e-9
+
+
+class GoalUpdatedController(_Throttled):
+    """Ticks its child at the beginning and each time the goal changes. RUNNING in between."""
+
+    goal = PoseInput(None, "the goal; the key `goal` by default")
+    goals = PosesInput(None, "the goals; the key `goals` by default")
+
+    def restart(self) -> None:
+        self._goals = goals_of(self)
+
+    def due(self) -> bool:
+        return not same(goals_of(self), self._goals)
+
+
+class SingleTrigger(KeepingDecorator):
+    """Ticks its child until it ends, once; FAILURE afterwards."""
+
+    def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
+        super().__init__(name, child, **attributes)
+        self._armed = True
+
+    def tick_once(self) -> Outcome:
+        if self.begins():
+            self._armed = True
+        self.status = RUNNING
+        if not self._armed:
+            self.status = FAILURE
+            return FAILURE
+        outcome = self.tick_child()
+        if outcome is SUCCESS or outcome is FAILURE:
+            self._armed = False
+            self.status = outcome
+        return outcome
+
+
+class GoalUpdater(Decorator):
+    """Hands the goal on and ticks its child. There is no topic here: who moves the goal moves its node."""
+
+    input_goal = PoseInput(None, "the goal")
+    input_goals = PosesInput(None, "the goals")
+    output_goal = Output(object, "the same goal")
+    output_goals = Output(object, "the same goals")
+
+    def tick_once(self) -> Outcome:
+        self.status = RUNNING
+        for name in ("goal", "goals"):
+            if (value := value_of(self, f"input_{name}")) is not None:
+                self.write(f"output_{name}", value)
+        outcome = self.tick_child()
+        if outcome is SUCCESS or outcome is FAILURE:
+            self.status = outcome
+        return outcome
+
+
+class PathLongerOnApproach(KeepingDecorator):
+    """Ticks its child when a new path close to the goal is much longer than the old one; else SUCCESS."""
+
+    path = Input(list, "{path}", "the path")
+    prox_len = Input(float, 3.0, "length that counts as close [m]")
+    length_factor = Input(float, 2.0, "how many times as long is much longer")
+
+    def tick_once(self) -> Outcome:
+        if self.begins():
+            self._old: Any = None
+        path = self.path
+        longer = False
+        if self._old is not None and path is not self._old and path[-1][:2] == self._old[-1][:2]:
+            old = _length(self._old)
+            longer = old < self.prox_len and _length(path) > self.length_factor * old
+        self.status = RUNNING
+        if self.decorated.status is RUNNING or longer:
+            outcome = self.tick_child()
+            if outcome is RUNNING:
+                return outcome
+        else:
+            outcome = SUCCESS
+        self._old = path
+        if outcome is SUCCESS or outcome is FAILURE:
+            self.status = outcome
+        return outcome
+
+
+def value_of(node: Any, port: str) -> Any:
+    """The value of a port, or of the key of its name if the file gives none; None if there is none."""
+    key = node.key(port) or ("" if port in node.given else port)
+    if key:
+        entry = node.board.entry(key)
+        return None if entry is None else entry.value
+    return node.read(port)
+
+
+def goals_of(node: Any) -> list[Pose2 | None]:
+    """The present poses of a node's ports `goal` and `goals`."""
+    mission = node.runtime.mission
+    goal, goals = value_of(node, "goal"), value_of(node, "goals")
+    return poses_of(mission, [goal] if goal is not None else []) + poses_of(mission, goals or [])
+
+
+def _length(path: Any) -> float:
+    return sum(math.dist(a[:2], b[:2]) for a, b in pairwise(path))

@@ -1,0 +1,172 @@
+"""Nav2's actions that move the robot, on the actions of the robot."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+from ...action import Action, Failure, Reason, make_action
+from ...geometry import Pose2
+from ..action_node import ActionNode
+from ..nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
+
+CRUISE = 0.5
+"""Speed on a path [m/s]."""
+
+SPIN_RATE = 1.0
+"""Turn rate of Spin [rad/s]."""
+
+PATH_END = "path_end"
+"""Place at the end of a path that leads to no goal of the world model."""
+
+_CODES = {Reason.TIMEOUT: 1, Reason.LOST_POSE: 2, Reason.BLOCKED: 3, Reason.STUCK: 3}
+
+
+class _Move(ActionNode):
+    """Has one action of the robot done and tells its failure as an error code of nav2_msgs."""
+
+    base: ClassVar[int] = 0
+    codes: ClassVar[dict[Reason, int]] = _CODES
+
+    server_name = Input(str, "", "address of the server in Nav2; not used")
+    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
+    error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
+    error_msg = Output(str, "what went wrong")
+
+    def parameters(self) -> dict[str, Any]:
+        """Parameters of the action, in SI units."""
+        raise NotImplementedError
+
+    def initialise(self) -> None:
+        self.error_code_id, self.error_msg = 0, ""
+        super().initialise()
+
+    def doubts(self) -> Any:
+        return ()  # the parameters are known when the action is made
+
+    def _made(self) -> Action:
+        self._told = self.parameters()
+        return make_action(self.mission.actions, self.action, self._told)
+
+    def _fail(self, failure: Failure) -> Any:
+        self.error_code_id = self.base + self.codes.get(failure.reason, 0)
+        self.error_msg = str(failure)
+        return super()._fail(failure)
+
+
+class _Allowed(_Move):
+    """Gives up after `time_allowance`."""
+
+    time_allowance = Input(float, 10.0, "how long it may take [s]")
+    disable_collision_checks = Input(bool, False, "not used: the robot's reflexes check, whoever drives")
+
+    def initialise(self) -> None:
+        self._until = self.runtime.now() + self.time_allowance
+        super().initialise()
+
+    def update(self) -> Any:
+        outcome = super().update()
+        if outcome is RUNNING and self.runtime.now() > self._until:
+            return self._fail(Failure(Reason.TIMEOUT, f"after {self.time_allowance:g} s"))
+        return outcome
+
+
+class FollowPath(_Move):
+    """Drives along a path, and along each new one that appears under the key while it drives."""
+
+    action = "FollowRoute"
+    base = 100
+    codes: ClassVar[dict[Reason, int]] = {
+        Reason.LOST_POSE: 2, Reason.CANNOT: 3, Reason.TIMEOUT: 7, Reason.STUCK: 5, Reason.BLOCKED: 6
+    }  # fmt: skip
+
+    path = Input(list, "{path}", "corners, (x, y) in the world frame [m]")
+    controller_id = Input(str, "", "name of a controller in Nav2; here the follower drives")
+    goal_checker_id = Input(str, "", "name of a goal checker in Nav2; not used")
+    progress_checker_id = Input(str, "", "name of a progress checker in Nav2; not used")
+
+    def parameters(self) -> dict[str, Any]:
+        path = self._path = self.path
+        return {"points": path, "goal": self._goal(path), "cruise": min(CRUISE, self._fastest())}
+
+    def update(self) -> Any:
+        ticket, path = self.ticket, self.path
+        if ticket is not None and not ticket.state.done and path is not self._path:
+            if math.dist(path[-1][:2], self._path[-1][:2]) > 1e-6:
+                self._let_go()
+                self.mission.pipeline.cancel(ticket, by=self.mission.path(self))
+                self._submit()
+                return RUNNING
+            self._path = path
+            self.mission.pipeline.update(ticket, {"points": path})
+        return super().update()
+
+    def _fastest(self) -> float:
+        known = self.mission.knowledge.graph.attributes(self.mission.knowledge.agent)
+        return float(known.get("speed_limit", math.inf))
+
+    def _goal(self, path: Any) -> str:
+        """The node of the world model at the end of a path; a place is put there if there is none."""
+        x, y = path[-1][:2]
+        world, end = self.mission.knowledge.world, Pose2(x, y, 0.0)
+        for name in world.goals():
+            pose = world.pose_of(name)
+            if pose is not None and math.hypot(pose.x - end.x, pose.y - end.y) < 1e-6:
+                return name
+        world.place(PATH_END, end)
+        return PATH_END
+
+
+class Spin(_Allowed):
+    """Turns on the spot."""
+
+    action = "TurnAngle"
+    base = 700
+    spin_dist = Input(float, 1.57, "angle, left positive [rad]")
+    is_recovery = Input(bool, True, "whether Nav2 counts it as a recovery; not used")
+
+    def parameters(self) -> dict[str, Any]:
+        return {"angle": self.spin_dist, "rate": SPIN_RATE}
+
+
+class DriveOnHeading(_Allowed):
+    """Drives straight on by a distance, backward if distance and speed are negative."""
+
+    action = "Flinch"
+    base = 720
+    dist_to_travel = Input(float, 0.15, "how far [m]")
+    speed = Input(float, 0.025, "how fast [m/s]")
+
+    def parameters(self) -> dict[str, Any]:
+        speed = math.copysign(self.speed, self.dist_to_travel)
+        return {"speed": speed, "distance": abs(self.dist_to_travel), "timeout": self.time_allowance}
+
+
+class BackUp(_Allowed):
+    """Drives backward by a distance, whatever the signs of distance and speed."""
+
+    action = "Flinch"
+    base = 710
+    backup_dist = Input(float, 0.15, "how far [m]")
+    backup_speed = Input(float, 0.025, "how fast [m/s]")
+
+    def parameters(self) -> dict[str, Any]:
+        speed = -abs(self.backup_speed)
+        return {"speed": speed, "distance": abs(self.backup_dist), "timeout": self.time_allowance}
+
+
+class Wait(Leaf):
+    """RUNNING for a time, then SUCCESS."""
+
+    wait_duration = Input(float, 1.0, "how long [s]")
+    server_name = Input(str, "", "address of the server in Nav2; not used")
+    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
+    error_code_id = Output(int, "always 0")
+    error_msg = Output(str, "always empty")
+
+    def initialise(self) -> None:
+        self._until = self.runtime.now() + self.wait_duration
+        self.error_code_id, self.error_msg = 0, ""
+
+    def update(self) -> Outcome:
+        return SUCCESS if self.runtime.now() >= self._until - 1e-9 else RUNNING

@@ -1,0 +1,313 @@
+"""Nav2's actions that compute and edit paths, on the route planners of `planners/routes`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+from ...action import Failure, Reason
+from ...errors import Fault, InputError
+from ...geometry import Pose2
+from ..nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from ..route import NoRoute, Point, RoutePlanner
+from .poses import PoseInput, PosesInput, pose_of, poses_of
+
+CLEARANCE = 0.1
+"""Least gap between the hull and what is known [m]."""
+
+GENERIC = ("", "GridBased")
+"""Values of `planner_id` that name no planner: a grid where the robot draws a map, else around the known objects."""
+
+UNKNOWN, INVALID_PLANNER, TF_ERROR, NO_VALID_PATH, NO_VIAPOINTS = 0, 1, 2, 8, 9
+"""Error codes of the planner server, from 200 for one goal and from 300 for several."""
+
+
+class _Server(Instant):
+    """A node that calls a server in Nav2; here there is none, and its address means nothing."""
+
+    server_name = Input(str, "", "address of the server in Nav2; not used")
+    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
+    error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
+    error_msg = Output(str, "what went wrong")
+
+
+class _Planning(_Server):
+    """Computes a path with a route planner that is kept, with what it remembers, until a costmap is cleared."""
+
+    base = 200
+
+    start = PoseInput(None, "where the path begins, if not where the robot is")
+    planner_id = Input(str, "", "name of a file in planners/routes; `GridBased` or nothing chooses one")
+    path = Output(list, "corners of the path, (x, y) in the world frame [m]")
+
+    def doubts(self) -> Iterator[tuple[str, Fault]]:
+        if self.key("planner_id") is None and self.planner_id not in GENERIC:
+            try:
+                self.runtime.mission.content.load_route(self.planner_id)
+            except InputError as error:
+                yield from (("planner_id", fault) for fault in error.faults)
+
+    def _begins(self) -> Pose2 | None:
+        mission = self.runtime.mission
+        given = self.start
+        if given is None:
+            here = mission.knowledge.robot.pose(mission.clock.now())
+            return None if math.isnan(here.x) else here
+        return pose_of(mission, given)
+
+    def _through(self, goals: Sequence[Pose2 | None]) -> Outcome:
+        start = self._begins()
+        if start is None:
+            return self._fail(TF_ERROR, Failure(Reason.LOST_POSE))
+        corners: list[Point] = []
+        for goal in goals:
+            if goal is None:
+                return self._fail(UNKNOWN, Failure(Reason.NO_GOAL))
+            try:
+                found = self._planner().route(start, goal, CLEARANCE)
+            except NoRoute as error:
+                return self._fail(NO_VALID_PATH, Failure(Reason.BLOCKED, str(error)))
+            except InputError as error:
+                return self._fail(INVALID_PLANNER, Failure.cannot(error))
+            corners += [(x, y) for x, y in found][1 if corners else 0 :]
+            start = goal
+        self.path, self.error_code_id, self.error_msg = corners, 0, ""
+        self.feedback_message = f"{len(corners) - 1} legs"
+        return SUCCESS
+
+    def _planner(self) -> RoutePlanner:
+        mission, name = self.runtime.mission, self.planner_id
+        if name in GENERIC:
+            name = "visibility" if mission.knowledge.world.occupancy is None else "grid_astar"
+        planners = route_planners(mission)
+        if name not in planners:
+            planners[name] = mission.content.load_route(name)(mission.knowledge)
+        return planners[name]
+
+    def _fail(self, code: int, failure: Failure) -> Outcome:
+        self.error_code_id, self.error_msg = self.base + code, str(failure)
+        self.feedback_message = str(failure)
+        return FAILURE
+
+
+def route_planners(mission: Any) -> dict[str, RoutePlanner]:
+    """The route planners of a mission by name, which all of its nodes share as they share a planner server."""
+    found: dict[str, RoutePlanner] = mission.shared.setdefault("nav2 planners", {})
+    return found
+
+
+class ComputePathToPose(_Planning):
+    """Computes a path from the robot to a goal; FAILURE with an error code if there is none."""
+
+    goal = PoseInput("{goal}", "where to")
+    use_start = Input(bool, True, "whether `start` counts if it is given")
+
+    def update(self) -> Outcome:
+        goal = self.goal
+        found = pose_of(self.runtime.mission, goal)
+        if found is None:
+            return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"nothing knows where '{goal}' is"))
+        return self._through([found])
+
+    def _begins(self) -> Pose2 | None:
+        if not self.use_start:
+            mission = self.runtime.mission
+            here = mission.knowledge.robot.pose(mission.clock.now())
+            return None if math.isnan(here.x) else here
+        return super()._begins()
+
+
+class ComputePathThroughPoses(_Planning):
+    """Computes a path from the robot through several goals to the last one."""
+
+    base = 300
+    goals = PosesInput("{goals}", "where to, in order")
+
+    def update(self) -> Outcome:
+        goals = poses_of(self.runtime.mission, self.goals)
+        if not goals:
+            return self._fail(NO_VIAPOINTS, Failure(Reason.NO_GOAL, "the list of goals is empty"))
+        return self._through(goals)
+
+
+class ComputeRoute(_Planning):
+    """Computes a path over the roads that the robot knows, by `planners/routes/dijkstra.py`."""
+
+    base = 400
+    planner_id = Input(str, "dijkstra", "name of a file in planners/routes")
+    goal = PoseInput("{goal}", "where to, if `use_poses`")
+    goal_id = Input(str, "", "place to go to, if not `use_poses`")
+    start_id = Input(str, "", "place to begin at, if not `use_poses`; else and by default where the robot is")
+    use_poses = Input(bool, False, "whether `start` and `goal` count, not `start_id` and `goal_id`")
+    use_start = Input(bool, False, "whether a start counts; else the path begins where the robot is")
+    planning_time = Output(float, "always 0 s: planning takes no simulated time")
+
+    def update(self) -> Outcome:
+        mission = self.runtime.mission
+        goal = self.goal if self.use_poses else self.goal_id
+        self.planning_time = 0.0
+        found = pose_of(mission, goal)
+        if found is None:
+            return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"nothing knows where '{goal}' is"))
+        return self._through([found])
+
+    def _begins(self) -> Pose2 | None:
+        mission = self.runtime.mission
+        if self.use_start and not self.use_poses:
+            return pose_of(mission, self.start_id)
+        if self.use_start and self.use_poses:
+            return super()._begins()
+        here = mission.knowledge.robot.pose(mission.clock.now())
+        return None if math.isnan(here.x) else here
+
+
+class ClearEntireCostmap(_Server):
+    """Makes the route planners forget what they remember: there is no costmap here."""
+
+    service_name = Input(str, "", "address of the service in Nav2; not used")
+
+    def update(self) -> Outcome:
+        route_planners(self.runtime.mission).clear()
+        return SUCCESS
+
+
+class ClearCostmapExceptRegion(ClearEntireCostmap):
+    """The same as ClearEntireCostmap."""
+
+    reset_distance = Input(float, 1.0, "size of the region in Nav2 [m]; not used")
+
+
+class ClearCostmapAroundRobot(ClearCostmapExceptRegion):
+    """The same as ClearEntireCostmap."""
+
+
+class TruncatePath(Instant):
+    """Cuts the last part off a path."""
+
+    input_path = Input(list, doc="the path")
+    output_path = Output(list, "the path without its end")
+    distance = Input(float, 1.0, "how much to cut off [m]")
+
+    def update(self) -> Outcome:
+        left, path = self.distance, list(self.input_path)
+        while len(path) > 1 and left > 0.0:
+            (ax, ay), (bx, by) = path[-2][:2], path[-1][:2]
+            leg = math.dist((ax, ay), (bx, by))
+            path.pop()
+            if leg > left:
+                share = left / leg
+                path.append((bx + share * (ax - bx), by + share * (ay - by)))
+            left -= leg
+        self.output_path = path
+        return SUCCESS
+
+
+class ConcatenatePaths(Instant):
+    """Puts two paths together."""
+
+    input_path1 = Input(list, doc="the first path")
+    input_path2 = Input(list, doc="the second path")
+    output_path = Output(list, "both")
+
+    def update(self) -> Outcome:
+        first, second = list(self.input_path1), list(self.input_path2)
+        self.output_path = first + second[1 if first and second and first[-1] == second[0] else 0 :]
+        return SUCCESS if first or second else FAILURE
+
+
+class GetPoseFromPath(Instant):
+    """A pose of a path, heading along it."""
+
+    path = Input(list, doc="the path")
+    index = Input(int, 0, "which corner; negative ones count from the end")
+    pose = Output(Pose2, "the pose")
+
+    def update(self) -> Outcome:
+        path, index = list(self.path), self.index
+        if not -len(path) <= index < len(path):
+            return FAILURE
+        at = index % len(path)
+        legs = list(pairwise(path))
+        (ax, ay), (bx, by) = legs[min(at, len(legs) - 1)] if legs else ((0.0, 0.0), (0.0, 0.0))
+        x, y = path[at][:2]
+        self.pose = Pose2(x, y, math.atan2(by - ay, bx - ax))
+        return SUCCESS
+
+
+class GetCurrentPose(Instant):
+    """The pose of the robot; FAILURE while it is not known."""
+
+    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
+    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
+    current_pose = Output(Pose2, "the pose")
+
+    def update(self) -> Outcome:
+        mission = self.runtime.mission
+        pose = mission.knowledge.robot.pose(mission.clock.now())
+        if math.isnan(pose.x):
+            return FAILURE
+        self.current_pose = pose
+        return SUCCESS
+
+
+class RemovePassedGoals(Instant):
+    """Removes the goals from the beginning of a list that the robot is near."""
+
+    input_goals = PosesInput("{goals}", "goals in order")
+    output_goals = Output(list, "the goals that are left")
+    radius = Input(float, 0.5, "how near counts as passed [m]")
+    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
+
+    def update(self) -> Outcome:
+        mission = self.runtime.mission
+        given = self.input_goals
+        goals = list(given) if not isinstance(given, str) else [part.strip() for part in given.split(";")]
+        here = mission.knowledge.robot.pose(mission.clock.now())
+        while len(goals) > 1 and (pose := pose_of(mission, goals[0])) is not None:
+            if not here.distance(pose) <= self.radius:
+                break
+            goals.pop(0)
+        self.output_goals = goals
+        return SUCCESS
+
+
+class _Selector(Instant):
+    """Writes the default: there is no topic here that a person could choose by."""
+
+    topic_name = Input(str, "", "topic in Nav2; not used")
+
+    def update(self) -> Outcome:
+        what = type(self).tag.removesuffix("Selector")
+        what = "".join(f"_{c.lower()}" if c.isupper() else c for c in what).strip("_")
+        self.write(f"selected_{what}", self.read(f"default_{what}"))
+        return SUCCESS
+
+
+class PlannerSelector(_Selector):
+    """Writes `default_planner` to `selected_planner`."""
+
+    default_planner = Input(str, doc="name of the planner")
+    selected_planner = Output(str, "the same")
+
+
+class ControllerSelector(_Selector):
+    """Writes `default_controller` to `selected_controller`."""
+
+    default_controller = Input(str, doc="name of the controller")
+    selected_controller = Output(str, "the same")
+
+
+class GoalCheckerSelector(_Selector):
+    """Writes `default_goal_checker` to `selected_goal_checker`."""
+
+    default_goal_checker = Input(str, doc="name of the goal checker")
+    selected_goal_checker = Output(str, "the same")
+
+
+class ProgressCheckerSelector(_Selector):
+    """Writes `default_progress_checker` to `selected_progress_checker`."""
+
+    default_progress_checker = Input(str, doc="name of the progress checker")
+    selected_progress_checker = Output(str, "the same")

@@ -1,0 +1,236 @@
+"""Nav2's nodes: how often decorators tick, when conditions hold, and what the actions do on a robot."""
+
+# ruff: noqa: E501 - a document stands in one line
+
+import math
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.geometry import Pose2
+from rocs_bt.plan.nav2 import NAV2, OWN
+from rocs_bt.plan.nodes import Input, Instant, Tree
+from rocs_bt.plan.status import FAILURE, SUCCESS, outcome_name
+from rocs_bt.plan.xml import load_tree
+
+
+class Tally(Instant):
+    """Counts its ticks in the key `n`."""
+
+    outcome = Input(str, "SUCCESS")
+
+    def update(self):
+        self.board["n"] = self.board["n"] + 1
+        return SUCCESS if self.outcome == "SUCCESS" else FAILURE
+
+
+@pytest.fixture
+def tree(mind):
+    """Makes a tree on the test robot, which ticks it each 0.1 s and returns the counts of Tally."""
+    mind.mission.content = Catalog()
+    mind.mission.knowledge.world.place("goal", Pose2(2.0, 0.0, 0.0), "goal")
+
+    def make(inside):
+        text = f'<root BTCPP_format="4"><BehaviorTree ID="Main">{inside}</BehaviorTree></root>'
+        made = Tree(load_tree(text, NAV2.with_([Tally])), clock=mind.rig.clock, mission=mind.mission)
+        made.board.update({"goal": "goal", "n": 0})
+        return made
+
+    return make
+
+
+def ticks(mind, made, count):
+    """Counts of Tally after each tick; two periods of the test robot are 0.1 s."""
+    found = []
+    for _ in range(count):
+        made.tick()
+        found.append(made.board["n"])
+        mind.rig.run(2)
+    return found
+
+
+LASTING = "<KeepRunningUntilFailure><AlwaysSuccess/></KeepRunningUntilFailure>"
+
+
+class TestDecorators:
+    @pytest.mark.parametrize(
+        ("around", "counts"),
+        [
+            # ticked again after it ended: throttled
+            ("<PipelineSequence>{}" + LASTING + "</PipelineSequence>", [1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 3]),
+            (
+                "<ReactiveSequence>{}" + LASTING + "</ReactiveSequence>",
+                [1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 3],
+            ),
+            # reset by the parent after it ended: each run begins anew
+            ("<KeepRunningUntilFailure><Sequence>{}</Sequence></KeepRunningUntilFailure>", [*range(1, 12)]),
+            ("<KeepRunningUntilFailure>{}</KeepRunningUntilFailure>", [*range(1, 12)]),
+        ],
+        ids=["pipeline", "reactive", "sequence", "decorator"],
+    )
+    def test_a_rate_controller_throttles_where_its_parent_does_not_reset_it(self, mind, tree, around, counts):
+        found = ticks(mind, tree(around.format('<RateController hz="2"><Tally/></RateController>')), 11)
+        assert found == counts
+
+    def test_a_child_that_fails_fails_the_rate_controller(self, tree):
+        made = tree('<RateController><Tally outcome="FAILURE"/></RateController>')
+        assert made.tick() is FAILURE
+
+    @pytest.mark.parametrize("tag", ["GoalUpdatedController", "SpeedController min_rate='0.01' max_rate='0.01'"])
+    def test_a_goal_that_moves_makes_the_child_due(self, mind, tree, tag):
+        made = tree(f"<PipelineSequence><{tag}><Tally/></{tag.split()[0]}>{LASTING}</PipelineSequence>")
+        assert ticks(mind, made, 3) == [1, 1, 1]
+        mind.mission.knowledge.world.place("goal", Pose2(3.0, 0.0, 0.0), "goal")
+        assert ticks(mind, made, 3) == [2, 2, 2]
+
+    def test_a_single_trigger_ticks_its_child_once_in_a_run(self, mind, tree):
+        inside = (
+            f"<ReactiveFallback><SingleTrigger><Tally outcome='FAILURE'/></SingleTrigger>{LASTING}</ReactiveFallback>"
+        )
+        assert ticks(mind, tree(inside), 4) == [1, 1, 1, 1]
+
+    def test_a_distance_controller_waits_until_the_robot_has_moved(self, mind, tree):
+        made = tree(
+            f"<PipelineSequence><DistanceController distance='0.2'><Tally/></DistanceController>{LASTING}</PipelineSequence>"
+        )
+        assert ticks(mind, made, 3) == [1, 1, 1]
+
+
+class TestConditions:
+    def outcomes(self, mind, made, count):
+        found = []
+        for _ in range(count):
+            found.append(outcome_name(made.tick())[0])
+            mind.rig.run(2)
+        return "".join(found)
+
+    @pytest.mark.parametrize(
+        ("condition", "while_kept"),
+        [
+            ("<GoalUpdated/>", "R" * 6),
+            ("<TimeExpired seconds='0.3'/>", "RRRSRR"),
+            ("<DistanceTraveled distance='1'/>", "R" * 6),
+        ],
+    )
+    def test_those_that_compare_with_the_beginning(self, mind, tree, condition, while_kept):
+        inside = f"<ReactiveFallback>{condition}{LASTING}</ReactiveFallback>"
+        assert self.outcomes(mind, tree(inside), 6) == while_kept
+
+    def test_goal_updated_holds_once_for_each_change(self, mind, tree):
+        made = tree(f"<ReactiveFallback><GoalUpdated/>{LASTING}</ReactiveFallback>")
+        assert self.outcomes(mind, made, 2) == "RR"
+        mind.mission.knowledge.world.place("goal", Pose2(3.0, 0.0, 0.0), "goal")
+        assert self.outcomes(mind, made, 1) == "S"
+
+    def test_global_updated_goal_is_never_reset(self, mind, tree):
+        made = tree("<GlobalUpdatedGoal/>")
+        assert self.outcomes(mind, made, 3) == "SFF"
+
+    @pytest.mark.parametrize(
+        ("condition", "outcome"),
+        [
+            ("<GoalReached goal='{goal}'/>", "F"),
+            ("<GoalReached goal='0;map;0;0;0;0;0;0;1'/>", "S"),
+            ("<ArePosesNear target_pose='goal' tolerance='2.5'/>", "S"),
+            ("<ArePosesNear target_pose='goal' tolerance='1.5'/>", "F"),
+            ("<InitialPoseReceived/>", "S"),
+            ("<TransformAvailable parent='map' child='base_link'/>", "S"),
+            ("<WouldAPlannerRecoveryHelp error_code='208'/>", "S"),
+            ("<WouldAPlannerRecoveryHelp error_code='201'/>", "F"),
+            ("<WouldAControllerRecoveryHelp error_code='105'/>", "S"),
+            ("<AreErrorCodesPresent error_code='3' error_codes_to_check='1,3'/>", "S"),
+            ("<AreErrorCodesPresent error_code='2' error_codes_to_check='1;3'/>", "F"),
+        ],
+    )
+    def test_those_that_look_at_now(self, mind, tree, condition, outcome):
+        assert self.outcomes(mind, tree(condition), 1) == outcome
+
+
+class TestPaths:
+    @pytest.mark.parametrize(
+        ("attributes", "code"),
+        [
+            ("goal='{goal}'", 0),
+            ("goal='0;map;1.0;1.0;0;0;0;0;1'", 0),
+            ("goal='{goal}' start='0;map;1;1;0;0;0;0;1'", 0),
+            ("goal='nowhere'", 200),
+            ("goal='{goal}' planner_id='teleport'", 201),
+        ],
+    )
+    def test_a_path_or_an_error_code(self, tree, attributes, code):
+        made = tree(f"<ComputePathToPose {attributes} path='{{path}}' error_code_id='{{code}}' error_msg='{{why}}'/>")
+        assert made.tick() is (FAILURE if code else SUCCESS)
+        assert made.board["code"] == code
+        assert bool(made.board["why"]) == bool(code)
+        if not code:
+            start = (1.0, 1.0) if "start" in attributes else (0.0, 0.0)
+            assert made.board["path"][0] == pytest.approx(start, abs=1e-6)
+            assert made.board["path"][-1] == pytest.approx((1.0, 1.0) if "map;1.0" in attributes else (2.0, 0.0))
+
+    def test_a_path_through_several_goals(self, mind, tree):
+        mind.mission.knowledge.world.place("corner", Pose2(1.0, 1.0, 0.0))
+        made = tree("<ComputePathThroughPoses goals='corner;goal' path='{path}'/>")
+        assert made.tick() is SUCCESS
+        assert made.board["path"] == [pytest.approx((0.0, 0.0), abs=1e-6), (1.0, 1.0), (2.0, 0.0)]
+
+    @pytest.mark.parametrize(
+        ("node", "output", "wanted"),
+        [
+            ("<TruncatePath input_path='{way}' output_path='{out}' distance='0.5'/>", "out", [(0, 0), (2, 0), (2, 0.5)]),
+            ("<TruncatePath input_path='{way}' output_path='{out}' distance='1.5'/>", "out", [(0, 0), (1.5, 0)]),
+            ("<TruncatePath input_path='{way}' output_path='{out}' distance='9'/>", "out", [(0, 0)]),
+            ("<ConcatenatePaths input_path1='{way}' input_path2='{more}' output_path='{out}'/>", "out", [(0, 0), (2, 0), (2, 1), (3, 1)]),
+            ("<GetPoseFromPath path='{way}' index='-1' pose='{out}'/>", "out", (2, 1, math.pi / 2)),
+            ("<PlannerSelector default_planner='x' selected_planner='{out}'/>", "out", "x"),
+            ("<GoalCheckerSelector default_goal_checker='x' selected_goal_checker='{out}'/>", "out", "x"),
+            ("<RemovePassedGoals input_goals='here;goal' output_goals='{out}' radius='0.5'/>", "out", ["goal"]),
+        ],
+    )  # fmt: skip
+    def test_paths_are_edited(self, mind, tree, node, output, wanted):
+        mind.mission.knowledge.world.place("here", Pose2(0.1, 0.0, 0.0))
+        made = tree(node)
+        made.board.update({"way": [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)], "more": [(2.0, 1.0), (3.0, 1.0)]})
+        assert made.tick() is SUCCESS
+        found = made.board[output]
+        assert (
+            found == wanted
+            if isinstance(wanted, str) or wanted == ["goal"]
+            else found == pytest.approx(wanted)
+            if isinstance(wanted, tuple)
+            else [tuple(p) for p in found] == [pytest.approx(p) for p in wanted]
+        )
+
+
+class TestMotion:
+    @pytest.mark.parametrize(
+        ("node", "moved"),
+        [
+            ("<Spin spin_dist='1.57'/>", (0.0, 0.0, 1.57)),
+            ("<BackUp backup_dist='0.2' backup_speed='0.2'/>", (-0.2, 0.0, 0.0)),
+            ("<BackUp backup_dist='-0.2' backup_speed='0.2'/>", (-0.2, 0.0, 0.0)),
+            ("<DriveOnHeading dist_to_travel='0.3' speed='0.2'/>", (0.3, 0.0, 0.0)),
+            ("<Sequence><ComputePathToPose path='{path}'/><FollowPath path='{path}'/></Sequence>", (2.0, 0.0, 0.0)),
+            ("<Wait wait_duration='0.5'/>", (0.0, 0.0, 0.0)),
+        ],
+    )
+    def test_the_robot_moves_as_asked(self, mind, tree, node, moved):
+        root = tree(node).root
+        mind.mission.board.update({"goal": "goal"})
+        mind.start(root)
+        mind.until_done()
+        assert mind.plan.status == "SUCCESS"
+        pose = mind.mission.knowledge.robot.pose(mind.rig.clock.now())
+        assert tuple(pose) == pytest.approx(moved, abs=0.12)
+
+    def test_too_little_time_is_an_error_code(self, mind, tree):
+        root = tree("<Spin spin_dist='3.0' time_allowance='0.5' error_code_id='{code}'/>").root
+        mind.start(root)
+        mind.until_done()
+        assert (mind.plan.status, mind.mission.board["code"]) == ("FAILURE", 701)
+
+
+def test_every_node_says_what_it_is_for():
+    assert len(OWN) > 35
+    assert all(
+        node.description() and all(p.doc or n == "max_preemptions" for n, p in node.ports.items()) for node in OWN
+    )
