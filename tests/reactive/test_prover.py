@@ -1,11 +1,17 @@
 """The prover behind the checks: what can be true, decided by cases, sums and ranges, beside the interpreter."""
 
+import math
+from fractions import Fraction
+
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from rocs_bt.expression import Trace, parse
 from rocs_bt.reactive.analysis.interval import range_of
 from rocs_bt.reactive.analysis.prover import Prover
+from rocs_bt.reactive.analysis.simplex import Span
 from rocs_bt.reactive.analysis.translate import conjunction, negation
 
 from .examined import ENVIRONMENT, INF
@@ -187,3 +193,17 @@ def test_values_are_shown_with_their_units():
     assert case.shown(x, nodes) == (
         "front[0] = 0.3 m, each other front = 1 m, each rear = 2 m, goal_distance = inf m, speed = 0.25 m/s, tags = 3"
     )
+
+
+@given(st.tuples(st.floats(allow_nan=False), st.floats(allow_nan=False)).map(sorted))
+@example([0.1, 1000.0])
+@example([-1000.0, -0.1])
+@example([0.0, 8.1])
+def test_a_picked_value_is_inside_and_no_farther_from_0_than_it_must_be(ends):
+    low, high = ends
+    value = Span.of(low, high).pick()
+    assert low <= value <= high
+    if math.isfinite(low) and math.isfinite(high):
+        assert low < value < high or low == high
+        nearest = min(max(0, Fraction(low)), Fraction(high))
+        assert abs(value - nearest) <= max(4, abs(nearest))

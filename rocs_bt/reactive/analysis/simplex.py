@@ -62,6 +62,8 @@ class Span:
         if isinstance(self.high, float):
             return max(Fraction(math.ceil(self.low)) + 1, Fraction(1))
         middle, room = (self.low + self.high) / 2, (self.high - self.low) / 4
+        if room > 2:  # far apart: near 0, where people expect values
+            middle, room = min(max(Fraction(0), self.low + 2), self.high - 2), Fraction(1)
         for digits in range(18):
             value = Fraction(round(middle, digits))
             if abs(value - middle) <= room:
