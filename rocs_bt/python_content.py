@@ -145,7 +145,9 @@ def _parse(path: Path) -> ast.Module:
         return ast.parse(path.read_text(encoding="utf-8"), str(path))
     except OSError as error:
         raise InputError(Fault("this Python file cannot be read.", path, hint=f"{error.strerror}.")) from error
-    except (SyntaxError, ValueError, RecursionError) as error:
+    except (RecursionError, MemoryError) as error:  # both are the parser's answer to endless brackets
+        raise InputError(Fault("not valid Python: nested too deeply.", path)) from error
+    except (SyntaxError, ValueError) as error:
         raise InputError(fault_of(path, error)) from error
 
 

@@ -50,8 +50,9 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
         raise InputError(Fault(f"not valid TOML: {message}.", file, line, column)) from error
     except ValueError as error:  # of int(), for thousands of digits
         number = _LONG_NUMBER.search(text)
-        line = 0 if number is None else text.count("\n", 0, number.start()) + 1
-        raise InputError(_not_64_bits(file, line)) from error
+        at = 0 if number is None else number.start()
+        line, column = text.count("\n", 0, at) + 1, at - text.rfind("\n", 0, at)
+        raise InputError(_not_64_bits(file, line, column)) from error
     except RecursionError as error:
         raise InputError(_too_deep(file)) from error
     places = _positions(text)

@@ -10,7 +10,7 @@ from ..analyze import ANALYZERS, Analyze
 from ..catalog import RobotSpec, is_reference, running_class
 from ..clock import Rate
 from ..device import Sensor
-from ..errors import InputError, blame, unknown
+from ..errors import Fault, InputError, blame, unknown
 from ..event import EventSink
 from ..knowledge import Knowledge
 from ..monitor import MONITORS, Monitor, Watched
@@ -69,6 +69,9 @@ def make_analyzers(
         heard = [signal for monitor in spec.monitors for signal in written[monitor]]
         with running_class(type(analyze)):
             missed = [name for name in analyze.expects() if name not in heard]
+        if odd := [name for name in missed if not isinstance(name, str)]:
+            message = f"'{spec.name}' listens to signals by name, found {odd[0]!r:.40}."
+            raise InputError(Fault(message, robot.file, spec.line))
         if unheard := [name for name in missed if name not in found]:
             where = f"What '{spec.name}' listens to"
             raise InputError(*(unknown("signal", n, heard, where).at(robot.file, spec.line) for n in unheard))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 from collections.abc import Callable, Collection, Hashable, Iterable
 from functools import partial, wraps
 from pathlib import Path
@@ -230,7 +231,7 @@ class Catalog:
     def _python_planner(self, file: str) -> Entry:
         """The file of a PythonPlanner."""
         for root in filter(None, (self.project, self.shipped)):
-            if not Path(file).is_absolute() and (place := root / "planners" / file).is_file():
+            if not Path(file).is_absolute() and os.path.isfile(place := root / "planners" / file):
                 return make_entry(place, "planner", "file")
         return self._by_path("planner", Path(file))
 
@@ -387,8 +388,8 @@ class Catalog:
         return self._found[kind]
 
     def _by_path(self, kind: str, path: Path) -> Entry:
-        if kind == "robot" and path.is_dir():
+        if kind == "robot" and os.path.isdir(path):
             path /= "robot.toml"
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise UnknownName(unknown(_SPOKEN.get(kind, f"{kind} file"), str(path), self._entries(kind)))
         return make_entry(path.resolve(), kind, "file")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import os
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -136,7 +137,7 @@ def content_hash(entries: Iterable[Entry]) -> str:
 def _with_references(path: Path, seen: set[Path]) -> set[Path]:
     """An XML file and the files that it names, and theirs."""
     path = path.resolve()
-    if path in seen or not path.is_file():
+    if path in seen or not os.path.isfile(path):
         return seen
     seen.add(path)
     if path.suffix == ".xml":

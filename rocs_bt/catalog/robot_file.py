@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -71,7 +72,7 @@ def _model(root: Table) -> Path | None:
         return None
     named = root.text("model")
     model = root.beside(named)
-    if _beside(root, "model", named) and not model.is_file():
+    if _beside(root, "model", named) and not os.path.isfile(model):
         root.fault("model", f"there is no model file '{model.name}' beside robot.toml.")
     return model
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from pathlib import Path
 
@@ -55,7 +56,7 @@ def confine_name(name: str, roots: tuple[Path, ...], own: Path) -> None:
     path = name.partition(":")[0]
     if is_reference(name) and not Path(path).is_absolute():
         for root in roots:
-            if (root / "planners" / path).is_file():
+            if os.path.isfile(root / "planners" / path):
                 confined(path, root / "planners", (root,))
                 return
     confined(path, Path(), (*roots, own))

@@ -89,7 +89,7 @@ def named_in(mission: Path) -> set[str] | None:
         if mission.suffix != ".py":
             return set(re.findall(r"\w+", text))
         found = _texts(text)
-    except (OSError, ValueError, SyntaxError):
+    except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
         return None
     return {word for value in found for word in re.findall(r"\w+", value)}
 
@@ -101,7 +101,7 @@ def nodes_in(files: Iterable[Path]) -> set[str]:
         try:
             text = file.read_text(encoding="utf-8")
             found.update(_texts(text) if file.suffix == ".py" else re.findall(r"""=\s*["']([^"']*)["']""", text))
-        except (OSError, ValueError, SyntaxError):
+        except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
             continue  # reported where the file itself is checked
     return {text for text, count in found.items() if count > 1}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,7 +81,7 @@ def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, Do
     try:
         included = read_toml(target)
     except InputError as error:
-        if target.is_file():
+        if os.path.isfile(target):
             table.faults.extend(error.faults)
         else:
             table.fault("include", f"there is no file '{target}' to include.", "Give its path from this file.")

@@ -8,10 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
@@ -22,6 +23,8 @@ from . import codec
 from .container import MAGIC
 from .header import RunHeader
 from .recorder import FORMAT, HEADER, SUMMARY
+
+R = TypeVar("R")
 
 _RECORD = struct.Struct("<BQ")  # opcode, length
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
@@ -36,6 +39,7 @@ class _Contents:
     attachments: dict[str, bytes] = field(default_factory=dict)
     chunks: list[bytes] = field(default_factory=list)
     complete: bool = False
+    summary: dict[str, Any] | None = None
 
 
 def _near(path: Path) -> set[str]:
@@ -57,8 +61,7 @@ class Recording:
         self.path = path
         self.header = header
         self.complete = contents.complete
-        text = contents.attachments.get(SUMMARY)
-        self.summary: dict[str, Any] | None = None if text is None else msgspec.json.decode(text)
+        self.summary = contents.summary
         self._chunks = contents.chunks
 
     @classmethod
@@ -93,8 +96,10 @@ class Recording:
             for attachment in contents.attachments.values():
                 check_nesting(attachment)
             header = msgspec.json.decode(contents.attachments[HEADER], type=RunHeader)
+            if SUMMARY in contents.attachments:
+                contents.summary = msgspec.json.decode(contents.attachments[SUMMARY], type=dict[str, Any])
         except (msgspec.MsgspecError, ValueError) as error:
-            raise RecordingError(f"the header of '{file}' cannot be read: {error}.") from error
+            raise RecordingError(f"the header or summary of '{file}' cannot be read: {error}.") from error
         return cls(file, header, contents)
 
     def events(self) -> Iterator[Event]:
@@ -108,15 +113,15 @@ class Recording:
         known = {codec.SCHEMA_PREFIX + kind.__name__ for kind in codec.KINDS}
         for chunk in self._chunks:
             for opcode, body in _records(chunk):
-                if opcode == Opcode.MESSAGE:
+                if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
                     # What is not ours are the viewers' messages, and events of kinds that a user added.
                     if ours.get(_MESSAGE.unpack_from(body)[0]):
                         yield codec.decode(body[_MESSAGE.size :])
                 elif opcode == Opcode.SCHEMA:
-                    schema = Schema.read(_stream(body))
+                    schema = _parsed(Schema, body, self.path)
                     schemas[schema.id] = schema.name
                 elif opcode == Opcode.CHANNEL:
-                    channel = Channel.read(_stream(body))
+                    channel = _parsed(Channel, body, self.path)
                     ours[channel.id] = schemas.get(channel.schema_id) in known
 
     def readings(self, agent: str) -> dict[str, list[SensorRead | SensorFailed]]:
@@ -141,12 +146,12 @@ def _walk(data: bytes, file: Path) -> _Contents:
             if chunk:
                 contents.chunks.append(chunk)
         elif opcode == Opcode.ATTACHMENT and whole:
-            attachment = Attachment.read(_stream(body))
+            attachment = _parsed(Attachment, body, file)
             if zlib.crc32(body[:-4]) != struct.unpack("<I", body[-4:])[0]:
                 raise RecordingError(f"'{file}' is damaged: the attachment at byte {at} has a wrong checksum.")
             contents.attachments[attachment.name] = attachment.data
         elif opcode == Opcode.METADATA and whole:
-            metadata = Metadata.read(_stream(body))
+            metadata = _parsed(Metadata, body, file)
             contents.metadata[metadata.name] = metadata.metadata
         elif opcode > max(Opcode):
             raise RecordingError(f"'{file}' is damaged: byte {at} holds {opcode}, which no record begins with.")
@@ -166,7 +171,7 @@ def _chunk(body: bytes, whole: bool, file: Path, at: int) -> bytes:
         raise RecordingError(f"'{file}' has compressed chunks. Write it without compression to read it here.")
     if not whole:
         return body[_CHUNK.size + 8 :]
-    chunk = Chunk.read(_stream(body))
+    chunk = _parsed(Chunk, body, file)
     if zlib.crc32(chunk.data) != chunk.uncompressed_crc:
         raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} has a wrong checksum.")
     return bytes(chunk.data)
@@ -182,5 +187,14 @@ def _records(chunk: bytes) -> Iterator[tuple[int, bytes]]:
         yield opcode, chunk[at - length : at]
 
 
-def _stream(body: bytes) -> ReadDataStream:
-    return ReadDataStream(BytesIO(body))
+def _parsed(kind: type[R], body: bytes, file: Path) -> R:
+    """A record of the container.
+
+    Raises:
+        RecordingError: It is damaged.
+    """
+    try:
+        record: R = kind.read(ReadDataStream(BytesIO(body)))  # type: ignore[attr-defined]
+    except (McapError, ValueError, struct.error) as error:
+        raise RecordingError(f"'{file}' is damaged: a {kind.__name__} record cannot be read.") from error
+    return record

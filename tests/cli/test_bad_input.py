@@ -84,7 +84,26 @@ def test_numbers_and_keys_without_end_are_refused_at_their_line(project, rocs_bt
         assert told.code == 0  # names alone are listed
         assert "Traceback" not in told.text
     else:
-        refused(told, rf"{path.name}:1(:1)?: {message}")
+        refused(told, rf"{path.name}:1:\d: {message}")
+
+
+@pytest.mark.parametrize("command", [("run", "first"), ("check",)], ids=lambda c: c[0])
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        (SCENARIO, 'world = "yard"', 'world = "{}.xml"'),
+        (SCENARIO, 'robot = "rover"', 'robot = "{}"'),
+        (SCENARIO, 'mission = "patrol"', 'mission = "{}.xml"'),
+        (SCENARIO, '["keep_clear"]', '["{}.toml"]'),
+        (ROBOT, 'model = "robot.xml"', 'model = "{}"'),
+    ],
+)
+def test_paths_too_long_for_the_machine_are_names_that_do_not_exist(project, rocs_bt, command, file, old, new):
+    path = project / file
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new.format("a/" + "x" * 5000)))
+    refused(rocs_bt(*command), rf"{path.name}:\d+:1: .*xxx")
 
 
 @pytest.mark.parametrize("file", [SCENARIO, ROBOT, RULES, WORLD, BODY])

@@ -2,6 +2,7 @@
 
 import math
 import signal
+import struct
 import subprocess
 import sys
 import textwrap
@@ -307,3 +308,17 @@ def test_a_recording_is_opened_by_text_or_path(recording):
         assert Recording.open(path).header == recording.header
     with pytest.raises(RecordingError, match="no recording is named 'text'"):
         Recording.open("text")
+
+
+@pytest.mark.parametrize("opcode", [0x06, 0x09, 0x0C], ids=["chunk", "attachment", "metadata"])
+@pytest.mark.parametrize(
+    "body", [b"", b"\xff" * 3, b"\x02\0\0\0\xff\xfe", b"\xff" * 40], ids=["empty", "short", "no text", "long"]
+)
+def test_records_that_cannot_be_read_are_damage(run, tmp_path, opcode, body):
+    data, magic = run.read_bytes(), 8
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(data[:magic] + struct.pack("<BQ", opcode, len(body)) + body + data[magic:])
+    try:
+        list(Recording.open(path).events())
+    except RecordingError as error:
+        assert "damaged" in str(error) or "compressed" in str(error)

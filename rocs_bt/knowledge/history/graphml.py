@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,9 @@ def from_graphml(text: str, file: Path, schema: Schema = SCHEMA) -> State:
     import networkx
 
     try:
-        graph = networkx.parse_graphml(text, node_type=str, edge_key_type=str, force_multigraph=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of keys without a type, which are texts
+            graph = networkx.parse_graphml(text, node_type=str, edge_key_type=str, force_multigraph=True)
     except (networkx.NetworkXException, *_UNREADABLE) as error:
         raise InputError(Fault(f"this is no GraphML that can be read: {error}.", file)) from error
     t, revision = graph.graph.get("t", -math.inf), graph.graph.get("revision", 0)

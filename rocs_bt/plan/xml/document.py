@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -229,8 +230,8 @@ class _Reader:
             raise InputError(Fault(f"'{path}' includes itself: {chain}.", hint="Take one include out."))
         if len(self.done) >= MAX_FILES:
             raise InputError(Fault(f"the document is made of more than {MAX_FILES} files."))
-        if not file.is_file():
-            beside = sorted(p.name for p in file.parent.glob("*.xml")) if file.parent.is_dir() else []
+        if not os.path.isfile(file):
+            beside = sorted(p.name for p in file.parent.glob("*.xml")) if os.path.isdir(file.parent) else []
             raise InputError(unknown("file", path, beside))
         text = read_text(file)
         if len(text) > self.room:

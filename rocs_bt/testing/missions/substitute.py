@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ...errors import Fault, InputError, unknown
+from ...nesting import check_nesting
 from ...plan.nodes import BUILTIN, Node, Registry
 from .letters import Letters, Scripted
 from .match import Filters, identity, replace, wild
@@ -72,14 +73,20 @@ def read_rules(source: Path | str) -> dict[str, Rule]:
     """
     file = source if isinstance(source, Path) else None
     try:
-        document = json.loads(source.read_text("utf-8") if isinstance(source, Path) else source)
+        text = source.read_text("utf-8") if isinstance(source, Path) else source
+        check_nesting(text)
+        document = json.loads(text)
     except (OSError, ValueError) as error:
         raise InputError(Fault(f"these rules cannot be read: {error}.", file)) from error
     if not isinstance(document, dict) or not isinstance(document.get("SubstitutionRules"), dict):
         hint = 'Write {"TestNodeConfigs": {...}, "SubstitutionRules": {"filter": "name"}}.'
         raise InputError(Fault("these rules have no SubstitutionRules.", file, hint=hint))
-    configs = document.get("TestNodeConfigs", {})
-    return {filter: configs.get(name, name) for filter, name in document["SubstitutionRules"].items()}
+    configs, rules = document.get("TestNodeConfigs", {}), document["SubstitutionRules"]
+    if not isinstance(configs, dict) or not all(isinstance(config, dict) for config in configs.values()):
+        raise InputError(Fault('TestNodeConfigs must be {"name": {...}}.', file))
+    if odd := [name for name in rules.values() if not isinstance(name, str)]:
+        raise InputError(Fault(f"a substitution rule must name a node or a configuration, found {odd[0]!r:.40}.", file))
+    return {filter: configs.get(name, name) for filter, name in rules.items()}
 
 
 def _stand_in(node: Behaviour, rule: Rule, nodes: Registry) -> Node:
