@@ -81,8 +81,8 @@ def check_content(
             entries += _entries(path, code)
         except InputError as error:
             faults += error.faults
-    beside, declared = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix == ".xml"])
-    options = MissionOptions(dialect, {**declared, **models}, bool(palettes), stub_unknown, beside)
+    together = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix == ".xml"])
+    options = MissionOptions(dialect, {**together.models, **models}, bool(palettes), stub_unknown, together)
     checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
     defect: BaseException | None = None
     for done, (entry, catalog) in enumerate(entries):

@@ -15,6 +15,7 @@ from ..plan.xml import (
     Document,
     Model,
     Stub,
+    Survey,
     add_siblings,
     mission_nodes,
     outer_trees,
@@ -22,10 +23,10 @@ from ..plan.xml import (
     shipped_nodes,
     stub_nodes,
     tags_of,
+    times,
     verify,
     xml_mission,
 )
-from ..words import counted
 
 
 @dataclass(frozen=True)
@@ -37,14 +38,14 @@ class MissionOptions:
         models: What palettes, and the files that are checked together, declare, by ID.
         palettes: Whether the user named palettes; then the models of the files count too.
         stub_unknown: Whether stubs take the place of nodes and trees that nothing declares, with one warning each.
-        beside: Files that are checked together, by the trees that they hold.
+        together: What the files hold that are checked together.
     """
 
     dialect: str = ""
     models: Mapping[str, Model] = field(default_factory=dict)
     palettes: bool = False
     stub_unknown: bool = False
-    beside: Mapping[str, Path] = field(default_factory=dict)
+    together: Survey = field(default_factory=Survey)
 
 
 def read_palettes(files: Iterable[Path]) -> dict[str, Model]:
@@ -75,7 +76,7 @@ def check_xml(
         build_faults: Faults of a `build` without required parameters.
     """
     within, foreign = catalog.root_of(file), kind_of(file) != "mission"
-    beside = options.beside if foreign else {}
+    beside = options.together.trees if foreign else {}
     document = read_document(file, within=within)
     add_siblings(document, beside)
     if not document.trees:
@@ -87,7 +88,9 @@ def check_xml(
     known = mission_nodes(action_table(), own, options.dialect)
     if options.palettes or options.stub_unknown:
         models = {**options.models, **document.models}
-        stubs, warnings = stub_nodes(document, known, models, undeclared=options.stub_unknown)
+        stubs, warnings = stub_nodes(
+            document, known, models, undeclared=options.stub_unknown, everywhere=options.together.nodes
+        )
         own += stubs
         known = known.with_(stubs)
         yield from warnings
@@ -110,13 +113,10 @@ class _Missions:
 
     def __init__(self, document: Document, catalog: Catalog, options: MissionOptions) -> None:
         self.catalog = catalog
-        self.stubbed: dict[str, list[Any]] = {}
-        if options.stub_unknown:
-            for name in sorted(outer_trees(document)):
-                if self.python(name) is None:
-                    self.stubbed[name] = [
-                        e for e in document.elements() if e.tag == "SubTree" and e.attributes.get("ID") == name
-                    ]
+        self.document, self.file = document, document.root.source.file
+        self.uses = options.together.subtrees
+        missing = [name for name in sorted(outer_trees(document)) if self.python(name) is None]
+        self.stubbed = missing if options.stub_unknown else []
 
     def find(self, name: str) -> Callable[..., Any] | None:
         """The `build` of a tree; None if there is none."""
@@ -126,11 +126,16 @@ class _Missions:
         return self.catalog.load_mission(name) if self.catalog.is_python_mission(name) else None
 
     def warnings(self) -> Iterator[Fault]:
-        for name, elements in self.stubbed.items():
-            times = f" ({counted(len(elements), 'use')})" if len(elements) > 1 else ""
-            message = f"no tree is named '{name}' in the files that are checked; a stub takes its place{times}."
-            hint = "Check the file that holds it together with this one, or <include> it."
-            yield elements[0].fault(message, hint, attribute="ID", warning=True)
+        """One for each tree that is missing, in the file that names the tree first."""
+        for name in self.stubbed:
+            own = [e for e in self.document.elements() if e.tag == "SubTree" and e.attributes.get("ID") == name]
+            uses = self.uses.get(name) or own
+            if name not in self.uses or uses[0].source.file == self.file:
+                message = (
+                    f"no tree is named '{name}' in the files that are checked; a stub takes its place{times(uses)}."
+                )
+                hint = "Check the file that holds it together with this one, or <include> it."
+                yield uses[0].fault(message, hint, attribute="ID", warning=True)
 
 
 def _stub(mission: Mission) -> Stub:

@@ -82,6 +82,28 @@ def test_stubs_take_the_place_of_what_is_unknown_with_one_warning_each(rocs_bt, 
     assert [line for line in lines if "no tree is named 'Deep' in the files that are checked" in line]
 
 
+def test_a_name_is_told_once_for_all_files(rocs_bt, tmp_path):
+    for i in range(5):
+        (tmp_path / f"f{i}.xml").write_text(DEEP.replace('"Deep"', f'"T{i}"').replace("AlwaysSuccess", "Strange"))
+    code, lines, summary = check(rocs_bt, tmp_path, "--stub-unknown", ".")
+    assert (code, summary) == (0, "5 files checked: 0 wrong, 1 doubtful.")
+    assert lines[0].startswith(
+        "f0.xml:1:46: warning: no node is named 'Strange'; a stub takes its place (5 uses in 5 files)."
+    )
+
+
+def test_what_an_included_file_lacks_is_told_there(rocs_bt, tmp_path):
+    (tmp_path / "parts").mkdir()
+    part = '<Sequence><Strange/><SubTree ID="Gone"/></Sequence>'
+    (tmp_path / "parts/deep.xml").write_text(DEEP.replace("<AlwaysSuccess/>", part))
+    (tmp_path / "main.xml").write_text(
+        '<root BTCPP_format="4"><include path="parts/deep.xml"/><BehaviorTree ID="M"><SubTree ID="Deep"/></BehaviorTree></root>'
+    )
+    code, lines, _ = check(rocs_bt, tmp_path, "--stub-unknown", "main.xml")
+    assert code == 0
+    assert [line.split(":")[0] for line in lines] == ["parts/deep.xml"] * 2
+
+
 def test_a_folder_and_a_palette_leave_no_doubt(rocs_bt, folder):
     code, lines, summary = check(rocs_bt, folder, "--palette", "palette.xml", ".")
     assert (code, lines, summary) == (0, [], "4 files checked: fine.")

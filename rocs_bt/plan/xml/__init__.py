@@ -7,8 +7,8 @@ from .load import load_tree
 from .mission import mission_nodes, mission_tree, shipped_nodes, tags_of, values_of, xml_mission
 from .model import Model
 from .palette import palette
-from .siblings import add_siblings, outer_trees, survey
-from .stand_in import Stub, stub_nodes
+from .siblings import Survey, add_siblings, outer_trees, survey
+from .stand_in import Stub, stub_nodes, times
 from .verify import verify
 from .write import write_tree
 
@@ -19,6 +19,7 @@ __all__ = [
     "Outside",
     "Source",
     "Stub",
+    "Survey",
     "TreeElement",
     "add_siblings",
     "load_tree",
@@ -32,6 +33,7 @@ __all__ = [
     "stub_nodes",
     "survey",
     "tags_of",
+    "times",
     "values_of",
     "verify",
     "write_tree",

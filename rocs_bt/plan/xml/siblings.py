@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...errors import InputError
 from .document import Document, TreeElement, read_document
+from .element import Element
 from .model import Model
 from .version3 import below
 
@@ -17,24 +19,45 @@ def outer_trees(document: Document) -> set[str]:
     return named - {"", *document.trees}
 
 
-def survey(files: Iterable[Path]) -> tuple[dict[str, Path], dict[str, Model]]:
-    """Files by the trees that they hold, and the models in them; of two with one name the first counts.
+@dataclass
+class Survey:
+    """What several files of trees hold; of two trees or models with one name the first counts.
+
+    Attributes:
+        trees: Files by the trees in them.
+        models: Models by ID.
+        nodes: Elements by the node that they name.
+        subtrees: Elements by the tree that they name.
+    """
+
+    trees: dict[str, Path] = field(default_factory=dict)
+    models: dict[str, Model] = field(default_factory=dict)
+    nodes: dict[str, list[Element]] = field(default_factory=dict)
+    subtrees: dict[str, list[Element]] = field(default_factory=dict)
+
+
+def survey(files: Iterable[Path]) -> Survey:
+    """What several files of trees hold.
 
     Args:
-        files: Files of trees. Files that cannot be read are left out: their own check reports them.
+        files: The files. Those that cannot be read are left out: their own check reports them.
     """
-    found: dict[str, Path] = {}
-    models: dict[str, Model] = {}
+    found = Survey()
     for file in files:
         try:
             document = read_document(file)
         except InputError:
             continue
+        found.models = {**document.models, **found.models}
         for name, tree in document.trees.items():
-            if not tree.included:
-                found.setdefault(name, file)
-        models = {**document.models, **models}
-    return found, models
+            if tree.included:
+                continue
+            found.trees.setdefault(name, file)
+            for element in below(tree.body):
+                uses = found.subtrees if element.tag == "SubTree" else found.nodes
+                named = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
+                uses.setdefault(named, []).append(element)
+    return found
 
 
 def add_siblings(document: Document, beside: Mapping[str, Path]) -> None:
@@ -42,7 +65,7 @@ def add_siblings(document: Document, beside: Mapping[str, Path]) -> None:
 
     Args:
         document: The document.
-        beside: Files by the trees that they hold, as `survey` returns them.
+        beside: Files by the trees that they hold, as `Survey.trees` has them.
     """
     read: dict[Path, Document] = {}
     while names := sorted(outer_trees(document) & beside.keys()):

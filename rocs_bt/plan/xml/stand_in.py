@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from ...errors import Fault, InputError
@@ -81,7 +82,12 @@ class StubAbove(_Sequence):  # type: ignore[misc]  # a class that the registry f
 
 
 def stub_nodes(
-    document: Document, known: Mapping[str, type[Node]], models: Mapping[str, Model], *, undeclared: bool
+    document: Document,
+    known: Mapping[str, type[Node]],
+    models: Mapping[str, Model],
+    *,
+    undeclared: bool,
+    everywhere: Mapping[str, Sequence[Element]] = MappingProxyType({}),
 ) -> tuple[list[type[Node]], list[Fault]]:
     """Classes for the nodes of a document that are declared and not here, and warnings of those that nobody declares.
 
@@ -90,6 +96,8 @@ def stub_nodes(
         known: The node classes that are here.
         models: What declares nodes, by ID.
         undeclared: Whether nodes that nothing declares get a class, which takes all ports and any children.
+        everywhere: Elements by the node that they name, of all files that are checked together: a name is warned of
+            once, in the first of them.
     """
     uses: dict[str, list[Element]] = {}
     for tree in document.trees.values():
@@ -103,12 +111,25 @@ def stub_nodes(
             classes.append(_declared(models[tag]))
         elif undeclared:
             classes.append(_undeclared(tag, elements))
-            times = f" ({len(elements)} uses)" if len(elements) > 1 else ""
-            near = difflib.get_close_matches(tag, [*known, *models], 1)
-            hint = f"Did you mean '{near[0]}'?" if near else "Declare it in a TreeNodesModel to have its ports checked."
-            message = f"no node is named '{tag}'; a stub takes its place{times}."
-            warnings.append(elements[0].fault(message, hint, warning=True))
+            warnings += _first(document, tag, everywhere.get(tag) or elements, [*known, *models], tag in everywhere)
     return classes, warnings
+
+
+def _first(
+    document: Document, tag: str, uses: Sequence[Element], names: Sequence[str], elsewhere: bool
+) -> Iterator[Fault]:
+    """The warning of a stub; if other files are checked with this one, in the file that uses the node first."""
+    if not elsewhere or uses[0].source.file == document.root.source.file:
+        near = difflib.get_close_matches(tag, names, 1)
+        hint = f"Did you mean '{near[0]}'?" if near else "Declare it in a TreeNodesModel to have its ports checked."
+        message = f"no node is named '{tag}'; a stub takes its place{times(uses)}."
+        yield uses[0].fault(message, hint, warning=True)
+
+
+def times(uses: Sequence[Element]) -> str:
+    """How often something is used, and in how many files; empty for once."""
+    files = len({element.source.file for element in uses})
+    return "" if len(uses) == 1 else f" ({len(uses)} uses{f' in {files} files' if files > 1 else ''})"
 
 
 def _declared(model: Model) -> type[Node]:
