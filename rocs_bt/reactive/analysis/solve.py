@@ -153,8 +153,7 @@ class Solver:
         if not apart:
             values, failed = solution(rows, spans, self._effort)
             if values is not None:
-                inside, _ = solution(_strict(rows), spans, self._effort)
-                return Solution(state.spans, inside or values)
+                return Solution(state.spans, values)
             apart = [row for row in rows if not row.strict and _meeting(row, spans)]
             if apart:
                 values, failed = solution([row for row in rows if row not in apart], spans, self._effort)
@@ -350,15 +349,6 @@ def _worthwhile(span: Span, bound: Bound) -> bool:
 def _infinite(span: Span) -> bool:
     """Whether only an infinite value is left."""
     return isinstance(span.low, float) and span.low == span.high
-
-
-def _strict(rows: Sequence[Row]) -> list[Row]:
-    """Rows that leave the ends of sums out, so that a value is not decided by rounding; equations stay as they are."""
-    ends = {(frozenset(row.terms.items()), row.constant) for row in rows}
-    return [
-        row if (frozenset((v, -f) for v, f in row.terms.items()), -row.constant) in ends else replace(row, strict=True)
-        for row in rows
-    ]
 
 
 def _meeting(row: Row, spans: Mapping[int, Span]) -> list[int]:
