@@ -43,15 +43,15 @@ class SequenceWithMemory(Yielding, StockSequence):
         self.status = outcome
         return outcome
 
+    def halted(self) -> None:
+        self.halt_children()
+        self.current_child = None
+
 
 class SequenceStar(SequenceWithMemory):
     """The name of SequenceWithMemory in BehaviorTree.CPP version 3, which many files of version 4 still use."""
 
     tick_once = SequenceWithMemory.tick_once
-
-    def halted(self) -> None:
-        self.halt_children()
-        self.current_child = None
 
 
 class ReactiveSequence(Reactive, StockSequence):
