@@ -10,7 +10,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .errors import Fault, InputError
 
@@ -43,8 +43,12 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
     _refuse_long_keys(text, file)
     try:
         data = tomllib.loads(text)
+    except RecursionError as error:
+        raise InputError(_too_deep(file, *_first_too_deep(text))) from error
     except tomllib.TOMLDecodeError as error:
         found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        if any(deep := _first_too_deep(text)):  # how deep tomllib can look before it fails depends on the process
+            raise InputError(_too_deep(file, *deep)) from error
         line, column = (int(found[1]), int(found[2])) if found else (len(text.splitlines()), 0)
         message = re.sub(r" \(at .*\)$", "", str(error))
         raise InputError(Fault(f"not valid TOML: {message}.", file, line, column)) from error
@@ -53,17 +57,20 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
         at = 0 if number is None else number.start()
         line, column = text.count("\n", 0, at) + 1, at - text.rfind("\n", 0, at)
         raise InputError(_not_64_bits(file, line, column)) from error
-    except RecursionError as error:
-        raise InputError(_too_deep(file)) from error
     places = _positions(text)
     _refuse_values(data, places, file)
     return data, places
 
 
+def _first_too_deep(text: str) -> tuple[int, int]:
+    """Line and column of the first bracket beyond MAX_DEPTH; zeros where there is none."""
+    return next(((line.number, line.too_deep) for line in _lines(text) if line.too_deep), (0, 0))
+
+
 def _refuse_long_keys(text: str, file: Path) -> None:
     if text.count(".") < MAX_PARTS:
         return
-    for number, line in enumerate(text.split("\n"), 1):
+    for number, line, _, _ in _lines(text):
         if line.count(".") < MAX_PARTS:
             continue
         count, begin, end = 0, 0, 0
@@ -111,7 +118,9 @@ def _positions(text: str) -> dict[Key, tuple[int, int]]:
     places: dict[Key, tuple[int, int]] = {}
     counts: dict[Key, int] = {}
     here: Key = ()
-    for number, line in _logical_lines(text):
+    for number, line, depth, _ in _lines(text):
+        if depth:
+            continue
         start = len(line) - len(line.lstrip(" \t"))
         brackets = 2 if line.startswith("[[", start) else int(line.startswith("[", start))
         name, end = _dotted(line, start + brackets)
@@ -148,20 +157,37 @@ def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
     return key
 
 
-def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Lines that can begin a key: not those inside a multi-line string or list."""
+class _Line(NamedTuple):
+    """A line that does not begin inside a multi-line string.
+
+    Attributes:
+        number: 1-based line.
+        text: The line without its comment.
+        depth: Tables and lists that are open where it begins.
+        too_deep: 1-based column of the first bracket beyond MAX_DEPTH; 0 for none.
+    """
+
+    number: int
+    text: str
+    depth: int
+    too_deep: int
+
+
+def _lines(text: str) -> Iterator[_Line]:
     inside, depth = "", 0
     for number, line in enumerate(text.splitlines(), 1):
-        if not inside and depth == 0:
-            yield number, line
+        begins, before, too_deep, end = not inside, depth, 0, len(line)
         at = 0
         while at < len(line):
             if inside:
-                end = line.find(inside, at)
-                if end < 0:
+                close = line.find(inside, at)
+                if close < 0:
                     break
-                at, inside = end + len(inside), ""
-            elif (mark := _MARK.search(line, at)) is None or line[at := mark.start()] == "#":
+                at, inside = close + len(inside), ""
+            elif (mark := _MARK.search(line, at)) is None:
+                break
+            elif line[at := mark.start()] == "#":
+                end = at
                 break
             elif line[at] in "\"'":
                 quote = line[at] * 3 if line.startswith(line[at] * 3, at) else line[at]
@@ -173,7 +199,11 @@ def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
                 # A header's brackets close on its own line, so they do not count.
                 depth += (line[at] in "[{") - (line[at] in "]}")
                 at += 1
+                if depth > MAX_DEPTH:
+                    too_deep = too_deep or at
         depth = max(depth, 0)
+        if begins:
+            yield _Line(number, line[:end], before, too_deep)
 
 
 def _string_end(line: str, at: int) -> int:

@@ -27,6 +27,8 @@ def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
         rule: One of its rules, whose guard can hold while all signals are valid.
         action: Its action.
     """
+    if any(argument.value is None for argument in rule.arguments.values()):
+        return  # a parameter that is wrong is reported by itself
     known = {name: value for name, a in rule.arguments.items() if not _sensed(value := a.value)}
     if action.can_move(known) or (rule.until is not None and case.prover.ask(rule.until.node).never):
         return  # an until that never holds is reported by itself
