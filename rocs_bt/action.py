@@ -18,16 +18,17 @@ import functools
 import math
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from .clock import Clock
 from .device import Actuator
-from .errors import Fault, InputError, unknown
+from .errors import Fault, InputError, interrupts, unknown
 from .event import Event, Value
 from .parameter import Parameter as Parameter
+from .raised import Raised
 
 if TYPE_CHECKING:  # for the types of Body alone; at run time every arrow points down
     from .control.drive import Drive
@@ -283,13 +284,23 @@ def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mappin
     return table[name](**parameters)
 
 
+def misfits_of(action: type[Action], parameters: Mapping[str, Any], knowledge: Knowledge) -> Sequence[tuple[str, str]]:
+    """`Action.misfits`; what it raises, as a user's class may, is a misfit too."""
+    try:
+        return list(action.misfits(parameters, knowledge))
+    except BaseException as error:
+        if interrupts(error):
+            raise
+        return [("misfits", f"it raised {Raised.of('action', action.__name__, error, action).detail}")]
+
+
 def refuse_misfits(action: type[Action], parameters: Mapping[str, Any], knowledge: Knowledge) -> None:
     """Refuse parameters, known before the run, that a robot cannot carry out.
 
     Raises:
         InputError: There are such parameters; a fault for each.
     """
-    if found := list(action.misfits(parameters, knowledge)):
+    if found := misfits_of(action, parameters, knowledge):
         raise InputError(*(f"{name} of {action.__name__}: {reason}." for name, reason in found))
 
 

@@ -195,3 +195,8 @@ def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There") ->
     if owner == "There":
         hint = hint.replace("There has: ", "There are: ").replace("There has none.", "There are none.")
     return Fault(f"no {kind} is named '{name}'.", hint=hint)
+
+
+def interrupts(error: BaseException) -> bool:
+    """Whether an exception ends the program or a generator, and is not a fault of whoever raised it."""
+    return isinstance(error, (KeyboardInterrupt, GeneratorExit))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from .clock import Clock
 from .device import Actuator
-from .errors import ActuatorError, DeviceError, InputError
+from .errors import ActuatorError, DeviceError, InputError, interrupts
 from .event import CommandExpired, CommandLimited, EventSink, NullSink
 from .raised import describe, raised_at
 
@@ -287,7 +287,9 @@ class SafetyGate(Actuator):
             step(*args)
         except ActuatorError:
             raise
-        except (SystemExit, Exception) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             place = raised_at(error, step)
             known = isinstance(error, DeviceError) or place is None
             raise ActuatorError(str(error) if known else f"{describe(error)} ({place})") from error

@@ -18,7 +18,7 @@ import numpy as np
 from ..analyze import Analyze
 from ..clock import Clock, Rate
 from ..device import Sensor
-from ..errors import ActuatorError, BlockError
+from ..errors import ActuatorError, BlockError, interrupts
 from ..event import AgentStopped, BlockFailed, EventSink
 from ..execute import Execute
 from ..knowledge import Knowledge
@@ -175,7 +175,9 @@ class Agent:
                 self.decide(t)
             block = "execute"
             self.execute.run(t)
-        except (SystemExit, Exception) as error:  # noqa: BLE001 - the boundary: whatever a block raises must stop it
+        except BaseException as error:
+            if interrupts(error):
+                raise
             self._broke(block, error)
 
     def react(self, t: float) -> None:
@@ -198,7 +200,9 @@ class Agent:
         """Run a part of Plan; an exception that content raised goes no further."""
         try:
             turn(*args)
-        except (SystemExit, Exception) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             if (raised := self.plan.blame(error)) is None:
                 raise
             self._exceptions.take(raised)
@@ -211,7 +215,9 @@ class Agent:
     def _attempt(self, block: str, turn: Callable[..., None], *args: object) -> None:
         try:
             turn(*args)
-        except (SystemExit, Exception) as error:  # noqa: BLE001 - the boundary, in threaded mode and at the end of a run
+        except BaseException as error:
+            if interrupts(error):
+                raise
             self._broke(block, error)
 
     def _broke(self, block: str, error: BaseException) -> None:

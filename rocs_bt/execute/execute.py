@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 
 from ..action import Action, ActionFailed, AtomicAction, Failure, MacroAction, Reason
-from ..errors import DeviceError, InputError
+from ..errors import DeviceError, InputError, interrupts
 from ..pipeline import Pipeline, Priority, Ticket
 from ..raised import Raised, from_actuator, owners_of
 from .atomic_executor import AtomicActionExecutor
@@ -206,13 +206,15 @@ class Execute:
         """Run a step in which an action of a ticket that is not served may raise."""
         try:
             step()
-        except (SystemExit, Exception) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             if not self._taken(error, ticket):
                 raise
 
     def _taken(self, error: BaseException, ticket: Ticket | None) -> bool:
         """Report the exception of an action and fail its ticket; False if no action raised it."""
-        if self.on_exception is None or from_actuator(error) or not isinstance(error, (SystemExit, Exception)):
+        if self.on_exception is None or from_actuator(error) or interrupts(error):
             return False
         action = next((each for each in owners_of(error) if isinstance(each, Action)), None)
         if action is None and ticket is not None:  # the engine refuses what the action returned or yielded

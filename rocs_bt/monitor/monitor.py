@@ -14,7 +14,7 @@ import numpy as np
 from ..channel import MonitorSubscriber, Publisher, Signals, check_wire
 from ..clock import Rate
 from ..device import Reading, Sensor
-from ..errors import DeviceError
+from ..errors import DeviceError, interrupts
 from ..event import EventSink, SensorFailed, SensorRead, SignalsWritten, pack
 from ..knowledge import Knowledge
 from ..raised import Raised
@@ -164,7 +164,9 @@ class Monitor(ABC):
                 stamp = self.stamp(readings)
                 if (data := self.knowledge.signals.update(written, stamp)) is None:
                     written, beyond = self._bounded(written)
-        except (SystemExit, Exception) as error:  # noqa: BLE001 - a monitor may raise anything
+        except BaseException as error:
+            if interrupts(error):
+                raise
             written, stamp = self._all_invalid(), t
             data = self.knowledge.signals.update(written, stamp)
             self._report_exception(t, error)
@@ -185,7 +187,9 @@ class Monitor(ABC):
             data = pack(reading.values)
         except DeviceError as error:
             return None, str(error)
-        except (SystemExit, Exception) as error:  # noqa: BLE001 - a driver may raise anything
+        except BaseException as error:
+            if interrupts(error):
+                raise
             raised = Raised.of("sensor", sensor.name, error, sensor.read)
             if not watched.size:
                 return None, raised

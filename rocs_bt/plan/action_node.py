@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 from py_trees.common import Status
 
-from ..action import Action, Parameter, make_action, parameters_of
+from ..action import Action, Parameter, make_action, misfits_of, parameters_of
 from ..errors import Fault, InputError
 from ..units import NONE, convert
 from .act import MAX_PREEMPTIONS, Act
@@ -53,7 +53,7 @@ class ActionNode(Act):
         if not (self.runtime.has_mission and self.mission.fit and self.action in self.mission.actions):
             return
         known = {n: self.read(n) for n in self.given if n != "max_preemptions" and self.key(n) is None}
-        for name, reason in self.mission.actions[self.action].misfits(known, self.mission.knowledge):
+        for name, reason in misfits_of(self.mission.actions[self.action], known, self.mission.knowledge):
             yield name, Fault(f"{reason}.")
 
     @property

@@ -14,7 +14,7 @@ from py_trees.common import Status
 from py_trees.display import unicode_tree
 from py_trees.logging import Logger
 
-from ..errors import Fault, InputError
+from ..errors import Fault, InputError, interrupts
 from ..event import NodeTicked, SubtreeSwapped
 from ..raised import Raised, from_actuator
 from .error import TreeError
@@ -299,7 +299,9 @@ def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
     def tick() -> Iterator[Behaviour]:
         try:
             yield from plain()
-        except (SystemExit, Exception) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             if not caught(leaf, error):
                 raise
             yield leaf

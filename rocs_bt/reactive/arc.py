@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..action import Action, Failure, Impossible, Reason, make_action
 from ..actions.stop import Stop
 from ..clock import Clock
-from ..errors import InputError
+from ..errors import InputError, interrupts
 from ..event import EventSink, RuleChanged, Value
 from ..pipeline import Pipeline, Priority, Ticket
 from ..raised import Raised, from_actuator
@@ -125,7 +125,9 @@ class ReflexArc:
             return model.react(x, t)
         try:
             told = [_checked(reflex) for reflex in model.react(x, t)]
-        except (SystemExit, Exception) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             if self.on_exception is None or from_actuator(error):
                 raise
             name = type(model).__name__
@@ -215,7 +217,9 @@ class ReflexArc:
                 slot.ticket.action.update(**own.parameters)
             except InputError as error:
                 self._fail(slot, Failure.cannot(error))
-            except (SystemExit, Exception) as error:  # noqa: BLE001 - an action may raise anything
+            except BaseException as error:
+                if interrupts(error):
+                    raise
                 self._fail(slot, self._raised(slot.ticket.action, error))
         slot.reflex = own
         if _material(slot.reported, own.parameters):
@@ -232,7 +236,9 @@ class ReflexArc:
             action = make_action(self._actions, reflex.action, reflex.parameters)
         except InputError as error:  # what it cannot do must stop the robot, and not the arc
             action = Impossible(reflex.action, reflex.parameters, error)
-        except (SystemExit, Exception) as error:  # noqa: BLE001 - an action may raise anything
+        except BaseException as error:
+            if interrupts(error):
+                raise
             self._raised(self._actions[reflex.action], error)
             return self._stop(reflex)
         return _Active(reflex, self._pipeline.submit(action, Priority.HIGH, by=reflex.rule))

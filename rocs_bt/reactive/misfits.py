@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from ..action import Action
+from ..action import Action, misfits_of
 from ..errors import Fault
 from ..expression import Expression
 from ..knowledge import Knowledge
@@ -23,7 +23,7 @@ def rule_misfits(rules: Iterable[Rule], actions: Mapping[str, type[Action]], kno
     """
     for rule in rules:
         known = {n: _known(a) for n, a in rule.arguments.items() if not isinstance(a.value, Expression)}
-        for name, reason in actions[rule.action].misfits(known, knowledge):
+        for name, reason in misfits_of(actions[rule.action], known, knowledge):
             places = (rule.places.get(key) for key in (f"action.{name}", "action", ""))
             place = next(p for p in places if p is not None)
             yield Fault(f"{name} of {rule.action}: {reason}.", place.file, place.line, place.column)

@@ -94,6 +94,7 @@ class Judging:
             judge = self._judges[mind.name]
             if not judge.decided:
                 mind.stop(END)
+            judge.look_for_failure(mind)
             verdict = verdicts[mind.name] = judge.verdict()
             self._sink.emit(
                 Judged(

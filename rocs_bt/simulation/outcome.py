@@ -122,8 +122,7 @@ class Judge:
         """
         self._mission = mind.status
         self._distance = math.inf if self._goal is None else pose.distance(self._goal.pose)
-        if mind.failure is not None:
-            self._note("error", str(mind.failure), decides=True)
+        self.look_for_failure(mind)
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
         self._visit(t, pose)
@@ -137,6 +136,11 @@ class Judge:
             self._note("failed", f"the mission failed: {mind.reason or 'without a reason'}", decides=True)
         self._watch_progress(t, pose, mind, commanded)
         return self.decided
+
+    def look_for_failure(self, mind: MindState) -> None:
+        """A failed block or actuator is an `error`, also one that fails when the robot is stopped at its end."""
+        if mind.failure is not None:
+            self._note("error", str(mind.failure), decides=True)
 
     def move_goal(self, name: str, pose: Pose2) -> None:
         """From now on the goal of that name is elsewhere; nothing changes for a judge of another one."""

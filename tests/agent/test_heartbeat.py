@@ -15,7 +15,7 @@ LIMIT = 0.35  # [s] from the heartbeat's death to neutral
 PATIENCE = 20.0  # [s] far longer than anything here may take
 
 
-class Gone(BaseException):
+class Gone(KeyboardInterrupt):
     """What ends a thread without a word: no handler of exceptions catches it."""
 
 

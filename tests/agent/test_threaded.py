@@ -139,7 +139,7 @@ def test_two_agents_in_one_process(make_agent):
 def test_a_thread_that_ends_is_noticed(make_agent, monkeypatch):
     monkeypatch.setattr(threading, "excepthook", lambda args: None)
 
-    class Gone(BaseException):
+    class Gone(KeyboardInterrupt):
         pass
 
     class Leaf(Behaviour):

@@ -103,3 +103,36 @@ def test_an_xml_mission_is_checked_too(project, rocs_bt):
         told = rocs_bt(*command)
         assert told.code == 2
         assert [each for each in told.text.splitlines() if words in each and each.startswith(f"{file}:3:20: ")]
+
+
+OWN = '''"""Drives."""
+
+from dataclasses import dataclass
+
+from rocs_bt import AtomicAction, Mission, Progress
+from rocs_bt.units import MetresPerSecond
+
+
+@dataclass(kw_only=True, eq=False)
+class Creep(AtomicAction):
+    """Creeps."""
+
+    @classmethod
+    def misfits(cls, parameters, *more):
+        return parameters["missing"]
+
+    def act(self, body) -> Progress:
+        return Progress.SUCCEEDED
+
+
+def build(mission: Mission, *, first: str, second: str, cruise: MetresPerSecond = 0.4):
+    return mission.act("Creep")
+'''
+
+
+def test_what_misfits_of_an_own_action_raises_is_a_fault_at_the_line(project, rocs_bt):
+    file = project / "planners/missions/patrol.py"
+    file.write_text(OWN)
+    checked = rocs_bt("check", "scenarios/first.toml")
+    assert checked.code == 2
+    assert f"{file}:22: misfits of Creep: it raised KeyError: 'missing'." in checked.text

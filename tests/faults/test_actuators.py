@@ -134,6 +134,14 @@ class Silent(FaultyActuator):
         self.actuator.neutral()
 
 
+@pytest.mark.parametrize("duration", [2.0, 20.0], ids=["timeout", "success"])
+def test_one_that_fails_when_it_is_stopped_at_the_end_is_an_error(duration, broken):
+    run = broken(lambda stage: break_actuator(stage, "wheels", Silent), rules=(), duration=duration)
+    (failed,) = run.of(BlockFailed)
+    assert (failed.block, failed.owner, run.agent["outcome"]) == ("wheels", "content", "error")
+    assert "no neutral" in run.agent["reason"]
+
+
 def test_a_watchdog_whose_device_does_not_go_to_neutral_is_an_actuator_that_failed(broken):
     stages = []
 

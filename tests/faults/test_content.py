@@ -2,6 +2,7 @@
 
 import json
 import math
+from asyncio import CancelledError
 from dataclasses import dataclass
 
 import pytest
@@ -40,6 +41,8 @@ class Rotten(RuntimeError):
 class Times:
     """Raises at some of the times at which it is asked, once at each; for ever from the last one on if `on`."""
 
+    error = Rotten
+
     def __init__(self, *times, on=False):
         self.left, self.on = list(times), on
 
@@ -47,7 +50,7 @@ class Times:
         if self.left and t >= self.left[0] - 1e-9:
             if len(self.left) > 1 or not self.on:
                 self.left.pop(0)
-            raise Rotten("a worm")
+            raise self.error("a worm")
 
 
 LINE = Times.check.__code__.co_firstlineno + 4
@@ -234,6 +237,16 @@ def test_the_third_exception_within_ten_seconds_fails_the_mission(what, raising)
     assert run.coast() < 0.02
     states = {e.ticket: e.state for e in run.of(TicketChanged)}
     assert set(states.values()) <= {"SUCCEEDED", "FAILED", "CANCELLED"}  # every ticket ended
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "threaded"])
+@pytest.mark.parametrize("what", ["leaf of py_trees", "leaf", "action"])
+def test_a_cancellation_of_asyncio_counts_too(what, mode, raising, monkeypatch, awake):
+    monkeypatch.setattr(Times, "error", CancelledError)  # no Exception, but a BaseException
+    kind, name, run = raising(what, AT, on=True, duration=5.0, rules=(), mode=mode)
+    assert run.agent["outcome"] == "failed"
+    reason = f"{kind} '{name}' raised CancelledError: a worm (test_content.py:{LINE}); 3 exceptions within 10 s"
+    assert run.agent["reason"] == f"the mission failed: {reason}"
 
 
 @pytest.mark.parametrize(("apart", "outcome"), [(5.05, "success"), (4.95, "failed")])
@@ -520,12 +533,7 @@ def test_a_mission_goes_on_at_the_leaf_that_raised(kind, method, then, error, br
 
     run = broken(missions={"R2": build}, rules=(), duration=2.0)
     again = [f"second {method}" for method in then]
-    if (
-        kind == "theirs"
-    ):  # a Sequence of py_trees' own that raised in its first tick begins again; here nothing escapes it
-        assert log == ["first", *again, "third"]
-    else:
-        assert log == ["first", *again, "third"]
+    assert log == ["first", *again, "third"]
     assert run.agent["exceptions"] == {"leaf root/second": 1}
     assert [e.status for e in run.of(NodeTicked) if e.node == "root"] == ["RUNNING", "SUCCESS"]
 

@@ -81,3 +81,18 @@ def test_an_action_that_cannot_change_what_holds_its_rule_is_a_warning(text, tmp
 @pytest.mark.parametrize("text", RELEASES.values(), ids=RELEASES)
 def test_what_rest_or_the_action_can_change_is_no_finding(text, tmp_path):
     assert findings(tmp_path, text) == []
+
+
+class Broken(ACTIONS["Stop"]):
+    """Stops, and cannot be asked whether it does."""
+
+    @classmethod
+    def can_move(cls, parameters):
+        raise KeyError("missing")
+
+
+def test_an_action_whose_can_move_raises_is_reported_at_its_rule(tmp_path):
+    file = tmp_path / "rules.toml"
+    file.write_text(rule(NEAR), encoding="utf-8")
+    (fault,) = examine_rules(file, SIGNALS, {**ACTIONS, "Stop": Broken})
+    assert (fault.line, fault.message) == (5, "can_move of Stop raised KeyError: 'missing'.")

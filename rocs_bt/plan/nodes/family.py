@@ -11,7 +11,7 @@ from py_trees.common import Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator as StockDecorator
 
-from ...errors import Fault
+from ...errors import Fault, interrupts
 from ..error import TreeError
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from .node import Node
@@ -153,7 +153,9 @@ class Leaf(Node):
                 self.status = outcome
             elif self.status is not RUNNING:
                 self.status = IDLE
-        except (SystemExit, Exception) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             if self.runtime.caught(self, error):
                 return RUNNING
             raise
@@ -181,7 +183,9 @@ class Instant(Leaf):
                 self.status = IDLE
             else:
                 raise strange(self, outcome)
-        except (SystemExit, Exception) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             if self.runtime.caught(self, error):
                 return RUNNING
             raise

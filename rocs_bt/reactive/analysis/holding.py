@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ...action import Action
+from ...errors import interrupts
 from ...expression import Expression, Node
+from ...raised import describe
 from ...units import NONE, TIME
 from ..rule import Rule
 from .case import Case, short
@@ -30,7 +32,14 @@ def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
     if any(argument.value is None for argument in rule.arguments.values()):
         return  # a parameter that is wrong is reported by itself
     known = {name: value for name, a in rule.arguments.items() if not _sensed(value := a.value)}
-    if action.can_move(known) or (rule.until is not None and case.prover.ask(rule.until.node).never):
+    try:
+        moves = action.can_move(known)
+    except BaseException as error:
+        if interrupts(error):
+            raise
+        case.tell(rule, "action", f"can_move of {rule.action} raised {describe(error)}.", "Repair it.")
+        return
+    if moves or (rule.until is not None and case.prover.ask(rule.until.node).never):
         return  # an until that never holds is reported by itself
     released = _at_rest(case, negation(rule.when.node) if rule.until is None else rule.until.node)
     if released is None or not case.prover.ask(conjunction([rule.when.node, released])).never:
