@@ -26,15 +26,16 @@ CATALOG = Catalog()
 LOAD = Catalog.load_robot
 ROBOTS = [e.name for e in CATALOG.list("robot")]
 CHANGE = 4.0  # [m/s2] limit of change in these tests
-PERIODS = 60
+PERIODS = {"lockstep": 60, "threaded": 30}
+MODES = list(PERIODS)
 
 
 class Read(WallClock):
     """A wall clock that keeps what each thread last read [s]: a gate decides by it, and then commands."""
 
-    def __init__(self):
+    def __init__(self, *, running=False):
         self.last = threading.local()
-        super().__init__(running=False)
+        super().__init__(running=running)
 
     def now(self):
         self.last.t = super().now()
@@ -142,9 +143,9 @@ def limited_robot(name):
     return dataclasses.replace(robot, actuators=actuators)
 
 
-def assert_held(log, limits, period):
+def assert_held(log, limits, period, mode):
     """Every command within the range, and within the change that the time since the one before allows."""
-    assert len([values for _, values in log if values is not None]) >= PERIODS
+    assert len([values for _, values in log if values is not None]) >= PERIODS[mode]
     low, high = limits.low[0], limits.high[0]
     last, at, before, before_at = [0.0], -math.inf, [0.0], -math.inf
     for t, values in log:
@@ -164,10 +165,22 @@ def start(seed):
     Tried.rng, Tried.handles = np.random.default_rng(seed), []
 
 
+@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_nothing_gets_past_the_gate_in_mujoco(robot, monkeypatch):
+def test_nothing_gets_past_the_gate_in_mujoco(robot, mode, monkeypatch, awake):
     start(1)
     monkeypatch.setattr(Catalog, "load_robot", lambda self, name: limited_robot(name))
+    monkeypatch.setattr("rocs_bt.simulation.ready_run.WallClock", Read)
+    assert_held_in_mujoco(limited_robot(robot).actuators[0].limits, robot, mode)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_nothing_gets_past_the_gate_of_a_robot_as_it_is_shipped(robot):
+    start(3)
+    assert_held_in_mujoco(CATALOG.load_robot(robot).actuators[0].limits, robot, "lockstep")
+
+
+def assert_held_in_mujoco(limits, robot, mode):
     exp1 = CATALOG.load_scenario("exp1")
     agent = dataclasses.replace(exp1.agents[0], robot=robot, rules=(), pose=Pose2(-1.5, -1.5, 0.0))
     scenario = dataclasses.replace(exp1, agents=(agent,), movers=(), end_on_collision=False)
@@ -177,19 +190,24 @@ def test_nothing_gets_past_the_gate_in_mujoco(robot, monkeypatch):
         for gate in stage.actuators[agent.name].values():
             gate.wrap(lambda device: logs.append(Logged(device, stage.clock)) or logs[-1])
 
-    rocs_bt.run(scenario, CATALOG, missions={agent.name: build}, prepare=prepare, sinks=[sink], duration=3.0)
+    rocs_bt.run(
+        scenario, CATALOG, missions={agent.name: build}, prepare=prepare, sinks=[sink], mode=mode,
+        duration=PERIODS[mode] * 0.05,
+    )  # fmt: skip
     (device,) = logs
-    assert_held(device.log, limited_robot(robot).actuators[0].limits, 0.05)
+    assert device.log[-1][1] is None, "at its end it is in neutral"
+    assert_held(device.log, limits, 0.05, mode)
     limited = [e for e in sink.events if isinstance(e, CommandLimited)]
     assert {e.action for e in limited} == {"Berserk", ""}
     given = {e.given for e in limited if e.action}
     assert given & {tuple(e.values) for e in sink.events if isinstance(e, ActuatorCommanded)}
 
 
-@pytest.mark.parametrize("threaded", [False, True], ids=["lockstep", "threaded"])
+@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_nothing_gets_past_the_gate_on_mock_devices(robot, threaded, awake):
+def test_nothing_gets_past_the_gate_on_mock_devices(robot, mode, awake):
     start(2)
+    threaded = mode == "threaded"
     spec, logs, sink = limited_robot(robot), [], ListSink()
     clock = Read() if threaded else SimulatedClock(0.05)
 
@@ -202,15 +220,15 @@ def test_nothing_gets_past_the_gate_on_mock_devices(robot, threaded, awake):
     if threaded:
         clock.start()
         with ThreadedRunner(agent, clock):
-            clock.wait_until(PERIODS * 0.05, threading.Event())
+            clock.wait_until(PERIODS[mode] * 0.05, threading.Event())
     else:
-        for count in range(PERIODS):
+        for count in range(PERIODS["lockstep"]):
             agent.step(count)
             stage.world.advance(0.05)
             clock.advance()
     (device,) = logs
     assert device.log[-1][1] is None or not threaded, "at its end it is in neutral"
-    assert_held(device.log, spec.actuators[0].limits, 0.05)
+    assert_held(device.log, spec.actuators[0].limits, 0.05, mode)
 
 
 def test_the_gate_is_what_holds_them_off(monkeypatch):
@@ -222,8 +240,8 @@ def test_the_gate_is_what_holds_them_off(monkeypatch):
         spec, Mind(build=build, actions=[Berserk]), clock, ListSink(), load=CATALOG.load_class,
         prepare=lambda stage: stage.actuators["wheels"].wrap(lambda d: logs.append(Logged(d, clock)) or logs[-1]),
     )  # fmt: skip
-    for count in range(PERIODS):
+    for count in range(PERIODS["lockstep"]):
         agent.step(count)
         clock.advance()
     with pytest.raises(AssertionError):
-        assert_held(logs[0].log, limited_robot("pioneer_p3dx").actuators[0].limits, 0.05)
+        assert_held(logs[0].log, limited_robot("pioneer_p3dx").actuators[0].limits, 0.05, "lockstep")
