@@ -21,6 +21,9 @@ from .dialect import dialect_of
 from .paper import idle, paper_agent
 from .xml_mission import MissionOptions, check_xml
 
+_GOALS = ("goal", "leader")
+"""Parameters that name a place or a robot to go to."""
+
 DEFAULT = MissionOptions()
 
 
@@ -95,15 +98,29 @@ def named_in(mission: Path) -> set[str] | None:
 
 
 def nodes_in(files: Iterable[Path]) -> set[str]:
-    """Texts that content has more than once, and may thus be nodes that it adds and then goes to."""
+    """Texts that content has more than once, not only as goals, and may thus be nodes that it adds and then goes to."""
     found: Counter[str] = Counter()
+    goals: Counter[str] = Counter()
     for file in files:
         try:
             text = file.read_text(encoding="utf-8")
-            found.update(_texts(text) if file.suffix == ".py" else re.findall(r"""=\s*["']([^"']*)["']""", text))
+            if file.suffix == ".py":
+                found.update(_texts(text))
+                goals.update(_goals(text))
+            else:
+                given = re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", text)
+                found.update(value for _, value in given)
+                goals.update(value for name, value in given if name in _GOALS)
         except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
             continue  # reported where the file itself is checked
-    return {text for text, count in found.items() if count > 1}
+    return {text for text, count in found.items() if count > max(1, goals[text])}
+
+
+def _goals(python: str) -> list[str]:
+    """The texts that a Python file passes as goals."""
+    calls = [node for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Call)]
+    values = [word.value for call in calls for word in call.keywords if word.arg in _GOALS]
+    return [node.value for node in values if isinstance(node, ast.Constant) and isinstance(node.value, str)]
 
 
 def _texts(python: str) -> list[str]:

@@ -243,6 +243,34 @@ def test_a_goal_that_no_place_has_is_refused_by_check_and_run(project, rocs_bt):
     assert not (project / "runs").exists()
 
 
+PATROLS = {
+    ".py": '''"""There, and there again."""
+from rocs_bt import Mission
+from rocs_bt.units import MetresPerSecond
+
+
+def build(mission: Mission, *, first: str, second: str, cruise: MetresPerSecond = 0.4):
+    leaves = [mission.act("GoTo", name=str(i), goal="gaet") for i in range(2)] + [mission.act("GoTo", goal="gaet")]
+    return mission.node("Sequence", *leaves)
+''',
+    ".xml": """<root BTCPP_format="4" main_tree_to_execute="patrol"><BehaviorTree ID="patrol">
+<Sequence><GoTo goal="gaet"/><GoTo goal="gaet"/></Sequence></BehaviorTree><TreeNodesModel><SubTree ID="patrol">
+<input_port name="first"/><input_port name="second"/><input_port name="cruise" type="m/s"/>
+</SubTree></TreeNodesModel></root>
+""",
+}
+
+
+@pytest.mark.parametrize("suffix", PATROLS)
+def test_so_is_one_that_a_mission_goes_to_twice(project, rocs_bt, suffix):
+    (project / "planners/missions/patrol.py").unlink()
+    (project / f"planners/missions/patrol{suffix}").write_text(PATROLS[suffix])
+    told = rocs_bt("check", SCENARIO)
+    assert told.code == 2, told.text
+    assert "no place is named 'gaet'. Did you mean 'gate'" in told.text
+    assert "warning: no place" not in told.text
+
+
 @pytest.mark.parametrize(
     "may_appear",
     [
