@@ -7,6 +7,7 @@ import pytest
 from rocs_bt.errors import InputError
 from rocs_bt.plan.nodes import BUILTIN, InOut, Input, Instant, Leaf, Output, Tree
 from rocs_bt.plan.status import SUCCESS, outcome_name
+from rocs_bt.plan.xml import read_document, verify
 
 
 class Greet(Instant):
@@ -41,6 +42,18 @@ class TestPorts:
         tree.board["t"] = "2"
         tree.tick()
         assert tree.board["s"] == "hello youhello you"
+
+    @pytest.mark.parametrize(("text", "error"), [("x y", "ValueError: "), ("1" * 9, "ZeroDivisionError: ")])
+    def test_an_exception_of_a_ports_parser_is_a_fault_of_the_text(self, text, error):
+        class Custom(Leaf):
+            size = Input(float, parse=lambda text: 1 / (len(text) - 9) / int(text))
+
+        document = read_document(
+            f'<root BTCPP_format="4">\n<BehaviorTree ID="Main">\n<Custom size="{text}"/></BehaviorTree></root>'
+        )
+        (fault,) = verify(document, {**BUILTIN, "Custom": Custom})
+        assert fault.line == 3
+        assert f"port 'size': '{text}' cannot be read: {error}" in fault.message
 
     def test_a_key_without_a_value_is_told(self):
         with pytest.raises(InputError, match="'who' of Greet 'g' reads the key 'name', which has no value"):

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, overload
 
+from ...errors import Fault, InputError
 from ...units import Dimension, convert
 from ..board import Enums, from_string
 from ..script import parse_script
@@ -105,12 +106,17 @@ class Port(Generic[T]):
             InputError: It is no value of this port's type.
         """
         found: Any
-        if self._parse is not None:
-            found = self._parse(text)
-        elif self.dimension is not None:
-            found = convert(text, self.dimension, self.name)
-        else:
-            found = from_string(text, self.kind, enums)
+        try:
+            if self._parse is not None:
+                found = self._parse(text)
+            elif self.dimension is not None:
+                found = convert(text, self.dimension, self.name)
+            else:
+                found = from_string(text, self.kind, enums)
+        except InputError:
+            raise
+        except Exception as error:  # a parser is a person's code: what it raises is a fault of the text
+            raise InputError(Fault(f"{text!r} cannot be read: {type(error).__name__}: {error}.")) from error
         value: T = found
         return value
 
