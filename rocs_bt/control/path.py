@@ -14,6 +14,7 @@ from .drive import Array
 from .grid import Grid
 
 SPACING = 0.01  # [m] Fine enough that a right-angled corner is cut by less than 4 mm.
+MAX_SAMPLES = 1_000_000  # 10 km at that spacing; the arrays of a path then take about 100 MB.
 REACH = 0.05  # [m] Heading is that of a chord this far each way, so that a polyline's kinks do not become spikes.
 
 
@@ -34,7 +35,7 @@ class Path:
         samples: (n, 4) x [m], y [m], heading without jumps [rad], curvature, left positive [1/m]; read-only.
 
     Raises:
-        InputError: No points, not (m, 2), or not finite.
+        InputError: No points, not (m, 2), not finite, or longer than `MAX_SAMPLES` times the spacing.
     """
 
     def __init__(self, points: npt.ArrayLike, spacing: float = SPACING) -> None:
@@ -43,6 +44,8 @@ class Path:
             raise InputError(f"the spacing of a path must be positive, found {spacing} m.")
         stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
         self.length = float(stations[-1])
+        if not self.length <= MAX_SAMPLES * spacing:
+            raise InputError(f"a path may be {MAX_SAMPLES * spacing:g} m long, found {self.length:g} m.")
         cells = max(4, math.ceil(self.length / spacing))
         self.spacing = self.length / cells
         at = np.linspace(0.0, self.length, cells + 1)

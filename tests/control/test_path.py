@@ -143,3 +143,9 @@ def test_places_before_the_least_do_not_count() -> None:
     assert there_and_back.project(1.0, 0.0, least=2.1) == pytest.approx(3.1)
     assert there_and_back.project(1.0, 0.0, hint=1.0, least=2.1) == pytest.approx(3.1)
     assert there_and_back.project(1.0, 0.0, least=99.0) == pytest.approx(there_and_back.length)
+
+
+@pytest.mark.parametrize("far", [10_001.0, 9e9, 1e300])
+def test_a_path_that_is_too_long_is_refused(far: float) -> None:
+    with pytest.raises(InputError, match="a path may be 10000 m long, found "):
+        Path([(0.0, 0.0), (far, far)])
