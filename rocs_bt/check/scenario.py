@@ -88,7 +88,7 @@ def _build(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> None:
     Raises:
         InputError: It cannot be built.
     """
-    build = catalog.load_mission(agent.mission)
+    build = catalog.load_mission(agent.mission, agent.nodes)
     mind = replace(
         _mind(scenario, agent, catalog),
         build=build,

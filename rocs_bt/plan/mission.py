@@ -65,6 +65,7 @@ class Mission:
         faults: What was found in a survey.
         swap: Puts another subtree in the place of a named one while the mission runs (see `TreePlan.swap`).
         survey: Whether this is a check.
+        passed: Parameters of the mission that are texts; only a check gives them.
         board: The board of the tree's root, where `build` may put what its nodes read.
         content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
         shared: What nodes of the tree share, by purpose, such as route planners and what they remember.
@@ -107,7 +108,7 @@ class Mission:
         self._compile = compile_guard
         self.survey = survey
         self.fit = fit
-        self._passed = passed
+        self.passed = passed
         self._later = later
         self._paths: Mapping[Any, str] = {}
         self._time = clock.now()
@@ -321,7 +322,7 @@ class Mission:
             faults: The faults.
             about: The value that is wrong; the faults get no line if it is a parameter of the mission.
         """
-        here = None if about in self._passed else called_at()
+        here = None if about in self.passed else called_at()
         self.faults.extend(faults if here is None else (fault.at(here.file, here.line) for fault in faults))
 
 

@@ -4,14 +4,21 @@ import json
 
 import pytest
 
+from rocs_bt.event import NodeTicked
+from rocs_bt.record import Recording
+
 MISSION = """<root BTCPP_format="4" main_tree_to_execute="Navigate">
   <BehaviorTree ID="Navigate">
     <RecoveryNode number_of_retries="{retries}" name="navigate">
       <PipelineSequence name="plan and drive">
+        <ProgressCheckerSelector default_progress_checker="checker" selected_progress_checker="{{progress}}"/>
+        <GoalCheckerSelector default_goal_checker="checker" selected_goal_checker="{{reached}}"/>
+        <ControllerSelector default_controller="FollowPath" selected_controller="{{controller}}"/>
         <PlannerSelector default_planner="GridBased" selected_planner="{{planner}}" topic_name="planner_selector"/>
         <RateController hz="1.0">
           <RecoveryNode number_of_retries="1" name="plan">
-            <ComputePathToPose goal="{{goal}}" path="{{path}}" planner_id="{{planner}}" error_code_id="{{plan_error}}"/>
+            <ComputePathToPose goal="{{goal}}" path="{{path}}" planner_id="{{planner}}"
+                               error_code_id="{{plan_error}}" error_msg="{{plan_text}}"/>
             <Sequence>
               <WouldAPlannerRecoveryHelp error_code="{{plan_error}}"/>
               <ClearEntireCostmap service_name="global_costmap/clear_entirely_global_costmap"/>
@@ -19,18 +26,32 @@ MISSION = """<root BTCPP_format="4" main_tree_to_execute="Navigate">
           </RecoveryNode>
         </RateController>
         <RecoveryNode number_of_retries="1" name="drive">
-          <FollowPath path="{{path}}" controller_id="FollowPath" error_code_id="{{drive_error}}"/>
-          <ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap"/>
+          <FollowPath path="{{path}}" controller_id="{{controller}}" goal_checker_id="{{reached}}"
+                      progress_checker_id="{{progress}}" error_code_id="{{drive_error}}" error_msg="{{drive_text}}"/>
+          <Sequence>
+            <WouldAControllerRecoveryHelp error_code="{{drive_error}}"/>
+            <ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap"/>
+          </Sequence>
         </RecoveryNode>
       </PipelineSequence>
-      <ReactiveFallback name="recover">
-        <GoalUpdated/>
-        <RoundRobin name="in turn">
-          <Wait wait_duration="0.5"/>
-          <Spin spin_dist="0.8"/>
-          <BackUp backup_dist="0.10" backup_speed="0.15"/>
-        </RoundRobin>
-      </ReactiveFallback>
+      <Sequence name="recover">
+        <Fallback name="would a recovery help">
+          <WouldAControllerRecoveryHelp error_code="{{drive_error}}"/>
+          <WouldAPlannerRecoveryHelp error_code="{{plan_error}}"/>
+        </Fallback>
+        <ReactiveFallback name="recoveries">
+          <GoalUpdated/>
+          <RoundRobin name="in turn">
+            <Sequence name="clear">
+              <ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap"/>
+              <ClearEntireCostmap service_name="global_costmap/clear_entirely_global_costmap"/>
+            </Sequence>
+            <Spin spin_dist="0.8" error_code_id="{{spin_error}}" error_msg="{{spin_text}}"/>
+            <Wait wait_duration="0.5" error_code_id="{{wait_error}}" error_msg="{{wait_text}}"/>
+            <BackUp backup_dist="0.10" backup_speed="0.15" error_code_id="{{back_error}}" error_msg="{{back_text}}"/>
+          </RoundRobin>
+        </ReactiveFallback>
+      </Sequence>
     </RecoveryNode>
   </BehaviorTree>
 </root>
@@ -43,7 +64,7 @@ nodes = "{nodes}"
 [[place]]
 name = "box"
 kind = "object"
-x = "-0.5 m"
+x = "{x}"
 y = "{y}"
 yaw = "0 deg"
 length = "0.5 m"
@@ -62,11 +83,11 @@ mission = "navigation"
 def project(tmp_path):
     """Writes a project with the mission, and a scenario that plays it."""
 
-    def write(nodes="nav2", parameters='goal = "goal"', y="1 m", retries=6, duration="60 s"):
+    def write(nodes="nav2", parameters='goal = "goal"', y="1 m", x="-0.5 m", retries=6, duration="60 s"):
         for folder in ("planners/missions", "scenarios"):
             (tmp_path / folder).mkdir(parents=True, exist_ok=True)
         (tmp_path / "planners/missions/navigation.xml").write_text(MISSION.format(retries=retries))
-        text = SCENARIO.format(nodes=nodes, parameters=parameters, y=y, duration=duration)
+        text = SCENARIO.format(nodes=nodes, parameters=parameters, x=x, y=y, duration=duration)
         (tmp_path / "scenarios/drive.toml").write_text(text)
         return tmp_path
 
@@ -84,14 +105,113 @@ def test_the_robot_reaches_the_goal_around_the_box(rocs_bt, project, seed):
 
 
 def test_recoveries_are_tried_in_turn_and_then_it_fails(rocs_bt, project):
-    folder = project(y="0 m", retries=3)  # the box stands beside the goal, as far as the robot knows
-    (folder / "scenarios/drive.toml").write_text(
-        (folder / "scenarios/drive.toml").read_text().replace('x = "-0.5 m"', 'x = "0 m"')
-    )
+    folder = project(y="0 m", x="0 m", retries=6)  # the robot believes that the box is at the goal
     ran = rocs_bt("run", "drive", "--seed", 1, "--out", folder / "out")
     (agent,) = json.loads((folder / "out/summary.json").read_text())["agents"].values()
     assert agent["outcome"] == "failed", ran.text
     assert agent["path_length"] > 0.05  # it backed up
+    events = [e for e in Recording.open(folder / "out").events() if isinstance(e, NodeTicked)]
+    turns = [e.node.split("in turn/")[1] for e in events if "in turn/" in e.node and e.status == "SUCCESS"]
+    assert [turn for turn in turns if "/" not in turn] == [
+        "clear",
+        "Spin",
+        "Wait",
+        "BackUp",
+        "Spin",
+    ]  # "clear" is at once
+    assert not [e for e in events if e.node.endswith("FollowPath")]  # it never drove: its error code has no value
+    assert "ComputePathToPose: BLOCKED: the goal is too near to 'box'" in ran.text
+
+
+def test_a_place_may_have_any_name(rocs_bt, project):
+    folder = project(parameters='goal = "0;map;0.3;0;0;0;0;0;1"')
+    file = folder / "scenarios/drive.toml"
+    file.write_text(file.read_text().replace('name = "box"', 'name = "path_end"'))
+    ran = rocs_bt("run", "drive", "--seed", 1, "--out", folder / "out")
+    assert "the mission says SUCCESS, but it is 0.40 m from 'goal'" in ran.text
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize(
+    ("goal", "says"),
+    [
+        ("gaol", "no place is named 'gaol'. Did you mean 'goal'?"),
+        ("0;map;nan;0;0;0;0;0;1", "has a field that is not finite"),
+        ("0;map;1;x;0;0;0;0;1", "'x' is not a number"),
+    ],
+)
+def test_a_goal_that_is_no_place_is_refused_at_its_line(rocs_bt, project, command, goal, says):
+    folder = project(parameters=f'goal = "{goal}"')
+    ran = rocs_bt("check", folder) if command == "check" else rocs_bt("run", "drive", "--out", folder / "out")
+    assert ran.code == 2
+    line = 1 + SCENARIO.split("[agent.parameters]")[0].count("\n")
+    assert f"drive.toml:{line}: " in ran.text
+    assert says in ran.text
+    assert ran.text.count(says) == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('hz="1.0"', 'hz="0"', "port 'hz': a rate must be above 0 Hz, found 0."),
+        ('hz="1.0"', 'hz="-inf"', "port 'hz': a rate must be above 0 Hz, found -inf."),
+        (
+            '<WouldAPlannerRecoveryHelp error_code="{plan_error}"/>\n              <Clear',
+            '<AreErrorCodesPresent error_code="{plan_error}" error_codes_to_check="a;b"/>\n              <Clear',
+            "port 'error_codes_to_check': 'a' is not a whole number.",
+        ),
+        (
+            "<GoalUpdated/>",
+            '<SpeedController min_rate="0"><GoalUpdated/></SpeedController>',
+            "port 'min_rate': a rate must be above 0 Hz, found 0.",
+        ),
+    ],
+)
+def test_a_wrong_literal_is_refused_at_its_line(rocs_bt, project, old, new, says):
+    folder = project()
+    file = folder / "planners/missions/navigation.xml"
+    text = file.read_text()
+    assert text.count(old) == 1
+    text = text.replace(old, new).replace('wait_duration="0.5"', 'wait_duration="long"')
+    file.write_text(text)
+    line = 1 + text[: text.index(new.split("\n")[0])].count("\n")
+    ran = rocs_bt("check", folder)
+    assert ran.code == 2
+    assert f"navigation.xml:{line}:" in ran.text
+    assert says in ran.text
+    assert "'long' is not a number" in ran.text  # one fault hides no other
+    assert rocs_bt("run", "drive", "--out", folder / "out").code == 2
+
+
+def test_a_parameter_of_a_subtree_is_looked_at_too(rocs_bt, project):
+    folder = project(nodes="rocs", parameters='goal = "gaol"')
+    (folder / "planners/missions/navigation.xml").write_text(
+        '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><SubTree ID="go" to="{goal}"/>'
+        '</BehaviorTree><BehaviorTree ID="go"><GoTo goal="{to}"/></BehaviorTree>'
+        '<TreeNodesModel><SubTree ID="Main"><input_port name="goal"/></SubTree></TreeNodesModel></root>'
+    )
+    checked = rocs_bt("check", folder)
+    assert checked.code == 2
+    assert "drive.toml:19: 'GoTo': no place is named 'gaol'. Did you mean 'goal'?" in checked.text
+
+
+def test_a_key_that_a_node_writes_is_not_looked_at(rocs_bt, project):
+    folder = project(parameters='goal = "elsewhere"')
+    file = folder / "planners/missions/navigation.xml"
+    text = file.read_text().replace("<PipelineSequence", "<Sequence><Script code=\"goal := 'goal'\"/><PipelineSequence")
+    file.write_text(text.replace("</PipelineSequence>", "</PipelineSequence></Sequence>"))
+    assert rocs_bt("check", folder).code == 0
+
+
+def test_a_literal_goal_that_is_no_place_is_refused_at_its_element(rocs_bt, project):
+    folder = project(parameters="")
+    file = folder / "planners/missions/navigation.xml"
+    file.write_text(file.read_text().replace('ComputePathToPose goal="{goal}"', 'ComputePathToPose goal="gaol"'))
+    line = 1 + MISSION.split("<ComputePathToPose")[0].count("\n")
+    for ran in (rocs_bt("check", folder), rocs_bt("run", "drive", "--out", folder / "out")):
+        assert ran.code == 2
+        assert f"navigation.xml:{line}:" in ran.text
+        assert "no place is named 'gaol'. Did you mean 'goal'?" in ran.text
 
 
 def test_the_project_and_the_mission_alone_are_fine(rocs_bt, project):

@@ -72,6 +72,14 @@ class TestDecorators:
         found = ticks(mind, tree(around.format('<RateController hz="2"><Tally/></RateController>')), 11)
         assert found == counts
 
+    @pytest.mark.parametrize(
+        "tag", ["RateController hz='{zero}'", "SpeedController min_rate='{zero}' max_rate='{zero}'"]
+    )
+    def test_a_rate_of_zero_on_the_board_never_ticks_the_child_again(self, mind, tree, tag):
+        made = tree(f"<PipelineSequence><{tag}><Tally/></{tag.split()[0]}>{LASTING}</PipelineSequence>")
+        made.board["zero"] = 0.0
+        assert ticks(mind, made, 12) == [1] * 12
+
     def test_a_child_that_fails_fails_the_rate_controller(self, tree):
         made = tree('<RateController><Tally outcome="FAILURE"/></RateController>')
         assert made.tick() is FAILURE
@@ -140,6 +148,11 @@ class TestConditions:
             ("<WouldAControllerRecoveryHelp error_code='105'/>", "S"),
             ("<AreErrorCodesPresent error_code='3' error_codes_to_check='1,3'/>", "S"),
             ("<AreErrorCodesPresent error_code='2' error_codes_to_check='1;3'/>", "F"),
+            ("<WouldAPlannerRecoveryHelp error_code='308'/>", "S"),
+            ("<WouldAPlannerRecoveryHelp error_code='{none}'/>", "F"),
+            ("<WouldAControllerRecoveryHelp error_code='{none}'/>", "F"),
+            ("<WouldAControllerRecoveryHelp/>", "F"),
+            ("<AreErrorCodesPresent error_code='{none}' error_codes_to_check='0;1'/>", "F"),
         ],
     )
     def test_those_that_look_at_now(self, mind, tree, condition, outcome):
@@ -202,6 +215,16 @@ class TestPaths:
 
 
 class TestMotion:
+    @pytest.mark.parametrize("far", ["9e9", "1e300"])
+    def test_a_path_that_is_too_long_is_an_error_code(self, mind, tree, far):
+        path = f"<ComputePathToPose goal='0;map;{far};0;0;0;0;0;1' path='{{path}}'/>"
+        drive = "<FollowPath path='{path}' error_code_id='{code}' error_msg='{why}'/>"
+        root = tree(f"<Sequence>{path}{drive}</Sequence>").root
+        mind.start(root)
+        mind.until_done()
+        assert (mind.plan.status, mind.mission.board["code"]) == ("FAILURE", 103)
+        assert "a path may be 10000 m long, found " in mind.mission.board["why"]
+
     @pytest.mark.parametrize(
         ("node", "moved"),
         [

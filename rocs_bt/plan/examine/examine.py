@@ -26,9 +26,10 @@ def examine(tree: Tree, knowledge: Knowledge | None = None, later: Collection[st
 
 
 def _all(tree: Tree, knowledge: Knowledge | None, later: Collection[str] | None) -> Iterator[Fault]:
-    yield from flow_faults(tree, flow_of(tree))
+    flow = flow_of(tree)
+    yield from flow_faults(tree, flow)
     yield from own_faults(tree)
     yield from script_faults(tree)
     yield from unreachable(tree)
     if knowledge is not None:
-        yield from unable(tree, knowledge, later)
+        yield from unable(tree, flow, knowledge, later)

@@ -6,10 +6,11 @@ import math
 from typing import Any, ClassVar
 
 from ...geometry import Pose2
+from ..board import from_string
 from ..nodes import FAILURE, SUCCESS, Input, Instant, Outcome
 from .decorators import goals_of, value_of
 from .keeping import KeepingCondition
-from .poses import PoseInput, PosesInput, pose_of, same
+from .poses import PoseInput, PosesInput, pose_of, robot_pose, same
 
 
 class _Condition(Instant):
@@ -21,10 +22,6 @@ class _Condition(Instant):
     def holds(self) -> bool:
         """Whether it holds."""
         raise NotImplementedError
-
-    def _here(self) -> Pose2:
-        mission = self.runtime.mission
-        return mission.knowledge.robot.pose(mission.clock.now())
 
 
 class _Kept(KeepingCondition):
@@ -95,14 +92,10 @@ class DistanceTraveled(_Kept):
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def restart(self) -> None:
-        self._at = self._here()
+        self._at = robot_pose(self.runtime.mission)
 
     def holds(self) -> bool:
-        return self._here().distance(self._at) >= self.distance
-
-    def _here(self) -> Pose2:
-        mission = self.runtime.mission
-        return mission.knowledge.robot.pose(mission.clock.now())
+        return robot_pose(self.runtime.mission).distance(self._at) >= self.distance
 
 
 class PathExpiringTimer(_Kept):
@@ -131,7 +124,7 @@ class GoalReached(_Condition):
         pose = pose_of(mission, goal)
         known = isinstance(goal, str) and mission.knowledge.graph.has(goal)
         tolerance = mission.knowledge.graph.attributes(goal).get("tolerance") if known else None
-        return pose is not None and self._here().distance(pose) <= (tolerance or TOLERANCE)
+        return pose is not None and robot_pose(self.runtime.mission).distance(pose) <= (tolerance or TOLERANCE)
 
 
 TOLERANCE = 0.25
@@ -148,7 +141,7 @@ class ArePosesNear(_Condition):
 
     def holds(self) -> bool:
         mission, given = self.runtime.mission, self.ref_pose
-        one = self._here() if given is None else pose_of(mission, given)
+        one = robot_pose(self.runtime.mission) if given is None else pose_of(mission, given)
         other = pose_of(mission, self.target_pose)
         return one is not None and other is not None and one.distance(other) <= self.tolerance
 
@@ -161,7 +154,7 @@ class IsStuck(KeepingCondition):
 
     def update(self) -> Outcome:
         mission, now = self.runtime.mission, self.runtime.now()
-        here = mission.knowledge.robot.pose(mission.clock.now())
+        here = robot_pose(mission)
         if self.begins() or not here.distance(self._at) < 0.1:
             self._at, self._since = here, now
         return SUCCESS if now - self._since >= 3.0 else FAILURE
@@ -187,7 +180,7 @@ class InitialPoseReceived(_Condition):
     initial_pose_received = Input(bool, False, "key of Nav2; here the pose itself counts")
 
     def holds(self) -> bool:
-        return not math.isnan(self._here().x)
+        return not math.isnan(robot_pose(self.runtime.mission).x)
 
 
 class TransformAvailable(InitialPoseReceived):
@@ -198,17 +191,19 @@ class TransformAvailable(InitialPoseReceived):
 
 
 class _Codes(_Condition):
+    """A missing error code is FAILURE: the node that writes it has not run yet."""
+
     helped: ClassVar[tuple[int, ...]] = ()
-    error_code = Input(int, 0, "error code of the node that failed")
+    error_code = Input(int, None, "error code of the node that failed")
 
     def holds(self) -> bool:
         return self.error_code in self.helped
 
 
 class WouldAPlannerRecoveryHelp(_Codes):
-    """SUCCESS if a recovery may help after this error code of ComputePathToPose."""
+    """SUCCESS if a recovery may help after this error code of ComputePathToPose or ComputePathThroughPoses."""
 
-    helped = (200, 207, 208)
+    helped = (200, 207, 208, 300, 307, 308)
 
 
 class WouldAControllerRecoveryHelp(_Codes):
@@ -217,17 +212,16 @@ class WouldAControllerRecoveryHelp(_Codes):
     helped = (100, 104, 105, 106)
 
 
+def _numbers(text: str) -> list[int]:
+    parts = text.replace(",", ";").split(";")
+    return [from_string(part.strip(), int) for part in parts if part.strip()]
+
+
 class AreErrorCodesPresent(_Condition):
     """SUCCESS if an error code is one of several."""
 
-    error_code = Input(int, 0, "the error code")
-    error_codes_to_check = Input(
-        list[int], doc="the others, separated by `;` or `,`", parse=lambda text: _numbers(text)
-    )
+    error_code = Input(int, None, "the error code; a missing one is FAILURE")
+    error_codes_to_check = Input(list[int], doc="the others, separated by `;` or `,`", parse=_numbers)
 
     def holds(self) -> bool:
         return self.error_code in self.error_codes_to_check
-
-
-def _numbers(text: str) -> list[int]:
-    return [int(part) for part in text.replace(",", ";").split(";") if part.strip()]

@@ -6,11 +6,25 @@ import math
 from itertools import pairwise
 from typing import Any
 
+from ...errors import Fault, InputError
 from ...geometry import Pose2
+from ..board import from_string
 from ..nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
 from ..nodes.family import Decorator
 from .keeping import KeepingDecorator
-from .poses import PoseInput, PosesInput, poses_of, same
+from .poses import PoseInput, PosesInput, poses_of, robot_pose, same
+
+
+def _rate(text: str) -> float:
+    """A rate [Hz].
+
+    Raises:
+        InputError: It is no number, or not above zero.
+    """
+    rate: float = from_string(text, float)
+    if not 0.0 < rate < math.inf:
+        raise InputError(Fault(f"a rate must be above 0 Hz, found {text}."))
+    return rate
 
 
 class _Throttled(KeepingDecorator):
@@ -47,13 +61,13 @@ class _Throttled(KeepingDecorator):
 class RateController(_Throttled):
     """Ticks its child at most at a rate; once RUNNING the child is ticked until it ends. RUNNING in between."""
 
-    hz = Input(float, 10.0, "rate [Hz]")
+    hz = Input(float, 10.0, "rate [Hz], above 0", parse=_rate)
 
     def restart(self) -> None:
         self._since = self.runtime.now()
 
     def due(self) -> bool:
-        return self.runtime.now() - self._since >= 1.0 / self.hz - 1e-9
+        return (self.runtime.now() - self._since + 1e-9) * self.hz >= 1.0
 
 
 class DistanceController(_Throttled):
@@ -64,22 +78,18 @@ class DistanceController(_Throttled):
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def restart(self) -> None:
-        self._at = self._here()
+        self._at = robot_pose(self.runtime.mission)
 
     def due(self) -> bool:
-        moved = self._here().distance(self._at)
+        moved = robot_pose(self.runtime.mission).distance(self._at)
         return math.isnan(moved) or moved >= self.distance
-
-    def _here(self) -> Pose2:
-        mission = self.runtime.mission
-        return mission.knowledge.robot.pose(mission.clock.now())
 
 
 class SpeedController(_Throttled):
     """Ticks its child at a rate that grows with the robot's speed, and at once when the goal changes."""
 
-    min_rate = Input(float, 0.1, "rate at `min_speed` [Hz]")
-    max_rate = Input(float, 1.0, "rate at `max_speed` [Hz]")
+    min_rate = Input(float, 0.1, "rate at `min_speed` [Hz], above 0", parse=_rate)
+    max_rate = Input(float, 1.0, "rate at `max_speed` [Hz], above 0", parse=_rate)
     min_speed = Input(float, 0.0, "[m/s]")
     max_speed = Input(float, 0.5, "[m/s]")
     goal = PoseInput(None, "goal whose change makes the child due; the key `goal` by default")
@@ -96,7 +106,7 @@ class SpeedController(_Throttled):
         low, high = self.min_speed, max(self.max_speed, self.min_speed + 1e-9)
         share = 0.0 if math.isnan(speed) else min(max((speed - low) / (high - low), 0.0), 1.0)
         rate = self.min_rate + share * (self.max_rate - self.min_rate)
-        return self.runtime.now() - self._since >= 1.0 / rate - 1e-9
+        return (self.runtime.now() - self._since + 1e-9) * rate >= 1.0
 
 
 class GoalUpdatedController(_Throttled):

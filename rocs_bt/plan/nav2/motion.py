@@ -16,8 +16,8 @@ CRUISE = 0.5
 SPIN_RATE = 1.0
 """Turn rate of Spin [rad/s]."""
 
-PATH_END = "path_end"
-"""Place at the end of a path that leads to no goal of the world model."""
+PATH_END = " path_end"
+"""Place at the end of a path that leads to no goal of the world model; names in files have no space before them."""
 
 _CODES = {Reason.TIMEOUT: 1, Reason.LOST_POSE: 2, Reason.BLOCKED: 3, Reason.STUCK: 3}
 

@@ -12,7 +12,7 @@ from ...errors import Fault, InputError
 from ...geometry import Pose2
 from ..nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from ..route import NoRoute, Point, RoutePlanner
-from .poses import PoseInput, PosesInput, pose_of, poses_of
+from .poses import PoseInput, PosesInput, pose_of, poses_of, robot_pose
 
 CLEARANCE = 0.1
 """Least gap between the hull and what is known [m]."""
@@ -53,7 +53,7 @@ class _Planning(_Server):
         mission = self.runtime.mission
         given = self.start
         if given is None:
-            here = mission.knowledge.robot.pose(mission.clock.now())
+            here = robot_pose(mission)
             return None if math.isnan(here.x) else here
         return pose_of(mission, given)
 
@@ -114,7 +114,7 @@ class ComputePathToPose(_Planning):
     def _begins(self) -> Pose2 | None:
         if not self.use_start:
             mission = self.runtime.mission
-            here = mission.knowledge.robot.pose(mission.clock.now())
+            here = robot_pose(mission)
             return None if math.isnan(here.x) else here
         return super()._begins()
 
@@ -138,8 +138,8 @@ class ComputeRoute(_Planning):
     base = 400
     planner_id = Input(str, "dijkstra", "name of a file in planners/routes")
     goal = PoseInput("{goal}", "where to, if `use_poses`")
-    goal_id = Input(str, "", "place to go to, if not `use_poses`")
-    start_id = Input(str, "", "place to begin at, if not `use_poses`; else and by default where the robot is")
+    goal_id = PoseInput("", "place to go to, if not `use_poses`")
+    start_id = PoseInput("", "place to begin at, if not `use_poses`; else and by default where the robot is")
     use_poses = Input(bool, False, "whether `start` and `goal` count, not `start_id` and `goal_id`")
     use_start = Input(bool, False, "whether a start counts; else the path begins where the robot is")
     planning_time = Output(float, "always 0 s: planning takes no simulated time")
@@ -159,7 +159,7 @@ class ComputeRoute(_Planning):
             return pose_of(mission, self.start_id)
         if self.use_start and self.use_poses:
             return super()._begins()
-        here = mission.knowledge.robot.pose(mission.clock.now())
+        here = robot_pose(mission)
         return None if math.isnan(here.x) else here
 
 
@@ -245,7 +245,7 @@ class GetCurrentPose(Instant):
 
     def update(self) -> Outcome:
         mission = self.runtime.mission
-        pose = mission.knowledge.robot.pose(mission.clock.now())
+        pose = robot_pose(mission)
         if math.isnan(pose.x):
             return FAILURE
         self.current_pose = pose
@@ -264,7 +264,7 @@ class RemovePassedGoals(Instant):
         mission = self.runtime.mission
         given = self.input_goals
         goals = list(given) if not isinstance(given, str) else [part.strip() for part in given.split(";")]
-        here = mission.knowledge.robot.pose(mission.clock.now())
+        here = robot_pose(mission)
         while len(goals) > 1 and (pose := pose_of(mission, goals[0])) is not None:
             if not here.distance(pose) <= self.radius:
                 break

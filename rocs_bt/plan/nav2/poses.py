@@ -35,12 +35,17 @@ def read_pose(text: str) -> str | Pose2:
     """The pose that a text holds, or the name of a node.
 
     Raises:
-        InputError: A field of a PoseStamped is no number.
+        InputError: A field of a PoseStamped is no number, or not finite.
     """
     parts = text.split(";")
     if len(parts) != STAMPED:
         return text.strip()
-    x, y, _, qx, qy, qz, qw = (from_string(part, float) for part in parts[2:])
+    fields = [from_string(part.strip(), float) for part in parts[2:]]
+    if not all(map(math.isfinite, fields)):
+        raise InputError(
+            Fault(f"the pose '{text}' has a field that is not finite.", hint="Write seven finite numbers.")
+        )
+    x, y, _, qx, qy, qz, qw = fields
     return Pose2(x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
 
 
@@ -54,6 +59,11 @@ def read_poses(text: str) -> list[str | Pose2]:
     if len(parts) % STAMPED == 0 and parts and parts[0].lstrip("-").isdigit():
         return [read_pose(";".join(parts[i : i + STAMPED])) for i in range(0, len(parts), STAMPED)]
     return list(parts)
+
+
+def robot_pose(mission: Mission) -> Pose2:
+    """The present pose of the robot in the world frame; its coordinates are NaN while it is not known."""
+    return mission.knowledge.robot.pose(mission.clock.now())
 
 
 def pose_of(mission: Mission, value: Any) -> Pose2 | None:
