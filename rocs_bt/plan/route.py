@@ -10,7 +10,7 @@ from typing import Any
 
 from ..errors import KnowledgeError
 from ..geometry import Pose2
-from ..knowledge import Knowledge, Roadmap, beside
+from ..knowledge import Knowledge, Roadmap, Way, beside
 
 Point = tuple[float, float]
 """x and y in the world frame [m]."""
@@ -75,7 +75,7 @@ class RoadRoutePlanner(RoutePlanner):
 
     def __init__(self, knowledge: Knowledge) -> None:
         super().__init__(knowledge)
-        self._kept: tuple[Any, Point, list[Point]] | None = None  # the roads, the goal, the way
+        self._kept: tuple[Any, Point, Way] | None = None  # the roads, the goal, the way
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         """The corners of a way over the roads that are as wide as the robot and the clearance on both sides [m].
@@ -89,9 +89,9 @@ class RoadRoutePlanner(RoutePlanner):
         width = self.knowledge.graph.attributes(self.knowledge.agent).get("width", 0.0)
         roads = Roadmap(self.knowledge, width + 2.0 * clearance)
         if self._kept is not None:
-            known, towards, points = self._kept
-            if known == roads.graph.adj and towards == goal[:2] and off_way(start[:2], points) <= OFF:
-                return points
+            known, towards, kept = self._kept
+            if known == roads.graph.adj and towards == goal[:2] and off_way(start[:2], kept.points) <= OFF:
+                return kept.points
         try:
             way = roads.way(start[:2], goal[:2], self.search)
         except KnowledgeError as error:
@@ -99,8 +99,13 @@ class RoadRoutePlanner(RoutePlanner):
         if way is None:
             closed = f"; closed: {', '.join(roads.closed)}" if roads.closed else ""
             raise NoRoute(f"no road that is open leads there{closed}")
-        self._kept = roads.graph.adj, goal[:2], way.points
+        self._kept = roads.graph.adj, goal[:2], way
         return way.points
+
+    @property
+    def way(self) -> Way | None:
+        """The way that `route` has returned last, with its places and its cost; None before the first one."""
+        return None if self._kept is None else self._kept[2]
 
 
 def off_way(point: Point, way: Sequence[Point]) -> float:

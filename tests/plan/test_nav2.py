@@ -3,12 +3,14 @@
 # ruff: noqa: E501 - a document stands in one line
 
 import math
+from itertools import pairwise
 
 import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan.nav2 import NAV2, OWN
+from rocs_bt.plan.nav2.motion import track
 from rocs_bt.plan.nodes import Input, Instant, Tree
 from rocs_bt.plan.status import FAILURE, SUCCESS, outcome_name
 from rocs_bt.plan.xml import load_tree
@@ -214,7 +216,130 @@ class TestPaths:
         )
 
 
+class TestRoutes:
+    @pytest.fixture
+    def roads(self, mind):
+        """A detour of two roads and a shorter one that costs three times its length, from the robot to `goal`."""
+        world, graph = mind.mission.knowledge.world, mind.mission.knowledge.graph
+        for name, (x, y) in {"dock": (0.0, 0.0), "bend": (1.0, 1.0), "goal": (2.0, 0.0)}.items():
+            world.place(name, Pose2(x, y, 0.0), "goal" if name == "goal" else "place")
+        for a, b, cost in (("dock", "bend", 1.0), ("bend", "goal", 1.0), ("dock", "goal", 3.0)):
+            graph.relate(a, "connects", b, cost=cost)
+        return graph
+
+    COMPUTE = (
+        "<ComputeRoute {} path='{{path}}' route='{{route}}' planning_time='{{time}}' error_code_id='{{code}}'"
+        " error_msg='{{why}}'/>"
+    )
+
+    @pytest.mark.usefixtures("roads")
+    @pytest.mark.parametrize(
+        ("attributes", "nodes"),
+        [
+            ("goal_id='goal'", ("dock", "bend", "goal")),
+            ("use_poses='true'", ("dock", "bend", "goal")),
+            ("goal_id='goal' planner_id='astar'", ("dock", "bend", "goal")),
+            ("goal_id='goal' start_id='bend'", ("bend", "goal")),
+            ("use_poses='true' use_start='true' start='0;map;1;1;0;0;0;0;1'", ("bend", "goal")),
+            ("use_poses='true' start='0;map;1;1;0;0;0;0;1'", ("dock", "bend", "goal")),
+        ],
+    )
+    def test_a_route_has_its_places_its_roads_and_its_cost(self, tree, attributes, nodes):
+        made = tree(self.COMPUTE.format(attributes))
+        assert made.tick() is SUCCESS
+        route = made.board["route"]
+        assert route.nodes == nodes
+        assert route.edges == tuple(pairwise(nodes))
+        assert route.route_cost == pytest.approx((len(nodes) - 1) * math.sqrt(2.0))
+        assert made.board["path"][-1] == (2.0, 0.0)
+        assert (made.board["time"], made.board["code"], made.board["why"]) == (0.0, 0, "")
+
+    @pytest.mark.usefixtures("roads")
+    @pytest.mark.parametrize(
+        ("attributes", "code"),
+        [
+            ("goal_id='nowhere'", 403),
+            ("goal_id='goal' start_id='nowhere'", 403),
+            ("goal_id='goal' planner_id='teleport'", 400),
+        ],
+    )
+    def test_what_cannot_be_planned_is_an_error_code(self, tree, attributes, code):
+        made = tree(self.COMPUTE.format(attributes))
+        assert made.tick() is FAILURE
+        assert made.board["code"] == code
+        assert made.board["why"]
+
+    def test_no_roads_and_closed_roads_are_two_error_codes(self, mind, tree, roads):
+        made = tree(self.COMPUTE.format("goal_id='goal'"))
+        for a, b in (("dock", "goal"), ("bend", "goal")):
+            roads.relate(a, "connects", b, open=False)
+        assert (made.tick(), made.board["code"]) == (FAILURE, 405)
+        assert "bend-goal (closed)" in made.board["why"]
+        for a, b in (("dock", "bend"), ("dock", "goal"), ("bend", "goal")):
+            roads.unrelate(a, "connects", b)
+        assert (made.tick(), made.board["code"]) == (FAILURE, 402)
+
+    def test_a_robot_that_is_lost_has_no_route(self, mind, tree, roads):
+        made = tree(self.COMPUTE.format("goal_id='goal'"))
+        mind.mission.knowledge.robot.pose = lambda *_: Pose2(math.nan, math.nan, math.nan)
+        assert (made.tick(), made.board["code"]) == (FAILURE, 401)
+
+    @pytest.mark.parametrize(("code", "outcome"), [(400, SUCCESS), (402, FAILURE), (404, SUCCESS), (405, SUCCESS)])
+    def test_would_a_route_recovery_help(self, tree, code, outcome):
+        assert tree(f"<WouldARouteRecoveryHelp error_code='{code}'/>").tick() is outcome
+
+    @pytest.mark.usefixtures("roads")
+    def test_the_robot_drives_along_the_route(self, mind, tree):
+        drive = "<FollowPath path='{path}' tracking_feedback='{tracking}'/>"
+        root = tree(f"<Sequence>{self.COMPUTE.format('goal_id=' + repr('goal'))}{drive}</Sequence>").root
+        mind.start(root)
+        feedback = []
+        while mind.plan.status == "RUNNING":
+            mind.run()
+            if "tracking" in mind.mission.board:
+                feedback.append(mind.mission.board["tracking"])
+        assert mind.plan.status == "SUCCESS"
+        assert {f.current_path_index for f in feedback} == {0, 1}
+        left = [f.remaining_path_length for f in feedback]
+        assert left == sorted(left, reverse=True)
+        assert left[0] == pytest.approx(2.0 * math.sqrt(2.0), abs=0.1)
+        assert feedback[-1].distance_to_goal < 0.15
+        assert max(abs(f.position_tracking_error) for f in feedback) < 0.15
+        assert max(f.speed for f in feedback) == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("pose", "wanted"),
+    [
+        ((0.5, 0.2, 0.1), (0.2, 0.1, 0, 3.5, math.hypot(1.5, 1.8))),
+        ((0.5, -0.2, 0.0), (-0.2, 0.0, 0, 3.5, math.hypot(1.5, 2.2))),
+        ((2.3, 1.0, math.pi / 2), (-0.3, 0.0, 1, 1.0, math.hypot(0.3, 1.0))),
+        ((2.0, 2.5, 0.0), (0.5, -math.pi / 2, 1, 0.0, 0.5)),
+    ],
+)
+def test_tracking_of_a_path(pose, wanted):
+    found = track([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0)], Pose2(*pose), 0.4)
+    assert (
+        abs(found.position_tracking_error) if pose[1] == 2.5 else found.position_tracking_error,
+        found.heading_tracking_error,
+        found.current_path_index,
+        found.remaining_path_length,
+        found.distance_to_goal,
+    ) == pytest.approx(wanted)
+    assert found.robot_pose == pose
+    assert found.speed == 0.4
+    assert track([(1.0, 1.0)], Pose2(1.0, 0.0, 0.0), 0.0).distance_to_goal == 1.0
+
+
 class TestMotion:
+    def test_an_empty_path_is_an_error_code(self, mind, tree):
+        root = tree("<FollowPath path='{path}' error_code_id='{code}' error_msg='{why}'/>").root
+        mind.mission.board["path"] = []
+        mind.start(root)
+        mind.until_done()
+        assert (mind.plan.status, mind.mission.board["code"]) == ("FAILURE", 103)
+        assert "the path is empty" in mind.mission.board["why"]
+
     @pytest.mark.parametrize("far", ["9e9", "1e300"])
     def test_a_path_that_is_too_long_is_an_error_code(self, mind, tree, far):
         path = f"<ComputePathToPose goal='0;map;{far};0;0;0;0;0;1' path='{{path}}'/>"

@@ -217,6 +217,12 @@ def _numbers(text: str) -> list[int]:
     return [from_string(part.strip(), int) for part in parts if part.strip()]
 
 
+class WouldARouteRecoveryHelp(_Codes):
+    """SUCCESS if a recovery may help after this error code of ComputeRoute."""
+
+    helped = (400, 404, 405)
+
+
 class AreErrorCodesPresent(_Condition):
     """SUCCESS if an error code is one of several."""
 

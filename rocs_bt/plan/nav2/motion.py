@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, ClassVar
 
 from ...action import Action, Failure, Reason, make_action
-from ...geometry import Pose2
+from ...errors import Fault, InputError
+from ...geometry import Pose2, wrap_angle
+from ...knowledge import beside
 from ..action_node import ActionNode
 from ..nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
+from .poses import robot_pose
 
 CRUISE = 0.5
 """Speed on a path [m/s]."""
@@ -20,6 +26,56 @@ PATH_END = " path_end"
 """Place at the end of a path that leads to no goal of the world model; names in files have no space before them."""
 
 _CODES = {Reason.TIMEOUT: 1, Reason.LOST_POSE: 2, Reason.BLOCKED: 3, Reason.STUCK: 3}
+
+
+@dataclass(frozen=True)
+class TrackingFeedback:
+    """Tracking of a path, as in nav2_msgs/TrackingFeedback.
+
+    Attributes:
+        robot_pose: Pose of the robot in the world frame.
+        position_tracking_error: Distance from the path, left positive [m].
+        heading_tracking_error: Heading relative to the nearest leg of the path, left positive [rad].
+        current_path_index: Index of the corner where the nearest leg begins.
+        remaining_path_length: Length of the path from the nearest point on [m].
+        distance_to_goal: Straight distance to the end of the path [m].
+        speed: Speed of the robot [m/s].
+    """
+
+    robot_pose: Pose2
+    position_tracking_error: float
+    heading_tracking_error: float
+    current_path_index: int
+    remaining_path_length: float
+    distance_to_goal: float
+    speed: float
+
+
+def track(path: Sequence[Sequence[float]], pose: Pose2, speed: float) -> TrackingFeedback:
+    """The tracking of a path by a robot.
+
+    Args:
+        path: Corners, (x, y) in the world frame [m].
+        pose: Pose of the robot in the world frame.
+        speed: Speed of the robot [m/s].
+    """
+    corners = [(point[0], point[1]) for point in path]
+    corners = corners if len(corners) > 1 else corners * 2
+    legs = [(math.dist(a, b), a, b) for a, b in pairwise(corners)]
+    away, index = min((beside((pose.x, pose.y), a, b), i) for i, (_, a, b) in enumerate(legs))
+    length, (ax, ay), (bx, by) = legs[index]
+    ux, uy = ((bx - ax) / length, (by - ay) / length) if length > 0.0 else (math.cos(pose.yaw), math.sin(pose.yaw))
+    along, across = (pose.x - ax) * ux + (pose.y - ay) * uy, (pose.y - ay) * ux - (pose.x - ax) * uy
+    left = length - min(max(along, 0.0), length) + sum(leg[0] for leg in legs[index + 1 :])
+    return TrackingFeedback(
+        robot_pose=pose,
+        position_tracking_error=math.copysign(away, across),
+        heading_tracking_error=wrap_angle(pose.yaw - math.atan2(uy, ux)),
+        current_path_index=index,
+        remaining_path_length=left,
+        distance_to_goal=math.dist((pose.x, pose.y), corners[-1]),
+        speed=speed,
+    )
 
 
 class _Move(ActionNode):
@@ -39,7 +95,17 @@ class _Move(ActionNode):
 
     def initialise(self) -> None:
         self.error_code_id, self.error_msg = 0, ""
+        self._refused: Failure | None = None
         super().initialise()
+
+    def update(self) -> Any:
+        return super().update() if self._refused is None else self._fail(self._refused)
+
+    def _submit(self, cut_off: Action | None = None) -> None:
+        try:
+            super()._submit(cut_off)
+        except InputError as error:  # a server rejects such a goal: the node fails, the mission goes on
+            self.ticket, self._refused = None, Failure.cannot(error)
 
     def doubts(self) -> Any:
         return ()  # the parameters are known when the action is made
@@ -84,14 +150,21 @@ class FollowPath(_Move):
     controller_id = Input(str, "", "name of a controller in Nav2; here the follower drives")
     goal_checker_id = Input(str, "", "name of a goal checker in Nav2; not used")
     progress_checker_id = Input(str, "", "name of a progress checker in Nav2; not used")
+    path_handler_id = Input(str, "", "name of a path handler in Nav2; not used")
+    tracking_feedback = Output(TrackingFeedback, "where the robot is on the path, in each tick")
 
     def parameters(self) -> dict[str, Any]:
         path = self._path = self.path
+        if not path:
+            raise InputError(Fault("the path is empty."))
         return {"points": path, "goal": self._goal(path), "cruise": min(CRUISE, self._fastest())}
 
     def update(self) -> Any:
         ticket, path = self.ticket, self.path
-        if ticket is not None and not ticket.state.done and path is not self._path:
+        if self.key("tracking_feedback") is not None and path:
+            robot, mission = self.mission.knowledge.robot, self.mission
+            self.tracking_feedback = track(path, robot_pose(mission), robot.speed(mission.clock.now()))
+        if ticket is not None and not ticket.state.done and path and path is not self._path:
             if math.dist(path[-1][:2], self._path[-1][:2]) > 1e-6:
                 self._let_go()
                 self.mission.pipeline.cancel(ticket, by=self.mission.path(self))

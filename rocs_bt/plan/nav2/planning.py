@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 from ...action import Failure, Reason
 from ...errors import Fault, InputError
@@ -24,7 +24,7 @@ UNKNOWN, INVALID_PLANNER, TF_ERROR, NO_VALID_PATH, NO_VIAPOINTS = 0, 1, 2, 8, 9
 """Error codes of the planner server, from 200 for one goal and from 300 for several."""
 
 
-class _Server(Instant):
+class Server(Instant):
     """A node that calls a server in Nav2; here there is none, and its address means nothing."""
 
     server_name = Input(str, "", "address of the server in Nav2; not used")
@@ -33,10 +33,12 @@ class _Server(Instant):
     error_msg = Output(str, "what went wrong")
 
 
-class _Planning(_Server):
+class Planning(Server):
     """Computes a path with a route planner that is kept, with what it remembers, until a costmap is cleared."""
 
     base = 200
+    tf_error: ClassVar[int] = TF_ERROR
+    invalid_planner: ClassVar[int] = INVALID_PLANNER
 
     start = PoseInput(None, "where the path begins, if not where the robot is")
     planner_id = Input(str, "", "name of a file in planners/routes; `GridBased` or nothing chooses one")
@@ -60,7 +62,7 @@ class _Planning(_Server):
     def _through(self, goals: Sequence[Pose2 | None]) -> Outcome:
         start = self._begins()
         if start is None:
-            return self._fail(TF_ERROR, Failure(Reason.LOST_POSE))
+            return self._fail(self.tf_error, Failure(Reason.LOST_POSE))
         corners: list[Point] = []
         for goal in goals:
             if goal is None:
@@ -68,14 +70,18 @@ class _Planning(_Server):
             try:
                 found = self._planner().route(start, goal, CLEARANCE)
             except NoRoute as error:
-                return self._fail(NO_VALID_PATH, Failure(Reason.BLOCKED, str(error)))
+                return self._fail(self.no_route(), Failure(Reason.BLOCKED, str(error)))
             except InputError as error:
-                return self._fail(INVALID_PLANNER, Failure.cannot(error))
+                return self._fail(self.invalid_planner, Failure.cannot(error))
             corners += [(x, y) for x, y in found][1 if corners else 0 :]
             start = goal
         self.path, self.error_code_id, self.error_msg = corners, 0, ""
         self.feedback_message = f"{len(corners) - 1} legs"
         return SUCCESS
+
+    def no_route(self) -> int:
+        """Error code where the planner has found no route."""
+        return NO_VALID_PATH
 
     def _planner(self) -> RoutePlanner:
         mission, name = self.runtime.mission, self.planner_id
@@ -98,7 +104,7 @@ def route_planners(mission: Any) -> dict[str, RoutePlanner]:
     return found
 
 
-class ComputePathToPose(_Planning):
+class ComputePathToPose(Planning):
     """Computes a path from the robot to a goal; FAILURE with an error code if there is none."""
 
     goal = PoseInput("{goal}", "where to")
@@ -119,7 +125,7 @@ class ComputePathToPose(_Planning):
         return super()._begins()
 
 
-class ComputePathThroughPoses(_Planning):
+class ComputePathThroughPoses(Planning):
     """Computes a path from the robot through several goals to the last one."""
 
     base = 300
@@ -132,38 +138,7 @@ class ComputePathThroughPoses(_Planning):
         return self._through(goals)
 
 
-class ComputeRoute(_Planning):
-    """Computes a path over the roads that the robot knows, by `planners/routes/dijkstra.py`."""
-
-    base = 400
-    planner_id = Input(str, "dijkstra", "name of a file in planners/routes")
-    goal = PoseInput("{goal}", "where to, if `use_poses`")
-    goal_id = PoseInput("", "place to go to, if not `use_poses`")
-    start_id = PoseInput("", "place to begin at, if not `use_poses`; else and by default where the robot is")
-    use_poses = Input(bool, False, "whether `start` and `goal` count, not `start_id` and `goal_id`")
-    use_start = Input(bool, False, "whether a start counts; else the path begins where the robot is")
-    planning_time = Output(float, "always 0 s: planning takes no simulated time")
-
-    def update(self) -> Outcome:
-        mission = self.runtime.mission
-        goal = self.goal if self.use_poses else self.goal_id
-        self.planning_time = 0.0
-        found = pose_of(mission, goal)
-        if found is None:
-            return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"nothing knows where '{goal}' is"))
-        return self._through([found])
-
-    def _begins(self) -> Pose2 | None:
-        mission = self.runtime.mission
-        if self.use_start and not self.use_poses:
-            return pose_of(mission, self.start_id)
-        if self.use_start and self.use_poses:
-            return super()._begins()
-        here = robot_pose(mission)
-        return None if math.isnan(here.x) else here
-
-
-class ClearEntireCostmap(_Server):
+class ClearEntireCostmap(Server):
     """Makes the route planners forget what they remember: there is no costmap here."""
 
     service_name = Input(str, "", "address of the service in Nav2; not used")
