@@ -107,7 +107,8 @@ class Table:
         """One of a few words."""
         value = self.text(key, default)
         if value not in options and (key in self.data and isinstance(self.data[key], str)):
-            self.fault(key, f"'{value}' is no {key}.", hint=did_you_mean(value, options, what="The choice"))
+            noun = f"value of '{key}'" if key.endswith("s") else key
+            self.fault(key, f"'{value}' is no {noun}.", hint=did_you_mean(value, options, what="The choice"))
         return value
 
     def flag(self, key: str, default: Any = _MISSING) -> bool:

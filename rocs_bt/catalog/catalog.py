@@ -168,8 +168,7 @@ class Catalog:
         rules = [self.find("rules", name) for name in mind.rules]
         included = [make_entry(file, "rules", r.origin) for r in rules for file in included_files(r.path)]
         mission = self.find("mission", mind.mission)
-        dialect = mind.nodes if isinstance(mind, AgentSpec) else ""
-        return mission, *self.python_of(mission, mind.parameters.values(), dialect), *rules, *included
+        return mission, *self.python_of(mission, mind.parameters.values(), mind.nodes), *rules, *included
 
     def digest(self, scenario: ScenarioSpec) -> str:
         """The `content_hash` of everything that a scenario uses."""

@@ -48,7 +48,7 @@ class KeepingCatalog(Catalog):
         return self.keep(key, lambda: super(KeepingCatalog, self).load_mission(name, dialect))
 
     def content_of_mind(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
-        key = "mind", mind.mission, mind.rules, repr(mind.parameters), getattr(mind, "nodes", "")
+        key = "mind", mind.mission, mind.rules, repr(mind.parameters), mind.nodes
         return self.keep(key, lambda: super(KeepingCatalog, self).content_of_mind(mind))
 
     def digest(self, scenario: ScenarioSpec) -> str:

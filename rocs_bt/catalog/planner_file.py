@@ -10,7 +10,7 @@ from typing import Any
 from ..document import Table, read_toml
 from ..errors import Fault, InputError
 from ..python_content import is_reference
-from .scenario_file import AgentSpec, ScenarioSpec
+from .scenario_file import AgentSpec, ScenarioSpec, dialect_in
 from .values import latency_of
 
 FORMAT = "planner/1"
@@ -27,6 +27,7 @@ class PlannerSpec:
         rules: The names of its rule files; none for a planner without reflexes.
         parameters: The mission's, as a scenario writes them: `{"cruise": "0.5 m/s"}`.
         latency: How long it thinks [s], in simulated time; None where that is measured, which does not repeat.
+        nodes: Dialect of a mission in XML: empty for ours, `nav2` for Nav2's nodes.
         oracle: Whether it is told what only an oracle may know, such as the map (`Mission.told`).
         doc: One sentence for people.
         source: The book or the paper that it is from.
@@ -38,6 +39,7 @@ class PlannerSpec:
     rules: tuple[str, ...] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
     latency: float | None = 0.0
+    nodes: str = ""
     oracle: bool = False
     doc: str = ""
     source: str = ""
@@ -60,7 +62,7 @@ class PlannerSpec:
             rules=self.rules,
             parameters=dict(self.parameters),
             latency=self.latency,
-            nodes="",
+            nodes=self.nodes,
         )
 
 
@@ -88,6 +90,7 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
         rules=rules,
         parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
         latency=latency_of(root),
+        nodes=dialect_in(root, "rocs").removeprefix("rocs"),
         oracle=root.flag("oracle", False),
         doc=doc,
         source=source,

@@ -195,8 +195,8 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
     root.choice("format", (FORMAT,))
     agent_tables, mover_tables, place_tables = (root.tables(key) for key in ("agent", "mover", "place"))
     _unique([*agent_tables, *mover_tables, *place_tables])
-    nodes = _dialect(root, "rocs")
-    agents = tuple(replace(_agent(t, missing), nodes=_dialect(t, nodes).removeprefix("rocs")) for t in agent_tables)
+    nodes = dialect_in(root, "rocs")
+    agents = tuple(replace(_agent(t, missing), nodes=dialect_in(t, nodes).removeprefix("rocs")) for t in agent_tables)
     names = tuple(a.name for a in agents)
     if not agents:
         root.fault(None, "the scenario has no agent.", "Add an [[agent]] table.")
@@ -266,7 +266,7 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
     )
 
 
-def _dialect(table: Table, default: str) -> str:
+def dialect_in(table: Table, default: str) -> str:
     """Whose meaning nodes have in XML missions: an agent's, else the scenario's, else ours."""
     return table.choice("nodes", ("rocs", "nav2"), default)
 

@@ -56,7 +56,7 @@ def check_content(
     *,
     code: bool = True,
     progress: Callable[[float], None] = lambda done: None,
-    dialect: str = "",
+    dialect: str | None = None,
     palettes: Sequence[Path] = (),
     stub_unknown: bool = False,
 ) -> Findings:
@@ -66,7 +66,7 @@ def check_content(
         paths: Files and folders.
         code: Whether missions may be loaded; else Python content is only parsed.
         progress: Told how many files are done.
-        dialect: Of missions in XML: `nav2` for Nav2's meaning of nodes that have one there.
+        dialect: Dialect of missions in XML: `nav2`, or empty for ours; that of the scenarios by default.
         palettes: Of missions in XML: files whose TreeNodesModel declares nodes that are not here.
         stub_unknown: Of missions in XML: whether unknown nodes and trees are warnings, one for each name.
 

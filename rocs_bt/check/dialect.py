@@ -1,4 +1,4 @@
-"""Whose meaning the nodes of a mission file have: what the scenarios that play it say."""
+"""Dialect of a mission file: the `nodes` of the scenarios and planners that use it."""
 
 from __future__ import annotations
 
@@ -7,20 +7,22 @@ from ..errors import InputError
 
 
 def dialect_of(mission: Entry, catalog: Catalog) -> str:
-    """The `nodes` of the scenarios that play a mission: `nav2` if any of them says so, else empty.
+    """The `nodes` of the scenarios and planners that use a mission: `nav2` if any of them declares it, else empty.
 
     Args:
         mission: The mission.
-        catalog: Where the scenarios are; files that do not name Nav2 are not read.
+        catalog: Catalog of the scenarios and planners; files that do not name Nav2 are not read.
     """
     if mission.path.suffix != ".xml":
         return ""
-    entries = [entry for entry in catalog.list("scenario") if b"nav2" in entry.path.read_bytes()]
+    entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if b"nav2" in e.path.read_bytes()]
     for entry in entries:
         try:
-            agents = catalog.load_scenario(str(entry.path)).agents
+            place = str(entry.path)
+            scenario = entry.kind == "scenario"
+            users = catalog.load_scenario(place).agents if scenario else [catalog.load_planner(place)]
         except InputError:
-            continue  # reported where the scenario is checked
-        if any(a.nodes and catalog.find("mission", a.mission).path.samefile(mission.path) for a in agents):
+            continue  # reported where the scenario or the planner is checked
+        if any(a.nodes and catalog.find("mission", a.mission).path.samefile(mission.path) for a in users):
             return "nav2"
     return ""

@@ -30,8 +30,9 @@ DEFAULT = MissionOptions()
 def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions = DEFAULT) -> Iterable[Fault]:
     """All that is wrong with a mission, with its own parameters; if it requires some, only its form is checked."""
     if entry.path.suffix == ".xml":
-        options = options if options.dialect else replace(options, dialect=dialect_of(entry, catalog))
-        if catalog.code or not catalog.python_of(entry, dialect=options.dialect):
+        dialect = dialect_of(entry, catalog) if options.dialect is None else options.dialect
+        options = replace(options, dialect=dialect)
+        if catalog.code or not catalog.python_of(entry, dialect=dialect):
             yield from check_xml(entry.path, catalog, options, lambda build: _built(build, catalog))
         return
     if "build" not in functions_in(entry.path):

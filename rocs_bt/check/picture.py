@@ -30,7 +30,7 @@ def draw_mission(
     form: str = "text",
     main: str = "",
     stub_unknown: bool = False,
-    dialect: str = "",
+    dialect: str | None = None,
 ) -> str:
     """A mission's tree, drawn.
 
@@ -40,13 +40,13 @@ def draw_mission(
         robot: The robot that the tree is built for.
         form: text, svg, html or xml.
         main: Which tree of an XML file; its main tree by default.
-        dialect: Whose meaning nodes of an XML file have; what the scenarios that play it say by default.
+        dialect: Dialect of an XML file: `nav2`, or empty for ours; that of the scenarios that play it by default.
         stub_unknown: Whether stand-ins take the place of nodes of an XML file that are not ours, or wrong.
 
     Raises:
         InputError: The mission, or the robot, is wrong.
     """
-    dialect = dialect or dialect_of(entry, catalog)
+    dialect = dialect_of(entry, catalog) if dialect is None else dialect
     if entry.path.suffix == ".xml" and (stub_unknown or main):
         document = read_document(entry.path, within=catalog.root_of(entry.path))
         tree, faults = _read(document, catalog, main, stub_unknown, dialect)

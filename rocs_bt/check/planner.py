@@ -15,6 +15,6 @@ def check_planner_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     if not catalog.code and catalog.find("mission", planner.mission).path.suffix == ".py":
         return
     try:
-        mission_arguments(catalog.load_mission(planner.mission), planner.parameters)
+        mission_arguments(catalog.load_mission(planner.mission, planner.nodes), planner.parameters)
     except InputError as error:
         yield from at_parameters(planner, error).faults

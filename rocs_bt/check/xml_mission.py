@@ -34,14 +34,14 @@ class MissionOptions:
     """What a check of XML missions may assume.
 
     Attributes:
-        dialect: `nav2` for Nav2's meaning of nodes that have one there.
+        dialect: `nav2`, or empty for our nodes; None for the dialect of the scenarios that play a mission.
         models: What palettes, and the files that are checked together, declare, by ID.
         palettes: Whether the user named palettes; then the models of the files count too.
         stub_unknown: Whether stubs take the place of nodes and trees that nothing declares, with one warning each.
         together: What the files hold that are checked together.
     """
 
-    dialect: str = ""
+    dialect: str | None = None
     models: Mapping[str, Model] = field(default_factory=dict)
     palettes: bool = False
     stub_unknown: bool = False
@@ -75,6 +75,7 @@ def check_xml(
         options: What may be assumed.
         build_faults: Faults of a `build` without required parameters.
     """
+    dialect = options.dialect or ""
     within, foreign = catalog.root_of(file), kind_of(file) != "mission"
     beside = options.together.trees if foreign else {}
     document = read_document(file, within=within)
@@ -84,8 +85,8 @@ def check_xml(
         if not document.models:
             yield document.root.fault("the document holds no tree.", 'Write <BehaviorTree ID="Main">.')
         return
-    own = list(catalog.load_nodes(tags_of(document) - set(shipped_nodes(options.dialect))))
-    known = mission_nodes(action_table(), own, options.dialect)
+    own = list(catalog.load_nodes(tags_of(document) - set(shipped_nodes(dialect))))
+    known = mission_nodes(action_table(), own, dialect)
     if options.palettes or options.stub_unknown:
         models = {**options.models, **document.models}
         stubs, warnings = stub_nodes(
@@ -99,7 +100,7 @@ def check_xml(
     for main in document.entries() if foreign else [""]:
         build = xml_mission(
             file, main=main, within=within, nodes=lambda tags: own, missions=missions.find, beside=beside,
-            dialect=options.dialect,
+            dialect=dialect,
         )  # fmt: skip
         if any(p.required for p in mission_parameters(build).values()):
             outside = {name: found for name in outer_trees(document) if (found := missions.find(name))}

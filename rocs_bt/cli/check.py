@@ -59,7 +59,7 @@ def command(
     findings = check_content(
         paths,
         code=not no_code,
-        dialect=(dialect or "").removeprefix("rocs"),
+        dialect=None if dialect is None else dialect.removeprefix("rocs"),
         palettes=palettes,
         stub_unknown=stub_unknown,
     )

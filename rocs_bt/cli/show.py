@@ -60,7 +60,7 @@ def command(
         form=form,
         main=main,
         stub_unknown=stub_unknown,
-        dialect=(dialect or "").removeprefix("rocs"),
+        dialect=None if dialect is None else dialect.removeprefix("rocs"),
     )
     if out is None:
         echo(drawn.rstrip("\n"))

@@ -49,7 +49,7 @@ class Setting:
         """The mission of an oracle, which is told what only an oracle is told, for `run`; None for other planners."""
         if not planner.oracle:
             return None
-        build = self.catalog.load_mission(planner.mission)
+        build = self.catalog.load_mission(planner.mission, planner.nodes)
         arguments = mission_arguments(build, planner.parameters)
 
         def told_build(mission: Mission) -> Any:

@@ -62,10 +62,9 @@ class Keys:
     def _planner(self, planner: PlannerSpec) -> str:
         content = self._catalog.content_of_mind(planner)
         python = [entry.path for entry in content if entry.path.suffix == ".py"]
-        return _digest(
-            [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle,
-             content_hash(content), {name: version for path in python for name, version in libraries(path).items()}]
-        )  # fmt: skip
+        versions = {name: version for path in python for name, version in libraries(path).items()}
+        told = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
+        return _digest([*told, *filter(None, [planner.nodes]), content_hash(content), versions])
 
     def _place(self, place: Place) -> str:
         if isinstance(place, ScenarioScene):

@@ -212,7 +212,7 @@ def _told(error: Exception) -> str:
 def _refuse_wrong_parameters(planner: PlannerSpec, catalog: Catalog) -> None:
     """Before a worker does, which knows the scene's file only."""
     try:
-        mission_arguments(catalog.load_mission(planner.mission), planner.parameters)
+        mission_arguments(catalog.load_mission(planner.mission, planner.nodes), planner.parameters)
     except InputError as error:
         raise at_parameters(planner, error) from error
 

@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from rocs_bt.catalog import Catalog
+from rocs_bt.compare import Bench, ScenarioScene, Trial
 from rocs_bt.event import NodeTicked
 from rocs_bt.record import Recording
 
@@ -230,7 +232,7 @@ def test_the_project_and_the_mission_alone_are_fine(rocs_bt, project):
             {"nodes": "rocs", "parameters": ""},
             "'RateController' is a node of Nav2. Write nodes = \"nav2\" in the scenario",
         ),
-        ({"nodes": "nav3"}, "nav2"),
+        ({"nodes": "nav3"}, "'nav3' is no value of 'nodes'. Did you mean 'nav2'?"),
         ({"parameters": ""}, "goal"),
     ],
 )
@@ -239,6 +241,36 @@ def test_a_scenario_that_does_not_fit_is_refused(rocs_bt, project, changes, says
     checked = rocs_bt("check", folder)
     assert checked.code == 2
     assert says in checked.text
+
+
+def test_nodes_on_the_command_line_count_more_than_the_scenario(rocs_bt, project):
+    file = project() / "planners/missions/navigation.xml"
+    for command in ("check", "show"):
+        assert rocs_bt(command, file).code == 0
+        told = rocs_bt(command, file, "--nodes", "rocs")
+        assert told.code == 2
+        assert "'RateController' is a node of Nav2" in told.text
+
+
+def test_a_mission_of_nav2_is_a_planner_to_compare(rocs_bt, project):
+    folder = project(nodes="rocs", parameters="")
+    (folder / "scenarios/drive.toml").unlink()
+    planner = folder / "planners/nav.toml"
+    text = (
+        'format = "planner/1"\ndoc = "One."\nmission = "navigation"\nrules = ["avoid_collision"]\nnodes = "nav2"\n'
+        '[parameters]\ngoal = "goal"\n'
+    )
+    planner.write_text(text)
+    checked = rocs_bt("check", folder)
+    assert checked.out.splitlines()[-1] == "2 files checked: fine.", checked.text
+    (record,) = [
+        Bench(folder).play(Trial("key", Catalog(folder).load_planner("nav"), ScenarioScene("exp1"), 1, folder))
+    ]
+    assert record.outcome == "success", record
+    planner.write_text(text.replace('nodes = "nav2"\n', ""))
+    checked = rocs_bt("check", folder)
+    assert checked.code == 2
+    assert "'RateController' is a node of Nav2" in checked.text
 
 
 def test_the_palette_has_the_nodes_of_nav2(rocs_bt):

@@ -204,6 +204,7 @@ source = "A book."
 mission = "patrol"
 rules = ["keep_clear"]
 latency = "0.05 s"
+nodes = "nav2"
 oracle = false
 # zzz planner
 [parameters]

@@ -104,6 +104,37 @@ class TestDecorators:
             f"<PipelineSequence><DistanceController distance='0.2'><Tally/></DistanceController>{LASTING}</PipelineSequence>"
         )
         assert ticks(mind, made, 3) == [1, 1, 1]
+        pose, away = mind.mission.knowledge.robot.pose, 0.19
+        mind.mission.knowledge.robot.pose = lambda *t: pose(*t)._replace(x=away)
+        assert ticks(mind, made, 2) == [1, 1]
+        away = 0.21
+        assert ticks(mind, made, 3) == [2, 2, 2]
+        away = 0.42
+        assert ticks(mind, made, 2) == [3, 3]
+
+    def test_a_path_that_becomes_much_longer_close_to_the_goal_ticks_the_child(self, mind, tree):
+        made = tree(
+            "<PipelineSequence><PathLongerOnApproach><Tally/></PathLongerOnApproach>" + LASTING + "</PipelineSequence>"
+        )
+        found = []
+        for path in (
+            [(0.0, 0.0), (1.0, 0.0)],  # the first
+            [(0.0, 0.0), (0.0, 0.4), (1.0, 0.0)],  # not twice as long
+            [(0.0, 0.0), (0.0, 2.0), (1.0, 0.0)],  # more than twice as long
+            [(0.0, 0.0), (0.0, 9.0), (1.0, 0.0)],  # the old one is not close
+            [(0.0, 0.0), (2.0, 0.0)],
+            [(0.0, 0.0), (0.0, 9.0), (3.0, 0.0)],  # another goal
+        ):
+            made.board["path"] = path
+            found += ticks(mind, made, 2)
+        assert found == [0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1]
+
+    def test_a_goal_updater_hands_the_goals_on(self, tree):
+        made = tree(
+            "<GoalUpdater input_goal='{goal}' input_goals='a;b' output_goal='{one}' output_goals='{all}'><Tally/></GoalUpdater>"
+        )
+        assert made.tick() is SUCCESS
+        assert (made.board["one"], made.board["all"], made.board["n"]) == ("goal", ["a", "b"], 1)
 
 
 class TestConditions:
@@ -125,6 +156,26 @@ class TestConditions:
     def test_those_that_compare_with_the_beginning(self, mind, tree, condition, while_kept):
         inside = f"<ReactiveFallback>{condition}{LASTING}</ReactiveFallback>"
         assert self.outcomes(mind, tree(inside), 6) == while_kept
+
+    def test_the_condition_of_while_do_else_keeps_its_state_while_a_branch_runs(self, mind, tree):
+        inside = f"<WhileDoElse><TimeExpired seconds='0.3'/><AlwaysSuccess/>{LASTING}</WhileDoElse>"
+        assert self.outcomes(mind, tree(inside), 8) == "RRRSRRRS"
+
+    def test_a_robot_is_stopped_after_a_time_without_speed(self, mind, tree):
+        made = tree(f"<ReactiveFallback><IsStopped duration_stopped='300'/>{LASTING}</ReactiveFallback>")
+        assert self.outcomes(mind, made, 5) == "RRRSR"
+        speed = mind.mission.knowledge.robot.speed
+        mind.mission.knowledge.robot.speed = lambda *_: -0.2
+        assert self.outcomes(mind, made, 4) == "RRRR"
+        mind.mission.knowledge.robot.speed = speed
+        assert self.outcomes(mind, made, 4) == "RRSR"
+
+    def test_a_path_expires_unless_it_is_a_new_one(self, mind, tree):
+        made = tree(f"<ReactiveFallback><PathExpiringTimer seconds='0.3'/>{LASTING}</ReactiveFallback>")
+        made.board["path"] = [(0.0, 0.0), (1.0, 0.0)]
+        assert self.outcomes(mind, made, 3) == "RRR"
+        made.board["path"] = [(0.0, 0.0), (1.0, 0.0)]
+        assert self.outcomes(mind, made, 5) == "RRRSR"
 
     def test_goal_updated_holds_once_for_each_change(self, mind, tree):
         made = tree(f"<ReactiveFallback><GoalUpdated/>{LASTING}</ReactiveFallback>")

@@ -8,12 +8,13 @@ from py_trees.behaviour import Behaviour
 
 from ..board import Board
 from ..nodes import Decorator, Instant, Runtime
+from ..nodes.control.branch import WhileDoElse
 from ..nodes.control.navigation import NonblockingSequence, PipelineSequence
 from ..nodes.control.ordered import Reactive
 from ..nodes.node import Node
 from ..status import RUNNING
 
-_AGAIN = (Reactive, PipelineSequence, NonblockingSequence)
+_AGAIN = (Reactive, PipelineSequence, NonblockingSequence, WhileDoElse)
 """Parents that tick children that have ended again, and reset them when they end themselves."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -71,7 +72,12 @@ class WhileDoElse(_Branch):
     When the condition turns over, the branch that was RUNNING is halted. Without a third child the failure of the
     condition is FAILURE. A condition that has a state, unlike one that is done at once, is asked only once per run of
     the node, as in BehaviorTree.CPP, because nothing resets it while a branch is RUNNING.
+
+    Attributes:
+        keepers: Children that keep a state after they have ended, until the node begins another run.
     """
+
+    keepers: Sequence[Any] = ()
 
     def __init__(
         self, name: str, children: tuple[Behaviour, ...] | list[Behaviour] = (), /, **attributes: object
@@ -85,6 +91,8 @@ class WhileDoElse(_Branch):
 
     def tick_once(self) -> Outcome:
         children = self.children
+        for keeper in self.keepers if self.status is not RUNNING else ():
+            keeper.begin()
         self.status = RUNNING
         condition: Any = children[0]
         outcome = self._answer or condition.tick_once() or condition.status
