@@ -67,6 +67,9 @@ def test_what_is_missing_is_an_error_without_options(rocs_bt, folder):
     code, lines, summary = check(rocs_bt, folder, "main.xml")
     assert (code, summary) == (2, "1 file checked: 4 wrong, 0 doubtful.")
     assert "no tree is named 'Attack'" in lines[0]
+    assert lines[0].endswith("Check it together with the file that holds the tree, or with --stub-unknown.")
+    (unknown,) = [line for line in lines if "no node is named 'FindBall'" in line][:1]
+    assert unknown.endswith("Check nodes of another robot with --palette FILE or --stub-unknown.")
     assert "the node 'KickBall' has a model in the TreeNodesModel, and no class." in "\n".join(lines)
 
 

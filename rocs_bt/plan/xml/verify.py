@@ -124,7 +124,8 @@ class _Verifier:
             hint = 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.'
             return element.fault(f"'{tag}' is a node of Nav2.", hint, attribute=attribute, path=path)
         fault = unknown("node", tag, self.nodes)
-        return element.fault(fault.message, fault.hint, attribute=attribute, path=path)
+        hint = _extended(fault.hint, "Check nodes of another robot with --palette FILE or --stub-unknown.")
+        return element.fault(fault.message, hint, attribute=attribute, path=path)
 
     def subtree(self, element: Element, path: str, tree: TreeElement) -> None:
         name = element.attributes.get("ID", "")
@@ -138,7 +139,8 @@ class _Verifier:
             self.uses[tree.name].append(element)
         elif name not in self.outside:
             fault = unknown("tree", name, {*self.document.trees, *self.outside}, "The document")
-            self.found.append(element.fault(fault.message, fault.hint, attribute="ID", path=path))
+            hint = _extended(fault.hint, "Check it together with the file that holds the tree, or with --stub-unknown.")
+            self.found.append(element.fault(fault.message, hint, attribute="ID", path=path))
         given, model = element.attributes, self.document.models.get(name)
         try:
             remapped = from_string(given.get("_autoremap", "false"), bool)
@@ -209,6 +211,11 @@ class _Verifier:
                 message = f"nothing uses the tree '{tree.name}'."
                 hint = f'Use it by <SubTree ID="{tree.name}"/>, or take it out.'
                 self.found.append(tree.element.fault(message, hint, attribute="ID", warning=True))
+
+
+def _extended(hint: str, other: str) -> str:
+    """A hint with another remedy, unless a name that is nearly the same explains the fault."""
+    return hint if hint.startswith("Did you mean") else f"{hint} {other}"
 
 
 class _Way(NamedTuple):
