@@ -23,6 +23,9 @@ def unseen_goal(world: WorldModel, action: str, goal: str, later: Collection[str
     known = [*world.goals(), *world.places(), *world.objects(), *world.peers()]
     if not known or world.pose_of(goal) is not None:
         return None
+    if goal in known:
+        hint = f"{action} fails unless it is found on the way."
+        return Fault(f"the position of '{goal}' is not known at the start.", hint=hint, warning=True)
     found = unknown("place", goal, known, "The world")
     if later is not None and goal not in later and not world.graph.has(goal):
         hint = f"{action} cannot reach it. If it becomes known only during the run, declare it in a [[fact]]."

@@ -197,6 +197,19 @@ def test_a_parameter_of_a_subtree_is_looked_at_too(rocs_bt, project):
     assert "drive.toml:19: 'GoTo': no place is named 'gaol'. Did you mean 'goal'?" in checked.text
 
 
+def test_several_goals_are_looked_at_one_by_one(rocs_bt, project):
+    folder = project(parameters='goals = "R1;goal"')
+    (folder / "planners/missions/navigation.xml").write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="Main"><ComputePathThroughPoses goals="{goals}"/>'
+        "</BehaviorTree></root>"
+    )
+    checked = rocs_bt("check", folder)
+    assert checked.code == 0
+    assert "drive.toml:19: warning: 'ComputePathThroughPoses': the position of 'R1' is not known at the" in checked.text
+    ran = rocs_bt("run", "drive", "--out", folder / "out")
+    assert "ComputePathThroughPoses: NO_GOAL: nothing knows where 'R1' is" in ran.text
+
+
 def test_a_key_that_a_node_writes_is_not_looked_at(rocs_bt, project):
     folder = project(parameters='goal = "elsewhere"')
     file = folder / "planners/missions/navigation.xml"

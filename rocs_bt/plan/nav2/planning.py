@@ -12,7 +12,7 @@ from ...errors import Fault, InputError
 from ...geometry import Pose2
 from ..nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from ..route import NoRoute, Point, RoutePlanner
-from .poses import PoseInput, PosesInput, pose_of, poses_of, robot_pose
+from .poses import PoseInput, PosesInput, pose_of, poses_of, read_poses, robot_pose
 
 CLEARANCE = 0.1
 """Least gap between the hull and what is known [m]."""
@@ -59,14 +59,12 @@ class Planning(Server):
             return None if math.isnan(here.x) else here
         return pose_of(mission, given)
 
-    def _through(self, goals: Sequence[Pose2 | None]) -> Outcome:
+    def _through(self, goals: Sequence[Any]) -> Outcome:
         start = self._begins()
         if start is None:
             return self._fail(self.tf_error, Failure(Reason.LOST_POSE))
         corners: list[Point] = []
         for goal in goals:
-            if goal is None:
-                return self._fail(UNKNOWN, Failure(Reason.NO_GOAL))
             try:
                 found = self._planner().route(start, goal, CLEARANCE)
             except NoRoute as error:
@@ -132,9 +130,14 @@ class ComputePathThroughPoses(Planning):
     goals = PosesInput("{goals}", "where to, in order")
 
     def update(self) -> Outcome:
-        goals = poses_of(self.runtime.mission, self.goals)
-        if not goals:
+        given = self.goals
+        names = read_poses(given) if isinstance(given, str) else given
+        if not names:
             return self._fail(NO_VIAPOINTS, Failure(Reason.NO_GOAL, "the list of goals is empty"))
+        goals = poses_of(self.runtime.mission, names)
+        if None in goals:
+            unknown = names[goals.index(None)]
+            return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"nothing knows where '{unknown}' is"))
         return self._through(goals)
 
 
