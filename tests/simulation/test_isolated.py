@@ -35,7 +35,9 @@ def held(robot: Robot) -> tuple[float, float]:
     held = robot.wheels.until(lambda line: line.what == "held")
     freed = robot.wheels.until(lambda line: line.what == "freed")
     assert freed.t - held.t >= HOLD
-    *_, newest = [line for line in robot.wheels.lines if line.what in ("command", "neutral")]
+    # As soon as the interpreter is free another thread may command, before the leaf tells that it let go.
+    meanwhile = [line for line in robot.wheels.lines if line.t < held.t + HOLD]
+    *_, newest = [line for line in meanwhile if line.what in ("command", "neutral")]
     assert newest.what == "neutral"
     robot.wheels.until(lambda line: line.moves)
     return robot.wheels.measure(newest)
