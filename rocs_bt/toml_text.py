@@ -41,14 +41,11 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
         InputError: Not valid TOML, or beyond the bounds of this module.
     """
     _refuse_long_keys(text, file)
+    _refuse_deep(text, file)
     try:
         data = tomllib.loads(text)
-    except RecursionError as error:
-        raise InputError(_too_deep(file, *_first_too_deep(text))) from error
     except tomllib.TOMLDecodeError as error:
         found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-        if any(deep := _first_too_deep(text)):  # how deep tomllib can look before it fails depends on the process
-            raise InputError(_too_deep(file, *deep)) from error
         line, column = (int(found[1]), int(found[2])) if found else (len(text.splitlines()), 0)
         message = re.sub(r" \(at .*\)$", "", str(error))
         raise InputError(Fault(f"not valid TOML: {message}.", file, line, column)) from error
@@ -62,9 +59,13 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
     return data, places
 
 
-def _first_too_deep(text: str) -> tuple[int, int]:
-    """Line and column of the first bracket beyond MAX_DEPTH; zeros where there is none."""
-    return next(((line.number, line.too_deep) for line in _lines(text) if line.too_deep), (0, 0))
+def _refuse_deep(text: str, file: Path) -> None:
+    """Refuse what nests too deep by the text: how deep tomllib can go depends on the process."""
+    if text.count("[") + text.count("{") <= MAX_DEPTH:
+        return
+    for line in _lines(text):
+        if line.too_deep:
+            raise InputError(_too_deep(file, line.number, line.too_deep))
 
 
 def _refuse_long_keys(text: str, file: Path) -> None:
@@ -200,7 +201,8 @@ def _lines(text: str) -> Iterator[_Line]:
                 depth += (line[at] in "[{") - (line[at] in "]}")
                 at += 1
                 if depth > MAX_DEPTH:
-                    too_deep = too_deep or at
+                    too_deep = at
+                    break
         depth = max(depth, 0)
         if begins:
             yield _Line(number, line[:end], before, too_deep)

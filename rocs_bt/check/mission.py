@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..actions import action_table
+from ..actions import ACTIONS, action_table
 from ..agent import Agent, Mind
 from ..catalog import Catalog, Entry, functions_in
 from ..errors import Fault
@@ -109,17 +109,25 @@ def nodes_in(files: Iterable[Path]) -> set[str]:
                 found.update(_texts(text))
                 goals.update(_goals(text))
             else:
-                given = re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", text)
-                found.update(value for _, value in given)
-                goals.update(value for name, value in given if name in _GOALS)
+                found.update(re.findall(r"""=\s*["']([^"']*)["']""", text))
+                goals.update(_xml_goals(text))
         except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
             continue  # reported where the file itself is checked
     return {text for text, count in found.items() if count > max(1, goals[text])}
 
 
+def _xml_goals(text: str) -> list[str]:
+    """Goals of actions and subtrees in an XML mission; other nodes may be what adds them."""
+    tags = re.findall(r"<(\w+)((?:[^<>\"']|\"[^\"]*\"|'[^']*')*)>", text)
+    going = [attributes for tag, attributes in tags if tag == "SubTree" or tag in ACTIONS]
+    given = [pair for each in going for pair in re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", each)]
+    return [value for name, value in given if name in _GOALS]
+
+
 def _goals(python: str) -> list[str]:
-    """The texts that a Python file passes as goals."""
-    calls = [node for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Call)]
+    """Goals of actions and subtrees in a Python mission; other nodes may be what adds them."""
+    found = [node for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Call)]
+    calls = [call for call in found if isinstance(call.func, ast.Attribute) and call.func.attr in ("act", "tree")]
     values = [word.value for call in calls for word in call.keywords if word.arg in _GOALS]
     return [node.value for node in values if isinstance(node, ast.Constant) and isinstance(node.value, str)]
 

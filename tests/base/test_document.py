@@ -148,7 +148,7 @@ WORDS = {
     "digits": (":2", "an integer has more than 64 bits. Write at most 18 digits."),
     "hexadecimal digits": (":3:1: ", "an integer has more than 64 bits."),
     "the first beyond 64 bits": (":2:1: ", "an integer has more than 64 bits."),
-    "lists": (":2:1: ", "tables and lists nest too deep: 100 levels at most."),
+    "lists": (":2:", "tables and lists nest too deep: 100 levels at most."),
     "many": (":2:", "tables and lists nest too deep: 100 levels at most."),
 }
 

@@ -15,7 +15,7 @@ from ...units import SPEED, TURN_RATE, Dimension
 from ..act import Act
 from ..action_node import ActionNode
 from ..nav2.poses import PoseInput, PosesInput
-from ..nodes import Node, Port, Tree
+from ..nodes import Node, Port, SubTree, Tree
 from ..unseen import unseen_goal
 from .flow import Flow
 from .place import fault_at
@@ -53,10 +53,17 @@ def _beyond_limits(tree: Tree, knowledge: Knowledge) -> Iterator[Fault]:
 
 def _unseen(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None) -> Iterator[Fault]:
     """Goals of actions and poses of Nav2's nodes that name no known place, or are no poses."""
+    added = {
+        value
+        for node in tree.nodes
+        if isinstance(node, Node) and not isinstance(node, (Act, SubTree))
+        for name, value in node.given.items()
+        if isinstance(value, str) and not isinstance(node.ports.get(name), (PoseInput, PosesInput))
+    }  # names that a node such as PlaceGoal may add
     parameters: set[str] = set()  # one fault for each parameter, however many nodes read it
     for node, port in _pose_ports(tree):
         text = _initial(node, port, flow)
-        if text is None or text in parameters:
+        if text is None or text in parameters or text in added:
             continue
         passed = node.key(port.name) is not None and node.runtime.has_mission and text in node.runtime.mission.passed
         if passed:
