@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 
 from row import Row, size
 
-from rocs_bt.plan.nodes import Tree
-from rocs_bt.plan.xml import load_tree
+from rocs_bt.trees.nodes import Tree
+from rocs_bt.trees.xml import load_xml
 
 try:
     import behaviortreepy
@@ -65,7 +65,7 @@ def document(inside: str) -> str:
 
 def measured(name: str, text: str) -> Row:
     """The row of a document."""
-    contestants: dict[str, Callable[[str], object]] = {"ours": lambda text: Tree(load_tree(text))}
+    contestants: dict[str, Callable[[str], object]] = {"ours": lambda text: Tree(load_xml(text))}
     if behaviortreepy is not None:
         contestants["C++"] = theirs
     best = dict.fromkeys(contestants, float("inf"))

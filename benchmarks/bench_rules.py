@@ -24,8 +24,7 @@ from rocs_bt.actions import ACTIONS
 from rocs_bt.document import read_toml
 from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment
-from rocs_bt.reactive import load_rules
-from rocs_bt.reactive.backend import Backend, choose_backend
+from rocs_bt.reactive import Backend, choose_backend, load_rules
 from rocs_bt.reactive.rule import Rule, RuleSet
 from rocs_bt.reactive.rule_table import RuleTable, lower_rules
 from rocs_bt.signal import Signal

@@ -16,7 +16,7 @@ from row import Row, size
 from tree_shapes import Shape, deep, flat, scripted
 
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.plan.nodes import Tree
+from rocs_bt.trees.nodes import Tree
 
 try:
     import behaviortreepy

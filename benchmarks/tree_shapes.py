@@ -8,7 +8,7 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, Success
 
-from rocs_bt.plan.nodes import BUILTIN
+from rocs_bt.trees.nodes import BUILTIN
 
 LONG = "100000000"
 ONE = "y := x + 1"

@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from .version import __version__ as __version__
+
 if TYPE_CHECKING:
     from .action import Action, AtomicAction, Failure, MacroAction, Progress, Reason
     from .agent import Agent
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
     from .signal import Signal
     from .simulation import run
 
-__version__ = "0.1.0"
 
 _HOMES = {
     "Action": "action",

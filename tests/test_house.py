@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import grimp
+import networkx
 import pytest
 
 import rocs_bt
@@ -96,6 +98,14 @@ def test_no_file_and_no_function_is_too_long(path):
         if isinstance(node, ast.FunctionDef):
             lines = node.end_lineno - node.body[1 if ast.get_docstring(node) and len(node.body) > 1 else 0].lineno + 1
             assert lines <= 60, f"{node.name} has {lines} lines"
+
+
+def test_no_module_imports_itself_through_others():
+    """Imports under TYPE_CHECKING count."""
+    found = grimp.build_graph("rocs_bt", exclude_type_checking_imports=False)
+    graph = networkx.DiGraph((m, n) for m in found.modules for n in found.find_modules_directly_imported_by(m))
+    assert len(graph) > 400
+    assert [sorted(circle) for circle in networkx.strongly_connected_components(graph) if len(circle) > 1] == []
 
 
 def test_the_versions_agree():

@@ -6,7 +6,8 @@ from typing import Any
 from rocs_bt.errors import Fault, InputError
 from rocs_bt.knowledge import compile_query
 from rocs_bt.knowledge.query import read_parameters
-from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 
 
 class Ask(Instant):
@@ -30,7 +31,7 @@ class Ask(Instant):
     def doubts(self) -> Iterator[tuple[str, Fault]]:
         if self.key("query") is not None:
             return
-        knowledge = self.runtime.mission.knowledge
+        knowledge = mission_of(self).knowledge
         example: dict[str, Any] = {"path": [(0.0, 0.0)], "it": ""}
         parameters = {name: value for name, value in example.items() if name in self.given}
         signals = knowledge.signals if knowledge.signals.frozen else None
@@ -40,7 +41,7 @@ class Ask(Instant):
             yield from (("query", fault) for fault in error.faults)
 
     def update(self) -> Outcome:
-        knowledge, text = self.runtime.mission.knowledge, self.query
+        knowledge, text = mission_of(self).knowledge, self.query
         parameters = {name: getattr(self, name) for name in ("path", "it") if name in self.given}
         if not {"found", "names", "count"} & self.given.keys():
             return self._told(knowledge.holds(text, **parameters), text)

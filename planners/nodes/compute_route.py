@@ -6,8 +6,8 @@ from math import dist, isnan
 
 from rocs_bt.action import Failure, Reason
 from rocs_bt.errors import Fault, InputError
-from rocs_bt.plan import NoRoute
-from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from rocs_bt.plan import NoRoute, mission_of
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from rocs_bt.units import LENGTH
 
 
@@ -33,12 +33,12 @@ class ComputeRoute(Instant):
     def doubts(self) -> Iterator[tuple[str, Fault]]:
         if self.key("planner") is None:
             try:
-                self.runtime.mission.content.load_route(self.planner)
+                mission_of(self).content.load_route(self.planner)
             except InputError as error:
                 yield from (("planner", fault) for fault in error.faults)
 
     def update(self) -> Outcome:
-        mission = self.runtime.mission
+        mission = mission_of(self)
         knowledge, name = mission.knowledge, self.goal
         start, goal = knowledge.robot.pose(mission.clock.now()), knowledge.world.pose_of(name)
         if goal is None:

@@ -1,6 +1,7 @@
 """Tell Knowledge that work is done."""
 
-from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
 
 
 class FinishTask(Instant):
@@ -12,7 +13,7 @@ class FinishTask(Instant):
     goal = Input(str, doc="what the tasks are for")
 
     def update(self) -> Outcome:
-        graph, goal = self.runtime.mission.knowledge.graph, self.goal
+        graph, goal = mission_of(self).knowledge.graph, self.goal
         open_ = [task for task in graph.nodes("task") if graph.get(task, "state") == "open"]
         done = [task for task in open_ if goal in graph.related(task, "serves")]
         for task in done:

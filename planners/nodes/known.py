@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from math import inf
 
 from rocs_bt.errors import Fault, unknown
-from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
 from rocs_bt.units import TIME
 
 
@@ -23,7 +24,7 @@ class Known(Instant):
     def doubts(self) -> Iterator[tuple[str, Fault]]:
         if self.key("attribute") is not None or not self.attribute:
             return
-        kinds = self.runtime.mission.knowledge.graph.schema.kinds.values()
+        kinds = mission_of(self).knowledge.graph.schema.kinds.values()
         names = sorted({name for kind in kinds for name in kind.attributes})
         if self.attribute not in names:
             yield "attribute", unknown("attribute", self.attribute, names, "Knowledge")
@@ -34,7 +35,7 @@ class Known(Instant):
 
     def _missing(self) -> str:
         """Why it is not known; empty when it is."""
-        mission, node, attribute = self.runtime.mission, self.node, self.attribute
+        mission, node, attribute = mission_of(self), self.node, self.attribute
         graph = mission.knowledge.graph
         if not graph.has(node):
             return f"nothing named '{node}' is known"

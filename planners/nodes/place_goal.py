@@ -5,7 +5,8 @@ from math import nan
 from rocs_bt.action import Failure, Reason
 from rocs_bt.errors import KnowledgeError
 from rocs_bt.geometry import Pose2
-from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
 from rocs_bt.units import ANGLE, LENGTH
 
 
@@ -27,7 +28,7 @@ class PlaceGoal(Instant):
     tolerance = Input(float, nan, "how near counts as reached [m]", dimension=LENGTH)
 
     def update(self) -> Outcome:
-        world, at = self.runtime.mission.knowledge.world, self.at
+        world, at = mission_of(self).knowledge.world, self.at
         origin = world.pose_of(at) if at else Pose2(0.0, 0.0, 0.0)
         if origin is None:
             self.feedback_message = str(Failure(Reason.NO_GOAL, f"nobody knows where '{at}' is"))

@@ -1,7 +1,8 @@
 """Say something: to the people nearby, or to the log."""
 
 from rocs_bt.event import Said
-from rocs_bt.plan.nodes import SUCCESS, Input, Instant, Outcome
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import SUCCESS, Input, Instant, Outcome
 
 
 class Speak(Instant):
@@ -13,7 +14,7 @@ class Speak(Instant):
     text = Input(object, doc="the text, or a key")
 
     def update(self) -> Outcome:
-        mission = self.runtime.mission
+        mission = mission_of(self)
         mission.note(Said, node=mission.path(self), text=str(self.text), aloud=True)
         return SUCCESS
 
@@ -28,7 +29,7 @@ class Log(Instant):
     value = Input(object, None, "a key")
 
     def update(self) -> Outcome:
-        mission, value = self.runtime.mission, self.value
+        mission, value = mission_of(self), self.value
         shown = "" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
         text = f"{self.text} {shown}".strip()
         mission.note(Said, node=mission.path(self), text=text)

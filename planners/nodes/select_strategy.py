@@ -2,7 +2,8 @@
 
 from rocs_bt.action import Failure, Reason
 from rocs_bt.errors import KnowledgeError, did_you_mean
-from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 
 
 class SelectStrategy(Instant):
@@ -21,7 +22,7 @@ class SelectStrategy(Instant):
     selected = Output(str, "the strategy that is in force now")
 
     def update(self) -> Outcome:
-        strategies, name = self.runtime.mission.knowledge.strategy, self.strategy
+        strategies, name = mission_of(self).knowledge.strategy, self.strategy
         try:
             if not name:
                 name = self._next(strategies)

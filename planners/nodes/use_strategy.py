@@ -2,7 +2,8 @@
 
 from rocs_bt.action import Failure, Reason
 from rocs_bt.errors import KnowledgeError
-from rocs_bt.plan.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Input, Outcome, Output, halt
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Input, Outcome, Output, halt
 
 
 class UseStrategy(Decorator):
@@ -27,7 +28,7 @@ class UseStrategy(Decorator):
 
     @property
     def _strategies(self):
-        return self.runtime.mission.knowledge.strategy
+        return mission_of(self).knowledge.strategy
 
     def halted(self) -> None:
         self._end("halted")

@@ -4,7 +4,8 @@ from collections import deque
 from collections.abc import Iterator
 
 from rocs_bt.errors import Fault, unknown
-from rocs_bt.plan.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 
 
 class WaitForChange(Leaf):
@@ -28,14 +29,14 @@ class WaitForChange(Leaf):
         self._subscription = None
 
     def doubts(self) -> Iterator[tuple[str, Fault]]:
-        schema = self.runtime.mission.knowledge.graph.schema
+        schema = mission_of(self).knowledge.graph.schema
         for port, what, known in (("kind", "kind", schema.kinds), ("relation", "relation", schema.relations)):
             if self.key(port) is None and (name := self.read(port)) and name not in known:
                 yield port, unknown(what, name, known, "Knowledge")
 
     def initialise(self) -> None:
         self._heard.clear()
-        graph = self.runtime.mission.knowledge.graph
+        graph = mission_of(self).knowledge.graph
         self._subscription = graph.subscribe(
             self._heard.append, kind=self.kind_ or None, node=self.node or None, relation=self.relation or None
         )

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from rocs_bt.errors import Fault, InputError
-from rocs_bt.plan import Question
-from rocs_bt.plan.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.plan import Question, mission_of
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
 
 
 class When(Instant):
@@ -39,5 +39,5 @@ class When(Instant):
 
     def _ask(self, text: str) -> Question:
         if self._question is None or text != self._text:
-            self._text, self._question = text, self.runtime.mission.ask(text)
+            self._text, self._question = text, mission_of(self).ask(text)
         return self._question

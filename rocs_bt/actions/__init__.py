@@ -1,4 +1,8 @@
-"""The shipped actions (paper, Table 2, and the motion macros), and the table of their names."""
+"""The shipped actions (paper, Table 2, and the motion macros), and the table of their names.
+
+Whoever builds an agent or checks content imports it. Blocks are handed the table and name actions by text; only
+`reactive` imports one, the Stop of a reflex that cannot act.
+"""
 
 from .avoid_collision import AvoidCollision
 from .dock import Dock

@@ -1,4 +1,8 @@
-"""One robot's mind: builds, wires and runs its blocks. The only composer (docs/architecture.md)."""
+"""One robot's MAPE-K loop: builds, connects and runs its blocks.
+
+It is the only composer, so it alone imports monitors, analysers, planners, Execute and reflexes together. `simulation`
+and the layers above import it.
+"""
 
 from ..catalog import robot_drive
 from .agent import Agent, Rates

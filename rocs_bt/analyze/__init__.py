@@ -1,4 +1,7 @@
-"""A: analysers find out whether the world changed, update Knowledge and tell Plan (paper, 4.2)."""
+"""A of MAPE-K: analysers find out whether the world changed, update Knowledge and tell Plan (paper, 4.2).
+
+Imported by `agent` and the layers above; the other blocks never import it.
+"""
 
 from .analyze import Analyze
 from .localise import Localise

@@ -1,4 +1,8 @@
-"""Finds robots, rules, missions, routes, nodes, scenarios and worlds by name, and reads their files."""
+"""Finds robots, rules, missions, routes, nodes, scenarios and worlds by name, and reads their files.
+
+It is the only code that finds content and the only one that loads Python content. Imported by `agent` and the layers
+above; blocks get what was found.
+"""
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .catalog import Catalog

@@ -240,7 +240,7 @@ class Catalog:
         return guarded(python_mission(self.load_class(file, name)), file)
 
     def _xml_mission(self, file: Path, dialect: str) -> Callable[..., Any]:
-        from ..plan.xml import xml_mission  # py_trees is loaded where a tree is made
+        from ..plan import xml_mission  # py_trees is loaded where a tree is made
 
         def other(name: str) -> Callable[..., Any] | None:
             return self.load_mission(name) if self.is_python_mission(name) else None
@@ -262,7 +262,7 @@ class Catalog:
         Raises:
             InputError: A file does not load, two have a class of one name, or `--no-code` forbids it.
         """
-        from ..plan.nodes import nodes_of
+        from ..trees.nodes import nodes_of
 
         entries = self._node_files(names)
         self._allow(*(entry.path for entry in entries))
@@ -310,7 +310,8 @@ class Catalog:
         missions: set[str] = set()
         if mission.path.suffix == ".xml":
             from ..plan.nav2 import ROUTES
-            from ..plan.xml import outer_trees, read_document, shipped_nodes, tags_of, values_of
+            from ..plan.xml_mission import shipped_nodes, tags_of, values_of
+            from ..trees.xml import outer_trees, read_document
 
             document = read_document(mission.path, within=self.root_of(mission.path))
             tags, texts = tags_of(document) - set(shipped_nodes(dialect)), values_of(document)

@@ -1,4 +1,7 @@
-"""Joins the checkers that the rooms export: every content file, all faults at once."""
+"""Joins the checkers that the folders export: every content file, all faults at once.
+
+Imported by the command line and by the pytest plugin.
+"""
 
 from .check import Findings, check_content
 from .picture import FORMATS, draw_mission

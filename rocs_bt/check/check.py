@@ -10,8 +10,8 @@ from pathlib import Path
 from ..catalog import KINDS, Catalog, Entry, find_project, kind_of, make_entry
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
-from ..plan.xml import survey
 from ..raised import content_line, describe
+from ..trees.xml import survey
 from .mission import check_mission_file
 from .model import check_world
 from .planner import check_planner_file

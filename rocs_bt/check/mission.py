@@ -16,7 +16,7 @@ from ..catalog import Catalog, Entry, functions_in
 from ..errors import Fault
 from ..expression import Environment, compile_expression
 from ..plan import check_mission, mission_actions, mission_parameters
-from ..plan.examine import blocking_faults
+from ..trees.examine import blocking_faults
 from .dialect import dialect_of
 from .paper import idle, paper_agent
 from .xml_mission import MissionOptions, check_xml

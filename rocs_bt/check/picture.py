@@ -11,10 +11,13 @@ from ..agent import Mind
 from ..catalog import Catalog, Entry
 from ..errors import Fault, InputError
 from ..plan import TreePlan, mission_actions, mission_parameters
-from ..plan.draw import Picture, page, picture_of, svg, text
-from ..plan.examine import examine
-from ..plan.nodes import Tree
-from ..plan.xml import Document, make_nodes, mission_nodes, read_document, shipped_nodes, tags_of, verify, write_tree
+from ..plan.able import mission_faults
+from ..plan.nav2 import ELSEWHERE
+from ..plan.xml_mission import mission_nodes, shipped_nodes, tags_of
+from ..record.tree_page import page
+from ..trees.draw import Picture, picture_of, svg, text
+from ..trees.nodes import Tree
+from ..trees.xml import Document, make_nodes, read_document, verify, write_tree
 from ..units import NONE
 from .dialect import dialect_of
 from .paper import paper_agent
@@ -63,7 +66,7 @@ def draw_mission(
         lines = [f"{entry.name}: {entry.doc}", *(f"  {name} = {value}" for name, value in shown.items())]
         return "\n".join([*lines, f"planned by {type(plan).__name__}, which is no tree."])
     read = read_document(entry.path, within=catalog.root_of(entry.path)) if entry.path.suffix == ".xml" else None
-    picture = picture_of(plan.tree, entry.name, entry.doc, shown, examine(plan.tree, plan.knowledge))
+    picture = picture_of(plan.tree, entry.name, entry.doc, shown, mission_faults(plan.tree, plan.knowledge))
     return _drawn(picture, plan.tree, form, read)
 
 
@@ -71,7 +74,7 @@ def _read(document: Document, catalog: Catalog, main: str, lenient: bool, dialec
     """A tree without a robot, with stand-ins for what is not here."""
     own = catalog.load_nodes(tags_of(document) - set(shipped_nodes(dialect))) if catalog.code else ()
     nodes = mission_nodes(action_table(), own, dialect)
-    faults = [*document.faults, *verify(document, nodes, main=main)]
+    faults = [*document.faults, *verify(document, nodes, main=main, elsewhere=ELSEWHERE)]
     if not lenient and (wrong := [fault for fault in faults if not fault.warning]):
         raise InputError(*wrong)
     root = make_nodes(document, nodes, main=main, lenient=lenient)

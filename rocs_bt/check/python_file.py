@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from ..catalog import Catalog, Entry, classes_in, functions_in
 from ..errors import Fault
-from ..plan.examine import blocking_faults
+from ..trees.examine import blocking_faults
 
 
 def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:

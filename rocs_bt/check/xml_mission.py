@@ -10,22 +10,20 @@ from typing import Any
 from ..actions import action_table
 from ..catalog import Catalog, kind_of
 from ..errors import Fault, InputError
-from ..plan import Mission, mission_parameters
-from ..plan.xml import (
+from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
+from ..plan.nav2 import ELSEWHERE
+from ..plan.xml_mission import tags_of
+from ..trees.xml import (
     Document,
     Model,
     Stub,
     Survey,
     add_siblings,
-    mission_nodes,
     outer_trees,
     read_document,
-    shipped_nodes,
     stub_nodes,
-    tags_of,
     times,
     verify,
-    xml_mission,
 )
 
 
@@ -104,7 +102,7 @@ def check_xml(
         )  # fmt: skip
         if any(p.required for p in mission_parameters(build).values()):
             outside = {name: found for name in outer_trees(document) if (found := missions.find(name))}
-            yield from [*document.faults, *verify(document, known, main=main, outside=outside)]
+            yield from [*document.faults, *verify(document, known, main=main, outside=outside, elsewhere=ELSEWHERE)]
         else:
             yield from build_faults(catalog.with_content(build))
 

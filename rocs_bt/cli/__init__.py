@@ -1,1 +1,4 @@
-"""The command line: the only room that prints. Each command is a file, loaded when it is called."""
+"""The command line: the only folder that prints. Each command is a file, loaded when it is called.
+
+Nobody imports it.
+"""

@@ -16,8 +16,8 @@ from typing import NoReturn
 
 import click
 
-from .. import __version__
 from ..errors import InputError, RecordingError, RocsError
+from ..version import __version__
 from .terminal import echo, echo_traceback, guard_streams, perhaps_closed
 
 # Each command and what it does, so that the help needs to load none of them.

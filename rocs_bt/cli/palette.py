@@ -22,7 +22,8 @@ def command(out: Path | None, dialect: str, no_code: bool) -> None:
     Load it in the editor, or include it in a mission: its TreeNodesModel is generated from the classes.
     """
     from ..actions import action_table
-    from ..plan.xml import mission_nodes, palette, shipped_nodes
+    from ..plan import mission_nodes, shipped_nodes
+    from ..trees.xml import palette
 
     catalog = Catalog.here(code=not no_code)
     shipped = shipped_nodes(dialect.removeprefix("rocs"))

@@ -1,4 +1,7 @@
-"""Planners over scenes, many times: episodes, metrics, statistics, verdicts."""
+"""Planners over scenes, many times: episodes, metrics, statistics, verdicts.
+
+It runs episodes by `simulation`. Imported by the command line and the pytest plugin.
+"""
 
 from ..catalog import PlannerSpec
 from ..plan import Observation, PythonPlanner, Task

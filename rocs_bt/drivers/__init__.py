@@ -1,6 +1,7 @@
-"""Drivers: what a robot's devices are made of, in MuJoCo, in a mock without physics, and from a recording.
+"""Drivers of devices: in MuJoCo, in a mock without physics, from a recording, and isolated in a process.
 
-robot.toml names a driver; each backend has its own class of that name, with the same parameters.
+robot.toml names a driver; each backend has its own class of that name, with the same parameters. Imported by
+`simulation` and by `catalog`, which knows their parameters; blocks know `Sensor` and `Actuator` only.
 """
 
 from .own import constructor_parameters

@@ -1,4 +1,7 @@
-"""The one expression language of rule guards, tree conditions and run-time monitors."""
+"""The one expression language of rule guards, tree conditions and run-time monitors.
+
+It knows signals and units, and no block. Whoever reads a condition from a file imports it.
+"""
 
 from .compiler import Expression, compile_expression, compile_node, compile_plain
 from .environment import Environment, Forms

@@ -1,4 +1,7 @@
-"""K: the shared graph of world, robot and strategies, and the signal table (paper, 4.2 and 5.1)."""
+"""K of MAPE-K: the shared graph of world, robot and strategies, and the signal table (paper, 4.2 and 5.1).
+
+The only folder that imports networkx. All blocks and the layers above import it.
+"""
 
 from .attribute import Attribute, Live
 from .choice import Candidate, Choice

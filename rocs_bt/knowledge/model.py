@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .knowledge import Knowledge
+from .base import KnowledgeBase
 
 
 class Model:
@@ -15,7 +12,7 @@ class Model:
         knowledge: What it is a view of.
     """
 
-    def __init__(self, knowledge: Knowledge) -> None:
+    def __init__(self, knowledge: KnowledgeBase) -> None:
         self.knowledge = knowledge
         self.graph = knowledge.graph
         self.signals = knowledge.signals

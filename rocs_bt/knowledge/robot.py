@@ -12,12 +12,12 @@ import numpy as np
 
 from ..errors import Fault, InputError, KnowledgeError
 from ..geometry import Pose2, Twist2, pose2
+from .base import KnowledgeBase
 from .model import Model
 from .signals import Array
 
 if TYPE_CHECKING:  # the drive is given by the agent: at run time every arrow points down
     from ..control.drive import Drive
-    from .knowledge import Knowledge
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class RobotModel(Model):
     is not valid, or where the robot has no sensor for it. Times are in seconds, now where None.
     """
 
-    def __init__(self, knowledge: Knowledge) -> None:
+    def __init__(self, knowledge: KnowledgeBase) -> None:
         super().__init__(knowledge)
         self._drive: Drive | None = None
 

@@ -45,7 +45,7 @@ class WorldModel(Model):
         if not self.graph.has(name):
             return None
         if name == self.name:
-            pose = self.knowledge.robot.pose()
+            pose = self.knowledge.pose()
             return None if math.isnan(pose.x) else pose
         try:
             found: Pose2 | None = self.graph.get(name, "pose")
@@ -118,4 +118,4 @@ class WorldModel(Model):
         """How far the pursued goal is at time t [m]: +inf without a goal, NaN while the robot's pose is not valid."""
         goal = self.pursued()
         pose = None if goal is None else self.pose_of(goal)
-        return math.inf if pose is None else self.knowledge.robot.pose(t).distance(pose)
+        return math.inf if pose is None else self.knowledge.pose(t).distance(pose)

@@ -1,4 +1,7 @@
-"""M: monitors read sensors, interpret what they say, write signals to Knowledge and publish them (paper, 4.2)."""
+"""M of MAPE-K: monitors read sensors, interpret readings, write signals to Knowledge and publish them (paper, 4.2).
+
+Imported by `agent` and the layers above; the other blocks never import it.
+"""
 
 from .fix_monitor import FixMonitor
 from .message_monitor import MessageMonitor

@@ -1,10 +1,15 @@
-"""P: decides what to do next, with a behaviour tree or a user's own planner (paper, 4.2 and 5.2)."""
+"""P of MAPE-K: decides what to do next, with a behaviour tree or a user's own planner (paper, 4.2 and 5.2).
+
+It binds the trees of `rocs_bt.trees` to an agent. Imported by `agent`, the layers above and missions; the other blocks
+never import it.
+"""
 
 from .act import Act
 from .action_node import ActionNode, action_nodes
 from .check import check_mission
 from .condition import Condition
 from .content import Content
+from .context import MissionContext, mission_of
 from .mission import Mission
 from .own_actions import mission_actions
 from .parameters import mission_arguments, mission_parameters
@@ -15,6 +20,7 @@ from .route import NoRoute, Point, RoadRoutePlanner, RoutePlanner, off_way
 from .tree import NodeOutline, TreePlan
 from .vehicle import Vehicle
 from .wait import Wait
+from .xml_mission import mission_nodes, shipped_nodes, xml_mission
 
 __all__ = [
     "Act",
@@ -22,6 +28,7 @@ __all__ = [
     "Condition",
     "Content",
     "Mission",
+    "MissionContext",
     "NoRoute",
     "NodeOutline",
     "Observation",
@@ -40,7 +47,11 @@ __all__ = [
     "check_mission",
     "mission_actions",
     "mission_arguments",
+    "mission_nodes",
+    "mission_of",
     "mission_parameters",
     "off_way",
     "python_mission",
+    "shipped_nodes",
+    "xml_mission",
 ]

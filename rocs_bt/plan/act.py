@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from py_trees.common import Status
 
-from ..action import Action, Failure, Reason
+from ..action import Action, Failure, Reason, parameters_of
+from ..errors import InputError
 from ..event import Replanned
 from ..pipeline import Priority, Ticket, TicketState
-from .nodes import Leaf
-
-if TYPE_CHECKING:
-    from .mission import Mission
+from ..trees.nodes import Leaf
+from ..trees.xml.text import value_text
+from .context import MissionContext
 
 PROGRESS = 0.05
 """How much nearer to done an action must have come [m] since the last time it did, to count as progress."""
@@ -47,7 +46,7 @@ class Act(Leaf):
     def __init__(
         self,
         name: str,
-        mission: Mission,
+        mission: MissionContext,
         make: Callable[[], Action],
         max_preemptions: int = MAX_PREEMPTIONS,
     ) -> None:
@@ -55,8 +54,17 @@ class Act(Leaf):
         self._mission = mission
         self._set_up(make, max_preemptions)
 
+    def written(self) -> tuple[str, dict[str, str]] | None:
+        try:
+            action = self.make()
+        except InputError:  # told by the check; a picture of the tree is wanted all the same
+            return type(self).__name__, {}
+        declared, given = parameters_of(type(action)), action.parameters
+        told = {n: v for n, v in given.items() if n in declared and v is not None and v != declared[n].default}
+        return type(action).__name__, {n: value_text(v, declared[n].dimension) for n, v in told.items()}
+
     @property
-    def mission(self) -> Mission:
+    def mission(self) -> MissionContext:
         """Whose leaf it is."""
         return self._mission
 

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, get_args
+from typing import Any, ClassVar, get_args
 
 from py_trees.common import Status
 
 from ..action import Action, Parameter, make_action, misfits_of, parameters_of
 from ..errors import Fault, InputError
+from ..trees.nodes import REQUIRED, Input, Leaf
 from ..units import NONE, convert
 from .act import MAX_PREEMPTIONS, Act
-from .nodes import REQUIRED, Input, Leaf
-
-if TYPE_CHECKING:
-    from .mission import Mission
+from .context import MissionContext, mission_of
 
 
 class ActionNode(Act):
@@ -49,16 +47,20 @@ class ActionNode(Act):
                     self.mission.pipeline.update(ticket, {port: value})
         return super().update()
 
+    def written(self) -> None:
+        """Its own ports: it was made by its name."""
+
     def doubts(self) -> Iterator[tuple[str, Fault]]:
-        if not (self.runtime.has_mission and self.mission.fit and self.action in self.mission.actions):
+        mission = self.runtime.owner
+        if not (isinstance(mission, MissionContext) and mission.fit and self.action in mission.actions):
             return
         known = {n: self.read(n) for n in self.given if n != "max_preemptions" and self.key(n) is None}
-        for name, reason in misfits_of(self.mission.actions[self.action], known, self.mission.knowledge):
+        for name, reason in misfits_of(mission.actions[self.action], known, mission.knowledge):
             yield name, Fault(f"{reason}.")
 
     @property
-    def mission(self) -> Mission:
-        return self.runtime.mission
+    def mission(self) -> MissionContext:
+        return mission_of(self)
 
     def _made(self) -> Action:
         actions = self.mission.actions

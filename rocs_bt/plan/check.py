@@ -16,10 +16,10 @@ from ..event import NullSink
 from ..expression import Expression
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
-from .examine import examine
-from .examine.place import fault_at
+from ..trees.examine.place import fault_at
+from ..trees.nodes import Tree, descendants
+from .able import mission_faults
 from .mission import Mission
-from .nodes import Tree, descendants
 from .parameters import mission_parameters
 from .plan import Plan
 from .shape import shape_faults
@@ -81,10 +81,10 @@ def check_mission(
         return [*mission.faults, *faults]
     misfits: list[Fault] = []
     try:
-        tree = Tree(root, board=mission.board, clock=clock, mission=mission, faults=misfits)
+        tree = Tree(root, board=mission.board, clock=clock, owner=mission, faults=misfits)
     except InputError as error:
         return [*mission.faults, *error.faults]
-    return [*mission.faults, *misfits, *_tree_doubts(root, mission), *examine(tree, knowledge, later)]
+    return [*mission.faults, *misfits, *_tree_doubts(root, mission), *mission_faults(tree, knowledge, later)]
 
 
 def _tree_doubts(root: Behaviour, mission: Mission) -> list[Fault]:

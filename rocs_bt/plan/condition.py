@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from py_trees.common import Status
 
-from .nodes import Instant
+from ..trees.nodes import Instant
 
 
 class Condition(Instant):
@@ -24,6 +24,9 @@ class Condition(Instant):
         self.text = text
         self._holds = holds
         self._reading = reading
+
+    def written(self) -> tuple[str, dict[str, str]]:
+        return "When", {"expression": self.text}
 
     def update(self) -> Status:
         if self._holds():

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from typing import Protocol
 
 from ..errors import Fault, InputError
-from .nodes import Node
+from ..trees.nodes import Node
 from .route import RoutePlanner
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from py_trees.common import Status
 
 from ..knowledge import Knowledge
-from .nodes import Instant
+from ..trees.nodes import Instant
 
 
 class Enter(Instant):
@@ -21,6 +21,9 @@ class Enter(Instant):
         super().__init__(name)
         self.mode = mode
         self._knowledge = knowledge
+
+    def written(self) -> tuple[str, dict[str, str]]:
+        return "Enter", {"mode": self.mode}
 
     def update(self) -> Status:
         self._knowledge.graph.set(self._knowledge.agent, mode=self.mode)

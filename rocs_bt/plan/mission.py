@@ -2,39 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
 from py_trees.behaviour import Behaviour
 
-from ..action import Action, make_action, parameters_of, refuse_misfits
-from ..clock import Clock
+from ..action import make_action, parameters_of, refuse_misfits
 from ..errors import Fault, InputError, unknown
-from ..event import Event, EventSink
-from ..expression import TRUTH, Expression
-from ..knowledge import Knowledge
-from ..pipeline import Pipeline
 from ..raised import called_at
+from ..trees.nodes import BUILTIN, Node, Registry, SubTree
 from ..units import NOT_NEGATIVE, TIME, Dimension, convert
 from .act import MAX_PREEMPTIONS, Act
-from .board import Board
+from .action_node import action_nodes
 from .condition import Condition
-from .content import Content, NoContent
+from .context import MissionContext
 from .enter import Enter
-from .nodes import BUILTIN, Node, Registry, SubTree
 from .origin import MissionLine
 from .question import Question
 from .unseen import unseen_goal
 from .wait import Wait
+from .xml_mission import embedded
 
 L = TypeVar("L", bound=Node)
 
 
-class Mission:
-    """The context of one agent's mission.
+class Mission(MissionContext):
+    """What a mission in Python makes its leaves with; the rest is its context (see MissionContext).
 
     A mission file says in its docstring what the mission is for, and holds
 
@@ -43,76 +38,9 @@ class Mission:
     which returns a py_trees tree. Its keyword-only parameters are the mission's parameters: scenarios set them, and
     their annotations say in which unit, and which numbers make sense. Composites and decorators are py_trees' own.
 
-    Args:
-        name: The mission's name.
-        knowledge: All that the robot knows.
-        pipeline: Where leaves submit their actions.
-        actions: The action table.
-        clock: Time.
-        sink: Where events go.
-        compile_guard: Compiles an expression over the signals; None where there are no expressions.
-        rule_reading: Tells a rule's guard with its present readings, for the reason of a robot that is stuck.
-        survey: Whether this is a check: leaves with faults are made all the same, and the faults collected.
-        fit: Whether the robot is the one that the mission is for, and not just any: only then actions must fit it.
-        passed: In a survey, the values of the mission's parameters; a goal or leader among them is reported where the
-            scenario sets the parameter, not at the line of the mission.
-        later: In a survey, the nodes that may become known during the run; None where any may.
-        rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
-            it, so that a planner that draws repeats.
-
-    Attributes:
-        leaves: The leaves that `build` has made, in that order.
-        faults: What was found in a survey.
-        swap: Puts another subtree in the place of a named one while the mission runs (see `TreePlan.swap`).
-        survey: Whether this is a check.
-        passed: Parameters of the mission that are texts; only a check gives them.
-        board: The board of the tree's root, where `build` may put what its nodes read.
-        content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
-        shared: What nodes of the tree share, by purpose, such as route planners and what they remember.
-        told: What only an oracle is told, such as the map of a scene; empty for every other planner.
     """
 
-    def __init__(
-        self,
-        name: str,
-        *,
-        knowledge: Knowledge,
-        pipeline: Pipeline,
-        actions: Mapping[str, type[Action]],
-        clock: Clock,
-        sink: EventSink,
-        compile_guard: Callable[[str], Expression] | None = None,
-        rule_reading: Callable[[str], str] = lambda rule: "",
-        survey: bool = False,
-        fit: bool = True,
-        passed: Collection[object] = (),
-        later: Collection[str] | None = None,
-        rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
-    ) -> None:
-        self.name = name
-        self.knowledge = knowledge
-        self.pipeline = pipeline
-        self.actions = actions
-        self.clock = clock
-        self.sink = sink
-        self.rule_reading = rule_reading
-        self.rng = rng
-        self.leaves: list[Behaviour] = []
-        self.faults: list[Fault] = []
-        self.swap: Callable[[str, Behaviour], None] = _no_tree
-        self.board = Board(name=name)
-        self.content: Content = NoContent()
-        self.shared: dict[str, Any] = {}
-        self.told: Mapping[str, Any] = {}
-        self._nodes: Registry | None = None
-        self._compile = compile_guard
-        self.survey = survey
-        self.fit = fit
-        self.passed = passed
-        self._later = later
-        self._paths: Mapping[Any, str] = {}
-        self._time = clock.now()
-        self._snapshot: list[float] | None = None
+    _nodes: Registry | None = None
 
     def act(self, action: str, /, *, name: str = "", max_preemptions: int = MAX_PREEMPTIONS, **parameters: Any) -> Act:
         """A leaf that has an action done.
@@ -161,14 +89,6 @@ class Mission:
         )
         return self._made(leaf)
 
-    def ask(self, expression: str) -> Question:
-        """An expression over the signals, such as `min(front) > 0.5 m`, to be asked whenever a leaf wants to know.
-
-        Raises:
-            InputError: It is no expression, it names no signal, or it is not true or false.
-        """
-        return Question(self._guard(expression), lambda: (self._seen(), self._time))
-
     def node(self, tag: str, /, *children: Behaviour, name: str = "", **attributes: Any) -> Node:
         """A node by the name that XML files call it: a built-in one, one of `planners/nodes`, or an action.
 
@@ -183,8 +103,6 @@ class Mission:
         Raises:
             InputError: No such node, the wrong number of children, or faulty attributes: all that is wrong.
         """
-        from .action_node import action_nodes
-
         if self._nodes is None:
             self._nodes = BUILTIN.with_(action_nodes(self.actions))
         if tag not in self._nodes:  # where nobody has it, all are loaded, to tell what there is
@@ -233,54 +151,13 @@ class Mission:
         Raises:
             InputError: All that is wrong with it, each at its line and column.
         """
-        from .xml.mission import embedded
-
         return embedded(self, source, nodes, main, values)
-
-    def doubt(self, *faults: Fault) -> None:
-        """What a check tells, and a run that goes on all the same does not."""
-        if self.survey:
-            self.faults.extend(faults)
-
-    def note(self, event: type[Event], **values: Any) -> None:
-        """Emit an event of this agent, now."""
-        self.sink.emit(event(t=self.clock.now(), agent=self.knowledge.agent, **values))
-
-    def path(self, node: Behaviour) -> str:
-        """A node's path from the root, names joined by `/`; its name while it is in no tree."""
-        return self._paths.get(node.id, node.name)
-
-    def begin(self, t: float, paths: Mapping[Any, str]) -> None:
-        """A tick begins: conditions see one snapshot, taken when the first of them asks."""
-        self._time, self._paths, self._snapshot = t, paths, None
 
     def _made(self, leaf: L) -> L:
         """Note a new leaf and the line of the mission that made it."""
         leaf.origin = MissionLine.here()
         self.leaves.append(leaf)
         return leaf
-
-    def _guard(self, text: str) -> Expression:
-        if self._compile is None:
-            raise InputError(f"'{text}' cannot be asked: this mission was given no signals.")
-        try:
-            guard = self._compile(text)
-        except InputError as error:
-            raise InputError(*(replace(f, message=f"in '{text}': {f.message}") for f in error.faults)) from error
-        if guard.node.kind != TRUTH:
-            raise InputError(
-                Fault(
-                    f"'{text}' is {guard.node.kind.words}, not true or false.",
-                    hint=f"Compare it with something, such as '{text} > ...'.",
-                )
-            )
-        return guard
-
-    def _seen(self) -> list[float]:
-        """The snapshot of this tick."""
-        if self._snapshot is None:
-            self._snapshot = self.knowledge.signals.snapshot(self._time).tolist()
-        return self._snapshot
 
     def _in_si(self, action: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
         declared = parameters_of(self.actions[action]) if action in self.actions else {}
@@ -333,8 +210,3 @@ def _converted(value: Any, dimension: Dimension, what: str) -> Any:
     if isinstance(value, (list, tuple)):
         return [_converted(part, dimension, what) for part in value]
     return value
-
-
-def _no_tree(name: str, new: Behaviour) -> None:
-    """What `swap` is until the mission has a tree."""
-    raise InputError(f"'{name}' was to be swapped, but the mission runs no tree yet.")

@@ -6,7 +6,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 
 from ..errors import Fault
-from .nodes import descendants
+from ..trees.nodes import descendants
 
 
 def shape_faults(root: object) -> list[Fault]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
@@ -17,16 +17,15 @@ from py_trees.logging import Logger
 from ..errors import Fault, InputError, interrupts
 from ..event import NodeTicked, SubtreeSwapped
 from ..raised import Raised, from_actuator
-from .error import TreeError
-from .examine import own_faults
+from ..trees.error import TreeError
+from ..trees.examine import own_faults
+from ..trees.nodes import Node, Tree, descendants, halt
+from ..trees.nodes.runtime import Caught
+from ..trees.nodes.swap import find_node, inside
+from ..trees.status import RUNNING, SKIPPED, Outcome
 from .mission import Mission
-from .nodes import Node, Tree, descendants, halt
-from .nodes.changes import Changes, Heard
-from .nodes.runtime import Caught
-from .nodes.swap import find_node, inside
 from .plan import FAILURE, SUCCESS, Plan
 from .shape import shape_faults
-from .status import RUNNING, SKIPPED, Outcome
 
 _BETWEEN = "Swap between two ticks: from another thread, or where the tree is ticked."
 
@@ -91,7 +90,7 @@ class TreePlan(Plan):
             sink=mission.sink,
         )
         self.root = root
-        self.tree = Tree(root, board=mission.board, clock=mission.clock, mission=mission)
+        self.tree = Tree(root, board=mission.board, clock=mission.clock, owner=mission)
         _refuse_faults(self.tree)
         self.ticks = 0
         self._mission = mission
@@ -100,7 +99,6 @@ class TreePlan(Plan):
         self._raised: list[Raised] = []
         self._restarts: list[Behaviour] = []
         self.tree.runtime.caught = self._caught
-        self._listeners: list[Changes] = []
         self._seen: dict[Any, Status] = {}
         self._look()
         for node, _ in self._nodes:
@@ -124,30 +122,10 @@ class TreePlan(Plan):
             self._tell()
             self._report()
         self.ticks += 1
-        for changes in self._listeners:
-            changes.flush()
         if outcome is Status.SUCCESS:
             self.status = SUCCESS
         elif outcome is not RUNNING:
             self.status, self.reason = FAILURE, self._why(outcome)
-
-    def listen(self, heard: Heard) -> Callable[[], None]:
-        """Have somebody hear each change of a node's status, children before parents (see `Changes`).
-
-        Args:
-            heard: Takes the node's number in `tree`, its outcome before and its outcome now.
-
-        Returns:
-            What to call to have it hear no more.
-        """
-        changes = Changes(self.tree, heard)
-        self._listeners.append(changes)
-
-        def leave() -> None:
-            self._listeners.remove(changes)
-            changes.close()
-
-        return leave
 
     def swap(self, name: str, new: Behaviour) -> None:
         """Put another subtree in the place of a named one while the mission runs. Any thread may.
@@ -171,7 +149,7 @@ class TreePlan(Plan):
             if faults := shape_faults(new):
                 raise InputError(*faults)
             if new.parent is None and new.id not in self._paths:
-                _refuse_faults(Tree(new, clock=self._mission.clock, mission=self._mission))  # on a board of its own
+                _refuse_faults(Tree(new, clock=self._mission.clock, owner=self._mission))  # on a board of its own
             leaving, gone = self._paths[old.id], tuple(descendants(old))
             for node in descendants(new):
                 node.logger = QUIET
@@ -215,6 +193,7 @@ class TreePlan(Plan):
             # Our nodes complain themselves, and one of them that was skipped is idle by right.
             if node.status is Status.INVALID and not isinstance(node, Node):
                 raise InputError(self._no_status(node))
+        self.tree.ticked()
         return self.root.status
 
     def _caught(self, leaf: Behaviour, error: BaseException) -> bool:

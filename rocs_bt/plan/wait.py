@@ -5,7 +5,7 @@ from __future__ import annotations
 from py_trees.common import Status
 
 from ..clock import Clock
-from .nodes import Leaf
+from ..trees.nodes import Leaf
 
 
 class Wait(Leaf):
@@ -22,6 +22,9 @@ class Wait(Leaf):
         self.duration = duration
         self._clock = clock
         self._until = 0.0
+
+    def written(self) -> tuple[str, dict[str, str]]:
+        return "Sleep", {"msec": str(round(self.duration * 1000))}
 
     def initialise(self) -> None:
         self._until = self._clock.now() + self.duration

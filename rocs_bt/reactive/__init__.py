@@ -1,7 +1,11 @@
-"""The reflex route: rules, whoever else may ask for a reflex, and the arc that acts on them."""
+"""The reflex route: rules, Python models that ask for reflexes, and the arc that acts on them (paper, 4.2).
+
+Imported by `agent` and the layers above; the other blocks never import it.
+"""
 
 from .arc import ReflexArc
-from .backend import Backend, Machine, Steps, choose_backend
+from .backend import Backend, Machine, Steps
+from .choose_backend import choose_backend
 from .include import included_files
 from .kernel_backend import kernel_missing
 from .misfits import rule_misfits

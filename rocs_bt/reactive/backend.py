@@ -13,7 +13,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, unknown
 from .rule_table import RuleTable
 
 Floats = NDArray[np.float64]
@@ -161,20 +160,3 @@ def _steps(table: RuleTable, rows: Sequence[_Row]) -> Steps:
         mask=np.array([row[1] for row in rows], bool).reshape(count, len(table.names)),
         margin=np.array([row[2] for row in rows], float).reshape(count, table.margins.size),
     )
-
-
-def choose_backend(name: str = "auto") -> Backend:
-    """A back end by name; `auto` is the fastest there is.
-
-    Raises:
-        InputError: No such back end.
-    """
-    from .kernel_backend import KernelBackend, kernel_missing
-    from .python_backend import PythonBackend
-
-    if name not in ("auto", "kernel", "python"):
-        raise InputError(unknown("back end", name, ["auto", "kernel", "python"]))
-    missing = "" if name == "python" else kernel_missing()
-    if name == "kernel" and missing:
-        raise InputError(f"back end 'kernel' was asked for: {missing}, or ask for 'python'")
-    return PythonBackend() if name == "python" or missing else KernelBackend()

@@ -13,13 +13,13 @@ from .backend import Floats, Machine, Steps
 from .rule_table import RuleTable
 
 if TYPE_CHECKING:
-    from . import _kernel
+    from ._kernel import Table
 
 
 def kernel_missing() -> str:
     """Why the compiled kernel cannot be used here; empty where it can."""
     try:
-        from . import _kernel  # noqa: F401 - only whether it can be loaded is asked
+        from ._kernel import Table  # noqa: F401 - only whether it can be loaded is asked
     except ImportError as error:
         if any(Path(__file__).parent.glob("_kernel*.so")):
             return f"the compiled kernel cannot be loaded ({error}); install rocs_bt again"
@@ -36,7 +36,7 @@ class KernelBackend:
     name = "kernel"
 
     def __init__(self) -> None:
-        self._tables: WeakKeyDictionary[RuleTable, _kernel.Table] = WeakKeyDictionary()
+        self._tables: WeakKeyDictionary[RuleTable, Table] = WeakKeyDictionary()
 
     def machine(self, table: RuleTable) -> Machine:
         return KernelMachine(table, self._compiled(table))
@@ -63,7 +63,7 @@ class KernelBackend:
             values[:] = states
         return steps
 
-    def _compiled(self, table: RuleTable) -> _kernel.Table:
+    def _compiled(self, table: RuleTable) -> Table:
         """The table as the kernel has it, made once."""
         found = self._tables.get(table)
         if found is None:
@@ -71,15 +71,15 @@ class KernelBackend:
         return found
 
 
-def compiled(table: RuleTable) -> _kernel.Table:
+def compiled(table: RuleTable) -> Table:
     """A table, checked and copied into the kernel.
 
     Raises:
         ValueError: It names a register, cell or column that does not exist, or is no table at all.
     """
-    from . import _kernel
+    from ._kernel import Table
 
-    return _kernel.Table(
+    return Table(
         table.program.code,
         table.program.registers,
         table.initial,
@@ -98,7 +98,7 @@ def compiled(table: RuleTable) -> _kernel.Table:
 class KernelMachine:
     """One robot's rules; see Machine. The kernel works on the state itself, which is looked at but not copied here."""
 
-    def __init__(self, table: RuleTable, handle: _kernel.Table) -> None:
+    def __init__(self, table: RuleTable, handle: Table) -> None:
         self.table = table
         self._values = table.start()
         self._machine = handle.machine(self._values)

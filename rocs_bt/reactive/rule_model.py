@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .backend import Backend, Machine, choose_backend
+from .backend import Backend, Machine
+from .choose_backend import choose_backend
 from .reactive_model import ReactiveModel, Reflex
 from .rule import Rule, RuleSet
 from .rule_table import RuleTable, carry, lower_rules

@@ -1,4 +1,8 @@
-"""What happened: recording, reading back, comparing, explaining and drawing. It draws recorded data only."""
+"""What happened: recording, reading back, comparing, explaining and drawing.
+
+It draws recorded data only and knows no block. Imported by `simulation`, `compare`, the driver that
+replays, and the command line.
+"""
 
 from .atomic_file import write_whole
 from .diverge import WORLD_EVENTS, Divergence, compare

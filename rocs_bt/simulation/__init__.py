@@ -1,4 +1,7 @@
-"""A world, its agents and movers: one episode, from a scenario's file to its outcome."""
+"""A world, its agents and movers: one episode, from a scenario's file to its outcome; the same agents on hardware.
+
+Imported by `compare`, `check`, the command line and the pytest plugin.
+"""
 
 from ..drivers.host import Host
 from .carried import CARRIERS, Carrier, make_carrier

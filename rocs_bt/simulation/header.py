@@ -11,7 +11,6 @@ from functools import cache
 
 import msgspec
 
-from .. import __version__
 from ..agent import Agent
 from ..catalog import RobotSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
@@ -20,6 +19,7 @@ from ..drivers.mujoco.lidar import Lidar
 from ..drivers.mujoco.sensors import RangeCone
 from ..plan import NodeOutline, TreePlan
 from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, TreeNode
+from ..version import __version__
 from .requirements import requirements_of
 from .stage import Stage
 

@@ -12,8 +12,8 @@ from typing import Any
 from ..agent import Agent
 from ..errors import RecordingError
 from ..plan import TreePlan
-from ..plan.watch import BtLog
 from ..record import Recorder, Recording, RunHeader, write_report, write_whole
+from ..trees.btlog import BtLog
 
 RECORDING, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
 
@@ -55,7 +55,7 @@ class RunFiles:
         self.recorder = Recorder(self._folder / RECORDING, header)
         for agent in logged:
             if isinstance(agent.plan, TreePlan):
-                self._logs.callback(BtLog(self._folder / f"{agent.name}.btlog", agent.plan).close)
+                self._logs.callback(BtLog(self._folder / f"{agent.name}.btlog", agent.plan.tree, agent.plan.name).close)
 
     def end(self, summary: Mapping[str, Any]) -> None:
         """Close the recording with its summary, close the logs, and write summary.json."""

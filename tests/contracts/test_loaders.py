@@ -30,12 +30,12 @@ from rocs_bt.knowledge import SCHEMA as KNOWN
 from rocs_bt.knowledge import KnowledgeGraph, load_schema
 from rocs_bt.knowledge.history import History, Journal, State, from_graphml, from_json_text, to_graphml, to_json_text
 from rocs_bt.plan.action_node import action_nodes
-from rocs_bt.plan.nodes import BUILTIN
-from rocs_bt.plan.xml import load_tree, palette
 from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import examine_rules
 from rocs_bt.record import Recorder, Recording
 from rocs_bt.testing.missions.substitute import read_rules as read_substitutions
+from rocs_bt.trees.nodes import BUILTIN
+from rocs_bt.trees.xml import load_xml, palette
 
 from ..record import synthetic
 
@@ -134,7 +134,7 @@ LOADERS = {
     "schema.toml": Loader(lambda path: load_schema([path], KNOWN), SCHEMA),
     "world.xml": Loader(lambda path: compose_world(path, []), shipped("scenarios/worlds/arena_box.xml")),
     "robot.xml": Loader(lambda path: compose_world(path, []), shipped("robots/pioneer_p3dx/robot.xml")),
-    "mission.xml": Loader(lambda path: load_tree(path, NODES), shipped("planners/missions/dock.xml")),
+    "mission.xml": Loader(lambda path: load_xml(path, NODES), shipped("planners/missions/dock.xml")),
     "palette.xml": Loader(lambda path: read_palettes([path]), palette(BUILTIN.values())),
     "mission.py": Loader(classes_in, shipped("planners/missions/go_to.py")),
     "run.mcap": Loader(read_recording, "run.mcap"),

@@ -7,10 +7,9 @@ import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
-from rocs_bt.plan import action_nodes
-from rocs_bt.plan.nodes import BUILTIN, Control, Decorator, Direction, Leaf, Node
-from rocs_bt.plan.nodes.node import RESERVED, TAKEN
-from rocs_bt.plan.xml import mission_nodes
+from rocs_bt.plan import action_nodes, mission_nodes
+from rocs_bt.trees.nodes import BUILTIN, Control, Decorator, Direction, Leaf, Node
+from rocs_bt.trees.nodes.node import RESERVED, TAKEN
 
 CATALOG = Catalog()
 OWN = {node.tag: node for node in CATALOG.load_nodes()}

@@ -6,8 +6,6 @@ from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.pipeline import Priority
 from rocs_bt.plan import Mission, TreePlan
 
-from .scripted import Bench
-
 
 class Mind:
     def __init__(self, rig):
@@ -56,8 +54,3 @@ class Mind:
 @pytest.fixture
 def mind(rig):
     return Mind(rig)
-
-
-@pytest.fixture
-def bench():
-    return Bench()

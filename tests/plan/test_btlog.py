@@ -10,9 +10,9 @@ import pytest
 from py_trees.common import Status
 
 from rocs_bt.errors import InputError, RecordingError
-from rocs_bt.plan.nodes import BUILTIN, Input, Leaf
-from rocs_bt.plan.watch import BtLog
-from rocs_bt.plan.xml import load_tree
+from rocs_bt.trees.btlog import BtLog
+from rocs_bt.trees.nodes import BUILTIN, Input, Leaf
+from rocs_bt.trees.xml import load_xml
 
 from ..waiting import until
 
@@ -66,7 +66,7 @@ def logged(mind, tmp_path):
 
     def run(root, ticks=8):
         plan = mind.start(root)
-        log = BtLog(tmp_path / "R1.btlog", plan)
+        log = BtLog(tmp_path / "R1.btlog", plan.tree, plan.name)
         for _ in range(ticks):
             plan.run(mind.rig.clock.now())
             mind.rig.run()
@@ -79,7 +79,7 @@ def logged(mind, tmp_path):
 def tree(mind):
     mind.mission.board["x"] = 4
     mind.mission.board["plan"] = "RS"
-    return load_tree(XML, {**BUILTIN, "Scripted": Scripted})
+    return load_xml(XML, {**BUILTIN, "Scripted": Scripted})
 
 
 def test_the_document_numbers_every_node_and_tells_each_use_of_a_subtree(logged, mind):
@@ -114,9 +114,9 @@ def test_the_changes_are_those_of_the_tree_in_the_runs_own_time(logged, mind):
 def test_the_same_run_gives_the_same_bytes(mind, tmp_path):
     for name in ("a", "b"):
         plan = mind.start(
-            load_tree(XML.replace("{plan}", "RS").replace("x == 4", "false"), {**BUILTIN, "Scripted": Scripted})
+            load_xml(XML.replace("{plan}", "RS").replace("x == 4", "false"), {**BUILTIN, "Scripted": Scripted})
         )
-        log = BtLog(tmp_path / f"{name}.btlog", plan)
+        log = BtLog(tmp_path / f"{name}.btlog", plan.tree, plan.name)
         plan.run(0.0)
         log.close()
     assert (tmp_path / "a.btlog").read_bytes() == (tmp_path / "b.btlog").read_bytes()
@@ -135,7 +135,7 @@ def test_py_trees_own_nodes_are_told_too(logged):
 
 def test_a_swap_begins_another_file(mind, tmp_path):
     plan = mind.start(BUILTIN["Sequence"]("top", [Scripted("a", does="S"), Scripted("b", does="R")]))
-    log = BtLog(tmp_path / "R1.btlog", plan)
+    log = BtLog(tmp_path / "R1.btlog", plan.tree, plan.name)
     plan.run(0.0)
     plan.swap("b", BUILTIN["Sequence"]("group", [Scripted("c", does="R")]))
     plan.run(0.1)
@@ -148,22 +148,22 @@ def test_a_swap_begins_another_file(mind, tmp_path):
 
 
 def test_more_nodes_than_the_format_can_number_are_refused(mind, tmp_path, monkeypatch):
-    monkeypatch.setattr("rocs_bt.plan.watch.btlog.MOST", 2)
+    monkeypatch.setattr("rocs_bt.trees.btlog.MOST", 2)
     plan = mind.start(BUILTIN["Sequence"]("top", [Scripted("a"), Scripted("b")]))
     with pytest.raises(InputError, match=r"has 3 nodes, and a \.btlog can number 2.*live page"):
-        BtLog(tmp_path / "R1.btlog", plan)
+        BtLog(tmp_path / "R1.btlog", plan.tree, plan.name)
 
 
 def test_a_place_that_cannot_be_written_is_told(mind, tmp_path):
     plan = mind.start(Scripted("a"))
     with pytest.raises(RecordingError, match="cannot be written"):
-        BtLog(tmp_path / "nowhere" / "R1.btlog", plan)
+        BtLog(tmp_path / "nowhere" / "R1.btlog", plan.tree, plan.name)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk here is always full")
 def test_a_full_disk_stops_no_robot(mind, tmp_path):
     plan = mind.start(Scripted("a", does="RRR"))
-    log = BtLog(tmp_path / "R1.btlog", plan)
+    log = BtLog(tmp_path / "R1.btlog", plan.tree, plan.name)
     log._file.close()
     log._file = Path("/dev/full").open("wb")  # noqa: SIM115 - the log closes it
     plan.run(0.0)
@@ -236,7 +236,7 @@ def test_a_log_is_built_as_one_of_the_cpp_engine(logged, mind, tmp_path):
     bt = pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
     made = {tag: type(tag, (Scripted,), {"does": script}) for tag, script in LEAVES.items()}
     mind.mission.board["x"] = 4
-    ours, _, changes = logged(load_tree(WITH_LEAVES, {**BUILTIN, **made}), 9)
+    ours, _, changes = logged(load_xml(WITH_LEAVES, {**BUILTIN, **made}), 9)
     assert mind.plan.status == "SUCCESS"
     document, first, expected = theirs(bt, tmp_path / "theirs.btlog")
     assert first > 0

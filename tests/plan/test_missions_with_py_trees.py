@@ -11,9 +11,9 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import NodeTicked, TicketChanged
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan import action_nodes
-from rocs_bt.plan.nodes import BUILTIN, Instant, Registry, Tree
+from rocs_bt.trees.nodes import BUILTIN, Instant, Registry, Tree
 
-from .with_py_trees import Letters, node
+from ..trees.with_py_trees import Letters, node
 
 
 class TestMissions:

@@ -11,9 +11,9 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan.nav2 import NAV2, OWN
 from rocs_bt.plan.nav2.motion import track
-from rocs_bt.plan.nodes import Input, Instant, Tree
-from rocs_bt.plan.status import FAILURE, SUCCESS, outcome_name
-from rocs_bt.plan.xml import load_tree
+from rocs_bt.trees.nodes import Input, Instant, Tree
+from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
+from rocs_bt.trees.xml import load_xml
 
 
 class Tally(Instant):
@@ -34,7 +34,7 @@ def tree(mind):
 
     def make(inside):
         text = f'<root BTCPP_format="4"><BehaviorTree ID="Main">{inside}</BehaviorTree></root>'
-        made = Tree(load_tree(text, NAV2.with_([Tally])), clock=mind.rig.clock, mission=mind.mission)
+        made = Tree(load_xml(text, NAV2.with_([Tally])), clock=mind.rig.clock, owner=mind.mission)
         made.board.update({"goal": "goal", "n": 0})
         return made
 

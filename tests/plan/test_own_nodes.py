@@ -8,9 +8,9 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import Said
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.geometry import Pose2
-from rocs_bt.plan import TreePlan, check_mission
-from rocs_bt.plan.nodes import FAILURE, RUNNING, SUCCESS, Tree
-from rocs_bt.plan.xml import load_tree, mission_nodes
+from rocs_bt.plan import TreePlan, check_mission, mission_nodes
+from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
+from rocs_bt.trees.xml import load_xml
 
 CATALOG = Catalog()
 NODES = mission_nodes(ACTIONS, CATALOG.load_nodes())
@@ -22,8 +22,8 @@ def grow(mind):
     mind.mission.content = CATALOG
 
     def grow(line):
-        root = load_tree(f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>', NODES)
-        return Tree(root, board=mind.mission.board, clock=mind.rig.clock, mission=mind.mission)
+        root = load_xml(f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>', NODES)
+        return Tree(root, board=mind.mission.board, clock=mind.rig.clock, owner=mind.mission)
 
     return grow
 
@@ -343,7 +343,7 @@ class TestProject:
         file.write_text(text, "utf-8")
 
     NODE = (
-        '"""One of mine."""\nfrom rocs_bt.plan.nodes import SUCCESS, Instant\n'
+        '"""One of mine."""\nfrom rocs_bt.trees.nodes import SUCCESS, Instant\n'
         'class Mine(Instant):\n    """Mine."""\n    def update(self):\n        return SUCCESS\n'
     )
 

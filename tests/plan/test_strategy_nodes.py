@@ -4,8 +4,9 @@ import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
-from rocs_bt.plan.nodes import FAILURE, RUNNING, SUCCESS, Tree
-from rocs_bt.plan.xml import load_tree, mission_nodes
+from rocs_bt.plan import mission_nodes
+from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
+from rocs_bt.trees.xml import load_xml
 
 NODES = mission_nodes(ACTIONS, Catalog().load_nodes())
 LINE = """
@@ -23,8 +24,8 @@ def grow(mind):
     """A tree from one line of XML."""
 
     def grow(line):
-        root = load_tree(f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>', NODES)
-        return Tree(root, board=mind.mission.board, clock=mind.rig.clock, mission=mind.mission)
+        root = load_xml(f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>', NODES)
+        return Tree(root, board=mind.mission.board, clock=mind.rig.clock, owner=mind.mission)
 
     return grow
 

@@ -7,8 +7,7 @@ from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
 from rocs_bt.errors import InputError
-from rocs_bt.plan import mission_arguments, mission_parameters
-from rocs_bt.plan.xml import xml_mission
+from rocs_bt.plan import mission_arguments, mission_parameters, xml_mission
 from rocs_bt.simulation import run
 from rocs_bt.units import SPEED, PositiveMetresPerSecond
 
@@ -103,7 +102,7 @@ def errand(mission, *, goal: str, cruise: PositiveMetresPerSecond = 0.5, rounds:
 
 
 NODE = '''"""A node of one's own."""
-from rocs_bt.plan.nodes import Input, Instant, SUCCESS
+from rocs_bt.trees.nodes import Input, Instant, SUCCESS
 
 class Greet(Instant):
     """Greets."""

@@ -14,9 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.actions import action_table
-from rocs_bt.plan.nodes import BUILTIN, CONDITIONS, InOut, Input, Leaf, Node, Output, SubTree
-from rocs_bt.plan.status import SUCCESS
-from rocs_bt.plan.xml import load_tree, mission_nodes, palette, read_document, write_tree
+from rocs_bt.plan import mission_nodes
+from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, InOut, Input, Leaf, Node, Output, SubTree
+from rocs_bt.trees.status import SUCCESS
+from rocs_bt.trees.xml import load_xml, palette, read_document, write_tree
 from rocs_bt.units import SPEED
 
 NODES = mission_nodes(action_table())
@@ -35,7 +36,7 @@ def shape(node):
 
 
 def again(root, nodes=NODES):
-    return load_tree(write_tree(root), nodes)
+    return load_xml(write_tree(root), nodes)
 
 
 @st.composite
@@ -84,7 +85,7 @@ def trees(draw, depth=3):
 def test_what_is_written_is_loaded_as_the_same_tree_and_written_the_same(root):
     text = write_tree(root)
     Et.fromstring(text)  # well-formed for everybody
-    loaded = load_tree(text, NODES)
+    loaded = load_xml(text, NODES)
     assert shape(loaded) == shape(root)
     assert write_tree(loaded) == text
 
@@ -92,7 +93,7 @@ def test_what_is_written_is_loaded_as_the_same_tree_and_written_the_same(root):
 def test_random_trees_of_the_conformance_tests_survive_writing():
     pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
     spec = importlib.util.spec_from_file_location(
-        "conformance_for_writing", Path(__file__).with_name("test_conformance.py")
+        "conformance_for_writing", Path(__file__).parents[1] / "trees" / "test_conformance.py"
     )
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
@@ -101,13 +102,13 @@ def test_random_trees_of_the_conformance_tests_survive_writing():
         root = module.Draw(seed).tree()
         leaves = [type(s.tag, (Leaf,), {"update": lambda self: SUCCESS}) for s in root.all() if s.outcomes]
         nodes = BUILTIN.with_(leaves)
-        loaded = load_tree(module.xml(root), nodes)
+        loaded = load_xml(module.xml(root), nodes)
         assert shape(again(loaded, nodes)) == shape(loaded), seed
 
 
 def test_a_small_change_is_a_small_difference():
-    text = write_tree(load_tree(FILE, NODES), document=read_document(FILE))
-    changed = write_tree(load_tree(FILE.replace("0.4 m/s", "0.5 m/s"), NODES), document=read_document(FILE))
+    text = write_tree(load_xml(FILE, NODES), document=read_document(FILE))
+    changed = write_tree(load_xml(FILE.replace("0.4 m/s", "0.5 m/s"), NODES), document=read_document(FILE))
     different = [(a, b) for a, b in zip(text.splitlines(), changed.splitlines(), strict=True) if a != b]
     assert len(different) == 1
 
@@ -128,7 +129,7 @@ FILE = """<root BTCPP_format="4" main_tree_to_execute="Main">
 
 
 def test_comments_models_and_trees_are_kept_and_attributes_are_ordered():
-    text = write_tree(load_tree(FILE, NODES), document=read_document(FILE))
+    text = write_tree(load_xml(FILE, NODES), document=read_document(FILE))
     for part in (
         "<!-- the whole mission -->",
         '<BehaviorTree ID="Main" _description="x">',
@@ -149,7 +150,7 @@ def test_two_subtrees_of_one_name_and_two_bodies_are_two_trees():
     root = BUILTIN.make("Sequence", "Sequence", [sub("AlwaysSuccess"), sub("AlwaysFailure"), sub("AlwaysSuccess")], {})
     text = write_tree(root)
     assert [t.attrib["ID"] for t in Et.fromstring(text).iter("BehaviorTree")] == ["MainTree", "S", "S_2"]
-    assert [c.children[0].tag for c in load_tree(text).children] == ["AlwaysSuccess", "AlwaysFailure", "AlwaysSuccess"]
+    assert [c.children[0].tag for c in load_xml(text).children] == ["AlwaysSuccess", "AlwaysFailure", "AlwaysSuccess"]
 
 
 def test_a_tree_made_in_python_of_py_trees_own_nodes_is_written_as_what_it_means():

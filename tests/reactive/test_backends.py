@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.expression import compile_expression, compile_node, parse_requirement
-from rocs_bt.reactive import Rule, RuleSet, lower_rules, python_source
-from rocs_bt.reactive.backend import choose_backend
+from rocs_bt.reactive import Rule, RuleSet, choose_backend, lower_rules, python_source
 from rocs_bt.reactive.kernel_backend import kernel_missing
 from rocs_bt.reactive.rule_table import carry
 

@@ -11,8 +11,7 @@ import pytest
 from rocs_bt.errors import InputError
 from rocs_bt.expression import compile_expression
 from rocs_bt.expression.program import Op
-from rocs_bt.reactive import Rule, lower_rules
-from rocs_bt.reactive.backend import choose_backend
+from rocs_bt.reactive import Rule, choose_backend, lower_rules
 from rocs_bt.reactive.kernel_backend import KernelBackend, compiled, kernel_missing
 
 needs_kernel = pytest.mark.skipif(bool(kernel_missing()), reason=kernel_missing())

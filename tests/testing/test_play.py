@@ -7,8 +7,8 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan import mission_parameters
-from rocs_bt.plan.error import TreeError
 from rocs_bt.testing.missions import Letters, play
+from rocs_bt.trees.error import TreeError
 
 CATALOG = Catalog()
 

@@ -7,11 +7,11 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError
-from rocs_bt.plan.error import TreeError
-from rocs_bt.plan.nodes import Tree, descendants
-from rocs_bt.plan.status import outcome_name
-from rocs_bt.plan.xml import load_tree
 from rocs_bt.testing.missions import Breaks, Flaky, Letters, Raises, inject, play, read_rules, substitute
+from rocs_bt.trees.error import TreeError
+from rocs_bt.trees.nodes import Tree, descendants
+from rocs_bt.trees.status import outcome_name
+from rocs_bt.trees.xml import load_xml
 
 TEXT = """<root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
@@ -62,7 +62,7 @@ class TestFilters:
         ],
     )
     def test_names_paths_classes_and_wildcards(self, filter, changed):
-        root = load_tree(TEXT)
+        root = load_xml(TEXT)
         if changed is None:
             with pytest.raises(InputError, match="means no node"):
                 substitute(root, {filter: "AlwaysFailure"})
@@ -72,32 +72,32 @@ class TestFilters:
 
     def test_a_name_outranks_a_class_and_a_class_a_pattern_whatever_the_order(self):
         rules = {"*o*": {"return_status": "FAILURE"}, "Script": "AlwaysFailure", "two": Letters("S")}
-        found = tags(substitute(load_tree(TEXT), {**rules, "top": "Fallback"}))
+        found = tags(substitute(load_xml(TEXT), {**rules, "top": "Fallback"}))
         assert (found["one"], found["two"], found["action_a"]) == ("AlwaysFailure", "Scripted", "TestNode")
 
     def test_among_patterns_the_first_counts(self):
         rules = {"mysub/action_a*": "AlwaysFailure", "mysub/action*": "TestNode"}
-        found = tags(substitute(load_tree(TEXT), rules))
+        found = tags(substitute(load_xml(TEXT), rules))
         assert (found["action_a"], found["action_b"]) == ("AlwaysFailure", "TestNode")
 
     def test_a_pattern_means_nodes_with_children_too_as_in_behaviortree_cpp(self):
-        found = tags(substitute(load_tree(TEXT), {"mysub/*": "TestNode"}))
+        found = tags(substitute(load_xml(TEXT), {"mysub/*": "TestNode"}))
         assert found["Sequence"] == "TestNode"
         assert "action_a" not in found
 
     def test_a_subtree_and_the_root_can_be_replaced(self):
-        assert tags(substitute(load_tree(TEXT), {"mysub": "AlwaysFailure"}))["mysub"] == "AlwaysFailure"
-        assert tick(substitute(load_tree(TEXT), {"top": "AlwaysFailure"})) == ["FAILURE"]
+        assert tags(substitute(load_xml(TEXT), {"mysub": "AlwaysFailure"}))["mysub"] == "AlwaysFailure"
+        assert tick(substitute(load_xml(TEXT), {"top": "AlwaysFailure"})) == ["FAILURE"]
 
     def test_a_control_takes_over_the_children(self):
-        root = substitute(load_tree(TEXT), {"top": "Fallback"})
+        root = substitute(load_xml(TEXT), {"top": "Fallback"})
         assert [child.name for child in root.children] == ["one", "mysub", "two"]
         assert all(child.parent is root for child in root.children)
         assert tick(root) == ["SUCCESS"]
 
     def test_all_filters_that_mean_nothing_are_told_with_what_is_there(self):
         with pytest.raises(InputError) as caught:
-            substitute(load_tree(TEXT), {"ones": "TestNode", "x*": "TestNode", "two": "TestNode"})
+            substitute(load_xml(TEXT), {"ones": "TestNode", "x*": "TestNode", "two": "TestNode"})
         first, second = caught.value.faults
         assert "'ones' means no node of this tree" in first.message
         assert "Did you mean 'one'" in first.hint
@@ -105,7 +105,7 @@ class TestFilters:
 
     def test_a_rule_that_names_no_class(self):
         with pytest.raises(InputError, match="no node is named 'AlwysFailure'"):
-            substitute(load_tree(TEXT), {"one": "AlwysFailure"})
+            substitute(load_xml(TEXT), {"one": "AlwysFailure"})
 
 
 class TestTestNodes:
@@ -121,10 +121,10 @@ class TestTestNodes:
                 }
             )
         )
-        root = substitute(load_tree(TEXT), rules | {"one": Letters("S")})
+        root = substitute(load_xml(TEXT), rules | {"one": Letters("S")})
         assert tick(root, 3) == ["RUNNING", "RUNNING", "SUCCESS"]
         assert root.board["c"] == 7
-        assert tick(substitute(load_tree(TEXT), rules)) == ["FAILURE"]
+        assert tick(substitute(load_xml(TEXT), rules)) == ["FAILURE"]
 
     def test_a_file_of_rules(self, tmp_path):
         file = tmp_path / "rules.json"
@@ -138,7 +138,7 @@ class TestTestNodes:
 
     def test_a_config_with_an_unknown_key_is_refused(self):
         with pytest.raises(InputError, match="no port is named 'return_staus'"):
-            substitute(load_tree(TEXT), {"one": {"return_staus": "FAILURE"}})
+            substitute(load_xml(TEXT), {"one": {"return_staus": "FAILURE"}})
 
     def test_letters_for_a_pattern_leave_built_in_nodes_alone(self):
         text = TEXT.replace('<AlwaysSuccess name="action_b"/>', '<GoTo name="action_b" goal="g"/>')
@@ -151,7 +151,7 @@ class TestFaults:
     BODY = document('<KeepRunningUntilFailure><AlwaysSuccess name="a"/></KeepRunningUntilFailure>')
 
     def run(self, make, times=6):
-        return tick(inject(load_tree(self.BODY), {"a": make}), times)
+        return tick(inject(load_xml(self.BODY), {"a": make}), times)
 
     def test_breaks_from_a_round_on(self):
         assert self.run(lambda node: Breaks("b", node, at=3), 4) == ["RUNNING", "RUNNING", "FAILURE", "FAILURE"]
@@ -166,7 +166,7 @@ class TestFaults:
 
     def test_one_that_freezes_runs_into_a_timeout(self):
         text = document('<Timeout msec="250"><AlwaysSuccess name="a"/></Timeout>')
-        root = inject(load_tree(text), {"a": lambda node: Breaks("b", node, outcome="RUNNING")})
+        root = inject(load_xml(text), {"a": lambda node: Breaks("b", node, outcome="RUNNING")})
         assert tick(root, 4) == ["RUNNING", "RUNNING", "RUNNING", "FAILURE"]
 
     def test_flaky_is_the_same_for_the_same_seed_and_fails_as_often_as_it_says(self):
@@ -180,7 +180,7 @@ class TestFaults:
             self.run(lambda node: Raises("r", node, at=2, message="the gripper is gone"))
 
     def test_every_node_of_a_pattern_and_the_root(self):
-        root = inject(load_tree(TEXT), {"mysub/action_*": lambda n: Breaks(f"{n.name} jam", n, at=9), "top": _never})
+        root = inject(load_xml(TEXT), {"mysub/action_*": lambda n: Breaks(f"{n.name} jam", n, at=9), "top": _never})
         assert [n.name for n in descendants(root) if isinstance(n, Breaks)] == ["never", "action_a jam", "action_b jam"]
         assert all(child.parent is node for node in descendants(root) for child in node.children)
         assert tick(root) == ["SUCCESS"]

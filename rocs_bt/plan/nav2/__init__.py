@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from ..nodes import BUILTIN, Registry, nodes_of
+from ...trees.nodes import BUILTIN, Registry, nodes_of
 from . import conditions, decorators, motion, planning, routing
 
 OWN: Final = tuple(node for module in (planning, routing, motion, conditions, decorators) for node in nodes_of(module))
@@ -12,6 +12,13 @@ OWN: Final = tuple(node for module in (planning, routing, motion, conditions, de
 
 NAV2: Final = Registry([*(node for tag, node in BUILTIN.items() if tag not in {n.tag for n in OWN}), *OWN])
 """The nodes that a mission with `nodes = "nav2"` may name, beside its robot's actions."""
+
+ELSEWHERE: Final = {
+    tag: (f"'{tag}' is a node of Nav2.", 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.')
+    for tag in NAV2
+    if tag not in BUILTIN
+}
+"""What a check says of these nodes in a mission of another dialect: message and hint."""
 
 GOAL_KEYS: Final = ("goal", "goals")
 """Keys that Nav2's navigator writes before the first tick; here they are parameters of the mission."""

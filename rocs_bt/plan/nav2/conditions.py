@@ -6,8 +6,9 @@ import math
 from typing import Any, ClassVar
 
 from ...geometry import Pose2
-from ..board import from_string
-from ..nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from ...trees.board import from_string
+from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from ..context import mission_of
 from .decorators import goals_of, value_of
 from .keeping import KeepingCondition
 from .poses import PoseInput, PosesInput, pose_of, robot_pose, same
@@ -92,10 +93,10 @@ class DistanceTraveled(_Kept):
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def restart(self) -> None:
-        self._at = robot_pose(self.runtime.mission)
+        self._at = robot_pose(mission_of(self))
 
     def holds(self) -> bool:
-        return robot_pose(self.runtime.mission).distance(self._at) >= self.distance
+        return robot_pose(mission_of(self)).distance(self._at) >= self.distance
 
 
 class PathExpiringTimer(_Kept):
@@ -120,11 +121,11 @@ class GoalReached(_Condition):
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def holds(self) -> bool:
-        mission, goal = self.runtime.mission, self.goal
+        mission, goal = mission_of(self), self.goal
         pose = pose_of(mission, goal)
         known = isinstance(goal, str) and mission.knowledge.graph.has(goal)
         tolerance = mission.knowledge.graph.attributes(goal).get("tolerance") if known else None
-        return pose is not None and robot_pose(self.runtime.mission).distance(pose) <= (tolerance or TOLERANCE)
+        return pose is not None and robot_pose(mission_of(self)).distance(pose) <= (tolerance or TOLERANCE)
 
 
 TOLERANCE = 0.25
@@ -140,8 +141,8 @@ class ArePosesNear(_Condition):
     tolerance = Input(float, 0.5, "the distance [m]")
 
     def holds(self) -> bool:
-        mission, given = self.runtime.mission, self.ref_pose
-        one = robot_pose(self.runtime.mission) if given is None else pose_of(mission, given)
+        mission, given = mission_of(self), self.ref_pose
+        one = robot_pose(mission_of(self)) if given is None else pose_of(mission, given)
         other = pose_of(mission, self.target_pose)
         return one is not None and other is not None and one.distance(other) <= self.tolerance
 
@@ -153,7 +154,7 @@ class IsStuck(KeepingCondition):
     _since: float
 
     def update(self) -> Outcome:
-        mission, now = self.runtime.mission, self.runtime.now()
+        mission, now = mission_of(self), self.runtime.now()
         here = robot_pose(mission)
         if self.begins() or not here.distance(self._at) < 0.1:
             self._at, self._since = here, now
@@ -167,7 +168,7 @@ class IsStopped(KeepingCondition):
     duration_stopped = Input(int, 1000, "the time [ms]")
 
     def update(self) -> Outcome:
-        mission, now = self.runtime.mission, self.runtime.now()
+        mission, now = mission_of(self), self.runtime.now()
         speed = abs(mission.knowledge.robot.speed(mission.clock.now()))
         if self.begins() or not speed <= self.velocity_threshold:
             self._since = now
@@ -180,7 +181,7 @@ class InitialPoseReceived(_Condition):
     initial_pose_received = Input(bool, False, "key of Nav2; here the pose itself counts")
 
     def holds(self) -> bool:
-        return not math.isnan(robot_pose(self.runtime.mission).x)
+        return not math.isnan(robot_pose(mission_of(self)).x)
 
 
 class TransformAvailable(InitialPoseReceived):

@@ -8,9 +8,10 @@ from typing import Any
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ..board import from_string
-from ..nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
-from ..nodes.family import Decorator
+from ...trees.board import from_string
+from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
+from ...trees.nodes.family import Decorator
+from ..context import mission_of
 from .keeping import KeepingDecorator
 from .poses import PoseInput, PosesInput, poses_of, robot_pose, same
 
@@ -78,10 +79,10 @@ class DistanceController(_Throttled):
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def restart(self) -> None:
-        self._at = robot_pose(self.runtime.mission)
+        self._at = robot_pose(mission_of(self))
 
     def due(self) -> bool:
-        moved = robot_pose(self.runtime.mission).distance(self._at)
+        moved = robot_pose(mission_of(self)).distance(self._at)
         return math.isnan(moved) or moved >= self.distance
 
 
@@ -101,7 +102,7 @@ class SpeedController(_Throttled):
     def due(self) -> bool:
         if not same(goals_of(self), self._goals):
             return True
-        mission = self.runtime.mission
+        mission = mission_of(self)
         speed = abs(mission.knowledge.robot.speed(mission.clock.now()))
         low, high = self.min_speed, max(self.max_speed, self.min_speed + 1e-9)
         share = 0.0 if math.isnan(speed) else min(max((speed - low) / (high - low), 0.0), 1.0)
@@ -201,7 +202,7 @@ def value_of(node: Any, port: str) -> Any:
 
 def goals_of(node: Any) -> list[Pose2 | None]:
     """The present poses of a node's ports `goal` and `goals`."""
-    mission = node.runtime.mission
+    mission = mission_of(node)
     goal, goals = value_of(node, "goal"), value_of(node, "goals")
     return poses_of(mission, [goal] if goal is not None else []) + poses_of(mission, goals or [])
 

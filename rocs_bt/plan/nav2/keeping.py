@@ -6,13 +6,13 @@ from collections.abc import Iterable
 
 from py_trees.behaviour import Behaviour
 
-from ..board import Board
-from ..nodes import Decorator, Instant, Runtime
-from ..nodes.control.branch import WhileDoElse
-from ..nodes.control.navigation import NonblockingSequence, PipelineSequence
-from ..nodes.control.ordered import Reactive
-from ..nodes.node import Node
-from ..status import RUNNING
+from ...trees.board import Board
+from ...trees.nodes import Decorator, Instant, Runtime
+from ...trees.nodes.control.branch import WhileDoElse
+from ...trees.nodes.control.navigation import NonblockingSequence, PipelineSequence
+from ...trees.nodes.control.ordered import Reactive
+from ...trees.nodes.node import Node
+from ...trees.status import RUNNING
 
 _AGAIN = (Reactive, PipelineSequence, NonblockingSequence, WhileDoElse)
 """Parents that tick children that have ended again, and reset them when they end themselves."""

@@ -12,8 +12,8 @@ from ...action import Action, Failure, Reason, make_action
 from ...errors import Fault, InputError
 from ...geometry import Pose2, wrap_angle
 from ...knowledge import beside
+from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 from ..action_node import ActionNode
-from ..nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 from .poses import robot_pose
 
 CRUISE = 0.5

@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 from ...action import Failure, Reason
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ..nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from ..context import mission_of
 from ..route import NoRoute, Point, RoutePlanner
 from .poses import PoseInput, PosesInput, pose_of, poses_of, read_poses, robot_pose
 
@@ -47,12 +48,12 @@ class Planning(Server):
     def doubts(self) -> Iterator[tuple[str, Fault]]:
         if self.key("planner_id") is None and self.planner_id not in GENERIC:
             try:
-                self.runtime.mission.content.load_route(self.planner_id)
+                mission_of(self).content.load_route(self.planner_id)
             except InputError as error:
                 yield from (("planner_id", fault) for fault in error.faults)
 
     def _begins(self) -> Pose2 | None:
-        mission = self.runtime.mission
+        mission = mission_of(self)
         given = self.start
         if given is None:
             here = robot_pose(mission)
@@ -82,7 +83,7 @@ class Planning(Server):
         return NO_VALID_PATH
 
     def _planner(self) -> RoutePlanner:
-        mission, name = self.runtime.mission, self.planner_id
+        mission, name = mission_of(self), self.planner_id
         if name in GENERIC:
             name = "visibility" if mission.knowledge.world.occupancy is None else "grid_astar"
         planners = route_planners(mission)
@@ -110,14 +111,14 @@ class ComputePathToPose(Planning):
 
     def update(self) -> Outcome:
         goal = self.goal
-        found = pose_of(self.runtime.mission, goal)
+        found = pose_of(mission_of(self), goal)
         if found is None:
             return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"nothing knows where '{goal}' is"))
         return self._through([found])
 
     def _begins(self) -> Pose2 | None:
         if not self.use_start:
-            mission = self.runtime.mission
+            mission = mission_of(self)
             here = robot_pose(mission)
             return None if math.isnan(here.x) else here
         return super()._begins()
@@ -134,7 +135,7 @@ class ComputePathThroughPoses(Planning):
         names = read_poses(given) if isinstance(given, str) else given
         if not names:
             return self._fail(NO_VIAPOINTS, Failure(Reason.NO_GOAL, "the list of goals is empty"))
-        goals = poses_of(self.runtime.mission, names)
+        goals = poses_of(mission_of(self), names)
         if None in goals:
             unknown = names[goals.index(None)]
             return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"nothing knows where '{unknown}' is"))
@@ -147,7 +148,7 @@ class ClearEntireCostmap(Server):
     service_name = Input(str, "", "address of the service in Nav2; not used")
 
     def update(self) -> Outcome:
-        route_planners(self.runtime.mission).clear()
+        route_planners(mission_of(self)).clear()
         return SUCCESS
 
 
@@ -222,7 +223,7 @@ class GetCurrentPose(Instant):
     current_pose = Output(Pose2, "the pose")
 
     def update(self) -> Outcome:
-        mission = self.runtime.mission
+        mission = mission_of(self)
         pose = robot_pose(mission)
         if math.isnan(pose.x):
             return FAILURE
@@ -239,7 +240,7 @@ class RemovePassedGoals(Instant):
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def update(self) -> Outcome:
-        mission = self.runtime.mission
+        mission = mission_of(self)
         given = self.input_goals
         goals = list(given) if not isinstance(given, str) else [part.strip() for part in given.split(";")]
         here = robot_pose(mission)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ..board import from_string
-from ..nodes import Input
+from ...trees.board import from_string
+from ...trees.nodes import Input
 
 if TYPE_CHECKING:
-    from ..mission import Mission
+    from ..context import MissionContext
 
 STAMPED = 9
 """Fields of Nav2's text of a PoseStamped: stamp, frame, position x y z, orientation x y z w, separated by `;`."""
@@ -61,12 +61,12 @@ def read_poses(text: str) -> list[str | Pose2]:
     return list(parts)
 
 
-def robot_pose(mission: Mission) -> Pose2:
+def robot_pose(mission: MissionContext) -> Pose2:
     """The present pose of the robot in the world frame; its coordinates are NaN while it is not known."""
     return mission.knowledge.robot.pose(mission.clock.now())
 
 
-def pose_of(mission: Mission, value: Any) -> Pose2 | None:
+def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
     """Where a value is, in the world frame; None if nothing knows.
 
     Args:
@@ -85,7 +85,7 @@ def pose_of(mission: Mission, value: Any) -> Pose2 | None:
     raise InputError(Fault(f"{value!r} is no pose.", hint="Write the name of a place, or a PoseStamped."))
 
 
-def poses_of(mission: Mission, value: Any) -> list[Pose2 | None]:
+def poses_of(mission: MissionContext, value: Any) -> list[Pose2 | None]:
     """Where several values are."""
     values = read_poses(value) if isinstance(value, str) else value
     return [pose_of(mission, each) for each in values or ()]

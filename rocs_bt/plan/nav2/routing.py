@@ -10,7 +10,8 @@ from typing import ClassVar
 from ...action import Failure, Reason
 from ...geometry import Pose2
 from ...knowledge import Roadmap
-from ..nodes import SUCCESS, Input, Outcome, Output
+from ...trees.nodes import SUCCESS, Input, Outcome, Output
+from ..context import mission_of
 from ..route import RoadRoutePlanner
 from .planning import Planning
 from .poses import PoseInput, pose_of, robot_pose
@@ -52,7 +53,7 @@ class ComputeRoute(Planning):
     planning_time = Output(float, "always 0 s: planning takes no simulated time")
 
     def update(self) -> Outcome:
-        mission = self.runtime.mission
+        mission = mission_of(self)
         goal = self.goal if self.use_poses else self.goal_id
         self.planning_time = 0.0
         found = pose_of(mission, goal)
@@ -69,7 +70,7 @@ class ComputeRoute(Planning):
         return outcome
 
     def no_route(self) -> int:
-        roads = Roadmap(self.runtime.mission.knowledge)
+        roads = Roadmap(mission_of(self).knowledge)
         return NO_VALID_ROUTE if roads.graph.edges or roads.closed else NO_VALID_GRAPH
 
     def _given_start(self) -> object:
@@ -79,7 +80,7 @@ class ComputeRoute(Planning):
         return self.start_id or None
 
     def _begins(self) -> Pose2 | None:
-        mission, start = self.runtime.mission, self._given_start()
+        mission, start = mission_of(self), self._given_start()
         if start is not None:
             return pose_of(mission, start)
         here = robot_pose(mission)

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from ...plan.nodes import Node, Tree
-from ...plan.status import IDLE, Outcome, outcome_name
+from ...trees.nodes import Node, Tree
+from ...trees.status import IDLE, Outcome, outcome_name
 from .inject import Faulty
 from .match import identity
 
 if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
+    from ...trees import Behaviour
 
 ENDS: Final = ("SUCCESS", "FAILURE")
 """The two branches of a node."""

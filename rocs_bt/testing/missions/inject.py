@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ...errors import Fault
-from ...plan.error import TreeError
-from ...plan.nodes import FAILURE, RUNNING, SKIPPED, Decorator, Input, Outcome
-from ...plan.status import outcome_named
+from ...trees.error import TreeError
+from ...trees.nodes import FAILURE, RUNNING, SKIPPED, Decorator, Input, Outcome
+from ...trees.status import outcome_named
 from .match import Filters, replace
 
 if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
+    from ...trees import Behaviour
 
 
 class Faulty(Decorator):

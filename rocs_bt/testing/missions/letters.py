@@ -6,12 +6,11 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from ...errors import Fault, InputError
-from ...plan.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Leaf, Node, Outcome, Runtime
+from ...trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Leaf, Node, Outcome, Runtime
 
 if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
-
-    from ...plan.board import Board
+    from ...trees import Behaviour
+    from ...trees.board import Board
 
 OUTCOMES: Final[Mapping[str, Outcome]] = {"R": RUNNING, "S": SUCCESS, "F": FAILURE, "K": SKIPPED}
 """The letters, and what they mean."""

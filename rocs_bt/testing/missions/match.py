@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import Fault, InputError, did_you_mean
 from ...plan import Act, ActionNode
-from ...plan.nodes import Node, Tree
+from ...trees.nodes import Node, Tree
 
 if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
+    from ...trees import Behaviour
 
 
 def identity(node: Behaviour) -> str:

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 from ...catalog import Catalog
 from ...errors import Fault, InputError
 from ...event import Said
-from ...plan import Act, Mission, mission_actions, mission_arguments
-from ...plan.nodes import BUILTIN, RUNNING, Decorator, Node, Tree
-from ...plan.status import FAILURE, IDLE, Outcome, outcome_name
-from ...plan.xml import mission_nodes, xml_mission
+from ...plan import Act, Mission, mission_actions, mission_arguments, mission_nodes, xml_mission
+from ...trees.nodes import BUILTIN, RUNNING, Decorator, Node, Tree
+from ...trees.status import FAILURE, IDLE, Outcome, outcome_name
 from .coverage import TreeCoverage, outline
 from .inject import inject
 from .letters import Letters
@@ -23,7 +22,7 @@ from .substitute import Rule, substitute
 from .trace import Trace
 
 if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
+    from ...trees import Behaviour
 
 LETTERS = {"RUNNING": "R", "SUCCESS": "S", "FAILURE": "F", "SKIPPED": "K", "IDLE": "H"}
 
@@ -90,7 +89,7 @@ def play(
     if faults:
         root = inject(root, faults)
     _refuse_robots(root)
-    tree = Tree(root, board=own.board, clock=around.clock, mission=own)
+    tree = Tree(root, board=own.board, clock=around.clock, owner=own)
     own.board.update(board or {})
     return _Player(tree, around, coverage).play(checked_ticks(ticks), then or {}, settle)
 

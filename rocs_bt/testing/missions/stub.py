@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...errors import Fault
-from ...plan.nodes import FAILURE, Leaf, Outcome
+from ...trees.nodes import FAILURE, Leaf, Outcome
 
 
 class _Stub(Leaf):

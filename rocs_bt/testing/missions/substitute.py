@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ...errors import Fault, InputError, unknown
 from ...nesting import check_nesting
-from ...plan.nodes import BUILTIN, Node, Registry
+from ...trees.nodes import BUILTIN, Node, Registry
 from .letters import Letters, Scripted
 from .match import Filters, identity, replace, wild
 
 if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
+    from ...trees import Behaviour
 
 Rule: TypeAlias = "Letters | str | Mapping[str, Any]"
 """What stands in: letters; the name of another node class; or the configuration of a `TestNode`."""

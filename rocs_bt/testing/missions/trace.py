@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ...errors import Fault, InputError, unknown
 from ...knowledge import Knowledge
-from ...plan.board import Board
+from ...trees.board import Board
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,126 @@
+"""The knowledge base: graph and signals of one agent, and queries to them (paper, 4.2 and 5.1)."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any
+
+from ..clock import Clock
+from ..errors import InputError, KnowledgeError
+from ..event import EventSink
+from ..geometry import Pose2
+from .graph import KnowledgeGraph
+from .query import Answers, Asker, Find, Query, compile_query, read_parameters
+from .readable import NoPast, Past
+from .schema import Schema
+from .signals import SignalTable
+
+_KEPT = 256
+"""Compiled queries that are kept."""
+
+
+class _Signals(SignalTable):
+    """The table of a knowledge base: frozen, it shows itself in the graph."""
+
+    def __init__(self, graph: KnowledgeGraph) -> None:
+        super().__init__()
+        self._graph = graph
+
+    def freeze(self) -> None:
+        if not self.frozen:
+            super().freeze()
+            self._graph.bind(self.view)
+
+
+class KnowledgeBase(ABC):
+    """What models are views of: a graph of what is, and a table of what is measured.
+
+    Args:
+        agent: Name of the robot, and of its node in the graph.
+        clock: Source of time.
+        sink: Receives changes of the graph.
+        schema: Kinds of nodes and relations that the graph may hold.
+
+    Attributes:
+        agent: Name of the robot.
+        clock: Source of time.
+        graph: Nodes and relations.
+        signals: Numbers that change every period.
+        past: Where queries `as of` a time look; nowhere until somebody who keeps it is put there.
+
+    Raises:
+        KnowledgeError: The agent has no name.
+    """
+
+    def __init__(self, agent: str, clock: Clock, sink: EventSink, schema: Schema) -> None:
+        if not agent:
+            raise KnowledgeError("a Knowledge needs the name of its agent, found an empty one.")
+        self.agent = agent
+        self.clock = clock
+        self.graph = KnowledgeGraph(clock, sink, agent, schema)
+        self.signals: SignalTable = _Signals(self.graph)
+        self.graph.add(agent, "robot")
+        self.past: Past = NoPast()
+        self._queries: dict[Any, Query] = {}
+
+    @abstractmethod
+    def pose(self, t: float | None = None) -> Pose2:
+        """Pose of the robot in the world frame [m, m, rad] at a time [s], now by default; all NaN while unknown."""
+
+    def ask(self, query: str | Find, **parameters: Any) -> Answers:
+        """Put a query to the graph, as the robot that it belongs to; see docs/knowledge.md.
+
+        Each text is compiled once. `robot` in it is this robot, where its signal `pose` says that it is.
+
+        Args:
+            query: Such as `object where moves and distance(pose, robot) < 2 m`, or `find("object").within("2 m")`.
+            parameters: What the text calls by these names: numbers, Quantities, texts, truths, poses, paths.
+
+        Raises:
+            InputError: The text is no query; with the column.
+            KnowledgeError: A parameter that no query takes, or nobody keeps the past that is asked for.
+        """
+        return self.query(str(query), **parameters).ask(self.graph, self.asker(), **parameters)
+
+    def holds(self, query: str | Find, **parameters: Any) -> bool:
+        """Whether a query has any answer; see `ask`.
+
+        Raises:
+            InputError: The text is no query; with the column.
+            KnowledgeError: A parameter that no query takes, or nobody keeps the past that is asked for.
+        """
+        return self.query(str(query), **parameters).holds(self.graph, self.asker(), **parameters)
+
+    def query(self, text: str, **parameters: Any) -> Query:
+        """The compiled query of a text, for parameters like these.
+
+        Raises:
+            InputError: The text is no query; with the column.
+            KnowledgeError: A parameter that no query takes.
+        """
+        types = read_parameters(parameters)[0] if parameters else {}
+        key = (text, *types.items(), self.signals.frozen)
+        if key not in self._queries:
+            if len(self._queries) >= _KEPT:
+                self._queries.clear()
+            signals = self.signals if self.signals.frozen else None
+            try:
+                self._queries[key] = compile_query(text, self.graph.schema, signals, types)
+            except InputError as error:
+                raise error.at(Path("query"), 1) from error
+        return self._queries[key]
+
+    def asker(self) -> Asker:
+        """The robot as one who asks: its name, where it is, the time, its signals."""
+        t = self.clock.now()
+        pose, read = self.pose(t), self.signals.read
+        return Asker(
+            self.agent, None if math.isnan(pose.x) else pose, t, lambda name: read(name, t).tolist(), self.past
+        )
+
+    @property
+    def revision(self) -> int:
+        """The graph's revision: how many changes there have been. Signals count their writes themselves."""
+        return self.graph.revision

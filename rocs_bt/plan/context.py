@@ -1,0 +1,161 @@
+"""The context of a mission: what its leaves and nodes need of the agent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from py_trees.behaviour import Behaviour
+
+from ..action import Action
+from ..clock import Clock
+from ..errors import Fault, InputError
+from ..event import Event, EventSink
+from ..expression import TRUTH, Expression
+from ..knowledge import Knowledge
+from ..pipeline import Pipeline
+from ..trees.board import Board
+from ..trees.error import TreeError
+from ..trees.nodes import Node
+from .content import Content, NoContent
+from .question import Question
+
+
+class MissionContext:
+    """What leaves and nodes of one agent's mission need, however they were made.
+
+    Args:
+        name: The mission's name.
+        knowledge: All that the robot knows.
+        pipeline: Where leaves submit their actions.
+        actions: The action table.
+        clock: Time.
+        sink: Where events go.
+        compile_guard: Compiles an expression over the signals; None where there are no expressions.
+        rule_reading: Tells a rule's guard with its present readings, for the reason of a robot that is stuck.
+        survey: Whether this is a check: leaves with faults are made all the same, and the faults collected.
+        fit: Whether the robot is the one that the mission is for, and not just any: only then actions must fit it.
+        passed: In a survey, the values of the mission's parameters; a goal or leader among them is reported where the
+            scenario sets the parameter, not at the line of the mission.
+        later: In a survey, the nodes that may become known during the run; None where any may.
+        rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
+            it, so that a planner that draws repeats.
+
+    Attributes:
+        leaves: The leaves that `build` has made, in that order.
+        faults: What was found in a survey.
+        swap: Puts another subtree in the place of a named one while the mission runs (see `TreePlan.swap`).
+        survey: Whether this is a check.
+        passed: Parameters of the mission that are texts; only a check gives them.
+        board: The board of the tree's root, where `build` may put what its nodes read.
+        content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
+        shared: What nodes of the tree share, by purpose, such as route planners and what they remember.
+        told: What only an oracle is told, such as the map of a scene; empty for every other planner.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        knowledge: Knowledge,
+        pipeline: Pipeline,
+        actions: Mapping[str, type[Action]],
+        clock: Clock,
+        sink: EventSink,
+        compile_guard: Callable[[str], Expression] | None = None,
+        rule_reading: Callable[[str], str] = lambda rule: "",
+        survey: bool = False,
+        fit: bool = True,
+        passed: Collection[object] = (),
+        later: Collection[str] | None = None,
+        rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
+    ) -> None:
+        self.name = name
+        self.knowledge = knowledge
+        self.pipeline = pipeline
+        self.actions = actions
+        self.clock = clock
+        self.sink = sink
+        self.rule_reading = rule_reading
+        self.rng = rng
+        self.leaves: list[Behaviour] = []
+        self.faults: list[Fault] = []
+        self.swap: Callable[[str, Behaviour], None] = _no_tree
+        self.board = Board(name=name)
+        self.content: Content = NoContent()
+        self.shared: dict[str, Any] = {}
+        self.told: Mapping[str, Any] = {}
+        self._compile = compile_guard
+        self.survey = survey
+        self.fit = fit
+        self.passed = passed
+        self._later = later
+        self._paths: Mapping[Any, str] = {}
+        self._time = clock.now()
+        self._snapshot: list[float] | None = None
+
+    def ask(self, expression: str) -> Question:
+        """An expression over the signals, such as `min(front) > 0.5 m`, to be asked whenever a leaf wants to know.
+
+        Raises:
+            InputError: It is no expression, it names no signal, or it is not true or false.
+        """
+        return Question(self._guard(expression), lambda: (self._seen(), self._time))
+
+    def doubt(self, *faults: Fault) -> None:
+        """What a check tells, and a run that goes on all the same does not."""
+        if self.survey:
+            self.faults.extend(faults)
+
+    def note(self, event: type[Event], **values: Any) -> None:
+        """Emit an event of this agent, now."""
+        self.sink.emit(event(t=self.clock.now(), agent=self.knowledge.agent, **values))
+
+    def path(self, node: Behaviour) -> str:
+        """A node's path from the root, names joined by `/`; its name while it is in no tree."""
+        return self._paths.get(node.id, node.name)
+
+    def begin(self, t: float, paths: Mapping[Any, str]) -> None:
+        """A tick begins: conditions see one snapshot, taken when the first of them asks."""
+        self._time, self._paths, self._snapshot = t, paths, None
+
+    def _guard(self, text: str) -> Expression:
+        if self._compile is None:
+            raise InputError(f"'{text}' cannot be asked: this mission was given no signals.")
+        try:
+            guard = self._compile(text)
+        except InputError as error:
+            raise InputError(*(replace(f, message=f"in '{text}': {f.message}") for f in error.faults)) from error
+        if guard.node.kind != TRUTH:
+            raise InputError(
+                Fault(
+                    f"'{text}' is {guard.node.kind.words}, not true or false.",
+                    hint=f"Compare it with something, such as '{text} > ...'.",
+                )
+            )
+        return guard
+
+    def _seen(self) -> list[float]:
+        """The snapshot of this tick."""
+        if self._snapshot is None:
+            self._snapshot = self.knowledge.signals.snapshot(self._time).tolist()
+        return self._snapshot
+
+
+def mission_of(node: Node) -> MissionContext:
+    """The mission whose tree a node is in.
+
+    Raises:
+        TreeError: Its tree works for no mission.
+    """
+    owner = node.runtime.owner
+    if not isinstance(owner, MissionContext):
+        raise TreeError(Fault("a node asks for its mission, and its tree was given none."))
+    return owner
+
+
+def _no_tree(name: str, new: Behaviour) -> None:
+    """What `swap` is until the mission has a tree."""
+    raise InputError(f"'{name}' was to be swapped, but the mission runs no tree yet.")

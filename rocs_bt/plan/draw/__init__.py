@@ -1,8 +1,0 @@
-"""Pictures of trees: as text, as SVG, and as a page, with ports and where each key comes from."""
-
-from .page import page
-from .picture import Card, Key, Line, Picture, picture_of
-from .svg import svg
-from .text import text
-
-__all__ = ["Card", "Key", "Line", "Picture", "page", "picture_of", "svg", "text"]

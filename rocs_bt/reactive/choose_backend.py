@@ -1,0 +1,22 @@
+"""The choice of a back end for rules."""
+
+from __future__ import annotations
+
+from ..errors import InputError, unknown
+from .backend import Backend
+from .kernel_backend import KernelBackend, kernel_missing
+from .python_backend import PythonBackend
+
+
+def choose_backend(name: str = "auto") -> Backend:
+    """A back end by name; `auto` is the fastest that is installed.
+
+    Raises:
+        InputError: No such back end.
+    """
+    if name not in ("auto", "kernel", "python"):
+        raise InputError(unknown("back end", name, ["auto", "kernel", "python"]))
+    missing = "" if name == "python" else kernel_missing()
+    if name == "kernel" and missing:
+        raise InputError(f"back end 'kernel' was asked for: {missing}, or ask for 'python'")
+    return PythonBackend() if name == "python" or missing else KernelBackend()

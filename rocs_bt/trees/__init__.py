@@ -1,0 +1,67 @@
+"""Behaviour trees by themselves: nodes, boards, scripts, XML, drawing, examination and the log for Groot2.
+
+It knows no robot, no mission and no agent; `plan` binds its trees to one. Whoever needs trees may import it: `plan`,
+`record`, `check`, the command line, and programs without a robot.
+
+    from rocs_bt.trees import Tree, load_xml
+
+    tree = Tree(load_xml(Path("door.xml")))
+    tree.settle()
+"""
+
+from py_trees.behaviour import Behaviour
+
+from .board import Board
+from .btlog import BtLog
+from .error import TreeError
+from .examine import examine
+from .nodes import (
+    BUILTIN,
+    FAILURE,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
+    Code,
+    Control,
+    Decorator,
+    InOut,
+    Input,
+    Instant,
+    Leaf,
+    Node,
+    Outcome,
+    Output,
+    Registry,
+    SubTree,
+    Tree,
+)
+from .xml import load_xml, palette, write_tree
+
+__all__ = [
+    "BUILTIN",
+    "FAILURE",
+    "RUNNING",
+    "SKIPPED",
+    "SUCCESS",
+    "Behaviour",
+    "Board",
+    "BtLog",
+    "Code",
+    "Control",
+    "Decorator",
+    "InOut",
+    "Input",
+    "Instant",
+    "Leaf",
+    "Node",
+    "Outcome",
+    "Output",
+    "Registry",
+    "SubTree",
+    "Tree",
+    "TreeError",
+    "examine",
+    "load_xml",
+    "palette",
+    "write_tree",
+]

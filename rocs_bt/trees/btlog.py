@@ -1,0 +1,127 @@
+"""BtLog: the log that Groot2 replays, in the format of BehaviorTree.CPP's FileLogger2.
+
+The format (protocol 1 of BehaviorTree.CPP 4.2 and later, src/loggers/bt_file_logger_v2.cpp), little-endian:
+
+    18 bytes   BTCPP4-FileLogger2
+     1 byte    the protocol, 1
+     4 bytes   the size of the document that follows
+     n bytes   the tree as XML (see rocs_bt/trees/xml/instances.py)
+     8 bytes   the time that the others count from [µs]; here zero, the run's own beginning
+     9 bytes   for each change of a status: its time [µs, 6 bytes], the node's number [2 bytes], the status [1 byte]
+"""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+from pathlib import Path
+from typing import BinaryIO
+
+from py_trees.behaviour import Behaviour
+
+from ..errors import Fault, InputError, RecordingError
+from .nodes import Changes, Tree
+from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from .xml.instances import write_instances
+
+MAGIC = b"BTCPP4-FileLogger2\x01"
+MOST = 0xFFFF
+"""Nodes that the format can number."""
+
+#: How the format tells a status. A node that was skipped is idle; only its parent heard more.
+STATUSES = {IDLE: 0, RUNNING: 1, SUCCESS: 2, FAILURE: 3, SKIPPED: 0}
+_FLUSH_EVERY = 0.5  # [s] of the run's time: what a killed run may lose
+
+
+class BtLog:
+    """Writes every change of a status in a mission's tree to a file, as it happens.
+
+    After a swap of a subtree the nodes are others, so a second file begins: `R2.btlog`, then `R2-2.btlog`.
+
+    Args:
+        path: The file, whose name must end in `.btlog`.
+        tree: The tree; it needs a clock.
+        name: Name of the tree's root in the log.
+
+    Raises:
+        InputError: The tree has more nodes than the format can number.
+        RecordingError: The file cannot be written.
+    """
+
+    def __init__(self, path: Path, tree: Tree, name: str = "MainTree") -> None:
+        self._path, self._tree, self._name = path, tree, name
+        self._count, self._failure = 0, ""
+        self._file: BinaryIO | None = None
+        self._begin()
+        if self._failure:
+            raise RecordingError(self._failure)
+        self._leave = Changes(tree, self._heard).close
+
+    def close(self) -> None:
+        """End the log.
+
+        Raises:
+            RecordingError: It could not be written to its end.
+        """
+        self._leave()
+        self._end()
+        if self._failure:
+            raise RecordingError(self._failure)
+
+    def _begin(self) -> None:
+        tree = self._tree
+        if len(tree.nodes) > MOST:
+            raise InputError(
+                Fault(
+                    f"the tree '{self._name}' has {len(tree.nodes)} nodes, and a .btlog can number {MOST}.",
+                    hint="Look at the live page, or at the recording, which have no such limit.",
+                )
+            )
+        self._nodes: tuple[Behaviour, ...] = tree.nodes
+        self._count += 1
+        self._said = bytearray(len(tree.nodes) + 1)
+        self._flush_at = 0.0
+        path = self._path if self._count == 1 else self._path.with_stem(f"{self._path.stem}-{self._count}")
+        document = write_instances(tree, self._name).encode()
+        try:
+            self._file = path.open("wb")
+            self._file.write(MAGIC + struct.pack("<i", len(document)) + document + struct.pack("<q", 0))
+        except OSError as error:
+            self._failed(path, error)
+        for uid, node in enumerate(tree.nodes, 1):
+            if node.status is RUNNING:
+                self._write(uid, STATUSES[RUNNING])
+
+    def _heard(self, uid: int, before: Outcome, now: Outcome) -> None:
+        if self._nodes is not self._tree.nodes:
+            self._end()
+            self._begin()
+        self._write(uid, STATUSES[now])
+
+    def _write(self, uid: int, status: int) -> None:
+        if self._said[uid] == status or self._file is None:
+            return
+        self._said[uid] = status
+        t = self._tree.runtime.now()
+        try:
+            self._file.write(round(t * 1e6).to_bytes(6, "little") + uid.to_bytes(2, "little") + bytes((status,)))
+            if t >= self._flush_at:
+                self._flush_at = t + _FLUSH_EVERY
+                self._file.flush()
+        except OSError as error:  # a disk that is full must not stop a robot
+            self._failed(Path(self._file.name), error)
+
+    def _end(self) -> None:
+        file, self._file = self._file, None
+        if file is not None:
+            try:
+                file.close()
+            except OSError as error:
+                self._failed(Path(file.name), error)
+
+    def _failed(self, path: Path, error: OSError) -> None:
+        self._failure = f"the log '{path}' cannot be written: {error.strerror}."
+        if self._file is not None:
+            with contextlib.suppress(OSError):
+                self._file.close()
+            self._file = None

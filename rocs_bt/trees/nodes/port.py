@@ -1,0 +1,181 @@
+"""Ports: what a node reads from and writes to its file and its board, declared with types on its class."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from enum import Enum
+from typing import Any, Final, Generic, Protocol, TypeVar, overload
+
+from ...errors import Fault, InputError
+from ...units import Dimension, convert
+from ..board import Enums, from_string
+from ..script import parse_script
+
+T = TypeVar("T")
+
+
+class Ported(Protocol):
+    """What a port needs of the node that it is of."""
+
+    def read(self, port: str) -> Any: ...
+    def write(self, port: str, value: Any) -> None: ...
+
+
+class Direction(Enum):
+    """Which way values go through a port; the values are the tags of a palette."""
+
+    INPUT = "input_port"
+    OUTPUT = "output_port"
+    INOUT = "inout_port"
+
+
+class _Required(Enum):
+    REQUIRED = "required"
+
+
+REQUIRED: Final = _Required.REQUIRED
+"""The default of a port that has none."""
+
+
+class Port(Generic[T]):
+    """A port of a node class; read it and write it like an attribute of the node.
+
+        class Greet(Leaf):
+            name = Input(str, doc="who is greeted")
+            times = Input(int, default=1)
+            said = Output(str)
+
+            def update(self) -> Outcome:
+                self.said = f"hello {self.name}" * self.times
+                return SUCCESS
+
+    Args:
+        kind: The type of its values: bool, int, float, str, Status, an Enum, `list[...]` of them, a class, or object
+            for a port that takes everything and fixes no type.
+        default: Its value where a file gives none, which may be text such as `{key}`; REQUIRED for none.
+        doc: What it means.
+        name: What files call it, where that is no name in Python.
+        dimension: The dimension of its numbers; files then give quantities such as `0.5 m`, boards SI numbers.
+        parse: From text to a value, for a class of its own.
+
+    Attributes:
+        direction: Which way values go.
+    """
+
+    direction = Direction.INPUT
+
+    def __init__(
+        self,
+        kind: type[T],
+        default: Any = REQUIRED,
+        doc: str = "",
+        *,
+        name: str = "",
+        dimension: Dimension | None = None,
+        parse: Callable[[str], T] | None = None,
+    ) -> None:
+        self.kind: Any = Any if kind is object else kind
+        self.default = default
+        self.doc = doc
+        self.name = name
+        self.dimension = dimension
+        self._parse = parse
+
+    def __set_name__(self, owner: type[Any], attribute: str) -> None:
+        self.name = self.name or attribute
+
+    @overload
+    def __get__(self, node: None, owner: type[Any]) -> Port[T]: ...
+    @overload
+    def __get__(self, node: Ported, owner: type[Any]) -> T: ...
+    def __get__(self, node: Ported | None, owner: type[Any]) -> Port[T] | T:
+        if node is None:
+            return self
+        value: T = node.read(self.name)
+        return value
+
+    def __set__(self, node: Ported, value: T) -> None:
+        node.write(self.name, value)
+
+    @property
+    def required(self) -> bool:
+        """Whether a file has to give it."""
+        return self.default is REQUIRED
+
+    def value(self, text: str, enums: Enums | None = None) -> T:
+        """The value of a text.
+
+        Raises:
+            InputError: It is no value of this port's type.
+        """
+        found: Any
+        try:
+            if self._parse is not None:
+                found = self._parse(text)
+            elif self.dimension is not None:
+                found = convert(text, self.dimension, self.name)
+            else:
+                found = from_string(text, self.kind, enums)
+        except InputError:
+            raise
+        except Exception as error:  # a parser is a person's code: what it raises is a fault of the text
+            raise InputError(Fault(f"{text!r} cannot be read: {type(error).__name__}: {error}.")) from error
+        value: T = found
+        return value
+
+
+class Input(Port[T]):
+    """A port that the node reads."""
+
+
+class Code(Input[str]):
+    """An input that is a script; where it stands in a file it is parsed with the rest."""
+
+    def __init__(self, default: Any = REQUIRED, doc: str = "", *, name: str = "") -> None:
+        super().__init__(str, default, doc, name=name, parse=_script)
+
+
+class Output(Port[T]):
+    """A port that the node writes; in a file it is always a key, such as `{pose}`. It may be left out."""
+
+    direction = Direction.OUTPUT
+
+    def __init__(self, kind: type[T], doc: str = "", *, name: str = "", default: Any = None) -> None:
+        super().__init__(kind, default, doc, name=name)
+
+
+class InOut(Port[T]):
+    """A port that the node reads and writes."""
+
+    direction = Direction.INOUT
+
+
+def _script(text: str) -> str:
+    parse_script(text)
+    return text
+
+
+class ExactKey(str):
+    """The name of a key, where `=` would otherwise mean the port's own name."""
+
+    __slots__ = ()
+
+
+def pointer(text: object) -> str | None:
+    """The key that `{key}` points at, without braces and the spaces around them; None for a literal."""
+    return _pointer(text) if isinstance(text, str) else None
+
+
+@functools.lru_cache(maxsize=4096)
+def _pointer(text: str) -> str | None:
+    stripped = text.strip(" ")
+    if stripped == "=":
+        return "="
+    return stripped[1:-1] if len(stripped) >= 3 and stripped[0] == "{" and stripped[-1] == "}" else None
+
+
+def pointed(text: object, port: str) -> str | None:
+    """The same, where `{=}` and `=` are the key of the port's own name."""
+    key = pointer(text)
+    return port if key == "=" else key

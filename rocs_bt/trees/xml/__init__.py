@@ -1,0 +1,34 @@
+"""Trees in BehaviorTree.CPP's XML, version 4: read, checked, made, and written again."""
+
+from .build import Outside, make_nodes
+from .document import Document, TreeElement, read_document
+from .element import Element, Source
+from .load import load_xml
+from .model import Model
+from .palette import palette
+from .siblings import Survey, add_siblings, outer_trees, survey
+from .stand_in import Stub, stub_nodes, times
+from .verify import verify
+from .write import write_tree
+
+__all__ = [
+    "Document",
+    "Element",
+    "Model",
+    "Outside",
+    "Source",
+    "Stub",
+    "Survey",
+    "TreeElement",
+    "add_siblings",
+    "load_xml",
+    "make_nodes",
+    "outer_trees",
+    "palette",
+    "read_document",
+    "stub_nodes",
+    "survey",
+    "times",
+    "verify",
+    "write_tree",
+]

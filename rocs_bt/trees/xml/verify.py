@@ -1,0 +1,258 @@
+"""What can be told of a document before any node is made: names, ports, scripts, subtrees. All of it at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from ...errors import Fault, InputError, unknown
+from ..board import from_string
+from ..nodes import CONDITIONS, Node, children_faults
+from ..script import ScriptError, parse_script
+from .document import Document, TreeElement
+from .element import EXPLICIT, Element
+from .names import name_faults
+
+_NOWHERE: Mapping[str, tuple[str, str]] = MappingProxyType({})
+
+MAX_NODES = 65_535
+"""How many nodes a tree may have, those of its subtrees counted anew at each use: BehaviorTree.CPP numbers them so."""
+
+
+def verify(
+    document: Document,
+    nodes: Mapping[str, type[Node]],
+    *,
+    main: str = "",
+    outside: Mapping[str, Any] | None = None,
+    strict: bool = False,
+    elsewhere: Mapping[str, tuple[str, str]] = _NOWHERE,
+) -> list[Fault]:
+    """All that is wrong with a document's trees; those of `document.faults` are not among it.
+
+    Args:
+        document: The document.
+        nodes: The node classes that it may name.
+        main: The ID of the tree to tick; what the document says by default.
+        outside: Trees that stand elsewhere, which a SubTree may name.
+        strict: Whether names that BehaviorTree.CPP 4.10 refuses are faults.
+        elsewhere: Message and hint for names that are nodes in another dialect.
+    """
+    return _Verifier(document, nodes, outside or {}, elsewhere).faults(main, strict)
+
+
+class _Verifier:
+    def __init__(
+        self,
+        document: Document,
+        nodes: Mapping[str, type[Node]],
+        outside: Mapping[str, Any],
+        elsewhere: Mapping[str, tuple[str, str]],
+    ) -> None:
+        self.elsewhere = elsewhere
+        self.document = document
+        self.nodes = dict(nodes)
+        self.outside = outside
+        self.found: list[Fault] = []
+        self.uses: dict[str, list[Element]] = {}
+        self.counts: dict[str, int] = {}
+
+    def faults(self, main: str, strict: bool) -> list[Fault]:
+        self.found += name_faults(self.document, strict)
+        for tree in self.document.trees.values():
+            if tree.name in self.nodes:
+                message = f"the tree '{tree.name}' has the name of a node."
+                self.found.append(tree.element.fault(message, "Rename the tree.", attribute="ID"))
+            self.uses[tree.name] = []
+            self.elements(tree)
+        self.models()
+        self.recursion()
+        self.unused(main)
+        return self.found
+
+    def elements(self, tree: TreeElement) -> None:
+        """Check all elements of a tree, in the order of the text."""
+        ways: list[tuple[_Way | None, Iterator[Element]]] = [(None, iter([tree.body]))]
+        count = 0
+        while ways:
+            way, elements = ways[-1]
+            for element in elements:
+                count += 1
+                if not self.plain(element):
+                    self.element(element, _path(tree, element, way), tree)
+                if element.children:
+                    ways.append((_Way(element, way), iter(element.children)))
+                    break
+            else:
+                ways.pop()
+        self.counts[tree.name] = count
+
+    def plain(self, element: Element) -> bool:
+        """Whether nothing is wrong with a node that is named by its tag, as most are."""
+        node = self.nodes.get(element.tag)
+        if node is None or element.tag == "SubTree" or "ID" in element.attributes:
+            return False
+        count, most = len(element.children), node.most
+        if count < node.least or (most is not None and count > most):
+            return False
+        return not node.attribute_faults(element.node_attributes())
+
+    def element(self, element: Element, path: str, tree: TreeElement) -> None:
+        tag = element.node_tag
+        if element.tag == "SubTree":
+            self.subtree(element, path, tree)
+        elif element.tag in EXPLICIT and not tag:
+            self.found.append(element.fault(f"<{element.tag}> names no node.", 'Write ID="Name".', path=path))
+            return
+        elif "ID" in element.attributes and element.tag not in EXPLICIT:
+            hint = f'Write <{element.tag} name="..."/>, or <Action ID="{element.tag}"/>.'
+            message = f"<{element.tag}> is named by its tag, and has an ID too."
+            self.found.append(element.fault(message, hint, attribute="ID", path=path))
+        node = self.nodes.get(tag)
+        if node is None:
+            self.found.append(self.unknown_node(element, tag, path))
+            return
+        if element.tag != "SubTree":
+            for fault in children_faults(node, element.node_name, len(element.children)):
+                self.found.append(element.fault(fault.message, fault.hint, path=path))
+        for attribute, fault in node.attribute_faults(element.node_attributes()):
+            column = _script_column(node, attribute, element.attributes.get(attribute, ""))
+            self.found.append(element.fault(fault.message, fault.hint, attribute=attribute, column=column, path=path))
+
+    def unknown_node(self, element: Element, tag: str, path: str) -> Fault:
+        attribute = "ID" if element.tag in EXPLICIT else ""
+        if tag in self.document.trees:
+            hint = f'It is a tree: write <SubTree ID="{tag}"/>.'
+            return element.fault(f"no node is named '{tag}'.", hint, attribute=attribute, path=path)
+        if tag in self.document.models:
+            hint = (
+                "Write it as a class in planners/nodes; or check the file with --stub-unknown, which takes the model."
+            )
+            message = f"the node '{tag}' has a model in the TreeNodesModel, and no class."
+            return element.fault(message, hint, attribute=attribute, path=path)
+        if tag in self.elsewhere:
+            return element.fault(*self.elsewhere[tag], attribute=attribute, path=path)
+        fault = unknown("node", tag, self.nodes)
+        hint = _extended(fault.hint, "Check nodes of another robot with --palette FILE or --stub-unknown.")
+        return element.fault(fault.message, hint, attribute=attribute, path=path)
+
+    def subtree(self, element: Element, path: str, tree: TreeElement) -> None:
+        name = element.attributes.get("ID", "")
+        if not name:
+            self.found.append(element.fault("the SubTree names no tree.", 'Write ID="Name".', path=path))
+            return
+        if element.children:
+            hint = f'They belong into <BehaviorTree ID="{name}">.'
+            self.found.append(element.fault("a SubTree has no children of its own.", hint, path=path))
+        if name in self.document.trees:
+            self.uses[tree.name].append(element)
+        elif name not in self.outside:
+            fault = unknown("tree", name, {*self.document.trees, *self.outside}, "The document")
+            hint = _extended(fault.hint, "Check it together with the file that holds the tree, or with --stub-unknown.")
+            self.found.append(element.fault(fault.message, hint, attribute="ID", path=path))
+        given, model = element.attributes, self.document.models.get(name)
+        try:
+            remapped = from_string(given.get("_autoremap", "false"), bool)
+        except InputError as error:
+            self.found += (element.fault(f.message, attribute="_autoremap", path=path) for f in error.faults)
+            return
+        if model is None or model.kind != "SubTree" or remapped:
+            return
+        for port in model.ports.values():
+            if port.name not in given and not port.default:
+                hint = f'Write {port.name}="{{key}}" or a value, or give the port a default in the TreeNodesModel.'
+                self.found.append(element.fault(f"the subtree '{name}' needs '{port.name}'.", hint, path=path))
+
+    def models(self) -> None:
+        """A TreeNodesModel that tells of ports which the class does not have has drifted from it."""
+        for model in self.document.models.values():
+            node = self.nodes.get(model.name)
+            if model.kind == "SubTree" or node is None:
+                continue
+            for port in model.ports.values():
+                if port.name not in node.ports:
+                    fault = unknown("port", port.name, node.ports, model.name)
+                    message = f"{model.name} as it is has no port '{port.name}' any more."
+                    self.found.append(port.element.fault(message, fault.hint, warning=True))
+
+    def recursion(self) -> None:
+        """Trees that contain themselves, and trees that grow beyond all measure."""
+        sizes: dict[str, int] = {}
+        for start in self.uses:
+            way: list[tuple[str, Iterator[Element]]] = [(start, iter(self.uses[start]))]
+            while way:
+                name, uses = way[-1]
+                use = next((u for u in uses if u.attributes["ID"] not in sizes), None)
+                if use is None:
+                    sizes[name] = self.size(name, sizes)
+                    way.pop()
+                    continue
+                below, names = use.attributes["ID"], [n for n, _ in way]
+                if below in names:
+                    chain = " -> ".join([*names[names.index(below) :], below])
+                    message = f"the tree '{below}' contains itself: {chain}."
+                    self.found.append(use.fault(message, "Use a Repeat, or take one SubTree out.", attribute="ID"))
+                    sizes[below] = 1
+                else:
+                    way.append((below, iter(self.uses[below])))
+
+    def size(self, name: str, sizes: Mapping[str, int]) -> int:
+        tree = self.document.trees[name]
+        total = self.counts[name] + sum(sizes.get(u.attributes["ID"], 0) for u in self.uses[name])
+        if total > MAX_NODES:
+            message = f"the tree '{name}' has {total} nodes with its subtrees; {MAX_NODES} is the most."
+            self.found.append(tree.element.fault(message))
+            return 1  # told once, not again for each tree above
+        return total
+
+    def unused(self, main: str) -> None:
+        """Trees of the first file that the main tree never reaches."""
+        start = main or self.document.named
+        if start not in self.uses or self.document.library:
+            return
+        reached, todo = {start}, [start]
+        while todo:
+            names = {u.attributes["ID"] for u in self.uses[todo.pop()]} - reached
+            reached |= names
+            todo += names
+        for tree in self.document.trees.values():
+            if tree.name not in reached and not tree.included:
+                message = f"nothing uses the tree '{tree.name}'."
+                hint = f'Use it by <SubTree ID="{tree.name}"/>, or take it out.'
+                self.found.append(tree.element.fault(message, hint, attribute="ID", warning=True))
+
+
+def _extended(hint: str, other: str) -> str:
+    """A hint with another remedy, unless a name that is nearly the same explains the fault."""
+    return hint if hint.startswith("Did you mean") else f"{hint} {other}"
+
+
+class _Way(NamedTuple):
+    """The elements around another one."""
+
+    element: Element
+    above: _Way | None
+
+
+def _path(tree: TreeElement, element: Element, way: _Way | None) -> str:
+    """The path of an element: the tree's ID, then the names on the way."""
+    names = [element.node_name]
+    while way is not None:
+        names.append(way.element.node_name)
+        way = way.above
+    return "/".join([tree.name, *reversed(names)])
+
+
+def _script_column(node: type[Node], attribute: str, text: str) -> int | None:
+    """Where in an attribute a script is wrong, counted from 0; None for what is no script."""
+    try:
+        if attribute in CONDITIONS:
+            parse_script(text)
+        elif attribute in node.ports:
+            node.ports[attribute].value(text)
+    except ScriptError as error:
+        return error.column
+    except InputError:
+        pass
+    return None

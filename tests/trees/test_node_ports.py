@@ -1,0 +1,159 @@
+"""Ports, the boards of subtrees, and the nodes that write on a board."""
+
+from __future__ import annotations
+
+import pytest
+
+from rocs_bt.errors import InputError
+from rocs_bt.trees.nodes import BUILTIN, InOut, Input, Instant, Leaf, Output, Tree
+from rocs_bt.trees.status import SUCCESS, outcome_name
+from rocs_bt.trees.xml import read_document, verify
+
+
+class Greet(Instant):
+    """Says hello."""
+
+    who = Input(str, doc="who is greeted")
+    times = Input(int, 1)
+    said = Output(str)
+    count = InOut(int, 0)
+
+    def update(self):
+        self.said = f"hello {self.who}" * self.times
+        self.count = self.count + 1
+        return SUCCESS
+
+
+class TestPorts:
+    def test_they_are_read_and_written_as_attributes(self):
+        tree = Tree(Greet("g", who="{name}", said="{out}", count="{n}"))
+        tree.board.update({"name": "R2", "n": 4})
+        assert tree.tick() is SUCCESS
+        assert tree.board.texts() == {"name": "R2", "n": "5", "out": "hello R2"}
+
+    def test_the_key_of_the_same_name(self):
+        tree = Tree(Greet("g", who="{=}", said="=", times="2", count="{n}"))
+        tree.board.update({"who": "you", "n": 0})
+        tree.tick()
+        assert tree.board["said"] == "hello youhello you"
+
+    def test_text_on_the_board_is_converted_when_it_is_read(self):
+        tree = Tree(Greet("g", who="you", times="{t}", said="{s}"))
+        tree.board["t"] = "2"
+        tree.tick()
+        assert tree.board["s"] == "hello youhello you"
+
+    @pytest.mark.parametrize(("text", "error"), [("x y", "ValueError: "), ("1" * 9, "ZeroDivisionError: ")])
+    def test_an_exception_of_a_ports_parser_is_a_fault_of_the_text(self, text, error):
+        class Custom(Leaf):
+            size = Input(float, parse=lambda text: 1 / (len(text) - 9) / int(text))
+
+        document = read_document(
+            f'<root BTCPP_format="4">\n<BehaviorTree ID="Main">\n<Custom size="{text}"/></BehaviorTree></root>'
+        )
+        (fault,) = verify(document, {**BUILTIN, "Custom": Custom})
+        assert fault.line == 3
+        assert f"port 'size': '{text}' cannot be read: {error}" in fault.message
+
+    def test_a_key_without_a_value_is_told(self):
+        with pytest.raises(InputError, match="'who' of Greet 'g' reads the key 'name', which has no value"):
+            Tree(Greet("g", who="{name}")).tick()
+
+    @pytest.mark.parametrize(
+        ("attributes", "message"),
+        [
+            ({}, "Greet needs 'who'. who is greeted"),
+            ({"who": "x", "times": "1.5"}, "port 'times': '1.5' is not a whole number"),
+            ({"who": "x", "said": "out"}, "the output port 'said' needs a key, found 'out'. Write said=\"{out}\""),
+            ({"who": "x", "whom": "y"}, "no port is named 'whom'. Did you mean 'who'"),
+            ({"who": "{a@b}"}, "may have one '@', at its beginning"),
+        ],
+    )
+    def test_what_is_wrong_is_told_when_the_node_is_made(self, attributes, message):
+        with pytest.raises(InputError) as caught:
+            Greet("g", **attributes)
+        assert message in str(caught.value)
+
+    @pytest.mark.parametrize("taken", ["status", "key", "board", "children"])
+    def test_a_port_cannot_hide_what_every_node_has(self, taken):
+        with pytest.raises(InputError, match=rf'Write: {taken}_ = Input\(..., name="{taken}"\)'):
+            type("Bad", (Leaf,), {taken: Input(str)})
+
+    def test_one_key_cannot_have_two_types(self):
+        class Other(Greet):
+            level = Input(float)
+
+        root = BUILTIN.make("Sequence", "s", [Greet("g", who="a", times="{x}"), Other("o", who="a", level="{x}")], {})
+        with pytest.raises(InputError, match="the key 'x' is of type int, not float"):
+            Tree(root)
+
+    def test_a_class_inherits_the_ports_of_its_base(self):
+        assert list(type("More", (Greet,), {"extra": Input(int, 0)}).ports) == [
+            "who",
+            "times",
+            "said",
+            "count",
+            "extra",
+        ]
+
+
+class TestSubTrees:
+    def make(self, child, **attributes):
+        return BUILTIN.make("SubTree", "sub", [child], attributes)
+
+    def test_keys_go_through_remapping_and_stay_inside_otherwise(self):
+        inner = BUILTIN.make("Script", "s", [], {"code": "goal := 'B'; local := 1"})
+        tree = Tree(self.make(inner, ID="T", goal="{dock}"))
+        tree.tick()
+        assert tree.board.texts() == {"dock": "B"}
+
+    @pytest.mark.parametrize(("given", "value"), [("7", 7), ("1.5", 1.5), ("home", "home")])
+    def test_a_literal_is_a_value_of_its_own(self, given, value):
+        inner = BUILTIN.make("Script", "s", [], {"code": "@seen := goal"})
+        tree = Tree(self.make(inner, goal=given, _autoremap="true"))
+        tree.tick()
+        assert tree.board["seen"] == value
+        assert "goal" not in tree.board
+
+    def test_its_own_conditions_are_asked_on_the_board_outside(self):
+        inner = BUILTIN.make("AlwaysFailure", "f", [], {})
+        tree = Tree(self.make(inner, _successIf="x == 1"))
+        tree.board["x"] = 1
+        assert tree.tick() is SUCCESS
+
+    def test_paths_are_those_of_the_cpp_engine(self):
+        inner = BUILTIN.make("Sequence", "Sequence", [Greet("hi", who="a"), Greet("", who="b")], {})
+        tree = Tree(BUILTIN.make("Inverter", "not", [self.make(inner, ID="T")], {}))
+        assert list(tree.paths().values()) == ["not", "sub", "sub/Sequence::3", "sub/hi", "sub/Greet::5"]
+        assert [tree.uid(node) for node in tree.nodes] == [1, 2, 3, 4, 5]
+
+
+class TestBoardNodes:
+    def run(self, tag, board=(), ticks=1, **attributes):
+        tree = Tree(BUILTIN.make(tag, tag, [], attributes))
+        tree.board.update(dict(board))
+        return [outcome_name(tree.tick()) for _ in range(ticks)], tree.board.texts()
+
+    def test_set_copies_a_text_or_another_key(self):
+        assert self.run("SetBlackboard", value="5", output_key="k") == (["SUCCESS"], {"k": "5"})
+        assert self.run("SetBlackboard", {"a": 2}, value="{a}", output_key="{k}")[1] == {"a": "2", "k": "2"}
+
+    def test_unset(self):
+        assert self.run("UnsetBlackboard", {"a": 2}, key="a") == (["SUCCESS"], {})
+
+    def test_was_it_written(self):
+        assert self.run("WasEntryUpdated", {"a": 2}, entry="{a}", ticks=2)[0] == ["SUCCESS", "FAILURE"]
+        assert self.run("WasEntryUpdated", entry="{a}")[0] == ["FAILURE"]
+
+    def test_sleep_reads_the_trees_clock(self, bench):
+        assert bench.of("Sleep", msec="150").ticks(3) == ["RUNNING", "RUNNING", "SUCCESS"]
+
+    def test_a_tree_without_a_clock_says_so(self):
+        with pytest.raises(InputError, match="was given no clock"):
+            self.run("Sleep", msec="150")
+
+    def test_a_stand_in(self, bench):
+        bench.of("TestNode", return_status="FAILURE", failure_script="f := 1", post_script="p := 1", async_delay="150")
+        assert bench.ticks(3) == ["RUNNING", "RUNNING", "FAILURE"]
+        assert bench.built.board.texts() == {"f": "1", "p": "1"}
+        assert bench.of("TestNode", return_status_script="1 > 2 ? 2 : 3").tick() == "FAILURE"

@@ -1,0 +1,310 @@
+"""The scripting language: BehaviorTree.CPP 4.10's, case by case.
+
+The values were read off the C++ engine where 4.8.2 has the same rules (scripting/operators.hpp, utils/safe_any.hpp).
+"""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.errors import InputError
+from rocs_bt.trees.board import Board
+from rocs_bt.trees.script import Script, ScriptError, compile_condition, compile_script, parse_script, writer
+from rocs_bt.trees.script.parser import parse_statements
+
+
+def run(text: str, **enums: int) -> dict[str, str]:
+    board = Board()
+    board.enums = enums
+    compile_script(parse_script(text), board)()
+    return board.texts()
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ("5", "5"),
+        ("-5", "-5.000000"),
+        ("+3", "3"),
+        ("0x1F", "31"),
+        ("3.5", "3.500000"),
+        ("3e-2", "0.030000"),
+        ("1e3", "1000.000000"),
+        ("9007199254740993", "9007199254740993"),
+        ("true", "1"),
+        ("false", "0"),
+        ("true + 1", "2.000000"),
+        ("'a b'", "a b"),
+        ('"quoted"', "quoted"),
+        ("1 + 2 * 3", "7.000000"),
+        ("(1 + 2) * 3", "9.000000"),
+        ("7 / 2", "3.500000"),
+        ("1 / 0", "inf"),
+        ("-1 / 0", "-inf"),
+        ("-2 * -3", "6.000000"),
+        ("10 - 2 - 3", "5.000000"),
+        ("'a' + 'b'", "ab"),
+        ("'a' .. 1", "a1"),
+        ("1.5 .. 'a'", "1.500000a"),
+        ("6 & 3", "2.000000"),
+        ("4 | 1 & 1", "5.000000"),
+        ("6 ^ 3", "5.000000"),
+        ("~5", "-6.000000"),
+        ("!0", "1.000000"),
+        ("!2", "0.000000"),
+        ("1 == 1", "1.000000"),
+        ("1 == 1.00000001", "1.000000"),
+        ("1 != 1.001", "1.000000"),
+        ("1 < 2 < 3", "1.000000"),
+        ("3 < 2 < 1", "0.000000"),
+        ("2 < 3 < 2", "0.000000"),
+        ("'a' < 'b'", "1.000000"),
+        ("'5' == 5", "1.000000"),
+        ("'true' == 1", "1.000000"),
+        ("'RED' == 2", "1.000000"),
+        ("'5' == '5.0'", "0.000000"),
+        ("0 / 0 < 1", "1.000000"),
+        ("true || false && false", "1.000000"),
+        ("2.5 && 1", "1.000000"),
+        ("1 ? 2 : 3", "2"),
+        ("1 > 2 ? 2 : 3", "3"),
+        ("1 ? (0 ? 1 : 4) : 3", "4"),
+        ("'text' ? 1 : 2", "1"),
+        ("'' ? 1 : 2", "2"),
+        ("RED", "2.000000"),
+        ("RED + 1", "3.000000"),
+    ],
+)
+def test_what_an_expression_is_worth(value, text):
+    assert run(f"x := {value}", RED=2)["x"] == text
+
+
+@pytest.mark.parametrize(
+    ("script", "board"),
+    [
+        ("x := 5; x = 6", {"x": "6"}),
+        ("x := 5 y := 6", {"x": "5", "y": "6"}),
+        ("x := 5\ny := x", {"x": "5", "y": "5"}),
+        ("x := 5;; y := 6;", {"x": "5", "y": "6"}),
+        ("x := 5; x = 5.0", {"x": "5"}),
+        ("x := 4; x /= 2", {"x": "2"}),
+        ("x := 2.5; x *= 2", {"x": "5.000000"}),
+        ("x := 4; x -= 1; y := x", {"x": "3", "y": "3"}),
+        ("x := 'a'; x += 'b'", {"x": "ab"}),
+        ("x := 2; x = '7.5'", {"x": "7.500000"}),
+        ("x := 0; x += RED", {"x": "2"}),
+        ("@g := 1; x := @g", {"g": "1", "x": "1"}),
+        ("", {}),
+    ],
+)
+def test_what_assignments_leave_on_the_board(script, board):
+    assert run(script, RED=2) == board
+
+
+@pytest.mark.parametrize(
+    ("script", "message"),
+    [
+        ("x = 1", "there is no 'x' yet; ':=' makes it"),
+        ("x", "the board has no value at 'x'"),
+        ("true || y", "the board has no value at 'y'"),  # nothing stops early
+        ("x := 5; x += 0.5", "it holds a whole number, and 5.5 is none"),
+        ("x := 'a'; x = 5", "'x' cannot become 5: it holds a value of type str"),
+        ("x := 1; x = 'a'", "'a' is no number"),
+        ("x := 'a'; x += 1", "it holds no number"),
+        ("x := 2 && 1", "2 is neither true nor false"),
+        ("x := 2.5 & 3", "bits are those of whole numbers"),
+        ("x := 1 + 'a'", "1 and 'a' cannot be added"),
+        ("x := -'a'", "'-' takes a number, not 'a'"),
+        ("x := 1 .. 2", "1 and 2 cannot be joined"),
+    ],
+)
+def test_a_script_that_cannot_go_on_says_why(script, message):
+    with pytest.raises(ScriptError) as caught:
+        run(script)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("script", "at", "message"),
+    [
+        ("x := 65.", 5, "'65.' is no number"),
+        ("x := 3foo", 5, "'3f' is no number"),
+        ("x := 'open", 5, "Strings end with the quote"),
+        ("x := 1 +", 8, "a value is missing at the end"),
+        ("1 := x", 2, "only a name can be assigned to"),
+        ("x := y := 1", 7, "assignments cannot be chained"),
+        ("1 ? 2 : 3 ? 4 : 5", 10, "'?' cannot be chained"),
+        ("1 ? 2", 5, "a ':' is missing after '?'"),
+        ("(1", 2, "a ')' is missing"),
+        ("x := (1; 2)", 7, "a ')' is missing"),
+        ("x := #", 5, "begins nothing that scripts know"),
+        ("x.y := 1", 1, "begins nothing that scripts know"),
+        ("f(1)", None, ""),  # two statements: a name, and a number in parentheses
+        ("(" * 500, 41, "nests deeper"),
+        ("-" * 500 + "1", 40, "nests deeper"),
+        ("1" + "+1" * 500, None, "more than 200 operators"),
+        ("x := 1" + "0" * 5000, 5, "a number of more than 400 characters"),
+        ("x" * 20_000, 0, "at most 10000 are read"),
+    ],
+)
+def test_what_is_no_script_is_refused_with_its_place(script, at, message):
+    if not message:
+        assert len(parse_script(script).statements) == 2
+        return
+    with pytest.raises(ScriptError) as caught:
+        parse_script(script)
+    assert message in str(caught.value)
+    assert at is None or caught.value.column == at
+
+
+def test_what_a_script_asks_and_writes_is_known_without_running_it():
+    script = parse_script("a := b + @c; d += 1; e ? f : 2")
+    assert [n.name for n in script.reads()] == ["b", "@c", "d", "e", "f"]
+    assert [(a.operator, a.target.name) for a in script.writes()] == [(":=", "a"), ("+=", "d")]
+
+
+@given(st.text(alphabet="xy01.5 +-*/<>=!&|^~?:;()'\"@\\\n", max_size=40) | st.text(max_size=30))
+def test_whatever_is_written_runs_or_is_refused(text):
+    board = Board()
+    try:
+        compile_script(parse_script(text), board)()
+        compile_condition(parse_script(text), board)()
+    except InputError:
+        pass
+
+
+@pytest.mark.soak
+@settings(max_examples=100_000, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.text(alphabet="xy01.5 +-*/<>=!&|^~?:;()'\"@\\\n", max_size=60) | st.text(max_size=60))
+def test_whatever_is_written_runs_or_is_refused_for_long(text):
+    board = Board()
+    try:
+        compile_script(parse_script(text), board)()
+        compile_condition(parse_script(text), board)()
+    except InputError:
+        pass
+
+
+def statements():
+    """Random statements over the keys x, y and t, the enum RED and the private key _p."""
+    leaf = st.sampled_from(["x", "y", "t", "RED", "new", "0", "1", "2", "0.5", "1e3", "true", "'1'", "'ab'"])
+    operator = st.sampled_from(["+", "-", "*", "/", "..", "&", "|", "&&", "||", "<", "<=", "==", "!=", ">"])
+    expression = st.recursive(
+        leaf,
+        lambda inner: st.one_of(
+            st.tuples(inner, operator, inner).map(lambda e: f"({e[0]} {e[1]} {e[2]})"),
+            st.tuples(inner, operator, inner, operator, inner).map(lambda e: f"({' '.join(e)})"),
+            st.tuples(st.sampled_from("-~!"), inner).map("".join),
+            st.tuples(inner, inner, inner).map(lambda e: f"({e[0]} ? {e[1]} : {e[2]})"),
+            inner.map(lambda e: f"(x := {e})"),
+        ),
+        max_leaves=6,
+    )
+    target = st.sampled_from(["x", "y", "t", "new", "_p"])
+    assignment = st.tuples(target, st.sampled_from([":=", "=", "+=", "-=", "*=", "/="]), expression).map(" ".join)
+    return st.lists(assignment | expression, max_size=3).map("; ".join)
+
+
+values = (
+    st.floats() | st.integers(-5, 5) | st.booleans() | st.sampled_from([2**53 + 1, -(2**62), 0, 1, "1", "ab", None])
+)
+
+
+@given(statements(), values, values, values, st.booleans())
+@example("x := x + y", 2**53 + 1, 1, None, False)
+@example("(x ? 1 : 2) == 1", float("nan"), 0, None, True)
+@example("x", 2, 0, None, True)
+@settings(max_examples=500)
+def test_the_quick_form_of_a_script_does_what_the_general_form_does(text, x, y, t, condition):
+    outcomes = []
+    for quick in (True, False):
+        board = Board()
+        board.enums = {"RED": 2}
+        for key, value in {"x": x, "y": y, "t": t}.items():
+            board.declare(key).store(value)
+        compiled = compile_condition if condition else compile_script
+        run = compiled(parse_script(text), board) if quick else general(compiled, text, board)
+        told: list[object] = []
+        for _ in range(3):
+            try:
+                told.append(repr(bool(run()) if condition else run()))
+            except InputError as error:
+                told.append(re.sub(r"\d[\d.e+]*", "#", str(error)))  # an operand may be shown as int or as float
+            told.append([(key, repr(entry.value), entry.sequence) for key, entry in board.entries()])
+        outcomes.append(told)
+    assert outcomes[0] == outcomes[1]
+
+
+def general(compiled, text, board):
+    """A script without quick forms, as no key can be a number."""
+
+    class Unquick(writer.Quick):
+        def _value(self, expression):
+            raise writer.Unfit
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(writer, "Quick", Unquick)
+        return compiled(Script(text, parse_statements(text)), board)
+
+
+def test_scripts_of_one_form_share_code_and_nothing_else():
+    board = Board()
+    board.enums = {"RED": 2}
+    runs = [compile_script(parse_script(f"{k} := {v}"), board) for k, v in [("a", 1), ("e", 3), ("f", "RED")]]
+    assert len({run.__code__ for run in runs}) == 2, "RED is a constant, and so another form"
+    for run in runs * 2:
+        run()
+    assert board.texts() == {"a": "1", "e": "3", "f": "2.000000"}
+    for key in "ae":
+        with pytest.raises(ScriptError, match=f"the script '{key} := 'x'' cannot go on: '{key}' cannot become 'x'"):
+            compile_script(parse_script(f"{key} := 'x'"), board)()
+
+
+@pytest.mark.parametrize("operator", ["+", "-", "*", "/", "&&", "||", "..", "&", "<", "=="])
+@pytest.mark.parametrize("leaf", ["x", "1", "t"])
+def test_the_longest_statements_run(operator, leaf):
+    board = Board()
+    board.update({"x": 1.0, "t": "a"})
+    text = f" {operator} ".join([leaf] * 200)
+    for compiled in (compile_script, compile_condition):
+        try:
+            compiled(parse_script(text), board)()
+        except ScriptError as error:
+            assert "nests" not in str(error)
+
+
+@pytest.mark.parametrize(
+    ("level", "levels", "message"),
+    [
+        ("(---", 39, ""),
+        ("(1 == -", 39, ""),
+        ("(1 && 1 == -", 39, ""),
+        ("(1 | 1 || ", 39, ""),
+        ("(1 ? 1 : ", 39, ""),
+        ("(1 == !-" + "-" * 34, 5, "nests too deeply"),
+    ],
+)
+def test_the_deepest_statements_run_or_are_refused(level, levels, message):
+    text = level * levels + "1" + ")" * levels
+    for compiled in (compile_script, compile_condition):
+        try:
+            assert compiled(parse_script(text), Board())() in (-1.0, 0.0, 1.0)
+            assert not message
+        except ScriptError as error:
+            assert (message or "cannot go on") in str(error)
+
+
+def test_a_condition_follows_a_key_that_was_removed_and_made_anew():
+    board = Board()
+    board["x"] = 1.0
+    holds = compile_condition(parse_script("x > 2"), board)
+    assert not holds()
+    board.unset("x")
+    with pytest.raises(ScriptError, match="no value at 'x'"):
+        holds()
+    board["x"] = 3
+    assert holds()

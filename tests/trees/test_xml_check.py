@@ -1,0 +1,209 @@
+"""Checking trees before they run: each thing that a check finds, at its line and column, all of it at once."""
+
+# ruff: noqa: E501 - a document stands in one line
+
+import re
+
+import pytest
+
+from rocs_bt.errors import Fault, InputError
+from rocs_bt.trees.examine import blocking_faults, examine
+from rocs_bt.trees.nodes import BUILTIN, Input, Leaf, Output, Tree
+from rocs_bt.trees.status import SUCCESS
+from rocs_bt.trees.xml import load_xml, make_nodes, read_document, verify
+
+
+class Drive(Leaf):
+    """Drives."""
+
+    goal = Input(str)
+    rounds = Input(int, 1)
+    pose = Output(str)
+
+    def update(self):
+        return SUCCESS
+
+
+NODES = BUILTIN.with_([Drive])
+
+
+def found(*lines, tail=""):
+    """Faults of a document whose main tree stands in these lines, the first of which is line 3."""
+    text = "\n".join(
+        ['<root BTCPP_format="4" main_tree_to_execute="M">', '<BehaviorTree ID="M">', *lines, "</BehaviorTree>"]
+    )
+    document = read_document(f"{text}{tail}</root>")
+    faults = [*document.faults, *verify(document, NODES)]
+    if not any(not f.warning for f in faults):
+        faults += examine(Tree(make_nodes(document, NODES)))
+    return [(f.line, f.column, "warning" if f.warning else "wrong", f"{f.message} {f.hint}") for f in faults]
+
+
+SUB = '\n<BehaviorTree ID="S"><Drive goal="{goal}"/></BehaviorTree>'
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "weight", "message"),
+    [
+        # nodes and ports
+        ('<Drvie goal="a"/>', 1, "wrong", r"M/Drvie: no node is named 'Drvie'\. Did you mean 'Drive'"),
+        ('<Action ID="Drvie"/>', 9, "wrong", r"Did you mean 'Drive'"),
+        ('<Action name="x"/>', 1, "wrong", r"M/x: <Action> names no node"),
+        ('<Drive ID="x" goal="a"/>', 8, "wrong", "has an ID too"),
+        ("<M/>", 1, "wrong", r"It is a tree: write <SubTree ID=\"M\"/>"),
+        ('<Drive gaol="a" goal="b"/>', 8, "wrong", r"M/Drive: no port is named 'gaol'\. Drive has|Did you mean 'goal'"),
+        ('<Drive rounds="2"/>', 1, "wrong", "Drive needs 'goal'"),
+        ('<Drive goal="a" rounds="2.5"/>', 17, "wrong", "'2.5' is not a whole number"),
+        ('<Drive goal="a" pose="b"/>', 17, "wrong", r"output port 'pose' needs a key.*Write pose=\"\{b\}\""),
+        ('<Drive goal="{@a@b}"/>', 8, "wrong", "one '@'"),
+        ("<Inverter/>", 1, "wrong", "needs 1 children, found 0"),
+        ('<Parallel success_count="2"><AlwaysSuccess/></Parallel>', 11, "wrong", "waits for 2 .* and has 1"),
+        ('<ParallelAll max_failures="3"><AlwaysSuccess/></ParallelAll>', 14, "wrong", "waits for 3 .* and has 1"),
+        ("<Sequence></Sequence>", 1, "wrong", "needs at least 1 children"),
+        ('<Drive goal="a"><AlwaysSuccess/></Drive>', 1, "wrong", "needs no children, found 1"),
+        # subtrees
+        ("<SubTree/>", 1, "wrong", "names no tree"),
+        ('<SubTree ID="T"/>', 10, "wrong", r"no tree is named 'T'.*M"),
+        ('<SubTree ID="M"/>', 10, "wrong", "the tree 'M' contains itself: M -> M"),
+        ('<SubTree ID="S" _autoremap="yes"/>', 17, "wrong", "'yes' is not true or false"),
+        ('<SubTree ID="S" goal="a"><Drive goal="a"/></SubTree>', 1, "wrong", "has no children of its own"),
+        # scripts
+        ('<Script code="a := (1 + "/>', 25, "wrong", "in the script"),
+        ('<AlwaysSuccess _skipIf="a &lt;&lt; 1"/>', 31, "wrong", "in the script"),
+        ("<Script code=\"a := 'b' * 2\"/>", 24, "wrong", "this script cannot run"),
+        ("<Sequence><Drive goal='a' rounds='{n}'/><Script code=\"n := 'x'\"/></Sequence>", 57, "wrong", "the key 'n' is a number"),
+        # keys
+        ('<Drive goal="{place}"/>', 8, "warning", "the key 'place' is read, and nothing writes it"),
+        ('<SubTree ID="S" goal="{there}"/>', 29, "warning", r"the key 'goal' \('there' there\) is read"),
+        ('<SubTree ID="S"/>', 29, "warning", "the key 'goal' is read, and nothing writes it"),
+        ('<Script code="a = 1"/>', 15, "warning", r"'=' needs a key that exists.*Write a := \.\.\."),
+        ('<Script code="a += 1"/>', 15, "warning", "the key 'a' is read"),
+        ('<ScriptCondition code="1 &lt; tries"/>', 31, "warning", "the key 'tries' is read"),
+        # conditions and children
+        ('<AlwaysSuccess _skipIf="2 > 1"/>', 16, "warning", r"the condition '2 > 1' is always true"),
+        ('<ScriptCondition code="false"/>', 18, "warning", "is always false"),
+        ('<Precondition if="1" else="FAILURE"><AlwaysSuccess/></Precondition>', 15, "warning", "is always true"),
+        ("<Fallback><AlwaysSuccess/><AlwaysFailure/></Fallback>", 27, "warning", "is never ticked: what stands before it"),
+        ("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>", 27, "warning", "in 'Sequence' never succeeds"),
+        ('<Sequence><Repeat num_cycles="-1"><Sleep msec="1"/></Repeat><AlwaysSuccess/></Sequence>', 61, "warning", "never ticked"),
+        ("<IfThenElse><AlwaysSuccess/><AlwaysSuccess/><AlwaysFailure/></IfThenElse>", 45, "warning", "the condition 'AlwaysSuccess' never fails"),
+        # documents
+        ('<Drive goal="a&b"/>', 15, "warning", "'&' in the value of 'goal' is not well-formed XML. Write &amp;"),
+    ],
+)  # fmt: skip
+def test_each_thing_is_told_at_its_place(line, column, weight, message):
+    told = found(line, tail=SUB if 'ID="S"' in line else "")
+    at = 5 if column == 29 else 3  # in the subtree
+    assert any(t[:3] == (at, column, weight) and re.search(message, t[3]) for t in told), told
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        '<Drive goal="a" rounds="2" pose="{p}"/>',
+        '<Sequence><Drive goal="a" pose="{p}"/><Drive goal="{p}"/></Sequence>',
+        "<Sequence><Script code=\"g := 'a'; n := 1; n += 2\"/><Drive goal='{g}' rounds='{n}'/></Sequence>",
+        "<Sequence><Script code=\"@g := 'a'\"/><SubTree ID='S' goal='{g}'/></Sequence>",
+        '<Fallback><AlwaysFailure/><ForceFailure><AlwaysSuccess/></ForceFailure><AlwaysSuccess/></Fallback>',
+        '<Sequence><SetBlackboard value="3" output_key="n"/><Repeat num_cycles="{n}"><AlwaysSuccess/></Repeat><AlwaysSuccess/></Sequence>',
+        '<Sequence><AlwaysSuccess _skipIf="a == 1"/><Script code="a := 1"/></Sequence>',
+        '<LoopInt queue="1;2" value="{i}"><ScriptCondition code="i > 0"/></LoopInt>',
+        '<Switch2 variable="{undefined}" case_1="1" case_2="2"><AlwaysSuccess/><AlwaysSuccess/><AlwaysSuccess/></Switch2>',
+        '<SubTree ID="S" goal="home"/>',
+    ],
+)  # fmt: skip
+def test_what_is_fine_is_not_told(line):
+    assert found(line, tail=SUB if "ID='S'" in line or 'ID="S"' in line else "") == []
+
+
+def test_all_is_told_at_once_with_the_way_to_each_node():
+    told = found(
+        '<Sequence name="all">', '<Drvie/><Inverter name="not">', '<Drive goal="a" x="1"/><Flee/></Inverter></Sequence>'
+    )
+    assert [(line, column) for line, column, _, _ in told] == [(4, 1), (4, 9), (5, 17), (5, 24)]
+    assert "M/all/not/Drive: no port" in told[2][3]
+
+
+def test_trees_that_nothing_uses_are_told():
+    (told,) = found("<AlwaysSuccess/>", tail='\n<BehaviorTree ID="T"><AlwaysSuccess/></BehaviorTree>')
+    assert told[:3] == (5, 15, "warning")
+    assert "nothing uses the tree 'T'" in told[3]
+
+
+def test_a_subtrees_declared_ports_must_be_given():
+    tail = SUB + '<TreeNodesModel><SubTree ID="S"><input_port name="goal"/></SubTree></TreeNodesModel>'
+    (told,) = found('<SubTree ID="S"/>', tail=tail)
+    assert told[:3] == (3, 1, "wrong")
+    assert "the subtree 'S' needs 'goal'" in told[3]
+
+
+def test_a_palette_that_has_drifted_from_the_classes_is_told():
+    model = '\n<TreeNodesModel><Action ID="Drive"><input_port name="gaol"/></Action></TreeNodesModel>'
+    (told,) = found('<Drive goal="a"/>', tail=model)
+    assert told[2] == "warning"
+    assert "no port 'gaol' any more" in told[3]
+
+
+def test_keys_with_two_types_and_names_that_are_no_numbers_are_told_each_at_its_place():
+    """Only a bound tree knows them: one that is looked at takes them down and goes on, and any other is refused."""
+    loop = "<LoopDouble queue='1' value='{x}'><AlwaysSuccess/></LoopDouble>"
+    lines = ["<Sequence>", "<Drive goal='a' rounds='{x}'/>", loop, "<Drive goal='a' rounds='many'/>", loop]
+    text = "\n".join(['<root BTCPP_format="4"><BehaviorTree ID="M">', *lines, "</Sequence></BehaviorTree></root>"])
+    faults = []
+    Tree(load_xml(text, NODES), faults=faults)
+    assert [(f.line, f.column) for f in faults] == [(4, 23), (5, 17), (6, 23)]
+    assert "'Drive': 'many' is not a whole number" in faults[1].message
+    with pytest.raises(InputError) as caught:
+        Tree(load_xml(text, NODES))
+    assert list(caught.value.faults) == faults
+    Tree(load_xml(text.replace(loop, ""), NODES), enums={"many": 3})
+
+
+def test_a_stand_in_that_bears_a_built_in_name_is_not_taken_for_it():
+    """A wrong node has a stand-in while the rest is examined, and may have no children."""
+    text = "<Sequence><Repeat/><Inverter/><Fallback><AlwaysSuccess/><AlwaysFailure/></Fallback></Sequence>"
+    document = read_document(f'<root BTCPP_format="4"><BehaviorTree ID="M">{text}</BehaviorTree></root>')
+    (told,) = examine(Tree(make_nodes(document, NODES, lenient=True)))
+    assert "'AlwaysFailure': is never ticked" in told.message
+
+
+def test_what_keeps_a_node_from_telling_its_doubts_is_told():
+    class Shy(Leaf):
+        rounds = Input(int, 1)
+
+        def doubts(self):
+            yield "rounds", Fault(f"{self.rounds} are too many.")
+
+    def told(rounds):
+        return [f.message for f in examine(Tree(Shy("shy", rounds=rounds), faults=[]))]
+
+    assert told("2") == ["'shy': 2 are too many."]
+    assert told("many") == ["'shy': 'many' is not a whole number."]
+
+
+def test_a_key_with_two_types_is_refused():
+    text = "<Sequence><Drive goal='a' rounds='{x}'/><LoopDouble queue='1' value='{x}'><AlwaysSuccess/></LoopDouble></Sequence>"
+    with pytest.raises(InputError, match="the key 'x' is of type int, not float"):
+        Tree(load_xml(f'<root BTCPP_format="4"><BehaviorTree ID="M">{text}</BehaviorTree></root>', NODES))
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ("sleep(1)", "calls time.sleep"),
+        ("t.sleep(1)", "calls time.sleep"),
+        ("input()", "calls input"),
+        ("requests.get('x')", "calls requests.get"),
+        ("self.thread.wait()", "calls self.thread.wait"),
+        ("while True:\n            pass", "loops for ever"),
+        ("while True:\n            break", ""),
+        ("self.mission.wait('2 s')", ""),
+        ("', '.join('a')", ""),
+        ("pass", ""),
+    ],
+)
+def test_leaves_that_would_block_are_found_in_their_text(tmp_path, body, told):
+    head = "import time as t, requests\nfrom time import sleep\nclass A:\n    def update(self):\n        "
+    faults = list(blocking_faults(head + body, tmp_path / "a.py"))
+    assert [told in f.message for f in faults] == ([True] if told else [])
+    assert all((f.line, f.column) == (5, 9) for f in faults)
