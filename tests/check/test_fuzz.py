@@ -189,7 +189,7 @@ def fuzz_project(name: str, examples: int) -> None:
 
 @pytest.mark.parametrize("name", MUTATED)
 def test_a_mutated_project_is_built_or_refused_as_check_says(name):
-    fuzz_project(name, 10)
+    fuzz_project(name, 4)
 
 
 @pytest.mark.soak
