@@ -288,7 +288,7 @@ def misfits_of(action: type[Action], parameters: Mapping[str, Any], knowledge: K
     """`Action.misfits`; what it raises, as a user's class may, is a misfit too."""
     try:
         return list(action.misfits(parameters, knowledge))
-    except BaseException as error:
+    except BaseException as error:  # a user's class may raise anything
         if interrupts(error):
             raise
         return [("misfits", f"it raised {Raised.of('action', action.__name__, error, action).detail}")]

@@ -287,7 +287,7 @@ class SafetyGate(Actuator):
             step(*args)
         except ActuatorError:
             raise
-        except BaseException as error:
+        except BaseException as error:  # a driver may raise anything
             if interrupts(error):
                 raise
             place = raised_at(error, step)

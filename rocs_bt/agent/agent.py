@@ -175,7 +175,7 @@ class Agent:
                 self.decide(t)
             block = "execute"
             self.execute.run(t)
-        except BaseException as error:
+        except BaseException as error:  # the boundary of a block: whatever it raises must stop it
             if interrupts(error):
                 raise
             self._broke(block, error)
@@ -200,7 +200,7 @@ class Agent:
         """Run a part of Plan; an exception that content raised goes no further."""
         try:
             turn(*args)
-        except BaseException as error:
+        except BaseException as error:  # the boundary of a block: whatever it raises must stop it
             if interrupts(error):
                 raise
             if (raised := self.plan.blame(error)) is None:
@@ -215,7 +215,7 @@ class Agent:
     def _attempt(self, block: str, turn: Callable[..., None], *args: object) -> None:
         try:
             turn(*args)
-        except BaseException as error:
+        except BaseException as error:  # the boundary of a block: whatever it raises must stop it
             if interrupts(error):
                 raise
             self._broke(block, error)

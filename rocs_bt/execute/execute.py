@@ -206,7 +206,7 @@ class Execute:
         """Run a step in which an action of a ticket that is not served may raise."""
         try:
             step()
-        except BaseException as error:
+        except BaseException as error:  # an action may raise anything
             if interrupts(error):
                 raise
             if not self._taken(error, ticket):

@@ -164,7 +164,7 @@ class Monitor(ABC):
                 stamp = self.stamp(readings)
                 if (data := self.knowledge.signals.update(written, stamp)) is None:
                     written, beyond = self._bounded(written)
-        except BaseException as error:
+        except BaseException as error:  # a monitor or driver may raise anything
             if interrupts(error):
                 raise
             written, stamp = self._all_invalid(), t
@@ -187,7 +187,7 @@ class Monitor(ABC):
             data = pack(reading.values)
         except DeviceError as error:
             return None, str(error)
-        except BaseException as error:
+        except BaseException as error:  # a monitor or driver may raise anything
             if interrupts(error):
                 raise
             raised = Raised.of("sensor", sensor.name, error, sensor.read)

@@ -278,7 +278,7 @@ def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
     def tick() -> Iterator[Behaviour]:
         try:
             yield from plain()
-        except BaseException as error:
+        except BaseException as error:  # a leaf may raise anything
             if interrupts(error):
                 raise
             if not caught(leaf, error):

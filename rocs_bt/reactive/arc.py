@@ -125,7 +125,7 @@ class ReflexArc:
             return model.react(x, t)
         try:
             told = [_checked(reflex) for reflex in model.react(x, t)]
-        except BaseException as error:
+        except BaseException as error:  # content may raise anything
             if interrupts(error):
                 raise
             if self.on_exception is None or from_actuator(error):
@@ -217,7 +217,7 @@ class ReflexArc:
                 slot.ticket.action.update(**own.parameters)
             except InputError as error:
                 self._fail(slot, Failure.cannot(error))
-            except BaseException as error:
+            except BaseException as error:  # content may raise anything
                 if interrupts(error):
                     raise
                 self._fail(slot, self._raised(slot.ticket.action, error))
@@ -236,7 +236,7 @@ class ReflexArc:
             action = make_action(self._actions, reflex.action, reflex.parameters)
         except InputError as error:  # what it cannot do must stop the robot, and not the arc
             action = Impossible(reflex.action, reflex.parameters, error)
-        except BaseException as error:
+        except BaseException as error:  # content may raise anything
             if interrupts(error):
                 raise
             self._raised(self._actions[reflex.action], error)

@@ -20,6 +20,6 @@ def write_whole(path: Path, text: str) -> None:
     try:
         part.write_text(text, encoding="utf-8")
         part.replace(path)
-    except BaseException:
+    except BaseException:  # raised again, after the file is removed
         part.unlink(missing_ok=True)
         raise

@@ -116,7 +116,7 @@ class Episode:
                     mover.step(self._world.clock.now())
                 self._world.advance(self._control.every)
                 count += 1
-        except BaseException as error:
+        except BaseException as error:  # raised again, after the robots stopped
             self._abort(error, wall)
             raise
         return self._finish(wall)
@@ -149,7 +149,7 @@ class Episode:
                         mover.step(t)
                     count = max(count + 1, int(t / period) + 1)
             physics.raise_failure()
-        except BaseException as error:
+        except BaseException as error:  # raised again, after the robots stopped
             self._abort(error, clock)
             raise
         return self._finish(clock, physics.worst)

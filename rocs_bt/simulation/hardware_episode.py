@@ -81,7 +81,7 @@ class HardwareEpisode:
                     if self._judging.over or self.t >= self._duration:
                         break
                     count = max(count + 1, int(self.t / self._period) + 1)
-        except BaseException as error:
+        except BaseException as error:  # raised again, after the robots stopped
             self._judging.abort(error, self.t)
             raise
         self._judging.finish(self.t)

@@ -58,7 +58,7 @@ class IsolatedActuator(Actuator):
         self._closed = False
         try:
             super().__init__(maker.name, self._ready(maker, max_age))
-        except BaseException:
+        except BaseException:  # raised again, after the process ended
             self.close()
             raise
 

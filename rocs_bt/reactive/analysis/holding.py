@@ -34,7 +34,7 @@ def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
     known = {name: value for name, a in rule.arguments.items() if not _sensed(value := a.value)}
     try:
         moves = action.can_move(known)
-    except BaseException as error:
+    except BaseException as error:  # a user's class may raise anything
         if interrupts(error):
             raise
         case.tell(rule, "action", f"can_move of {rule.action} raised {describe(error)}.", "Repair it.")

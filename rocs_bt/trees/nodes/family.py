@@ -153,7 +153,7 @@ class Leaf(Node):
                 self.status = outcome
             elif self.status is not RUNNING:
                 self.status = IDLE
-        except BaseException as error:
+        except BaseException as error:  # a leaf may raise anything
             if interrupts(error):
                 raise
             if self.runtime.caught(self, error):
@@ -183,7 +183,7 @@ class Instant(Leaf):
                 self.status = IDLE
             else:
                 raise strange(self, outcome)
-        except BaseException as error:
+        except BaseException as error:  # a leaf may raise anything
             if interrupts(error):
                 raise
             if self.runtime.caught(self, error):
