@@ -1,7 +1,7 @@
-"""Builds the kernels with the package where there is a C compiler, and leaves them out where there is none.
+"""Builds the rules' kernel with the package where there is a C compiler, and leaves it out where there is none.
 
-A wheel that carries them is of this platform and of CPython 3.11 and later; one that does not is of any. An editable
-install puts each kernel beside its source.
+A wheel that carries it is of this platform and of CPython 3.11 and later; one that does not is of any. An editable
+install puts the kernel beside its source.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-SOURCES = (Path("rocs_bt", "reactive", "_kernel.c"), Path("rocs_bt", "_numbers.c"))
+SOURCE = Path("rocs_bt", "reactive", "_kernel.c")
+BINARY = SOURCE.with_name(f"{SOURCE.stem}.abi3.so")
 # Results must be Python's own, bit for bit: no fused multiply-add, nothing of -ffast-math that changes a value.
 FLAGS = [
     "-std=c11", "-O3", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math",
@@ -27,7 +28,7 @@ FLAGS = [
 
 
 class KernelHook(BuildHookInterface[Any]):
-    """Adds the kernels to wheels; see the module."""
+    """Adds the kernel to wheels; see the module."""
 
     PLUGIN_NAME = "custom"
 
@@ -35,32 +36,25 @@ class KernelHook(BuildHookInterface[Any]):
         """Called by hatchling before it builds a wheel; `version` is `standard` or `editable`."""
         root = Path(self.root)
         self._folder = tempfile.mkdtemp()
-        for source in SOURCES:
-            binary = binary_of(source)
-            made = Path(self._folder, binary.name)
-            reason = compile_kernel(root / source, made)
+        made = Path(self._folder, BINARY.name)
+        reason = compile_kernel(root / SOURCE, made)
+        if reason:
+            self.app.display_info(f"The rules' kernel is left out; Python replaces it. {reason}")
+        if version == "editable":
             if reason:
-                self.app.display_info(f"The kernel {source.stem} is left out; Python stands in for it. {reason}")
-            if version == "editable":
-                if reason:
-                    (root / binary).unlink(missing_ok=True)  # it may be of another source
-                else:
-                    beside = root / binary.with_name(f".{binary.name}.{os.getpid()}")
-                    shutil.copy(made, beside)
-                    beside.replace(root / binary)  # at once: it may be in use
-            elif not reason:
-                build_data["pure_python"] = False
-                build_data["tag"] = f"cp311-abi3-{_platform()}"
-                build_data["force_include"][str(made)] = binary.as_posix()
+                (root / BINARY).unlink(missing_ok=True)  # it may be of another source
+            else:
+                beside = root / BINARY.with_name(f".{BINARY.name}.{os.getpid()}")
+                shutil.copy(made, beside)
+                beside.replace(root / BINARY)  # at once: it may be in use
+        elif not reason:
+            build_data["pure_python"] = False
+            build_data["tag"] = f"cp311-abi3-{_platform()}"
+            build_data["force_include"][str(made)] = BINARY.as_posix()
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         """Called by hatchling when it has built the wheel."""
         shutil.rmtree(self._folder, ignore_errors=True)
-
-
-def binary_of(source: Path) -> Path:
-    """The binary that is made of a source, beside it."""
-    return source.with_name(f"{source.stem}.abi3.so")
 
 
 def compile_kernel(source: Path, binary: Path) -> str:

@@ -10,10 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from .compiled import compiled
 
-
-@compiled
 def wrap_angle(angle: float) -> float:
     """The angle in (-pi, pi] [rad] that points the same way."""
     wrapped = math.remainder(angle, math.tau)
@@ -64,29 +61,16 @@ twist2: Callable[[tuple[float, float, float]], Twist2] = partial(tuple.__new__, 
 
 def along_arc(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
     """Where a constant body twist leads in a while [s] (Lynch and Park, Modern Robotics, 13.3)."""
-    (x, y, yaw), (forward, turn, left) = pose, twist
-    angle = turn * duration
-    # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0.
-    along, across = (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle) if abs(angle) > 1e-9 else (1.0, 0.0)
-    ahead, aside = forward * duration, left * duration
-    dx, dy = along * ahead - across * aside, across * ahead + along * aside
-    c, s = math.cos(yaw), math.sin(yaw)
-    return pose2((x + c * dx - s * dy, y + s * dx + c * dy, wrap_angle(yaw + angle)))
+    return arc(pose, twist, (duration,))[0]
 
 
-def arc(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> list[Pose2]:
-    """Where `along_arc` leads in each of some whiles [s], to the bit; in half the time for many of them."""
-    return list(map(pose2, arc_poses(pose, twist, list(durations))))
-
-
-@compiled
-def arc_poses(pose: Pose2, twist: Twist2, durations: Sequence[float]) -> list[tuple[float, float, float]]:
-    """The poses of `arc` as plain numbers [m, m, rad]."""
+def arc(pose: Pose2, twist: Twist2, durations: Sequence[float]) -> list[Pose2]:
+    """Poses along the arc of a constant body twist, after each of several durations [s]."""
+    (_, _, yaw), (_, turn, _) = pose, twist
     places = arc_positions(pose, twist, durations)
-    return [(x, y, wrap_angle(pose.yaw + twist.turn * t)) for (x, y), t in zip(places, durations, strict=True)]
+    return [pose2((x, y, wrap_angle(yaw + turn * t))) for (x, y), t in zip(places, durations, strict=True)]
 
 
-@compiled
 def arc_positions(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> list[tuple[float, float]]:
     """The positions alone of `arc` [m]."""
     x, y, yaw = pose
@@ -95,6 +79,7 @@ def arc_positions(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> lis
     found = []
     for duration in durations:
         angle = turn * duration
+        # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0.
         along, across = (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle) if abs(angle) > 1e-9 else (1.0, 0.0)
         ahead, aside = forward * duration, left * duration
         dx, dy = along * ahead - across * aside, across * ahead + along * aside
@@ -102,7 +87,6 @@ def arc_positions(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> lis
     return found
 
 
-@compiled
 def hull_gaps(
     way: Sequence[Pose2], places: Sequence[tuple[float, float]], half: tuple[float, float], radius: float
 ) -> list[float]:

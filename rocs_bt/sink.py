@@ -8,8 +8,6 @@ from typing import Protocol
 
 import msgspec
 
-from .compiled import compiled
-
 Value = float | int | str | bool | None | list[float]
 
 
@@ -25,7 +23,6 @@ class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=Tr
     agent: str = ""
 
 
-@compiled
 def pack(values: Iterable[float]) -> bytes:
     """Float64 values as bytes: exact, with NaN and infinities, which JSON cannot hold."""
     return array("d", values).tobytes()

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..compiled import compiled
 from ..control.drive import Array
 from ..control.reference import TURN_RATE
 from ..control.ways import BENDS, HEADINGS, sinc
@@ -57,7 +56,6 @@ def pulled(
     return way
 
 
-@compiled
 def pull(
     way: Array,
     pose: Pose2,
@@ -92,13 +90,11 @@ def _clear(x: float, y: float, to_x: float, to_y: float, crowd: Iterable[Sequenc
     return True
 
 
-@compiled
 def nearest_moment(way: Array, other: Array) -> float:
     """How near two ways (k, 3) come, each moment with its own [m]."""
     return float(np.hypot(way[:, 0] - other[:, 0], way[:, 1] - other[:, 1]).min())
 
 
-@compiled
 def bent_at(pose: Pose2, runs: Array, bends: Array, ways: Array) -> None:
     """Fill ways (3, n, k), x, y and yaw, with where arcs of bends (n, 1) [rad/m] lead after runs (n, k) [m]."""
     turned = bends * runs
@@ -117,7 +113,6 @@ def braked(speed: Array | float, reach: Array, times: Array, braking: float) -> 
     return gone
 
 
-@compiled
 def turned_at(
     pose: Pose2,
     ahead: tuple[Array, Array, Array],
@@ -144,13 +139,11 @@ def turned_at(
     ways[2] = pose.yaw + errors[:, None] * np.minimum(times / np.maximum(took, 1e-6), 1.0)
 
 
-@compiled
 def least_apart(way: Array, other: Array, half: tuple[float, float]) -> float:
     """The least gap [m] between a hull on its way (k, 3), half so long and wide, and the middle of another (k, 3)."""
     return float(_apart(way.T[:, None], other, half).min())
 
 
-@compiled
 def costs_at(
     ways: Array,
     leader: Array,

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import click
 
 from ..catalog import Catalog
-from ..compiled import compiled_missing
 from ..errors import RocsError
 from ..reactive import kernel_missing
 from .terminal import echo, styled
@@ -78,8 +77,6 @@ def _findings() -> Iterator[_Finding]:
     yield _Finding("C compiler", compiler is not None, compiler or "none; rocs_bt works without one")
     missing = kernel_missing()
     yield _Finding("rules' kernel", not missing, f"Python runs the rules: {missing}" if missing else "runs the rules")
-    missing = compiled_missing()
-    yield _Finding("small kernel", not missing, f"Python stands in: {missing}" if missing else "geometry and signals")
     headers = sysconfig.get_path("include")
     yield _Finding("Python headers", os.path.isfile(f"{headers}/Python.h"), headers)
 

@@ -16,7 +16,6 @@ from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
-from ..compiled import compiled
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
 from .drive import Array, Drive
@@ -289,7 +288,6 @@ class _Program:
         return self._nodes
 
 
-@compiled
 def within(values: Array, limit: float) -> bool:
     """Whether all values (...) are numbers, and no farther from zero than a limit."""
     return bool((np.abs(values) <= limit).all())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compiled import compiled
 from .drive import Array
 
 
@@ -25,9 +24,10 @@ class Grid:
 
     def at(self, places: Array) -> Array:
         """(k, c) Rows at places (k,)."""
-        found = np.empty((len(places), self._rows.shape[1]))
-        rows_at(self._rows, self._slopes, places * self._per_unit, found)
-        return found
+        steps = np.minimum(np.maximum(places * self._per_unit, 0.0), self._last)
+        cell = steps.astype(np.intp)
+        rows: Array = self._rows.take(cell, axis=0) + (steps - cell)[:, None] * self._slopes.take(cell, axis=0)
+        return rows
 
     def look(self, place: float) -> list[float]:
         """(c,) The row at one place, as plain numbers."""
@@ -36,11 +36,3 @@ class Grid:
         part = step - cell
         slopes = self._slopes[cell].tolist()
         return [low + part * slope for low, slope in zip(self._rows[cell].tolist(), slopes, strict=True)]
-
-
-@compiled
-def rows_at(rows: Array, slopes: Array, steps: Array, found: Array) -> None:
-    """Find rows (k, c) among rows (n, c), so many steps (k,) from the first one; slopes (n, c) lead to the next."""
-    steps = np.minimum(np.maximum(steps, 0.0), len(rows) - 1)
-    cell = steps.astype(np.intp)
-    found[:] = rows.take(cell, axis=0) + (steps - cell)[:, None] * slopes.take(cell, axis=0)

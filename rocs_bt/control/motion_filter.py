@@ -15,7 +15,6 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from ..compiled import compiled
 from ..geometry import Pose2, wrap_angle
 from .drive import Array
 
@@ -80,19 +79,23 @@ class MotionFilter:
         if dt <= 0.0:
             return
         self.t = t
-        before, self.state, slope = self.state, np.empty(5), np.empty((5, 5))
-        turn_on(before, dt, math.exp(-dt / self.noise.memory), self.state, slope)
+        self.state, slope = _turn_on(self.state, dt, math.exp(-dt / self.noise.memory))
         self.covariance = slope.dot(self.covariance).dot(slope.T) + self._disturbance(dt)
 
     def update(self, t: float, observer: Pose2, distance: float, bearing: float) -> None:
         """Take a sighting at time t [s]: range [m] and bearing [rad] from an observer in the world frame."""
         self.predict(t)
-        slope, error, certainty = np.empty((2, 5)), np.empty(2), np.empty((2, 2))
-        if not sight(self.state, observer, distance, bearing, slope, error):
+        x, y, *_ = self.state.tolist()
+        dx, dy = x - observer.x, y - observer.y
+        expected = math.hypot(dx, dy)
+        if expected < 1e-6:
             return  # no direction: nothing can be learned of one
+        slope = np.array(
+            [[dx / expected, dy / expected, 0.0, 0.0, 0.0], [-dy / expected**2, dx / expected**2, 0.0, 0.0, 0.0]]
+        )
+        error = np.array([distance - expected, wrap_angle(bearing - wrap_angle(math.atan2(dy, dx) - observer.yaw))])
         across = self.covariance.dot(slope.T)
-        inverse(slope.dot(across) + self._spread, certainty)
-        gain = across.dot(certainty)
+        gain = across.dot(_inverse(slope.dot(across) + self._spread))
         self.state = self.state + gain.dot(error)
         rest = _EYE - gain.dot(slope)
         # Joseph's form: symmetric and positive whatever rounding does.
@@ -116,59 +119,33 @@ def _disturbance(noise: MotionNoise, dt: float) -> Array:
     return added
 
 
-@compiled
-def turn_on(state: Array, dt: float, kept: float, moved: Array, slope: Array) -> None:
-    """Find where a coordinated turn leads in a while [s], of which that share of its turn rate is kept.
+def _turn_on(state: Array, dt: float, kept: float) -> tuple[Array, Array]:
+    """State (5,) after a coordinated turn, and its derivatives (5, 5) by the state before.
 
     Args:
-        state: (5,) As in `MotionFilter`.
-        dt: The while [s].
-        kept: The share [1].
-        moved: (5,) The state then.
-        slope: (5, 5) Its derivatives by the state.
+        state: (5,) State, as in `MotionFilter`.
+        dt: Duration of the turn [s].
+        kept: Share of the turn rate that is left after it [1].
     """
     x, y, vx, vy, w = state.tolist()
     along, across, d_along, d_across = _turned(w, dt)
     c, s = math.cos(w * dt), math.sin(w * dt)
-    moved[:] = (x + along * vx - across * vy, y + across * vx + along * vy, c * vx - s * vy, s * vx + c * vy, kept * w)
-    slope[:] = (
+    moved = x + along * vx - across * vy, y + across * vx + along * vy, c * vx - s * vy, s * vx + c * vy, kept * w
+    slope = (
         (1.0, 0.0, along, -across, d_along * vx - d_across * vy),
         (0.0, 1.0, across, along, d_across * vx + d_along * vy),
         (0.0, 0.0, c, -s, -dt * (s * vx + c * vy)),
         (0.0, 0.0, s, c, dt * (c * vx - s * vy)),
         (0.0, 0.0, 0.0, 0.0, kept),
     )
+    return np.array(moved), np.array(slope)
 
 
-@compiled
-def sight(state: Array, observer: Pose2, distance: float, bearing: float, slope: Array, error: Array) -> bool:
-    """Compare a sighting with a state (5,); False where the state is at the observer's place.
-
-    Args:
-        state: As in `MotionFilter`.
-        observer: Who saw it, world frame.
-        distance: Range [m].
-        bearing: Left of the observer's heading positive [rad].
-        slope: (2, 5) The derivatives of range and bearing by the state.
-        error: (2,) What is seen less what was expected.
-    """
-    x, y, *_ = state.tolist()
-    dx, dy = x - observer.x, y - observer.y
-    expected = math.hypot(dx, dy)
-    if expected < 1e-6:
-        return False
-    slope[0] = dx / expected, dy / expected, 0.0, 0.0, 0.0
-    slope[1] = -dy / expected**2, dx / expected**2, 0.0, 0.0, 0.0
-    error[:] = distance - expected, wrap_angle(bearing - wrap_angle(math.atan2(dy, dx) - observer.yaw))
-    return True
-
-
-@compiled
-def inverse(matrix: Array, found: Array) -> None:
-    """Find the inverse of a positive matrix (2, 2), ten times faster than the general one."""
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a positive matrix (2, 2), ten times faster than the general one."""
     (a, b), (c, d) = matrix.tolist()
     scale = 1.0 / (a * d - b * c)
-    found[:] = (scale * d, -scale * b), (-scale * c, scale * a)
+    return np.array([[scale * d, -scale * b], [-scale * c, scale * a]])
 
 
 def _turned(w: float, dt: float) -> tuple[float, float, float, float]:

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ..compiled import compiled
 from ..errors import InputError
 from .drive import Array
 from .grid import Grid
@@ -131,7 +130,10 @@ class Path:
         half = last if hint is None else max(2, math.ceil(window * self._per_metre))
         while True:
             low, high = max(first, middle - half), min(last, middle + half)
-            best, squared = nearest(self._xs, self._ys, x, y, low, high)
+            dx, dy = self._xs[low : high + 1] - x, self._ys[low : high + 1] - y
+            squares = dx * dx + dy * dy
+            nearest = int(squares.argmin())
+            best, squared = low + nearest, float(squares[nearest])
             inside = (low < best or low == first) and (best < high or high == last)
             whole = low == first and high == last
             if whole or (inside and squared <= (half * self.spacing) ** 2):
@@ -152,15 +154,6 @@ class Path:
             if distance < nearest:
                 nearest, found = distance, (cell + t) * self.spacing
         return found
-
-
-@compiled
-def nearest(xs: Array, ys: Array, x: float, y: float, low: int, high: int) -> tuple[int, float]:
-    """Which of some points (n,), from one index up to another, is the nearest, and the square of how far it is [m2]."""
-    dx, dy = xs[low : high + 1] - x, ys[low : high + 1] - y
-    squared = dx * dx + dy * dy
-    best = int(squared.argmin())
-    return low + best, float(squared[best])
 
 
 def _checked(points: npt.ArrayLike) -> Array:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..compiled import compiled
 from ..errors import InputError
 from .drive import Array, Drive
 from .path import Path
@@ -60,34 +59,16 @@ class SpeedProfile:
             limit: The limit at s [m/s].
             times: Ascending [s].
         """
-        found = np.empty(len(times))
-        stations_at((self.stations, self._squared, self.times), (s, speed, limit, self.acceleration), times, found)
+        if speed >= limit:
+            return self.station(self.time(s) + times)
+        gained = speed + self.acceleration * times
+        found: Array = s + 0.5 * (speed + gained) * times
+        over = gained > self.speed(found)
+        first = int(over.argmax())
+        if over[first]:  # from the last moment of free acceleration on the profile's own timetable holds
+            start, since = (float(found[first - 1]), float(times[first - 1])) if first else (s, 0.0)
+            found[first:] = self.station(self.time(start) - since + times[first:])
         return found
-
-
-@compiled
-def stations_at(
-    profile: tuple[Array, Array, Array], begin: tuple[float, float, float, float], times: Array, found: Array
-) -> None:
-    """Find arc lengths (k,) [m] as `SpeedProfile.ahead` says.
-
-    Args:
-        profile: (n,) each: arc lengths [m], squares of the speed limits there [m2/s2], and when it passes them [s].
-        begin: Arc length [m], speed [m/s], speed limit [m/s] and acceleration [m/s2].
-        times: (k,) Ascending [s].
-        found: (k,) The arc lengths.
-    """
-    (stations, squared, passed), (s, speed, limit, acceleration) = profile, begin
-    if speed >= limit:
-        found[:] = np.interp(float(np.interp(s, stations, passed)) + times, passed, stations)
-        return
-    gained = speed + acceleration * times
-    found[:] = s + 0.5 * (speed + gained) * times
-    over = gained > np.sqrt(np.interp(found, stations, squared))
-    first = int(over.argmax())
-    if over[first]:  # from the last moment of free acceleration on the profile's own timetable holds
-        start, since = (float(found[first - 1]), float(times[first - 1])) if first else (s, 0.0)
-        found[first:] = np.interp(float(np.interp(start, stations, passed)) - since + times[first:], passed, stations)
 
 
 def speed_profile(

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..compiled import compiled
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
 from .drive import Array
@@ -114,8 +113,12 @@ class PathReference(Reference):
             return Preview(_standing(pose, *turning, self._pivot), cross, error)
         along = max(0.0, twist.forward * math.cos(error) - twist.left * math.sin(error))
         there = self._grid.at(self.profile.ahead(s, along, math.sqrt(squared), times))
-        stages = np.empty((len(times), 6))
-        path_stages(there, (pose.yaw - error - tangent, along, self.profile.acceleration), times, stages)
+        speeds = np.minimum(np.sqrt(there[:, 4]), along + self.profile.acceleration * times)
+        stages = np.zeros((len(times), 6))
+        stages[:, :3] = there[:, :3]
+        stages[:, 2] += pose.yaw - error - tangent
+        stages[:, 3] = speeds
+        stages[:, 5] = speeds * there[:, 3]
         return Preview(stages, cross, error)
 
     def _place(self, pose: Pose2) -> float:
@@ -123,22 +126,6 @@ class PathReference(Reference):
         passed = max((leg for leg in self._corners if leg <= (self.s or 0.0)), default=0.0)
         s = self.path.project(pose.x, pose.y, self.s, least=passed)
         return next((leg for leg in self._corners if leg - 2.0 * REACH <= s < leg), s)
-
-
-@compiled
-def path_stages(rows: Array, given: tuple[float, float, float], times: Array, stages: Array) -> None:
-    """Find the stages (k, 6) at some times (k,) [s], of rows of a path.
-
-    Args:
-        rows: (k, 5) x [m], y [m], heading [rad], curvature [1/m], and the square of the speed limit [m2/s2].
-        given: What to add to the heading [rad], and how fast it goes [m/s] and may gain speed [m/s2].
-        times: (k,) For when.
-        stages: (k, 6) As in `Preview`.
-    """
-    turn, speed, acceleration = given
-    speeds = np.minimum(np.sqrt(rows[:, 4]), speed + acceleration * times)
-    stages[:, :2], stages[:, 2], stages[:, 3], stages[:, 4] = rows[:, :2], rows[:, 2] + turn, speeds, 0.0
-    stages[:, 5] = speeds * rows[:, 3]
 
 
 class TimedReference(Reference):
@@ -162,74 +149,38 @@ class TimedReference(Reference):
                 f"a timed reference needs times (m,) and poses (m, 3), found shapes {self._times.shape} and "
                 f"{self._poses.shape}."
             )
-        # A row of rest on either side, found by the same search as the velocities between.
-        rows = len(self._times) + 1
-        self._since, self._from, self._velocity = np.empty(rows), np.empty((rows, 3)), np.empty((rows, 3))
-        lines = self._times, self._poses, self._since, self._from, self._velocity
-        if (fit := timed_lines(*lines)) is None:
-            self._poses[:, 2] = np.unwrap(self._poses[:, 2])
-            fit = timed_lines(*lines) is not False
-        if not fit:
+        finite = np.isfinite(self._times).all() and np.isfinite(self._poses).all()
+        if not (finite and ((steps := np.diff(self._times)) > 0.0).all()):
             raise InputError("a timed reference needs finite poses at finite times that ascend.")
+        moved = np.diff(self._poses, axis=0)
+        if (np.abs(moved[:, 2]) >= math.pi).any():
+            self._poses[:, 2] = np.unwrap(self._poses[:, 2])
+            moved = np.diff(self._poses, axis=0)
+        # A row of rest on either side, found by the same search as the velocities between.
+        self._since = np.concatenate([self._times[:1], self._times])
+        self._from = np.concatenate([self._poses[:1], self._poses])
+        self._velocity = np.zeros((len(self._from), 3))
+        self._velocity[1:-1] = moved / steps[:, None]
         self._now = now
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
         start = self._now() + lead
         at = np.empty(len(times) + 1)
         at[0], at[1:] = start, start + times
+        row = self._times.searchsorted(at, "right")  # as np.interp does it, to the bit, for all three at once
         stages = np.empty((len(at), 6))
-        timed_stages(self._times, self._since, self._from, self._velocity, at, stages)
+        passed = (at - self._since.take(row))[:, None]
+        stages[:, :3] = self._velocity.take(row, axis=0) * passed + self._from.take(row, axis=0)
+        there = self._velocity.take(self._times.searchsorted(at), axis=0)
+        c, s = np.cos(stages[:, 2]), np.sin(stages[:, 2])
+        stages[:, 3] = c * there[:, 0] + s * there[:, 1]
+        stages[:, 4] = c * there[:, 1] - s * there[:, 0]
+        stages[:, 5] = there[:, 2]
         x, y, yaw = stages[0, :3].tolist()
         error = wrap_angle(pose.yaw - yaw)
         cross = math.cos(yaw) * (pose.y - y) - math.sin(yaw) * (pose.x - x)
         stages[:, 2] += pose.yaw - error - yaw
         return Preview(stages[1:], cross, error)
-
-
-@compiled
-def timed_lines(times: Array, poses: Array, since: Array, begin: Array, velocity: Array) -> bool | None:
-    """Find the lines between poses, and a row of rest before and after them.
-
-    Args:
-        times: (m,) Of the poses [s].
-        poses: (m, 3) x [m], y [m], yaw [rad].
-        since: (m + 1,) When each line begins.
-        begin: (m + 1, 3) Where.
-        velocity: (m + 1, 3) On it, in the world frame.
-
-    Returns:
-        Whether all is finite and the times ascend; None where the yaw jumps by half a turn or more, too.
-    """
-    steps, ends = times[1:] - times[:-1], (float(times[0]), float(times[-1]))
-    if not (all(map(math.isfinite, ends)) and (steps > 0.0).all() and np.isfinite(poses).all()):
-        return False
-    moved = poses[1:] - poses[:-1]
-    since[0], since[1:], begin[0], begin[1:] = times[0], times, poses[0], poses
-    velocity[:] = 0.0
-    velocity[1:-1] = moved / steps[:, None]
-    return None if (np.abs(moved[:, 2]) >= math.pi).any() else True
-
-
-@compiled
-def timed_stages(times: Array, since: Array, begin: Array, velocity: Array, at: Array, stages: Array) -> None:
-    """Find the stages (k, 6) at some times (k,) [s], of poses at ascending times (m,) [s] with lines in between.
-
-    Args:
-        times: (m,) Of the poses.
-        since: (m + 1,) When each line begins.
-        begin: (m + 1, 3) Where.
-        velocity: (m + 1, 3) On it, in the world frame.
-        at: (k,) For when.
-        stages: (k, 6) As in `Preview`.
-    """
-    row = times.searchsorted(at, "right")  # as np.interp does it, to the bit, for all three at once
-    passed = (at - since.take(row))[:, None]
-    stages[:, :3] = velocity.take(row, axis=0) * passed + begin.take(row, axis=0)
-    there = velocity.take(times.searchsorted(at), axis=0)
-    c, s = np.cos(stages[:, 2]), np.sin(stages[:, 2])
-    stages[:, 3] = c * there[:, 0] + s * there[:, 1]
-    stages[:, 4] = c * there[:, 1] - s * there[:, 0]
-    stages[:, 5] = there[:, 2]
 
 
 class TurnReference(Reference):

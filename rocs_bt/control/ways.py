@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..compiled import compiled
 from ..geometry import Pose2, Twist2, along_arc
 from .drive import Array
 
@@ -52,21 +51,15 @@ def turned_edges(half: tuple[float, float], runs: Array) -> Array:
 
 def along(motions: Sequence[tuple[Pose2, Twist2]], durations: Array) -> Array:
     """(p, k, 3) Where constant body twists lead in each of some whiles (p, k) [s]: `geometry.arc` for many at once."""
+    x, y, yaw, forward, turn, left = np.array([(*pose, *twist) for pose, twist in motions]).T[:, :, None]
     found = np.empty((*durations.shape, 3))
-    along_at([(*pose, *twist) for pose, twist in motions], durations, found)
-    return found
-
-
-@compiled
-def along_at(motions: Sequence[tuple[float, ...]], durations: Array, found: Array) -> None:
-    """Find `along` of motions x, y, yaw, forward, turn, left."""
-    x, y, yaw, forward, turn, left = np.array(motions).T[:, :, None]
     half = 0.5 * turn * durations
     chord, middle = durations * sinc(half / math.pi), yaw + half
     c, s = chord * np.cos(middle), chord * np.sin(middle)
     found[..., 0] = x + forward * c - left * s
     found[..., 1] = y + forward * s + left * c
     found[..., 2] = middle + half
+    return found
 
 
 def sinc(x: Array) -> Array:

@@ -17,7 +17,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import compiled
 from ..errors import KnowledgeError, unknown
 from ..signal import Signal
 
@@ -96,8 +95,7 @@ class _Batch:
         self._sizes = tuple(spec.size for spec in specs)
         each = [spec.bounds for spec in specs for _ in range(spec.size)]
         edges = [0, *(i for i, (a, b) in enumerate(pairwise(each), 1) if a != b), len(each)]
-        # (n, 4) Low, high, and for which values: from, to.
-        self._bounds = np.array([(*each[a], a, b) for a, b in pairwise(edges) if a < b]).reshape(-1, 4)
+        self._bounds = [(*each[a], slice(a, b)) for a, b in pairwise(edges) if a < b]
         self._max_age = specs[0].max_age
         self._values = values
         self._expires = expires
@@ -105,53 +103,25 @@ class _Batch:
 
     def store(self, values: Iterable[Values], t: float) -> bytes | None:
         """Put values into the table, whose lock is held, and give them packed; None where they need a closer look."""
-        packed = fill(self._values, self._expires, t + self._max_age + _SLACK, values, self._sizes, self._bounds)
-        if packed is not None:
-            for writer in self.writers:
-                writer.stamp = t
-                writer.revision += 1
-        return packed
-
-
-@compiled
-def fill(
-    target: Array, expires: Array, until: float, values: Iterable[Values], sizes: tuple[int, ...], bounds: Array
-) -> bytes | None:
-    """Fill in lists of numbers, one after the other, and give them packed; nothing where that needs a closer look.
-
-    A NaN is no number out of bounds; it either hides behind others, and may, or asks for that closer look.
-
-    Args:
-        target: (n,) Where they go.
-        expires: (n,) Where it is noted how long they are valid [s].
-        until: Until then [s].
-        values: Lists, or else they need a closer look.
-        sizes: How many numbers each must have.
-        bounds: (k, 4) Lowest and highest value, and of which numbers, from and to.
-    """
-    flat: list[float] = []
-    for value, size in zip(values, sizes, strict=True):
-        if type(value) is not list or len(value) != size:
-            return None
-        flat += value
-    try:
-        for low, high, first, last in bounds.tolist():
-            part = flat[int(first) : int(last)]
-            if not (low <= min(part) and max(part) <= high):
+        flat: list[float] = []
+        for value, size in zip(values, self._sizes, strict=True):
+            if type(value) is not list or len(value) != size:
                 return None
-        packed = array("d", flat).tobytes()
-    except (TypeError, ValueError):
-        return None
-    target[:] = np.frombuffer(packed)
-    expires.fill(until)
-    return packed
-
-
-@compiled
-def valid(values: Array, expires: Array, t: float, out: Array) -> None:
-    """Copy values (n,) out, with NaN for those that expired before a time [s]."""
-    out[:] = values
-    np.putmask(out, expires < t, math.nan)
+            flat += value
+        try:
+            # A NaN is no number out of bounds; it either hides behind others, and may, or asks for that closer look.
+            for low, high, part in self._bounds:
+                if not (low <= min(flat[part]) and max(flat[part]) <= high):
+                    return None
+            packed = array("d", flat).tobytes()
+        except (TypeError, ValueError):
+            return None
+        self._values[:] = np.frombuffer(packed)
+        self._expires.fill(t + self._max_age + _SLACK)
+        for writer in self.writers:
+            writer.stamp = t
+            writer.revision += 1
+        return packed
 
 
 class SignalTable:
@@ -313,7 +283,8 @@ class SignalTable:
             found = f"{out.dtype} {out.shape}, with strides {out.strides}"
             raise KnowledgeError(f"a snapshot needs contiguous float64 of shape ({self.size},), found {found}.")
         with self._lock:
-            valid(self._values, self._expires, t, out)
+            out[:] = self._values
+            np.putmask(out, self._expires < t, math.nan)
         return out
 
     def view(self, name: str) -> Array:

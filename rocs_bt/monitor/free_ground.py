@@ -7,7 +7,6 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..compiled import compiled
 from ..geometry import Pose2
 
 Array = npt.NDArray[np.float64]
@@ -63,14 +62,12 @@ class FreeGround:
         return x, y, math.cos(at.yaw) / self.cell, math.sin(at.yaw) / self.cell
 
 
-@compiled
 def mark_at(ground: Array, frame: Frame, points: Array, t: float) -> None:
     """Write a time [s] into the squares (n, n) that points (k, 2) of a frame are in; those off the map do not count."""
     squares, inside = _squares(len(ground), frame, points)
     ground.put(squares[inside], t)
 
 
-@compiled
 def strides_at(ground: Array, frame: Frame, ways: Array, since: float) -> list[int]:
     """Find how many strides of each way come before the first that is not free.
 

@@ -7,8 +7,6 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..compiled import compiled
-
 Array = npt.NDArray[np.float64]
 
 TURNS = np.linspace(0.0, math.pi, 37)
@@ -18,7 +16,6 @@ SWING = 0.05
 """A turn on the spot brings the hull no nearer to an echo [m]."""
 
 
-@compiled
 def least_gaps(points: Array, bearings: Array, half: tuple[float, float], sectors: Array) -> tuple[float, float, float]:
     """The least gap [m] between a hull and some points on its left, on its right, and behind over its sector's weight.
 

@@ -18,7 +18,6 @@ import msgspec
 import numpy as np
 
 from .. import event as ev
-from ..compiled import compiled
 from ..errors import RecordingError
 from ..event import Event
 from ..nesting import check_nesting
@@ -126,16 +125,11 @@ def decode(data: bytes) -> Event:
 
 def _sound(event: Event) -> bool:
     """Whether no NaN and no infinity is in an event, so that each null in its JSON is a None."""
-    return finite_all([getattr(event, name) for name in event.__struct_fields__])
-
-
-@compiled
-def finite_all(values: list[Any]) -> bool:
-    """Whether no NaN and no infinity is in any of them; False too where only a closer look can tell."""
-    return _finite(values)
+    return _finite(getattr(event, name) for name in event.__struct_fields__)
 
 
 def _finite(values: Iterable[Any]) -> bool:
+    """Whether no NaN and no infinity is in any of them; False too where only a closer look can tell."""
     for value in values:
         kind = type(value)
         if kind is float:

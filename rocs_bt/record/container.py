@@ -28,8 +28,6 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from ..compiled import compiled
-
 MAGIC = b"\x89MCAP0\r\n"
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _CHUNK = struct.Struct("<BQQQQIIQ")  # opcode, length, first and last time, size, its sum, no compression, size
@@ -216,7 +214,6 @@ class Container:
             self._offset += written
 
 
-@compiled
 def chunked(messages: Sequence[Message], begin: int, index: dict[int, list[int]]) -> bytes:
     """Messages as they stand in a chunk, one after the other.
 

@@ -7,9 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...compiled import compiled
 from ...errors import InputError, unknown
 from ...knowledge.share import Letterbox, packed
 from ...record.header import Beam
@@ -146,7 +144,11 @@ class RangeCone(MujocoSensor):
                 )
 
     def sample(self) -> list[float]:
-        return least_echoes(self.mount.world.sensed(self._addresses), self.parameters.rays)
+        rays = self.mount.world.sensed(self._addresses)  # -1 where a ray hits nothing
+        nearest: list[float] = (
+            np.where(rays < 0.0, math.inf, rays).reshape(-1, self.parameters.rays).min(axis=1).tolist()
+        )
+        return nearest
 
     def limit(self, values: list[float]) -> list[float]:
         low, high = self.parameters.range
@@ -242,13 +244,6 @@ def make_sensor(
     world.body(robot)
     mount = Mount(world, robot, noise, np.random.default_rng(0) if rng is None else rng)
     return pick(SENSORS, driver, "sensor", "mujoco")(name, mount, **parameters)
-
-
-@compiled
-def least_echoes(rays: npt.NDArray[np.float64], each: int) -> list[float]:
-    """The least of each so many ranges [m]; MuJoCo says -1 where a ray hits nothing, which is +inf."""
-    nearest: list[float] = np.where(rays < 0.0, math.inf, rays).reshape(-1, each).min(axis=1).tolist()
-    return nearest
 
 
 def _cones(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> RangeConeParameters:
