@@ -93,7 +93,7 @@ def test_the_command_line_knows_its_commands():
 @pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT)))
 def test_no_file_and_no_function_is_too_long(path):
     text = path.read_text()
-    assert len(text.splitlines()) <= 400
+    assert len(text.splitlines()) <= 500
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef):
             lines = node.end_lineno - node.body[1 if ast.get_docstring(node) and len(node.body) > 1 else 0].lineno + 1

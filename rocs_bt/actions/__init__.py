@@ -16,10 +16,7 @@ from .send_message import SendMessage
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
 from .table import ACTIONS, action_table
-from .turn_angle import TurnAngle
-from .turn_to import TurnTo
-from .turn_to_origin import TurnToOrigin
-from .turn_to_position import TurnToPosition
+from .turn import TurnAngle, TurnTo, TurnToOrigin, TurnToPosition
 
 __all__ = [
     "ACTIONS",

@@ -10,7 +10,7 @@ from ..geometry import Twist2
 from ..units import MetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds, Radians
 from .room import free_turn, room_back
 from .set_wheel_speed import SetWheelSpeed
-from .turn_angle import TurnAngle
+from .turn import TurnAngle
 
 BACK = 0.3  # [m] that it backs off at most
 BACKING = 0.35  # [m/s] at which it does

@@ -15,7 +15,7 @@ from ..units import NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecon
 from .following import PathDrive
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
-from .turn_to import TurnTo
+from .turn import TurnTo
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge

@@ -13,7 +13,7 @@ from ..units import PositiveMetres, PositiveMetresPerSecond, PositiveRadians
 from .pose import PoseWatch
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
-from .turn_to_position import TurnToPosition
+from .turn import TurnToPosition
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge

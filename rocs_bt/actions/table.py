@@ -18,10 +18,7 @@ from .go_to_origin import GoToOrigin
 from .send_message import SendMessage
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
-from .turn_angle import TurnAngle
-from .turn_to import TurnTo
-from .turn_to_origin import TurnToOrigin
-from .turn_to_position import TurnToPosition
+from .turn import TurnAngle, TurnTo, TurnToOrigin, TurnToPosition
 
 _SHIPPED: tuple[type[Action], ...] = (
     AvoidCollision,

@@ -7,9 +7,8 @@ from .compiler import Expression, compile_expression, compile_node, compile_plai
 from .environment import Environment, Forms
 from .functions import FUNCTIONS, Misuse
 from .interpreter import Trace, evaluate
-from .kind import PLAIN, TRUTH, Kind
 from .lower import lower
-from .node import Node
+from .node import PLAIN, TRUTH, Kind, Node
 from .parser import MAX_DEPTH, MAX_LENGTH, MAX_SIZE, parse
 from .program import Op, Program
 from .quantities import blank_texts

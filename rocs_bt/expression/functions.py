@@ -10,8 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..units import ANGLE, NONE, TIME, Dimension
-from .kind import PLAIN, TRUTH, Kind
-from .node import Node
+from .node import PLAIN, TRUTH, Kind, Node
 
 
 class Misuse(Exception):

@@ -21,8 +21,7 @@ from ..units import NONE, TIME, Quantity
 from .environment import Environment
 from .functions import FUNCTIONS, Misuse, same_dimension, same_size
 from .interpreter import evaluate
-from .kind import TRUTH, Kind
-from .node import Node
+from .node import TRUTH, Kind, Node
 from .quantities import Folded, fold_quantities
 
 MAX_LENGTH = 1000  # characters

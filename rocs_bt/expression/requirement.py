@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 
 from ..errors import Fault, InputError
 from .environment import Environment
-from .kind import TRUTH
-from .node import Node
+from .node import TRUTH, Node
 from .parser import parse
 
 

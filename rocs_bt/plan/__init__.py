@@ -7,19 +7,15 @@ never import it.
 from .act import Act
 from .action_node import ActionNode, action_nodes
 from .check import check_mission
-from .condition import Condition
-from .content import Content
-from .context import MissionContext, mission_of
+from .context import Content, MissionContext, Question, mission_of
+from .leaves import Condition, Wait
 from .mission import Mission
-from .own_actions import mission_actions
-from .parameters import mission_arguments, mission_parameters
+from .parameters import mission_actions, mission_arguments, mission_parameters
 from .plan import Plan
 from .python_planner import Observation, PythonPlan, PythonPlanner, Task, python_mission
-from .question import Question
 from .route import NoRoute, Point, RoadRoutePlanner, RoutePlanner, off_way
 from .tree import NodeOutline, TreePlan
 from .vehicle import Vehicle
-from .wait import Wait
 from .xml_mission import mission_nodes, shipped_nodes, xml_mission
 
 __all__ = [

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..event import Replanned
 from ..pipeline import Priority, Ticket, TicketState
 from ..trees.nodes import Leaf
-from ..trees.xml.text import value_text
+from ..trees.xml.write import value_text
 from .context import MissionContext
 
 PROGRESS = 0.05

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 from py_trees.behaviour import Behaviour
@@ -13,14 +13,69 @@ from ..action import Action
 from ..clock import Clock
 from ..errors import Fault, InputError
 from ..event import Event, EventSink
-from ..expression import TRUTH, Expression
+from ..expression import TRUTH, Expression, reading
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
 from ..trees.board import Board
 from ..trees.error import TreeError
 from ..trees.nodes import Node
-from .content import Content, NoContent
-from .question import Question
+from .route import RoutePlanner
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """Asks one expression, of one snapshot a tick.
+
+    Attributes:
+        expression: The expression, true or false.
+        snapshot: Gives the snapshot of the tick under way, and its time [s].
+    """
+
+    expression: Expression
+    snapshot: Callable[[], tuple[Sequence[float], float]]
+
+    def holds(self) -> bool:
+        """Whether it holds now; false where it cannot be told."""
+        return bool(self.expression(*self.snapshot()))
+
+    def reading(self) -> str:
+        """What it reads now, such as `min(front) = 0.21 m`."""
+        return reading(self.expression.node, self.snapshot()[0])
+
+
+class Content(Protocol):
+    """Node classes and route planners of a project, and those that we ship."""
+
+    def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
+        """The node classes of these names that there are, or all."""
+        ...
+
+    def load_route(self, name: str) -> type[RoutePlanner]:
+        """The route planner of a name.
+
+        Raises:
+            InputError: There is none.
+        """
+        ...
+
+
+class NoContent:
+    """The content of a mission that no catalog loaded: there is none."""
+
+    def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
+        """None at all."""
+        return ()
+
+    def load_route(self, name: str) -> type[RoutePlanner]:
+        """Refuse.
+
+        Raises:
+            InputError: Always.
+        """
+        hint = "Set `mission.content` to a Catalog, or have the catalog load the mission."
+        raise InputError(
+            Fault(f"the route planner '{name}' was asked for, and this mission has no catalog.", hint=hint)
+        )
 
 
 class MissionContext:

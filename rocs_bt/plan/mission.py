@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -11,19 +11,64 @@ from py_trees.behaviour import Behaviour
 
 from ..action import make_action, parameters_of, refuse_misfits
 from ..errors import Fault, InputError, unknown
-from ..raised import called_at
+from ..knowledge import WorldModel
+from ..raised import CodeLocation, called_at
 from ..trees.nodes import BUILTIN, Node, Registry, SubTree
 from ..units import NOT_NEGATIVE, TIME, Dimension, convert
 from .act import MAX_PREEMPTIONS, Act
 from .action_node import action_nodes
-from .condition import Condition
-from .context import MissionContext
-from .enter import Enter
-from .origin import MissionLine
-from .question import Question
-from .unseen import unseen_goal
-from .wait import Wait
+from .context import MissionContext, Question
+from .leaves import Condition, Enter, Wait
 from .xml_mission import embedded
+
+
+@dataclass(frozen=True)
+class MissionLine:
+    """The line of a Python mission that made a node; the counterpart of an element of an XML mission.
+
+    Attributes:
+        location: The line.
+    """
+
+    location: CodeLocation
+
+    @classmethod
+    def here(cls) -> MissionLine | None:
+        """The line of content that is being executed; None if none is."""
+        location = called_at()
+        return None if location is None else cls(location)
+
+    def fault(
+        self, message: str, hint: str = "", *, attribute: str = "", column: int | None = None, warning: bool = False
+    ) -> Fault:
+        """A fault at the line; attribute and column are not used."""
+        return Fault(message, self.location.file, self.location.line, hint=hint, warning=warning)
+
+
+def unseen_goal(world: WorldModel, action: str, goal: str, later: Collection[str] | None) -> Fault | None:
+    """The fault of an action whose goal has no pose at the start; None for none.
+
+    Where the robot knows of no place at all, nothing is said.
+
+    Args:
+        world: What the robot knows at the start.
+        action: The action.
+        goal: Its goal.
+        later: Nodes that may become known during the run; None where any may. The goal is an error where it is none of
+            them, else a warning.
+    """
+    known = [*world.goals(), *world.places(), *world.objects(), *world.peers()]
+    if not known or world.pose_of(goal) is not None:
+        return None
+    if goal in known:
+        hint = f"{action} fails unless it is found on the way."
+        return Fault(f"the position of '{goal}' is not known at the start.", hint=hint, warning=True)
+    found = unknown("place", goal, known, "The world")
+    if later is not None and goal not in later and not world.graph.has(goal):
+        hint = f"{action} cannot reach it. If it becomes known only during the run, declare it in a [[fact]]."
+        return Fault(found.message, hint=f"{found.hint} {hint}")
+    return Fault(found.message, hint=f"{found.hint} {action} fails unless it is found on the way.", warning=True)
+
 
 L = TypeVar("L", bound=Node)
 

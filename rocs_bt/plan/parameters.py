@@ -1,11 +1,13 @@
-"""The parameters of a mission: the keyword-only parameters of its `build`."""
+"""What a mission file declares beside its tree: parameters of `build`, and own actions."""
 
 from __future__ import annotations
 
+import inspect
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..action import Parameter
+from ..action import Action, Parameter
 from ..arguments import keyword_parameters, read_arguments
 from ..errors import Fault, InputError
 
@@ -35,3 +37,10 @@ def mission_arguments(build: Callable[..., Any], values: Mapping[str, object]) -
         InputError: A name, a type, a unit or a value is wrong, or a required parameter is missing; all faults at once.
     """
     return read_arguments(mission_parameters(build), values, "the mission")
+
+
+def mission_actions(build: Callable[..., Any]) -> list[type[Action]]:
+    """The action classes that stand in the mission's own file: writing one there is all it takes to use it."""
+    module = sys.modules.get(getattr(inspect.unwrap(build), "__module__", ""))
+    found = [v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Action)] if module else []
+    return [a for a in found if module is not None and a.__module__ == module.__name__ and not inspect.isabstract(a)]

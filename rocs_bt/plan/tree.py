@@ -11,6 +11,7 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from py_trees.composites import Composite
 from py_trees.display import unicode_tree
 from py_trees.logging import Logger
 
@@ -25,7 +26,19 @@ from ..trees.nodes.swap import find_node, inside
 from ..trees.status import RUNNING, SKIPPED, Outcome
 from .mission import Mission
 from .plan import FAILURE, SUCCESS, Plan
-from .shape import shape_faults
+
+
+def shape_faults(root: object) -> list[Fault]:
+    """Why what `build` returned cannot be ticked; empty when it can."""
+    if not isinstance(root, Behaviour):
+        hint = "Return the root of a py_trees tree, or a Plan."
+        return [Fault(f"build returned {root!r}, which is no py_trees behaviour.", hint=hint)]
+    return [
+        Fault(f"'{node.name}' has no children.", hint="Give it some, or leave it out.")
+        for node in descendants(root)
+        if isinstance(node, Composite) and not node.children
+    ]
+
 
 _BETWEEN = "Swap between two ticks: from another thread, or where the tree is ticked."
 

@@ -15,13 +15,10 @@ from ..errors import Fault, InputError
 from ..trees.board import from_string
 from ..trees.nodes import BUILTIN, Node, Registry, SubTree, pointer
 from ..trees.xml.build import make_nodes
-from ..trees.xml.document import Document, read_document
+from ..trees.xml.document import Document, add_siblings, below, outer_trees, read_document
 from ..trees.xml.element import Element
-from ..trees.xml.model import ModelPort
-from ..trees.xml.port_type import annotation
-from ..trees.xml.siblings import add_siblings, outer_trees
+from ..trees.xml.model import ModelPort, annotation
 from ..trees.xml.verify import verify
-from ..trees.xml.version3 import below
 from ..units import NONE, convert
 from .action_node import action_nodes
 from .context import MissionContext

@@ -4,11 +4,11 @@ Imported by `agent` and the layers above; the other blocks never import it.
 """
 
 from .arc import ReflexArc
+from .arguments import rule_misfits
 from .backend import Backend, Machine, Steps
 from .choose_backend import choose_backend
 from .include import included_files
 from .kernel_backend import kernel_missing
-from .misfits import rule_misfits
 from .python_backend import python_source
 from .reactive_model import ReactiveModel, Reflex
 from .rule import Argument, OnInvalid, Place, Rule, RuleSet, RuleTest

@@ -34,11 +34,10 @@ from ..action import Action
 from ..document import Table
 from ..errors import Fault, InputError, unknown
 from ..expression import Environment, Node
-from .arguments import read_arguments
+from .arguments import Placed, read_arguments
 from .include import Document, read_documents
-from .placed import Placed
 from .rule import Argument, OnInvalid, Place, Rule, RuleSet, tie, ties
-from .rule_test_file import read_tests
+from .rule_test import read_tests
 from .threshold import NAME, Override, override, read_thresholds, usable
 
 FORMAT = "reflex/1"

@@ -1,18 +1,139 @@
-"""Running the tests that stand in rule files."""
+"""Tests that stand in rule files, beside the rule that they are of; each is run on its rule alone.
+
+[[rule.BackOff.test]]
+name = "not while it stands"
+given = { front = "0.3 m", speed = "0 m/s" }        # what is not given is invalid
+at = [{ t = "0 s" }, { t = "0.1 s", speed = "0.2 m/s", "front[2]" = "nan" }]
+expect = [{ t = "0 s", fires = false }, { t = "0.1 s", fires = true, speed = "-0.35 m/s" }]
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ..action import Action, Parameter, parameters_of
+from ..document import Table
+from ..errors import Fault, InputError, unknown
+from ..expression import Environment
+from ..signal import Signal
+from ..units import TIME, convert
 from .reactive_model import Reflex
 from .rule import Expected, Place, Rule, RuleSet, RuleTest
-from .rule_model import RuleModel
-from .told import describe
+from .rule_model import RuleModel, describe
+
+_KEY = re.compile(r"(\w+)(?:\[(-?\d+)?(:)?(-?\d+)?\])?")
+
+
+def read_tests(table: Table, rule: str, environment: Environment, action: type[Action] | None) -> tuple[RuleTest, ...]:
+    """The `[[rule.X.test]]` tables of a rule; faults are noted in them.
+
+    Args:
+        table: The rule's table.
+        rule: Its name.
+        environment: The robot's signals.
+        action: The class of its action, where there is one.
+    """
+    tests = []
+    for i, written in enumerate(table.tables("test")):
+        name = written.text("name", f"{rule}, test {i + 1}")
+        row = [math.nan] * environment.size
+        _give(written.table("given"), (), row, environment)
+        samples = []
+        for sample in written.tables("at"):
+            t = sample.quantity("t", TIME)
+            _give(sample, ("t",), row, environment)
+            samples.append((t, tuple(row)))
+        if not samples and "at" not in written:
+            written.fault(None, "the test has no 'at'.", hint='Add at = [{ t = "0 s" }].')
+        times = [t for t, _ in samples]
+        expected = [_expected(each, times, action) for each in written.tables("expect")]
+        if not expected:
+            written.fault(None, "the test expects nothing.", hint='Add expect = [{ t = "0 s", fires = true }].')
+        place = Place(written.file, *written.place())
+        tests.append(RuleTest(name, tuple(samples), tuple(expected), written.text("mode", ""), place))
+    return tuple(tests)
+
+
+def _expected(table: Table, times: Sequence[float], action: type[Action] | None) -> Expected:
+    t = table.quantity("t", TIME)
+    found = [k for k, time in enumerate(times) if abs(time - t) < 1e-9]
+    if not found and "t" in table:
+        table.fault("t", f"the test has no sample at {t:g} s.", hint="Add one to 'at'.")
+    fires = table.flag("fires") if "fires" in table else None
+    declared = parameters_of(action) if action else {}
+    parameters = {}
+    for key in table.keys():  # noqa: SIM118 - a Table's keys are asked for by name
+        if key not in ("t", "fires"):
+            value = table.raw(key)
+            if key in declared:
+                parameters[key] = _parameter(table, declared[key], value)
+            elif action:
+                table.adopt(key, InputError(unknown(f"parameter of {action.__name__}", key, declared, action.__name__)))
+    return Expected(found[-1] if found else -1, fires, parameters, Place(table.file, *table.place()))
+
+
+def _parameter(table: Table, parameter: Parameter, value: Any) -> Any:
+    if parameter.dimension is None:
+        return value
+    try:
+        if isinstance(value, list):
+            return [convert(part, parameter.dimension, f"'{parameter.name}'") for part in value]
+        return convert(value, parameter.dimension, f"'{parameter.name}'")
+    except InputError as error:
+        table.adopt(parameter.name, error)
+        return None
+
+
+def _give(table: Table, known: Sequence[str], row: list[float], environment: Environment) -> None:
+    """Put a table's values of signals into a snapshot."""
+    for key in table.keys():  # noqa: SIM118 - a Table's keys are asked for by name
+        if key in known:
+            continue
+        value = table.raw(key)
+        try:
+            places, signal = _places(key, environment)
+            values = value if isinstance(value, list) else [value] * len(places)
+            if len(values) != len(places):
+                raise InputError(f"{key} has {len(places)} values, found {len(values)}.")
+            for at, part in zip(places, values, strict=True):
+                row[environment.offsets[signal.name] + at] = _number(key, part, signal, at)
+        except InputError as error:
+            table.adopt(key, error)
+
+
+def _places(key: str, environment: Environment) -> tuple[range, Signal]:
+    """Which values of which signal a key such as `front[1:3]` means."""
+    match = _KEY.fullmatch(key)
+    if match is None or match[1] not in environment.signals:
+        raise InputError(unknown("signal", key if match is None else match[1], environment.signals))
+    signal = environment.signals[match[1]]
+    every = range(signal.size)
+    if match[3]:
+        places = every[slice(*(int(n) if n else None for n in (match[2], match[4])))]
+    elif match[2]:
+        at = int(match[2])
+        places = every[at : at + 1] if at >= 0 else every[signal.size + at :][:1]
+    else:
+        places = every
+    if not places or (match[2] is None and match[3] is None and "[" in key):
+        raise InputError(Fault(f"'{key}' is empty or beyond the {signal.size} values of {signal.name}."))
+    return places, signal
+
+
+def _number(key: str, value: Any, signal: Signal, at: int) -> float:
+    if isinstance(value, str) and value.strip() == "nan":
+        return math.nan
+    if isinstance(value, float) and math.isnan(value):
+        return value
+    dimensions = signal.dimensions
+    return convert(value, dimensions[0 if len(dimensions) == 1 else at], f"'{key}'")
+
 
 _SAME = 1e-6  # parameters are as expected when they differ by no more than this share
 

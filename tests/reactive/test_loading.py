@@ -7,7 +7,7 @@ import numpy as np
 
 from rocs_bt.document import read_toml
 from rocs_bt.expression import compiler
-from rocs_bt.reactive import RuleModel, load_rules, placed
+from rocs_bt.reactive import RuleModel, arguments, load_rules
 
 from .examined import ACTIONS, ENVIRONMENT
 
@@ -46,7 +46,7 @@ def load():
 
 
 def test_each_text_is_parsed_once_and_no_constant_is_compiled(monkeypatch):
-    parsed = counted(monkeypatch, placed, "parse")
+    parsed = counted(monkeypatch, arguments, "parse")
     compiled = counted(monkeypatch, compiler, "define")
     rules = load().rules
     texts = [text for text, *_ in parsed]

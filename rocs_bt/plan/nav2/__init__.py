@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 from ...trees.nodes import BUILTIN, Registry, nodes_of
-from . import conditions, decorators, motion, planning, routing
+from . import conditions, decorators, motion, planning
 
-OWN: Final = tuple(node for module in (planning, routing, motion, conditions, decorators) for node in nodes_of(module))
+OWN: Final = tuple(node for module in (planning, motion, conditions, decorators) for node in nodes_of(module))
 """Nav2's nodes that BehaviorTree.CPP does not have, its control nodes apart."""
 
 NAV2: Final = Registry([*(node for tag, node in BUILTIN.items() if tag not in {n.tag for n in OWN}), *OWN])

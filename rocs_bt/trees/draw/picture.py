@@ -15,7 +15,7 @@ from ..nodes import REQUIRED, Direction, Node, SubTree, Tree, pointed
 from ..nodes.port import ExactKey
 from ..xml.element import Element
 from ..xml.stand_in import StandIn, StandInAbove
-from ..xml.text import value_text
+from ..xml.write import value_text
 
 
 @dataclass(frozen=True)

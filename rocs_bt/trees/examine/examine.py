@@ -1,15 +1,207 @@
-"""All examinations of a tree, one after the other."""
+"""All examinations of a tree: keys, scripts, the doubts of its nodes, children that are never ticked."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
-from ...errors import Fault
-from ..nodes import Tree
-from .constant import script_faults
-from .flow import flow_faults, flow_of
-from .own import own_faults
-from .reach import unreachable
+from py_trees import composites
+from py_trees.behaviour import Behaviour
+
+from ...errors import Fault, InputError
+from ..board import Board, from_string
+from ..nodes import BUILTIN, Node, SubTree, Tree
+from ..nodes.tree import fault_at
+from ..script import (
+    Assignment,
+    Expression,
+    Literal,
+    Name,
+    Script,
+    compile_condition,
+    compile_script,
+    parts,
+    walk,
+)
+from .flow import flow_faults, flow_of, scripts_of
+
+
+def own_faults(tree: Tree) -> Iterator[Fault]:
+    """The doubts of all nodes of a tree, each at its attribute; those that are no warnings keep it from running."""
+    for node in tree.nodes:
+        if isinstance(node, Node):
+            for attribute, fault in _doubts(node):
+                column = fault.column - 1 if fault.column and fault.file is None else None
+                yield fault_at(
+                    node, fault.message, fault.hint, attribute=attribute, column=column, warning=fault.warning
+                )
+
+
+def _doubts(node: Node) -> Iterator[tuple[str, Fault]]:
+    """A node's doubts; what keeps it from telling them, such as a port without a value, is one of them."""
+    try:
+        yield from node.doubts()
+    except InputError as error:
+        yield from (("", fault) for fault in error.faults)
+
+
+CONDITIONS = ("_failureIf", "_successIf", "_skipIf", "_while", "if")
+
+
+def constant(script: Script) -> bool | None:
+    """What a condition always is; None where it depends on a key, or cannot be computed."""
+    if script.reads() or script.writes() or not script.statements:
+        return None
+    try:
+        return compile_condition(script, Board())()
+    except InputError:
+        return None
+
+
+def script_faults(tree: Tree) -> Iterator[Fault]:
+    """Conditions that depend on nothing, and expressions that fail whenever they are computed."""
+    for node in tree.nodes:
+        if not isinstance(node, Node):
+            continue
+        for attribute, script in scripts_of(node):
+            yield from _failing(node, attribute, script)
+            yield from _misfits(node, attribute, script, tree.boards[node])
+            asked = attribute in CONDITIONS or node.tag == "ScriptCondition"
+            if asked and (value := constant(script)) is not None:
+                message = f"the condition '{script.text}' is always {str(value).lower()}."
+                yield fault_at(node, message, "Name a key, or leave it out.", attribute=attribute)
+
+
+def _failing(node: Node, attribute: str, script: Script) -> Iterator[Fault]:
+    todo: list[Expression] = list(script.statements)
+    while todo:
+        expression = todo.pop()
+        inside = list(walk(expression))
+        if any(isinstance(e, (Name, Assignment)) for e in inside):
+            todo += parts(expression)
+            continue
+        failing = [e for e in inside if _error(script, e)] if _error(script, expression) else []
+        for inner in failing[-1:]:  # the last is the innermost: an operand that fails makes all around it fail
+            for fault in _error(script, inner):
+                message = f"this script cannot run: {fault.message}"
+                yield fault_at(node, message, fault.hint, attribute=attribute, column=inner.at, warning=False)
+
+
+def _error(script: Script, expression: Expression) -> tuple[Fault, ...]:
+    """Why an expression without names cannot be computed; empty if it can."""
+    try:
+        compile_script(Script(script.text, (expression,)), Board())()
+    except InputError as error:
+        return error.faults
+    return ()
+
+
+def _misfits(node: Node, attribute: str, script: Script, board: Board) -> Iterator[Fault]:
+    """Texts that are assigned to keys that a port has made numbers."""
+    for a in script.writes():
+        if a.target.name.count("@") > 1 or not isinstance(a.value, Literal) or not isinstance(a.value.value, str):
+            continue
+        entry = board.entry(a.target.name)
+        kind: Any = None if entry is None else entry.kind
+        if kind not in (int, float, bool):
+            continue
+        try:
+            from_string(a.value.value, kind, board.enums)
+        except InputError as error:
+            message = f"the key '{a.target.name}' is a number by its port: {error.faults[0].message}"
+            yield fault_at(node, message, attribute=attribute, column=a.at, warning=False)
+
+
+Outcomes = frozenset[str]
+ALL = frozenset("SFRK")
+"""S: SUCCESS, F: FAILURE, R: RUNNING, K: SKIPPED."""
+
+_SEQUENCES = ("Sequence", "AsyncSequence", "SequenceWithMemory", "ReactiveSequence")
+_FALLBACKS = ("Fallback", "AsyncFallback", "ReactiveFallback")
+_LEAVES = {"AlwaysSuccess": "S", "AlwaysFailure": "F", "Script": "S", "Sleep": "SR", "SetBlackboard": "SF"}
+_MAPPINGS = {
+    "Inverter": {"S": "F", "F": "S"},
+    "ForceSuccess": {"F": "S"},
+    "ForceFailure": {"S": "F"},
+    "KeepRunningUntilFailure": {"S": "R", "K": "R"},
+}
+_WORDS = {"S": "succeeds", "F": "fails", "R": "runs", "K": "is skipped"}
+
+
+def unreachable(tree: Tree) -> Iterator[Fault]:
+    """Children that are never ticked, whatever happens."""
+    known: dict[Any, Outcomes] = {}
+    found: list[Fault] = []
+    for node in reversed(tree.nodes):  # children before their parents
+        known[node.id] = _guarded(node, _own(node, known, found))
+    yield from reversed(found)
+
+
+def _own(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]) -> Outcomes:
+    tag = node.tag if isinstance(node, Node) else ""
+    if isinstance(node, Node) and BUILTIN.get(tag) is not type(node):
+        return ALL  # one's own, or a stand-in that only bears the name, and may have fewer children
+    below = [known[child.id] for child in node.children]
+    if tag in _SEQUENCES or (not tag and isinstance(node, composites.Sequence)):
+        return _in_order(node, below, "S", found)
+    if tag in _FALLBACKS or (not tag and isinstance(node, composites.Selector)):
+        return _in_order(node, below, "F", found)
+    if tag in _MAPPINGS:
+        return frozenset(_MAPPINGS[tag].get(outcome, outcome) for outcome in below[0])
+    if tag in ("IfThenElse", "WhileDoElse"):
+        return _branches(node, below, found)
+    if tag in _LEAVES:
+        return frozenset(_LEAVES[tag])
+    if tag == "ScriptCondition" and isinstance(node, Node):
+        values = [constant(script) for attribute, script in scripts_of(node) if attribute == "code"]
+        return frozenset("SF" if not values or values[0] is None else "S" if values[0] else "F")
+    if tag in ("Repeat", "RetryUntilSuccessful") and isinstance(node, Node):
+        return _endless(node, below[0])
+    return below[0] if isinstance(node, SubTree) else ALL
+
+
+def _in_order(node: Behaviour, below: list[Outcomes], passes: str, found: list[Fault]) -> Outcomes:
+    """A Sequence (that goes on after S) or a Fallback (after F)."""
+    outcomes, reached = set[str](), True
+    for child, its in zip(node.children, below, strict=True):
+        if not reached:
+            message = f"is never ticked: what stands before it in '{node.name}' never {_WORDS[passes]}."
+            found.append(fault_at(child, message, "Change the order, or leave it out."))
+            break
+        outcomes |= its - {passes, "K"}
+        reached = bool(its & {passes, "K"})
+    if reached:
+        outcomes |= {passes} if any(its != {"K"} for its in below) else set()
+        outcomes |= {"K"} if all("K" in its for its in below) else set()
+    yields = isinstance(node, Node) and (node.tag.startswith("Async") or node.tag == "SequenceWithMemory")
+    return frozenset(outcomes | {"R"} if yields else outcomes)
+
+
+def _branches(node: Behaviour, below: list[Outcomes], found: list[Fault]) -> Outcomes:
+    condition, outcomes = below[0], set("R") | (below[0] & {"K"})
+    for child, its, needs in zip(node.children[1:], below[1:], "SF", strict=False):
+        if needs in condition:
+            outcomes |= its
+        else:
+            name = node.children[0].name
+            message = f"is never ticked: the condition '{name}' never {_WORDS[needs]}."
+            found.append(fault_at(child, message, "Change the condition, or leave the branch out."))
+    return frozenset(outcomes | ({"F"} if len(below) == 2 and "F" in condition else set()))
+
+
+def _endless(node: Node, below: Outcomes) -> Outcomes:
+    """Repeat and Retry; with -1 they never come to the outcome that they count."""
+    counted, port = ("S", "num_cycles") if node.tag == "Repeat" else ("F", "num_attempts")
+    never = {counted} if str(node.given.get(port)).strip() == "-1" else set()
+    return (below | {"R", counted}) - never
+
+
+def _guarded(node: Behaviour, own: Outcomes) -> Outcomes:
+    """With pre-conditions that may decide instead of the node."""
+    if not isinstance(node, Node) or not node.conditions:
+        return own
+    added = {"_failureIf": "F", "_successIf": "S", "_skipIf": "K", "_while": "K"}
+    return own | {added[name] for name in node.conditions if name in added}
 
 
 def examine(tree: Tree) -> list[Fault]:

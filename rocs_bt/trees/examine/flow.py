@@ -9,8 +9,8 @@ from typing import Any
 from ...errors import Fault, InputError, did_you_mean
 from ..board import Board
 from ..nodes import Direction, Node, Port, SubTree, Tree, pointed
+from ..nodes.tree import fault_at
 from ..script import Script, parse_script
-from .place import fault_at
 
 SCRIPTS: Mapping[str, tuple[str, ...]] = {
     "Script": ("code",),

@@ -19,11 +19,32 @@ from ..error import TreeError
 from ..script import Script, ScriptError, parse_script
 from ..status import IDLE, RUNNING, Outcome
 from .guard import CONDITIONS, Run, Tick, guarded
-from .late import Late
-from .port import REQUIRED, Direction, Port, pointed
-from .reading import Reading
+from .port import REQUIRED, Direction, Port, Reading, pointed
 from .runtime import Runtime, Watch
 from .visits import Visits
+
+
+class Late:
+    """An attribute that is made when it is first asked for.
+
+    Args:
+        make: Makes the value for a node.
+    """
+
+    def __init__(self, make: Callable[[Any], Any]) -> None:
+        self._make = make
+        self._name = ""
+
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        self._name = name
+
+    def __get__(self, node: Any, owner: type[Any]) -> Any:
+        if node is None:
+            return self
+        value = self._make(node)
+        setattr(node, self._name, value)  # from now on Python finds this one first
+        return value
+
 
 RESERVED = ("ID", "name", "_autoremap")
 """Attributes of files that are no ports."""

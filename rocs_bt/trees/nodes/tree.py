@@ -131,7 +131,7 @@ class Tree:
                 deepest = max(deepest, len(ways))
                 ways.pop()
         _make_room(depth + deepest)
-        self._tell([_told(*wrong) for wrong in self.runtime.faults])
+        self._tell([fault_at(n, f.message, f.hint, attribute=a, warning=f.warning) for n, a, f in self.runtime.faults])
         return nodes, boards
 
     def _tell(self, faults: list[Fault]) -> None:
@@ -282,10 +282,27 @@ def descendants(root: Behaviour) -> Iterator[Behaviour]:
         todo += reversed(node.children)
 
 
-def _told(node: Behaviour, attribute: str, fault: Fault) -> Fault:
-    """A fault of a node's attribute with the node's name, at its place in a document where it has one."""
-    message, origin = f"'{node.name}': {fault.message}", getattr(node, "origin", None)
-    if origin is None:
-        return replace(fault, message=message)
-    placed: Fault = origin.fault(message, fault.hint, attribute=attribute)
-    return placed
+def fault_at(
+    node: Behaviour,
+    message: str,
+    hint: str = "",
+    *,
+    attribute: str = "",
+    column: int | None = None,
+    warning: bool = True,
+) -> Fault:
+    """A fault of a node, at one of its attributes where it stands in a document.
+
+    Args:
+        node: The node.
+        message: What is wrong; the node is named before it.
+        hint: What to do.
+        attribute: The attribute.
+        column: Where in the attribute's value, counted from 0.
+        warning: Whether the tree still runs.
+    """
+    told, origin = f"'{node.name}': {message}", getattr(node, "origin", None)
+    if origin is not None:
+        found: Fault = origin.fault(told, hint, attribute=attribute, column=column, warning=warning)
+        return found
+    return Fault(told, hint=hint, warning=warning)

@@ -2,9 +2,8 @@
 
 from .arithmetic import Refused, truth
 from .compiler import compile_condition, compile_script
-from .error import ScriptError
 from .form import Script, parse_script
-from .syntax import Assignment, Comparison, Conditional, Expression, Literal, Name, parts, walk
+from .parser import Assignment, Comparison, Conditional, Expression, Literal, Name, ScriptError, parts, walk
 
 __all__ = [
     "Assignment",

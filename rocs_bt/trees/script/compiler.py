@@ -8,12 +8,24 @@ from typing import Any
 
 from ...errors import Fault
 from ..board import Board, Entry
-from .arithmetic import EPSILON, Refused, chosen, compared, folded, known, negated, quotient, real, truth
-from .assign import BITS, assign, assigned, existing
-from .error import ScriptError, short
-from .form import Form, Script
-from .slots import Slots
-from .syntax import Expression
+from .arithmetic import (
+    BITS,
+    EPSILON,
+    Refused,
+    assign,
+    assigned,
+    chosen,
+    compared,
+    existing,
+    folded,
+    known,
+    negated,
+    quotient,
+    real,
+    truth,
+)
+from .form import Form, Script, Slots
+from .parser import Expression, ScriptError, short
 from .writer import write_statement
 
 Run = Callable[[], Any]

@@ -1,20 +1,178 @@
-"""Parser of scripts, by precedence climbing; BehaviorTree.CPP 4.10 has the same levels."""
+"""Parser of scripts: tokens, the syntax tree, and precedence climbing with the levels of BehaviorTree.CPP 4.10."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
 from ...errors import Fault
-from .error import ScriptError, short
-from .lexer import Token, tokens
-from .syntax import (
-    Assignment,
-    Binary,
-    Comparison,
-    Conditional,
-    Expression,
-    Literal,
-    Name,
-    Unary,
+from ..error import TreeError
+
+
+class ScriptError(TreeError):
+    """A script that cannot be read, or that could not go on.
+
+    Args:
+        text: The script.
+        at: Where in it, counted from 0.
+        fault: What is wrong.
+    """
+
+    def __init__(self, text: str, at: int, *faults: Fault | str) -> None:
+        self.text = text
+        self.column = at
+        super().__init__(*faults)
+
+
+def short(text: str) -> str:
+    """A script in a message: the beginning of a long one."""
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+Scalar = float | int | str
+"""What a script computes with; truth is a number, 1.0 or 0.0."""
+
+
+@dataclass(frozen=True)
+class Literal:
+    """A number, a string, `true` or `false`."""
+
+    value: Scalar
+    at: int
+
+
+@dataclass(frozen=True)
+class Name:
+    """An enum or a key of the board; `@key` is one of the root board."""
+
+    name: str
+    at: int
+
+
+@dataclass(frozen=True)
+class Unary:
+    """`-`, `~` or `!` and its operand."""
+
+    operator: str
+    operand: Expression
+    at: int
+
+
+@dataclass(frozen=True)
+class Binary:
+    """An arithmetic, bitwise, logical or joining operator between two operands."""
+
+    operator: str
+    left: Expression
+    right: Expression
+    at: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A chain such as `1 < x <= 3`: one operand more than operators."""
+
+    operators: tuple[str, ...]
+    operands: tuple[Expression, ...]
+    at: int
+
+
+@dataclass(frozen=True)
+class Conditional:
+    """`condition ? then : otherwise`."""
+
+    condition: Expression
+    then: Expression
+    otherwise: Expression
+    at: int
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """`name := value`, which creates a key, or one of `= += -= *= /=`, which need one."""
+
+    operator: str
+    target: Name
+    value: Expression
+    at: int
+
+
+Expression = Literal | Name | Unary | Binary | Comparison | Conditional | Assignment
+
+
+def walk(expression: Expression) -> Iterator[Expression]:
+    """An expression and all in it, from left to right."""
+    yield expression
+    for part in parts(expression):
+        yield from walk(part)
+
+
+def parts(expression: Expression) -> tuple[Expression, ...]:
+    """What an expression is directly made of, from left to right."""
+    match expression:
+        case Unary():
+            return (expression.operand,)
+        case Binary():
+            return (expression.left, expression.right)
+        case Comparison():
+            return expression.operands
+        case Conditional():
+            return (expression.condition, expression.then, expression.otherwise)
+        case Assignment():
+            return (expression.target, expression.value)
+        case _:
+            return ()
+
+
+_TOKEN = re.compile(
+    r"""
+    (?P<space>(?:\s|\\\r?\n)+)
+  | (?P<number>0[xX][0-9a-fA-F]+|\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?P<suffix>(?:\.(?!\.)|[A-Za-z_])?)
+  | (?P<string>'[^']*'|"[^"]*")
+  | (?P<name>[^\W\d]\w*|@\w*)
+  | (?P<operator>:=|\+=|-=|\*=|/=|==|!=|<=|>=|&&|\|\||\.\.|[-+*/=<>&|^~!?:;()])
+    """,
+    re.VERBOSE,
 )
+
+
+class Token(NamedTuple):
+    """A piece of a script.
+
+    Attributes:
+        kind: `number`, `string`, `name`, `operator` or `end`.
+        text: As it stands.
+        at: Where it begins, counted from 0.
+    """
+
+    kind: str
+    text: str
+    at: int
+
+
+def tokens(text: str) -> list[Token]:
+    """The tokens of a script, the last one of kind `end`.
+
+    Raises:
+        ScriptError: At what is no token.
+    """
+    found, at = [], 0
+    while at < len(text):
+        match = _TOKEN.match(text, at)
+        if match is None:
+            hint = "Strings end with the quote that they begin with." if text[at] in "'\"" else ""
+            raise ScriptError(text, at, Fault(f"{text[at]!r} begins nothing that scripts know.", hint=hint))
+        if match["suffix"]:
+            hint = "Write 3.0 rather than 3., and begin names with a letter."
+            raise ScriptError(text, at, Fault(f"{match['number'] + match['suffix']!r} is no number.", hint=hint))
+        if match.lastgroup != "space":
+            kind = "number" if match["number"] else str(match.lastgroup)
+            found.append(Token(kind, match[0], at))
+        at = match.end()
+    return [*found, Token("end", "", len(text))]
+
 
 ASSIGNMENTS = (":=", "=", "+=", "-=", "*=", "/=")
 COMPARISONS = ("==", "!=", "<", ">", "<=", ">=")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from .slots import Slots
-from .syntax import Binary, Comparison, Conditional, Expression, Literal, Name, Unary
+from .form import Slots
+from .parser import Binary, Comparison, Conditional, Expression, Literal, Name, Unary
 
 FLOAT, RAW, TRUTH, TEXT = "float", "raw", "truth", "text"
 """What is known of a value: a float; a float or an int; true or false; a string."""

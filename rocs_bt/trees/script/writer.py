@@ -12,9 +12,9 @@ keys, and takes the quick form where it may. Names and literals are parameters, 
 
 from __future__ import annotations
 
+from .form import Slots
+from .parser import Assignment, Binary, Comparison, Conditional, Expression, Literal, Name, Unary, walk
 from .quick import FLOAT, Quick, Unfit
-from .slots import Slots
-from .syntax import Assignment, Binary, Comparison, Conditional, Expression, Literal, Name, Unary, walk
 
 
 def write_statement(statement: Expression, slots: Slots, gives: str) -> list[str]:

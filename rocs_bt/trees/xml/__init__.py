@@ -1,15 +1,12 @@
 """Trees in BehaviorTree.CPP's XML, version 4: read, checked, made, and written again."""
 
-from .build import Outside, make_nodes
-from .document import Document, TreeElement, read_document
+from .build import Outside, load_xml, make_nodes
+from .document import Document, Survey, TreeElement, add_siblings, outer_trees, read_document, survey
 from .element import Element, Source
-from .load import load_xml
 from .model import Model
-from .palette import palette
-from .siblings import Survey, add_siblings, outer_trees, survey
 from .stand_in import Stub, stub_nodes, times
 from .verify import verify
-from .write import write_tree
+from .write import palette, write_tree
 
 __all__ = [
     "Document",

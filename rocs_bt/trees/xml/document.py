@@ -3,16 +3,91 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...confine import confined
 from ...errors import Fault, InputError, did_you_mean, unknown
-from .element import Element, Source
+from .element import EXPLICIT, Element, Source
 from .model import Model, read_models
 from .scan import MAX_TEXT, scan
-from .version3 import below, convert, is_version_3
+
+_RENAMED = {
+    "SequenceStar": "SequenceWithMemory",
+    "SubTreePlus": "SubTree",
+    "RetryUntilSuccesful": "RetryUntilSuccessful",  # version 3 spelt it so
+}
+_ONLY_3 = ("SequenceStar", "SubTreePlus", "BlackboardCheckInt", "BlackboardCheckDouble", "BlackboardCheckString",
+           "BlackboardCheckBool")  # fmt: skip
+_ONLY_3_ATTRIBUTES = ("__shared_blackboard", "__autoremap")
+_CHECKS = 'Write <Precondition if="key == value" else="FAILURE"> around the child.'
+
+
+def is_version_3(root: Element) -> bool:
+    """Whether a document says that it is of version 3, or says nothing and has what only version 3 has."""
+    said = root.attributes.get("BTCPP_format", "")
+    if said:
+        return said == "3"
+    return any(e.node_tag in _ONLY_3 or any(a in e.attributes for a in _ONLY_3_ATTRIBUTES) for e in below(root))
+
+
+def below(root: Element) -> Iterator[Element]:
+    """An element and all in it, in the order of the text."""
+    todo = [root]
+    while todo:
+        element = todo.pop()
+        yield element
+        todo += reversed(element.children)
+
+
+def convert(root: Element) -> list[Fault]:
+    """Turn a document of version 3 into one of version 4; the notices are warnings, but for what cannot be turned."""
+    hint = "Save it as version 4: `rocs-bt show FILE --format xml`."
+    found = [root.fault("the document is of version 3; it is read as version 4.", hint, warning=True)]
+    for tree in root.children:
+        if tree.tag == "BehaviorTree":
+            for element in below(tree):
+                found += _converted(element)
+    return found
+
+
+def _converted(element: Element) -> Iterator[Fault]:
+    tag = element.node_tag
+    if tag.startswith("BlackboardCheck"):
+        yield element.fault(f"{tag} does not exist in version 4.", _CHECKS)
+    if tag == "SubTree":
+        yield from _subtree(element)
+    elif tag == "SubTreePlus":
+        _rename(element, "__autoremap", "_autoremap")
+    if tag in _RENAMED:
+        if element.tag in EXPLICIT:
+            element.attributes["ID"] = _RENAMED[tag]
+        else:
+            element.tag = _RENAMED[tag]
+
+
+def _subtree(element: Element) -> Iterator[Fault]:
+    """In version 3 what a SubTree gave for a port was the name of a key."""
+    for name in list(element.attributes):
+        value = element.attributes[name]
+        if name == "__shared_blackboard":
+            if value.lower() in ("true", "1"):
+                hint = "Private keys, which begin with '_', are not shared any more."
+                message = "__shared_blackboard becomes _autoremap."
+                yield element.fault(message, hint, attribute=name, warning=True)
+                _rename(element, name, "_autoremap")
+            else:
+                del element.attributes[name]
+        elif name not in ("ID", "name") and not name.startswith("_") and not value.startswith("{"):
+            element.attributes[name] = f"{{{value}}}"
+
+
+def _rename(element: Element, old: str, new: str) -> None:
+    if old in element.attributes:
+        element.attributes = {new if n == old else n: v for n, v in element.attributes.items()}
+        element.spots[new] = element.spots[old]
+
 
 MAX_FILES = 100
 """How many files a document may be made of."""
@@ -237,3 +312,68 @@ class _Reader:
         if len(text) > self.room:
             raise InputError(Fault(f"with '{path}' the document has more than {MAX_TEXT} characters."))
         return file, Source(text, file)
+
+
+def outer_trees(document: Document) -> set[str]:
+    """The trees that a document names and does not hold."""
+    named = {e.attributes.get("ID", "") for t in document.trees.values() for e in below(t.body) if e.tag == "SubTree"}
+    return named - {"", *document.trees}
+
+
+@dataclass
+class Survey:
+    """What several files of trees hold; of two trees or models with one name the first counts.
+
+    Attributes:
+        trees: Files by the trees in them.
+        models: Models by ID.
+        nodes: Elements by the node that they name.
+        subtrees: Elements by the tree that they name.
+    """
+
+    trees: dict[str, Path] = field(default_factory=dict)
+    models: dict[str, Model] = field(default_factory=dict)
+    nodes: dict[str, list[Element]] = field(default_factory=dict)
+    subtrees: dict[str, list[Element]] = field(default_factory=dict)
+
+
+def survey(files: Iterable[Path]) -> Survey:
+    """What several files of trees hold.
+
+    Args:
+        files: The files. Those that cannot be read are left out: their own check reports them.
+    """
+    found = Survey()
+    for file in files:
+        try:
+            document = read_document(file)
+        except InputError:
+            continue
+        found.models = {**document.models, **found.models}
+        for name, tree in document.trees.items():
+            if tree.included:
+                continue
+            found.trees.setdefault(name, file)
+            for element in below(tree.body):
+                uses = found.subtrees if element.tag == "SubTree" else found.nodes
+                named = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
+                uses.setdefault(named, []).append(element)
+    return found
+
+
+def add_siblings(document: Document, beside: Mapping[str, Path]) -> None:
+    """Add the trees of other files that a document, or an added tree, names and the document does not hold.
+
+    Args:
+        document: The document.
+        beside: Files by the trees that they hold, as `Survey.trees` has them.
+    """
+    read: dict[Path, Document] = {}
+    while names := sorted(outer_trees(document) & beside.keys()):
+        for name in names:
+            file = beside[name]
+            other = read[file] if file in read else read.setdefault(file, read_document(file))
+            tree = other.trees[name]
+            document.trees[name] = TreeElement(name, tree.element, tree.body, included=True)
+            for model in other.models.values():
+                document.models.setdefault(model.name, model)

@@ -13,11 +13,9 @@ from ...units import NONE
 from ..nodes import BUILTIN, CONDITIONS, Direction, InOut, Input, Leaf, Node, Output, Port
 from ..script import ScriptError, parse_script
 from ..status import SUCCESS, Outcome
-from .document import Document
+from .document import Document, below
 from .element import Element
-from .model import Model, ModelPort
-from .port_type import annotation
-from .version3 import below
+from .model import Model, ModelPort, annotation
 
 _Sequence: Any = BUILTIN["Sequence"]
 _PORTS: Mapping[Direction, type[Port[Any]]] = {

@@ -1,7 +1,8 @@
-"""What can be told of a document before any node is made: names, ports, scripts, subtrees. All of it at once."""
+"""What can be found in a document before any node is made: names, ports, scripts, subtrees. All of it at once."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -12,7 +13,37 @@ from ..nodes import CONDITIONS, Node, children_faults
 from ..script import ScriptError, parse_script
 from .document import Document, TreeElement
 from .element import EXPLICIT, Element
-from .names import name_faults
+
+FORBIDDEN = re.compile(r"""[ \t\r\n<>&"'/\\:*?|.\x00-\x1f\x7f]""")
+
+
+def name_faults(document: Document, strict: bool) -> Iterator[Fault]:
+    """IDs and port names that Groot2 or version 4.10 will not have.
+
+    Args:
+        document: The document.
+        strict: Whether they are faults; else warnings.
+    """
+    for tree in document.trees.values():
+        if "ID" in tree.element.attributes:
+            yield from _faults("tree", tree.name, tree.element, "ID", strict)
+    for model in document.models.values():
+        yield from _faults("node", model.name, model.element, "ID", strict)
+        for port in model.ports.values():
+            yield from _faults("port", port.name, port.element, "name", strict)
+
+
+def _faults(what: str, name: str, element: Element, attribute: str, strict: bool) -> Iterator[Fault]:
+    found = FORBIDDEN.search(name)
+    message = f"the {what} name '{name}' holds {found[0]!r}." if found else ""
+    if what == "tree" and name in ("Root", "root"):
+        message = f"no tree may be named '{name}'."
+    if what == "port" and not message and not name[:1].isalpha():
+        message = f"the port name '{name}' does not begin with a letter."
+    if message:
+        hint = "BehaviorTree.CPP 4.10 refuses it; use letters, digits, '_' and '-'."
+        yield element.fault(message, hint, attribute=attribute, warning=not strict)
+
 
 _NOWHERE: Mapping[str, tuple[str, str]] = MappingProxyType({})
 

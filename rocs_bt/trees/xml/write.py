@@ -1,20 +1,155 @@
-"""From nodes back to XML: any tree, also one that was made in Python."""
+"""From nodes back to XML: any tree, also one that was made in Python, and palettes for editors."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import Enum
+from typing import Any, get_args, get_origin
 
 from py_trees import behaviours, composites, decorators
 from py_trees.behaviour import Behaviour
+from py_trees.common import Status
 
-from ..nodes import CONDITIONS, Node, SubTree
+from ...units import NONE, Dimension
+from ..nodes import BUILTIN, CONDITIONS, REQUIRED, Node, Port, SubTree
 from ..nodes.port import ExactKey
+from ..status import outcome_name
 from .document import Document
-from .element import Element
-from .palette import model_of, own_nodes
-from .text import element, to_text, value_text
+from .element import Element, Source
+
+WIDTH = 120
+"""Where a line is long: its attributes then stand one below the other."""
+
+_ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}
+_NOWHERE = Source("")
+
+
+def element(tag: str, attributes: Mapping[str, str], children: Sequence[Element] = (), text: str = "") -> Element:
+    """An element that was read from nowhere."""
+    made = Element(tag, _NOWHERE, 0)
+    made.attributes = dict(attributes)
+    made.children = list(children)
+    made.text = text
+    return made
+
+
+def to_text(root: Element) -> str:
+    """A document, ready to be written to a file."""
+    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', *_lines(root), ""])
+
+
+def escape(text: str) -> str:
+    """A text as the value of an attribute."""
+    return "".join(_ESCAPES.get(c, c) for c in text)
+
+
+def value_text(value: Any, dimension: Dimension | None = None) -> str:
+    """A value of Python's as a file has it.
+
+    Args:
+        value: Text, which stays as it is; a number, a truth, a status, an enum, or a list of them.
+        dimension: The dimension of its numbers, which are SI; None or NONE for plain ones.
+    """
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Status):
+        return outcome_name(value)
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, (list, tuple)):
+        pairs = any(isinstance(item, (list, tuple)) for item in value)
+        return ";".join(_point(item, dimension) if pairs else value_text(item, dimension) for item in value)
+    unit = "" if dimension in (None, NONE) else f" {dimension}"
+    return f"{value!r}{unit}"
+
+
+def _point(point: Sequence[Any], dimension: Dimension | None) -> str:
+    return ",".join(value_text(x, dimension) for x in point)
+
+
+def _lines(root: Element) -> Iterator[str]:
+    todo: list[tuple[Element | str, int]] = [(root, 0)]
+    while todo:
+        item, depth = todo.pop()
+        indent = "  " * depth
+        if isinstance(item, str):
+            yield indent + item
+            continue
+        for comment in item.comments:
+            yield f"{indent}<!--{comment}-->"
+        opening = _opening(item, indent)
+        if item.children:
+            yield f"{opening}>"
+            todo.append((f"</{item.tag}>", depth))
+            todo += [(child, depth + 1) for child in reversed(item.children)]
+        elif item.text:
+            yield f"{opening}>{item.text.replace('&', '&amp;').replace('<', '&lt;').replace('>', '&gt;')}</{item.tag}>"
+        else:
+            yield f"{opening}/>"
+
+
+def _opening(item: Element, indent: str) -> str:
+    attributes = [f'{name}="{escape(value)}"' for name, value in item.attributes.items()]
+    line = " ".join([f"{indent}<{item.tag}", *attributes])
+    if len(line) <= WIDTH:
+        return line
+    return f"\n{indent}    ".join([f"{indent}<{item.tag}", *attributes])
+
+
+_TYPES: dict[Any, str] = {
+    bool: "bool",
+    int: "int",
+    float: "double",
+    str: "std::string",
+    Status: "BT::NodeStatus",
+    Any: "BT::AnyTypeAllowed",
+}
+_KINDS = ("Action", "Condition", "Control", "Decorator")
+
+
+def palette(nodes: Iterable[type[Node]]) -> str:
+    """A document that holds no trees, only what an editor has to know of the nodes that BehaviorTree.CPP does not have.
+
+    Args:
+        nodes: The classes; BehaviorTree.CPP's own are left out, as editors know them.
+    """
+    models = [model_of(node) for node in own_nodes(nodes)]
+    return to_text(element("root", {"BTCPP_format": "4"}, [element("TreeNodesModel", {}, models)]))
+
+
+def own_nodes(nodes: Iterable[type[Node]]) -> list[type[Node]]:
+    """The classes among these that an editor does not know, by kind and name, each once."""
+    found = {n.tag: n for n in nodes if n.kind in _KINDS and (n.tag not in BUILTIN or "navigation" in n.__module__)}
+    return sorted(found.values(), key=lambda n: (_KINDS.index(n.kind), n.tag))
+
+
+def model_of(node: type[Node]) -> Element:
+    """What a TreeNodesModel says of a node class."""
+    return element(node.kind, {"ID": node.tag}, [_port(port) for port in node.ports.values()])
+
+
+def type_name(port: Port[Any]) -> str:
+    """How a model calls a port's type: a unit for a quantity, else a type of C++'s."""
+    if port.dimension not in (None, NONE):
+        return str(port.dimension)
+    kind = port.kind
+    if get_origin(kind) is list:
+        (item,) = get_args(kind)
+        return f"std::vector<{_TYPES.get(item, 'std::string')}>"
+    if isinstance(kind, type) and issubclass(kind, Enum) and kind is not Status:
+        return kind.__name__
+    return _TYPES.get(kind, "BT::AnyTypeAllowed")
+
+
+def _port(port: Port[Any]) -> Element:
+    attributes = {"name": port.name, "type": type_name(port)}
+    if port.default is not REQUIRED and port.default is not None:
+        attributes["default"] = value_text(port.default, port.dimension)
+    return element(port.direction.value, attributes, text=port.doc)
+
 
 _NO_TAG = re.compile(r"^[^A-Za-z_\u0080-\U0010ffff]|[^\w.\-]|^(Action|Condition|Control|Decorator|SubTree)$")
 MAIN = "MainTree"

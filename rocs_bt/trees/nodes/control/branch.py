@@ -1,16 +1,18 @@
-"""Controls that ask a condition which of their other children is to be ticked."""
+"""Controls that choose which child is ticked: by a condition, by a value, or by a failure."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from py_trees.behaviour import Behaviour
 
-from ....errors import Fault
+from ....errors import Fault, InputError
+from ...board import Enums, from_string, to_string
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..family import Control, halt
+from ..port import Input
 
 
 class _Branch(Control):
@@ -116,3 +118,159 @@ class WhileDoElse(_Branch):
     def _finish(self, outcome: Outcome) -> Outcome:
         self._answer = None
         return super()._finish(outcome)
+
+
+EPSILON = 2.0**-23
+"""Numbers no further apart are the same case: the epsilon of a C++ float."""
+
+
+class _Switch(Control):
+    """Ticks the child of the first case that equals `variable`, or the last child if none does or it has no value.
+
+    Cases are compared as text, then as whole numbers, where enums count, then as numbers. When another case is met,
+    the child that was RUNNING is halted. If the child is skipped, so is the switch.
+    """
+
+    cases: ClassVar[int] = 0
+    variable = Input(str, None, "the value; usually a key")
+
+    def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
+        super().__init__(name, children, **attributes)
+        self._ports = [f"case_{i}" for i in range(1, self.cases + 1)]
+        self._keys = {port: self.key(port) for port in ("variable", *self._ports)}
+        self._fixed = not any(self._keys[port] for port in self._ports)
+        self._known: tuple[str, Enums, int] | None = None
+
+    def tick_once(self) -> Outcome:
+        match = self._match()
+        child: Any = self.children[match]
+        running = self.children[self._index - 1] if self._index else None
+        if running is not None and running is not child:
+            halt(running)
+        outcome: Outcome = child.tick_once() or child.status
+        if outcome is IDLE:
+            raise self.strange(child, outcome)
+        self.current_child = child
+        self._index = match + 1 if outcome is RUNNING else 0
+        if outcome is SKIPPED:
+            return outcome
+        if outcome is not RUNNING:
+            self.halt_children()
+        self.status = outcome
+        return outcome
+
+    def _match(self) -> int:
+        value, enums = self._text("variable"), self.board.enums
+        if value is None:
+            return self.cases
+        if self._known is None or self._known[0] != value or self._known[1] is not enums or not self._fixed:
+            self._known = value, enums, self._compared(value, enums)
+        return self._known[2]
+
+    def _compared(self, value: str, enums: Enums) -> int:
+        """The first case that equals a value, counted from 0."""
+        for case, port in enumerate(self._ports):
+            other = self._text(port)
+            if other is not None and same(value, other, enums):
+                return case
+        return self.cases
+
+    def _text(self, port: str) -> str | None:
+        value = self.value_of(port)
+        return None if value is None else to_string(value)
+
+    def value_of(self, port: str) -> Any:
+        """A port's value as the board holds it; None where there is none."""
+        key = self._keys[port]
+        if key is None:
+            return self.given.get(port)
+        entry = self.board.entry(key)
+        return None if entry is None else entry.value
+
+
+def same(left: str, right: str, enums: Enums) -> bool:
+    """Whether two texts are the same case."""
+    if left == right:
+        return True
+    for kind in (int, float):
+        try:
+            a, b = from_string(left, kind, enums), from_string(right, kind, enums)
+        except InputError:
+            continue
+        if abs(a - b) <= (EPSILON if kind is float else 0):
+            return True
+    return False
+
+
+def _switch(cases: int) -> type[_Switch]:
+    ports = {
+        f"case_{i}": Input(str, None, f"child {i} is ticked when the variable equals it") for i in range(1, cases + 1)
+    }
+    members: dict[str, Any] = {
+        **ports,
+        "cases": cases,
+        "least": cases + 1,
+        "most": cases + 1,
+        "__doc__": _Switch.__doc__,
+        "__module__": __name__,
+    }
+    return type(f"Switch{cases}", (_Switch,), members)
+
+
+Switch2, Switch3, Switch4, Switch5, Switch6 = (_switch(cases) for cases in range(2, 7))
+
+
+class TryCatch(Control):
+    """Ticks all children but the last as a Sequence; if one fails, the last is ticked till it ends: FAILURE."""
+
+    least = 2
+    catch_on_halt = Input(bool, False, "whether the last child is ticked, once, when the others are halted")
+
+    def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
+        super().__init__(name, children, **attributes)
+        self._catching = False
+
+    def tick_once(self) -> Outcome:
+        if self.status is not RUNNING:
+            self._skipped = 0
+            self._catching = False
+            self.status = RUNNING
+        children = self.children
+        last = len(children) - 1
+        while not self._catching and self._index < last:
+            outcome = self._tick(self._index)
+            if outcome is RUNNING:
+                return outcome
+            if outcome is FAILURE:
+                self.halt_children()
+                self._catching = True
+            else:
+                self._skipped += outcome is SKIPPED
+                self._index += 1
+        if not self._catching:
+            return self._finish(SKIPPED if self._skipped == last else SUCCESS)
+        return RUNNING if self._tick(last) is RUNNING else self._finish(FAILURE)
+
+    def halted(self) -> None:
+        if self.catch_on_halt and not self._catching:
+            for child in self.children[:-1]:
+                halt(child)
+            self._tick(len(self.children) - 1)
+        super().halted()
+        self._catching = False
+
+    def _tick(self, index: int) -> Outcome:
+        child: Any = self.children[index]
+        outcome: Outcome = child.tick_once() or child.status
+        if outcome is IDLE:
+            raise self.strange(child, outcome)
+        self.current_child = child
+        return outcome
+
+    def _finish(self, outcome: Outcome) -> Outcome:
+        self.halt_children()
+        self._index = self._skipped = 0
+        self._catching = False
+        if outcome is not SKIPPED:
+            self.status = outcome
+        return outcome

@@ -1,18 +1,21 @@
-"""What sequences and fallbacks have in common: one outcome passes on to the next child, the other decides.
+"""Sequences and fallbacks: one outcome passes on to the next child, the other decides.
 
 The ticks are made for the outcome that passes: a constant of the function is looked up faster than an attribute.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from collections.abc import Sequence as Many
 from itertools import islice
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from py_trees.composites import Selector as StockSelector
+from py_trees.composites import Sequence as StockSequence
 
-from ...status import IDLE, RUNNING, SKIPPED, Outcome
+from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..family import Control, halt
 
 
@@ -82,7 +85,7 @@ class Reactive(Control):
     """
 
     memory = False
-    keepers: Sequence[Any] = ()
+    keepers: Many[Any] = ()
 
 
 def reactive(passing: Status) -> Callable[[Any], Outcome]:
@@ -168,3 +171,97 @@ def yielding(passing: Status) -> Callable[[Any], Outcome]:
         return self.ended(SKIPPED if self._skipped == len(children) else passing, children[-1])
 
     return tick_once
+
+
+class Sequence(Ordered, StockSequence):
+    """Ticks its children in order; the first that fails ends it.
+
+    | child | the sequence |
+    |---|---|
+    | SUCCESS, SKIPPED | goes on with the next one |
+    | RUNNING | RUNNING; the next tick goes on with this child |
+    | FAILURE | FAILURE |
+    | none left | SUCCESS; SKIPPED if all were |
+    """
+
+    tick_once = ordered(SUCCESS)
+
+
+class AsyncSequence(Yielding, StockSequence):
+    """A Sequence that is RUNNING for a moment after each child that succeeded at once: others have their turn."""
+
+    tick_once = yielding(SUCCESS)
+
+
+class SequenceWithMemory(Yielding, StockSequence):
+    """An AsyncSequence that tries a child that failed again, instead of beginning with the first, also after a halt."""
+
+    tick_once = yielding(SUCCESS)
+
+    def decided(self, outcome: Outcome, child: object) -> Outcome:
+        """The sequence fails, and keeps its place; what comes after it is halted, what came before is not."""
+        index = next(i for i, c in enumerate(self.children) if c is child)
+        for other in self.children[index:]:
+            halt(other)
+        self._index = index
+        self.status = outcome
+        return outcome
+
+    def halted(self) -> None:
+        self.halt_children()
+        self.current_child = None
+
+
+class SequenceStar(SequenceWithMemory):
+    """The name of SequenceWithMemory in BehaviorTree.CPP version 3, which many files of version 4 still use."""
+
+    tick_once = SequenceWithMemory.tick_once
+
+
+class ReactiveSequence(Reactive, StockSequence):
+    """Asks all children anew in each tick: conditions first, then what is done while they hold.
+
+    | child | the sequence |
+    |---|---|
+    | SUCCESS | goes on with the next one |
+    | SKIPPED | the same |
+    | RUNNING | RUNNING; all other children that are RUNNING are halted |
+    | FAILURE | FAILURE; all children that are RUNNING are halted |
+    | none left | SUCCESS; SKIPPED if all were |
+    """
+
+    tick_once = reactive(SUCCESS)
+
+
+class Fallback(Ordered, StockSelector):
+    """Ticks its children in order; the first that succeeds ends it.
+
+    | child | the fallback |
+    |---|---|
+    | FAILURE, SKIPPED | goes on with the next one |
+    | RUNNING | RUNNING; the next tick goes on with this child |
+    | SUCCESS | SUCCESS |
+    | none left | FAILURE; SKIPPED if all were |
+    """
+
+    tick_once = ordered(FAILURE)
+
+
+class AsyncFallback(Yielding, StockSelector):
+    """A Fallback that is RUNNING for a moment after each child that failed at once: others have their turn."""
+
+    tick_once = yielding(FAILURE)
+
+
+class ReactiveFallback(Reactive, StockSelector):
+    """Asks all children anew in each tick; the first that does not fail is what it does, and the others are halted.
+
+    | child | the fallback |
+    |---|---|
+    | FAILURE, SKIPPED | goes on with the next one |
+    | RUNNING | RUNNING; all other children that are RUNNING are halted |
+    | SUCCESS | SUCCESS; all children that are RUNNING are halted |
+    | none left | FAILURE; SKIPPED if all were |
+    """
+
+    tick_once = reactive(FAILURE)

@@ -1,14 +1,16 @@
-"""TurnAngle: turn on the spot, watching the yaw (paper, Table 2)."""
+"""Turning on the spot: by an angle, to an angle, toward a position, back to the initial heading."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from ..action import AtomicAction, Body, Failure, Progress, Reason
-from ..geometry import Twist2, wrap_angle
-from ..units import PositiveRadians, PositiveRadiansPerSecond, Radians
+from ..action import Action, AtomicAction, Body, Failure, MacroAction, Progress, Reason
+from ..geometry import Pose2, Twist2, wrap_angle
+from ..units import Metres, PositiveRadians, PositiveRadiansPerSecond, Radians
 from .pose import PoseWatch
+from .stop import Stop
 
 SLOWEST = 0.08  # [rad/s] below which real wheels stand still
 SLACK = 3.0  # [s] that a turn may take beyond twice its ideal time
@@ -72,3 +74,64 @@ class TurnAngle(AtomicAction):
         rate = max(min(self.rate, body.drive.turn_limit, brake), SLOWEST)
         wanted = math.copysign(min(rate, rest / body.period), left)
         return min(max(wanted, self._speed - limit * body.period), self._speed + limit * body.period)
+
+
+@dataclass(kw_only=True, eq=False)
+class TurnToPosition(MacroAction):
+    """Turn on the spot until the robot looks at a position: a TurnAngle whose angle is known when it begins.
+
+    Attributes:
+        x: In the world frame [m].
+        y: In the world frame [m].
+        rate: Fastest turn [rad/s].
+    """
+
+    x: Metres
+    y: Metres
+    rate: PositiveRadiansPerSecond = 1.5
+
+    def decompose(self, body: Body) -> Iterator[Action]:
+        watch = PoseWatch()
+        while (pose := watch.look(body)) is None:
+            yield Stop(patience=body.period)
+        yield TurnAngle(angle=pose.bearing(Pose2(self.x, self.y)), rate=self.rate)
+
+
+@dataclass(kw_only=True, eq=False)
+class TurnToOrigin(MacroAction):
+    """Turn on the spot until the robot looks at the world frame's origin.
+
+    Attributes:
+        rate: Fastest turn [rad/s].
+    """
+
+    rate: PositiveRadiansPerSecond = 1.5
+
+    def decompose(self, body: Body) -> Iterator[Action]:
+        yield TurnToPosition(x=0.0, y=0.0, rate=self.rate)
+
+
+@dataclass(kw_only=True, eq=False)
+class TurnTo(MacroAction):
+    """Turn on the spot, the short way round, to a yaw of the world frame; checked when the robot stands.
+
+    Attributes:
+        yaw: In the world frame [rad].
+        rate: Fastest turn [rad/s].
+        tolerance: When it is done [rad].
+    """
+
+    yaw: Radians
+    rate: PositiveRadiansPerSecond = 1.5
+    tolerance: PositiveRadians = 0.02
+
+    def decompose(self, body: Body) -> Iterator[Action]:
+        watch = PoseWatch()
+        while True:
+            pose = watch.look(body)
+            if pose is not None:
+                error = wrap_angle(self.yaw - pose.yaw)
+                if abs(error) <= self.tolerance:
+                    return
+                yield TurnAngle(angle=error, rate=self.rate, tolerance=self.tolerance)
+            yield Stop(patience=body.period)

@@ -1,1 +1,0 @@
-"""Leaves that every tree may use."""

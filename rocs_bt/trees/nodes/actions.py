@@ -1,0 +1,234 @@
+"""Action nodes of BehaviorTree.CPP: constants, keys of the board, scripts, sleeping, and TestNode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from ...errors import Fault
+from ..board import Board
+from ..error import TreeError
+from ..script import Script as Parsed
+from ..script import compile_condition, compile_script, parse_script
+from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Outcome, outcome_named
+from .decorators import FORGIVEN
+from .family import Instant, Leaf
+from .port import Code, InOut, Input, pointer
+from .runtime import Runtime
+
+
+class AlwaysSuccess(Instant):
+    """SUCCESS."""
+
+    def tick_once(self) -> Outcome:
+        self.status = SUCCESS
+        return SUCCESS
+
+    def update(self) -> Outcome:
+        return SUCCESS
+
+
+class AlwaysFailure(Instant):
+    """FAILURE."""
+
+    def tick_once(self) -> Outcome:
+        self.status = FAILURE
+        return FAILURE
+
+    def update(self) -> Outcome:
+        return FAILURE
+
+
+class SetBlackboard(Instant):
+    """Writes a text, or the value of another key with its type, to a key; FAILURE if that other key has no value."""
+
+    value = Input(object, doc="a text, or a key such as {source}")
+    output_key = InOut(str, doc="the name of the key that is written, with or without braces")
+
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        super().__init__(name, **attributes)
+        self._source = self.key("value")
+        self._key = self.key("output_key")
+        self._number: tuple[Any, Any, Any] = None, None, None
+
+    def update(self) -> Outcome:
+        board, key = self.board, self._key
+        if key is None:
+            key = self.given["output_key"]
+        else:
+            named = board.entry(key)
+            # The braces ask for the name that the key holds; most people mean the key itself, as older versions did.
+            if named is not None and named.value.__class__ is str:
+                key = named.value
+        target = board.entry(key)
+        if self._source is None:
+            value: Any = self.given["value"]
+        else:
+            entry = board.entry(self._source)
+            if entry is None:
+                raise TreeError(Fault(f"'{self.name}' copies the key '{self._source}', which does not exist."))
+            target = target or board.declare(key, entry.kind)
+            value = entry.value
+            if value is None:
+                return FAILURE
+        if target is None:
+            board[key] = value
+        elif target.kind is None or target.kind is value.__class__:
+            target.store(value)  # a copy fixes no type
+        elif self._source is None and target.kind in (bool, int, float):
+            target.store(self._as_number(key, target.kind, value))
+        else:
+            target.store(board.fitted(key, target.kind, value))
+        return SUCCESS
+
+    def _as_number(self, key: str, kind: Any, value: Any) -> Any:
+        """The literal as a number, converted when it is first needed."""
+        enums = self.board.enums
+        if self._number[0] is not kind or self._number[1] is not enums:
+            self._number = kind, enums, self.board.fitted(key, kind, value)
+        return self._number[2]
+
+
+class UnsetBlackboard(Instant):
+    """Removes a key of its own board; SUCCESS."""
+
+    key_ = Input(str, doc="the key, without braces", name="key")
+
+    def update(self) -> Outcome:
+        self.board.unset(self.read("key"))
+        return SUCCESS
+
+
+class WasEntryUpdated(Instant):
+    """SUCCESS if the key was written since this was ticked last, FAILURE if it was not."""
+
+    kind = "Action"
+    entry = Input(object, doc="the key")
+
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        super().__init__(name, **attributes)
+        self._seen = 0
+
+    def update(self) -> Outcome:
+        entry = self.board.entry(self.key("entry") or str(self.given["entry"]))
+        before, self._seen = self._seen, 0 if entry is None else entry.sequence
+        return SUCCESS if entry is not None and before != self._seen else FAILURE
+
+
+class _Scripted(Instant):
+    code = Code(doc="the script")
+
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        super().__init__(name, **attributes)
+        self._run: Callable[[], Any] | None = None
+        self._last: tuple[str, Callable[[], Any]] | None = None
+
+    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
+        self._run = self._last = None
+        below = super().bind(board, runtime)
+        code = self.given["code"]
+        if pointer(code) is None:
+            self._run = self.compiled(parse_script(code))
+        return below
+
+    def compiled(self, script: Parsed) -> Callable[[], Any]:
+        """The script as a function."""
+        return compile_script(script, self.board)
+
+    def _read(self) -> Callable[[], Any]:
+        """The script of a node that is in no tree, or whose script is on the board."""
+        text = self.code
+        if self._last is None or self._last[0] != text:
+            self._last = text, self.compiled(parse_script(text))
+        return self._last[1]
+
+
+class Script(_Scripted):
+    """Runs a script, such as `tries += 1; ready := tries > 2`; SUCCESS."""
+
+    def tick_once(self) -> Outcome:
+        (self._run or self._read())()
+        self.status = SUCCESS
+        return SUCCESS
+
+
+class ScriptCondition(_Scripted):
+    """SUCCESS if a script holds, FAILURE if it does not."""
+
+    kind = "Condition"
+
+    def compiled(self, script: Parsed) -> Callable[[], Any]:
+        return compile_condition(script, self.board)
+
+    def tick_once(self) -> Outcome:
+        self.status = outcome = SUCCESS if (self._run or self._read())() else FAILURE
+        return outcome
+
+
+class Sleep(Leaf):
+    """RUNNING for `msec` milliseconds of the tree's clock, then SUCCESS."""
+
+    msec = Input(int, doc="how long [ms]")
+
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        super().__init__(name, **attributes)
+        self._until = 0.0
+
+    def initialise(self) -> None:
+        milliseconds = self.msec
+        self._until = self.runtime.now() + milliseconds / 1000.0 if milliseconds > 0 else 0.0
+
+    def update(self) -> Outcome:
+        return SUCCESS if not self._until or self.runtime.now() >= self._until - FORGIVEN else RUNNING
+
+
+class TestNode(Leaf):
+    """Comes to `return_status`, after `async_delay` milliseconds, and runs a script for what it came to.
+
+    `return_status_script`, where it is given, is a script whose value is the status: a number (1 RUNNING, 2 SUCCESS,
+    3 FAILURE, 4 SKIPPED) or its name.
+    """
+
+    __test__ = False  # not pytest's
+
+    return_status = Input(str, "SUCCESS", "what it comes to")
+    return_status_script = Code("", "a script that tells what it comes to")
+    success_script = Code("", "run on SUCCESS")
+    failure_script = Code("", "run on FAILURE")
+    post_script = Code("", "run in any case")
+    async_delay = Input(int, 0, "how long it is RUNNING before [ms]")
+
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        super().__init__(name, **attributes)
+        self._until: float | None = None
+
+    def initialise(self) -> None:
+        delay = self.async_delay
+        self._until = self.runtime.now() + delay / 1000.0 if delay > 0 else None
+
+    def update(self) -> Outcome:
+        if self._until is not None and self.runtime.now() < self._until - FORGIVEN:
+            return RUNNING
+        outcome = self._outcome()
+        if outcome is SUCCESS:
+            self._run(self.success_script)
+        elif outcome is FAILURE:
+            self._run(self.failure_script)
+        self._run(self.post_script)
+        return outcome
+
+    def _outcome(self) -> Outcome:
+        script = self.return_status_script
+        value = self._run(script) if script else self.return_status
+        names = ("IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED")
+        if isinstance(value, (int, float)) and value in range(len(names)):
+            value = names[int(value)]
+        outcome = outcome_named(str(value))
+        if outcome is IDLE:
+            raise TreeError(Fault(f"'{self.name}' cannot come to IDLE."))
+        return outcome
+
+    def _run(self, script: str) -> Any:
+        return compile_script(parse_script(script), self.board)() if script else None

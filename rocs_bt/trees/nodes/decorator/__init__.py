@@ -1,1 +1,0 @@
-"""Nodes with one child."""

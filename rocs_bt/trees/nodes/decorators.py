@@ -1,0 +1,388 @@
+"""Decorators of BehaviorTree.CPP: nodes with one child."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from collections.abc import Sequence as Many
+from typing import Any, ClassVar
+
+from py_trees.common import Status
+
+from ...errors import Fault
+from ..board import from_string
+from ..error import TreeError
+from ..script import compile_condition, parse_script
+from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from .family import Decorator, halt, strange
+from .port import Code, InOut, Input, Output
+
+
+class _Again(Decorator):
+    """Counts how often the child came to `counted`, up to a limit; the other outcome ends it at once.
+
+    Between two rounds of a child that is done at once it is RUNNING for a moment, so that it can be interrupted.
+    """
+
+    counted: ClassVar[Status] = SUCCESS
+    limit: ClassVar[str] = ""
+
+    def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
+        super().__init__(name, child, **attributes)
+        self._count = 0
+
+    def halted(self) -> None:
+        self._count = 0
+        super().halted()
+
+    def tick_once(self) -> Outcome:
+        limit = self.read(self.limit)
+        self.status = RUNNING
+        child: Any = self.decorated
+        while limit == -1 or self._count < limit:
+            at_once = child.status is not RUNNING
+            outcome = child.tick_once() or child.status
+            if outcome is RUNNING:
+                return outcome
+            if outcome is IDLE:
+                raise strange(child, outcome)
+            if outcome is SKIPPED:
+                halt(child)
+                return outcome
+            if outcome is not self.counted:
+                return self._finish(outcome)
+            self._count += 1
+            if outcome is FAILURE:
+                limit = self.read(self.limit)  # the child may have changed it; only RetryUntilSuccessful asks again
+            if at_once and (limit == -1 or self._count < limit):
+                self.runtime.woken = True
+                return RUNNING
+        return self._finish(self.counted)
+
+    def _finish(self, outcome: Status) -> Outcome:
+        self._count = 0
+        self.status = outcome
+        return outcome
+
+
+class Repeat(_Again):
+    """Ticks the child until it has succeeded `num_cycles` times; FAILURE as soon as it fails, SKIPPED if it is skipped.
+
+    The count is kept when the child is skipped. With 0 it is SUCCESS at once.
+    """
+
+    counted = SUCCESS
+    limit = "num_cycles"
+    num_cycles = Input(int, doc="how often; -1 is for ever")
+
+
+class RetryUntilSuccessful(_Again):
+    """Ticks the child until it succeeds, `num_attempts` times at most; SKIPPED if it is skipped.
+
+    With 0 it is FAILURE at once. The port is read again after each failure.
+    """
+
+    counted = FAILURE
+    limit = "num_attempts"
+    num_attempts = Input(int, doc="how often; -1 is for ever")
+
+
+class _Loop(Decorator):
+    """Takes an item off the queue, writes it to `value` and ticks the child, once a tick; `if_empty` when none is left.
+
+    RUNNING while there are items, FAILURE as soon as the child fails. A list on the board is emptied in place; a text
+    is a new queue in each run.
+    """
+
+    item: ClassVar[Any] = str
+    queue = InOut(object, None, "the items")
+    if_empty = Input(Status, "SUCCESS", "what it comes to when the queue is empty")
+
+    def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
+        super().__init__(name, child, **attributes)
+        self._items: list[Any] | None = None
+        self._source: object = None
+        self._under_way = False
+
+    def halted(self) -> None:
+        self._under_way = False
+        super().halted()
+
+    def tick_once(self) -> Outcome:
+        if self.status is not RUNNING:
+            self._under_way = False
+            if self.key("queue") is None:
+                self._source = None
+        if not self._under_way:
+            items = self._queue()
+            if not items:
+                return self._told(self.if_empty)
+            self.write("value", items.pop(0))
+        self.status = RUNNING
+        outcome = self.tick_child()
+        self._under_way = outcome is RUNNING
+        return self._told(FAILURE if outcome is FAILURE else RUNNING)
+
+    def _told(self, outcome: Outcome) -> Outcome:
+        if outcome is not SKIPPED:
+            self.status = outcome
+        elif self.status is not RUNNING:
+            self.status = IDLE
+        return outcome
+
+    def _queue(self) -> list[Any]:
+        source = self.queue
+        if isinstance(source, list):
+            return source
+        if self._items is None or source != self._source:
+            self._items, self._source = self._converted(source), source
+        return self._items
+
+    def _converted(self, source: Any) -> list[Any]:
+        if source is None:
+            return []
+        if isinstance(source, str):
+            kind = list[self.item]  # type: ignore[name-defined]  # the items' type is known at run time only
+            found: list[Any] = from_string(source, kind, self.board.enums)
+            return found
+        if isinstance(source, Many):
+            return list(source)
+        raise TreeError(Fault(f"the queue of '{self.name}' must be a list or a text, found {source!r}."))
+
+
+class LoopString(_Loop):
+    """A loop over texts."""
+
+    __doc__ = f"A loop over texts. {_Loop.__doc__}"
+    item = str
+    value = Output(str, "the present item")
+
+
+class LoopInt(_Loop):
+    """A loop over whole numbers."""
+
+    __doc__ = f"A loop over whole numbers. {_Loop.__doc__}"
+    item = int
+    value = Output(int, "the present item")
+
+
+class LoopDouble(_Loop):
+    """A loop over numbers."""
+
+    __doc__ = f"A loop over numbers. {_Loop.__doc__}"
+    item = float
+    value = Output(float, "the present item")
+
+
+class LoopBool(_Loop):
+    """A loop over truths."""
+
+    __doc__ = f"A loop over truths. {_Loop.__doc__}"
+    item = bool
+    value = Output(bool, "the present item")
+
+
+class _Mapping(Decorator):
+    """Ticks the child and looks its outcome up; what is not in the table stays as it is."""
+
+    table: ClassVar[Mapping[Outcome, Outcome]] = {}
+
+    def tick_once(self) -> Outcome:
+        self.status = RUNNING
+        child: Any = self.decorated
+        outcome = child.tick_once() or child.status
+        if outcome is IDLE:
+            raise strange(child, outcome)
+        outcome = self.table.get(outcome, outcome)
+        if outcome is not SKIPPED:
+            self.status = outcome
+        return outcome
+
+
+class Inverter(_Mapping):
+    """SUCCESS where the child fails, FAILURE where it succeeds."""
+
+    table: ClassVar[Mapping[Outcome, Outcome]] = {SUCCESS: FAILURE, FAILURE: SUCCESS}
+
+
+class ForceSuccess(_Mapping):
+    """SUCCESS when the child has ended, whatever it came to."""
+
+    table: ClassVar[Mapping[Outcome, Outcome]] = {FAILURE: SUCCESS}
+
+
+class ForceFailure(_Mapping):
+    """FAILURE when the child has ended, whatever it came to."""
+
+    table: ClassVar[Mapping[Outcome, Outcome]] = {SUCCESS: FAILURE}
+
+
+class KeepRunningUntilFailure(_Mapping):
+    """Ticks the child again and again until it fails; RUNNING until then, also when it is skipped."""
+
+    table: ClassVar[Mapping[Outcome, Outcome]] = {SUCCESS: RUNNING, SKIPPED: RUNNING}
+
+
+class RunOnce(Decorator):
+    """Ticks the child until it has ended; from then on it is SKIPPED, or what the child came to, and never reset."""
+
+    then_skip = Input(bool, True, "whether it is skipped afterwards")
+
+    def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
+        super().__init__(name, child, **attributes)
+        self._outcome: Outcome | None = None
+
+    def tick_once(self) -> Outcome:
+        if self._outcome is not None:
+            outcome = SKIPPED if self.then_skip else self._outcome
+            self.status = IDLE if outcome is SKIPPED else outcome
+            return outcome
+        self.status = RUNNING
+        outcome = self.tick_child()
+        if outcome is not SKIPPED:
+            self.status = outcome
+            if outcome is not RUNNING:
+                self._outcome = outcome
+        return outcome
+
+
+class Precondition(Decorator):
+    """Ticks the child once the script `if` holds, until the child has ended; comes to `else` while it does not hold.
+
+    The script is not asked again while the child is under way.
+    """
+
+    script = Code(doc="the script", name="if")
+    otherwise = Input(Status, "FAILURE", "what it comes to while the script does not hold", name="else")
+
+    def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
+        super().__init__(name, child, **attributes)
+        self._under_way = False
+        self._compiled: tuple[str, Callable[[], bool]] | None = None
+
+    def bind(self, board: Any, runtime: Any) -> Any:
+        self._compiled = None
+        return super().bind(board, runtime)
+
+    def tick_once(self) -> Outcome:
+        outcome: Outcome
+        if self._under_way or self._holds():
+            self._under_way = True
+            outcome = self.tick_child()
+            if outcome is not RUNNING and outcome is not SKIPPED:
+                self._under_way = False
+        else:
+            outcome = self.otherwise
+        if outcome is not SKIPPED:
+            self.status = outcome
+        elif self.status is not RUNNING:
+            self.status = IDLE
+        return outcome
+
+    def _holds(self) -> bool:
+        text = self.script
+        if self._compiled is None or self._compiled[0] != text:
+            self._compiled = text, compile_condition(parse_script(text), self.board)
+        return self._compiled[1]()
+
+
+FORGIVEN = 1e-9
+"""A nanosecond [s] forgives the rounding of k * step."""
+
+
+class _Timed(Decorator):
+    def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
+        super().__init__(name, child, **attributes)
+        self._deadline: float | None = None
+
+    def halted(self) -> None:
+        self._deadline = None
+        super().halted()
+
+    def _due(self, milliseconds: int) -> bool:
+        """Whether that much time has passed since this was asked first."""
+        now = self.runtime.now()
+        if self._deadline is None:
+            self._deadline = now + milliseconds / 1000.0
+            self.status = RUNNING
+        return now >= self._deadline - FORGIVEN
+
+    def _ended(self, outcome: Outcome) -> Outcome:
+        """End, unless the child was skipped.
+
+        Raises:
+            TreeError: It has no outcome.
+        """
+        if outcome is IDLE:
+            raise strange(self.decorated, outcome)
+        if outcome is not SKIPPED:
+            self._deadline = None
+            self.status = outcome
+        return outcome
+
+
+class Timeout(_Timed):
+    """FAILURE, and the child is halted, when it has been RUNNING for `msec` milliseconds; 0 is no limit."""
+
+    msec = Input(int, doc="how long the child may run [ms]")
+
+    def tick_once(self) -> Outcome:
+        child: Any = self.decorated
+        limit = self.read("msec")
+        if limit <= 0:
+            self.status = RUNNING
+        elif self._due(limit) and child.status is RUNNING:
+            halt(child)
+            self.feedback_message = f"after {limit} ms"
+            return self._ended(FAILURE)
+        outcome = child.tick_once() or child.status
+        return outcome if outcome is RUNNING else self._ended(outcome)
+
+
+class Delay(_Timed):
+    """RUNNING for `delay_msec` milliseconds; then the child is ticked."""
+
+    delay_msec = Input(int, doc="how long to wait [ms]")
+
+    def tick_once(self) -> Outcome:
+        if not self._due(self.delay_msec):
+            self.status = RUNNING
+            return RUNNING
+        child: Any = self.decorated
+        outcome = child.tick_once() or child.status
+        return outcome if outcome is RUNNING else self._ended(outcome)
+
+
+class _Updated(Decorator):
+    """Ticks the child if the key was written since this was ticked last, and while the child is RUNNING."""
+
+    otherwise: ClassVar[Outcome] = SKIPPED
+    entry = Input(object, doc="the key")
+
+    def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
+        super().__init__(name, child, **attributes)
+        self._seen = 0
+
+    def tick_once(self) -> Outcome:
+        outcome = self.tick_child() if self.decorated.status is RUNNING or self._written() else self.otherwise
+        if outcome is not SKIPPED:
+            self.status = outcome
+        elif self.status is not RUNNING:
+            self.status = IDLE
+        return outcome
+
+    def _written(self) -> bool:
+        entry = self.board.entry(self.key("entry") or str(self.given["entry"]))
+        before, self._seen = self._seen, 0 if entry is None else entry.sequence
+        return entry is not None and before != self._seen
+
+
+class SkipUnlessUpdated(_Updated):
+    """Skipped while the key `entry` was not written since it was ticked last."""
+
+    otherwise = SKIPPED
+
+
+class WaitValueUpdate(_Updated):
+    """RUNNING while the key `entry` was not written since it was ticked last."""
+
+    otherwise = RUNNING
