@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
+from mcap.writer import CompressionType, Writer
 
 from ..errors import RecordingError
 from ..event import Event
 from . import codec, foxglove
-from .container import Container
 from .header import RunHeader
 from .viewer import Draw, Message, Viewer
 
 FORMAT = "1"
 HEADER, SUMMARY = "header.json", "summary.json"
 _FLUSH_EVERY = 500_000_000  # [ns] of the run's time: what a killed run may lose
-_FLUSH_SIZE = 1 << 20
 _BATCH = 256  # events that wait to be encoded together, which costs half of one by one between all that happens
+_LATEST = 2**64 - 1  # [ns]
 
 
 class Recorder:
@@ -51,7 +51,8 @@ class Recorder:
         self._unfit: list[str] = []
         self._closed = False
         try:
-            self._file = Container(path, "rocs_bt")
+            self._file = path.open("wb")
+            self._writer = Writer(self._file, compression=CompressionType.LZ4)
             self._begin(header)
         except OSError as error:
             raise RecordingError(f"the recording '{path}' cannot be written: {error.strerror}.") from error
@@ -80,11 +81,11 @@ class Recorder:
                 return
             self._encode()
             self._closed = True
-            try:
-                self._finish(summary)
-            except OSError as error:
-                self._disk = error.strerror or str(error)
-                self._file.abandon()
+            if not self._disk:
+                try:
+                    self._finish(summary)
+                except OSError as error:
+                    self._give_up(error)
         if self._disk:
             raise RecordingError(
                 f"the recording '{self.path}' ends early, at t = {self._last * 1e-9:.3f} s: {self._disk}."
@@ -96,12 +97,13 @@ class Recorder:
     def _begin(self, header: RunHeader) -> None:
         run = {"format": FORMAT, "scenario": header.scenario, "seed": str(header.seed), "mode": header.mode}
         try:
-            self._file.note("rocs_bt", run)
-            self._file.attach(HEADER, msgspec.json.encode(header), self._last)
+            self._writer.start(library="rocs_bt")
+            self._writer.add_metadata("rocs_bt", run)
+            self._attach(HEADER, msgspec.json.encode(header))
             self._show(self._viewer.scene(self._last), self._last)
-            self._file.flush()
-        except OSError:
-            self._file.abandon()
+            self._writer.flush()
+        except OSError as error:
+            self._give_up(error)
             raise
 
     def _look(self, newest: Event) -> None:
@@ -119,52 +121,62 @@ class Recorder:
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
         if self._closed or self._disk or not waiting:
             return
-        file, channels, write = self._file, self._channels, self._file.message
         for event, data in zip(waiting, codec.encode_all(waiting), strict=True):
             try:
-                encoded = data or codec.encode(event)
-                time = int(event.t * 1e9 + 0.5)
-                channel, draw = channels.get((type(event), event.agent)) or self._open(event)
-                write(channel, self._sequence, time, encoded)
-                self._sequence += 1
-                if time > self._last:
-                    self._last = time
-                if draw is not None:
-                    for message in draw(event, time):
-                        self._show(message, time)
+                self._write(event, data or codec.encode(event))
+                # After each one, so that the same events give the same chunks however many came together.
+                if self._last >= self._flush_at:
+                    self._flush_at = self._last + _FLUSH_EVERY
+                    self._writer.flush()
             except codec.UNFIT as error:
                 self._unfit.append(f"{type(event).__name__} at t = {event.t} s: {error}")
-            # After each one, so that the same events give the same chunks however many came together.
-            if self._last >= self._flush_at or file.size >= _FLUSH_SIZE:
-                self._flush_at = self._last + _FLUSH_EVERY
-                try:
-                    file.flush()
-                except OSError as error:
-                    self._disk = error.strerror or str(error)
-                    return
+            except OSError as error:
+                self._give_up(error)
+                return
+
+    def _write(self, event: Event, data: bytes) -> None:
+        time = int(event.t * 1e9 + 0.5)
+        if not 0 <= time <= _LATEST:
+            raise ValueError(f"its time is {time * 1e-9:g} s, which a recording cannot hold")
+        channel, draw = self._channels.get((type(event), event.agent)) or self._open(event)
+        self._writer.add_message(channel, time, data, time, self._sequence)
+        self._sequence += 1
+        self._last = max(self._last, time)
+        if draw is not None:
+            for message in draw(event, time):
+                self._show(message, time)
+
+    def _attach(self, name: str, data: bytes) -> None:
+        self._writer.flush()
+        self._writer.add_attachment(0, self._last, name, "application/json", data)
 
     def _finish(self, summary: Mapping[str, object] | None) -> None:
-        if self._disk:
-            self._file.abandon()
-            return
         if summary is not None:
-            self._file.attach(SUMMARY, msgspec.json.encode(summary, enc_hook=codec.plain), self._last)
-        self._file.finish()
+            self._attach(SUMMARY, msgspec.json.encode(summary, enc_hook=codec.plain))
+        self._writer.finish()
+        self._file.close()
+
+    def _give_up(self, error: OSError) -> None:
+        """Record nothing more; what reached the disk stays readable."""
+        self._disk = error.strerror or str(error)
+        self._file.raw.close()  # what is still buffered has no room
 
     def _open(self, event: Event) -> tuple[int, Draw | None]:
         kind = type(event)
         name = codec.SCHEMA_PREFIX + kind.__name__
-        if name not in self._schemas:
-            self._schemas[name] = self._file.schema(name, codec.schema_of(kind))
-        channel = self._file.channel(codec.topic_of(kind, event.agent), self._schemas[name])
+        channel = self._channel(codec.topic_of(kind, event.agent), name, lambda: codec.schema_of(kind))
         self._channels[kind, event.agent] = channel, self._viewer.drawing(kind)
         return self._channels[kind, event.agent]
 
     def _show(self, message: Message, time: int) -> None:
         topic, schema, data = message
-        channel = self._drawn.get(topic)
-        if channel is None:
-            if schema not in self._schemas:
-                self._schemas[schema] = self._file.schema(schema, foxglove.schema(schema))
-            channel = self._drawn[topic] = self._file.channel(topic, self._schemas[schema])
-        self._file.message(channel, self._sequence, time, data)
+        if topic not in self._drawn:
+            self._drawn[topic] = self._channel(topic, schema, lambda: foxglove.schema(schema))
+        self._writer.add_message(self._drawn[topic], time, data, time, self._sequence)
+
+    def _channel(self, topic: str, schema: str, described: Callable[[], bytes]) -> int:
+        """Declare a channel of JSON messages, and its schema where it is new; returns its number."""
+        if schema not in self._schemas:
+            self._schemas[schema] = self._writer.register_schema(schema, "jsonschema", described())
+        number: int = self._writer.register_channel(topic, "json", self._schemas[schema])
+        return number

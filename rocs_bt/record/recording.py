@@ -10,17 +10,18 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar
 
+import lz4.frame
 import msgspec
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+from mcap.writer import MCAP0_MAGIC
 
 from ..errors import RecordingError, unknown
 from ..event import Event, SensorFailed, SensorRead
 from ..nesting import check_nesting
 from . import codec
-from .container import MAGIC
 from .header import RunHeader
 from .recorder import FORMAT, HEADER, SUMMARY
 
@@ -28,7 +29,7 @@ R = TypeVar("R")
 
 _RECORD = struct.Struct("<BQ")  # opcode, length
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
-_CHUNK = struct.Struct("<QQQII")  # first time, last time, size, crc, length of the compression's name
+_LARGEST = 1 << 28  # [bytes] of a chunk; the recorder's have about 1 << 20
 
 
 @dataclass
@@ -37,7 +38,7 @@ class _Contents:
 
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
-    chunks: list[bytes] = field(default_factory=list)
+    chunks: list[Chunk] = field(default_factory=list)
     complete: bool = False
     summary: dict[str, Any] | None = None
 
@@ -82,7 +83,7 @@ class Recording:
             raise RecordingError(str(unknown("recording", str(path), _near(path)))) from error
         except OSError as error:
             raise RecordingError(f"the recording '{file}' cannot be read: {error.strerror}.") from error
-        if not data.startswith(MAGIC):
+        if not data.startswith(MCAP0_MAGIC):
             found = "it is empty" if not data else f"it begins with {data[:8]!r}"
             raise RecordingError(f"'{file}' is not an MCAP recording: {found}. Give the run.mcap of a run.")
         contents = _walk(data, file)
@@ -112,7 +113,7 @@ class Recording:
         schemas: dict[int, str] = {}
         known = {codec.SCHEMA_PREFIX + kind.__name__ for kind in codec.KINDS}
         for chunk in self._chunks:
-            for opcode, body in _records(chunk):
+            for opcode, body in _records(_content(chunk)):
                 if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
                     # What is not ours are the viewers' messages, and events of kinds that a user added.
                     if ours.get(_MESSAGE.unpack_from(body)[0]):
@@ -134,17 +135,15 @@ class Recording:
 
 
 def _walk(data: bytes, file: Path) -> _Contents:
-    contents, at = _Contents(), len(MAGIC)
+    contents, at = _Contents(), len(MCAP0_MAGIC)
     while at + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, at)
         body = data[at + _RECORD.size : at + _RECORD.size + length]
         whole = len(body) == length
         if opcode == 0:
             break  # zeros, as a power cut leaves them at the end
-        if opcode == Opcode.CHUNK:
-            chunk = _chunk(body, whole, file, at)
-            if chunk:
-                contents.chunks.append(chunk)
+        if opcode == Opcode.CHUNK and whole:
+            contents.chunks.append(_chunk(body, file, at))
         elif opcode == Opcode.ATTACHMENT and whole:
             attachment = _parsed(Attachment, body, file)
             if zlib.crc32(body[:-4]) != struct.unpack("<I", body[-4:])[0]:
@@ -157,24 +156,40 @@ def _walk(data: bytes, file: Path) -> _Contents:
             raise RecordingError(f"'{file}' is damaged: byte {at} holds {opcode}, which no record begins with.")
         at += _RECORD.size + length
         if opcode == Opcode.FOOTER:
-            contents.complete = data[at:] == MAGIC
+            contents.complete = data[at:] == MCAP0_MAGIC
             break
     return contents
 
 
-def _chunk(body: bytes, whole: bool, file: Path, at: int) -> bytes:
-    """The records of a chunk; those that are there, where it was cut off."""
-    if len(body) < _CHUNK.size:
-        return b""
-    *_, name = _CHUNK.unpack_from(body)
-    if name:
-        raise RecordingError(f"'{file}' has compressed chunks. Write it without compression to read it here.")
-    if not whole:
-        return body[_CHUNK.size + 8 :]
+def _chunk(body: bytes, file: Path, at: int) -> Chunk:
+    """A chunk whose content can be read.
+
+    Raises:
+        RecordingError: It is damaged.
+    """
     chunk = _parsed(Chunk, body, file)
-    if zlib.crc32(chunk.data) != chunk.uncompressed_crc:
-        raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} has a wrong checksum.")
-    return bytes(chunk.data)
+    if chunk.compression not in ("", "lz4"):
+        raise RecordingError(f"'{file}' has chunks compressed by '{chunk.compression}'; only lz4 is read here.")
+    try:
+        content = _content(chunk)
+    except RuntimeError as error:
+        raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} cannot be decompressed.") from error
+    if len(content) != chunk.uncompressed_size or zlib.crc32(content) != chunk.uncompressed_crc:
+        raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} has a wrong size or checksum.")
+    return chunk
+
+
+def _content(chunk: Chunk) -> bytes:
+    """The records of a chunk, decompressed; at most as many bytes as it declares.
+
+    Raises:
+        RuntimeError: It cannot be decompressed.
+    """
+    if not chunk.compression:
+        return bytes(chunk.data)
+    size = min(chunk.uncompressed_size, _LARGEST)
+    content: bytes = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size)
+    return content
 
 
 def _records(chunk: bytes) -> Iterator[tuple[int, bytes]]:

@@ -14,8 +14,7 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.record import Recording
-from rocs_bt.record.container import Container
+from rocs_bt.record import Recording, recorder
 
 RUN = ("-m", "rocs_bt.cli", "run")
 FULL = os.strerror(errno.ENOSPC)
@@ -23,10 +22,10 @@ FULL = os.strerror(errno.ENOSPC)
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A disk of 600 kB."""
+    """A disk of 200 kB."""
     disk = tmp_path / "disk"
     disk.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=600k", "tmpfs", disk], capture_output=True, text=True)
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", disk], capture_output=True, text=True)
     if mounted.returncode:
         pytest.skip(f"no disk can be mounted here: {mounted.stderr.strip()}")
     yield disk
@@ -85,14 +84,14 @@ def test_a_place_that_is_full_from_the_beginning_is_refused_before_anything_move
 @pytest.mark.parametrize("mode", ["lockstep", "threaded"])
 def test_in_python_the_result_says_what_is_missing(tmp_path, monkeypatch, mode):
     """The disk fills up at t = 1 s."""
-    write = Container._write
 
-    def full(self: Container, data: bytes) -> None:
-        if self._offset > 100_000:
-            raise OSError(errno.ENOSPC, FULL)
-        write(self, data)
+    class Full(recorder.Writer):
+        def flush(self) -> None:
+            super().flush()
+            if (tmp_path / "run.mcap").stat().st_size > 40_000:
+                raise OSError(errno.ENOSPC, FULL)
 
-    monkeypatch.setattr(Container, "_write", full)
+    monkeypatch.setattr(recorder, "Writer", Full)
     result = rocs_bt.run("exp1", Catalog(), mode=mode, out=tmp_path, duration=3.0)
     (missing,) = result.missing
     assert missing.startswith(f"the recording '{tmp_path}/run.mcap' ends early, at t = ")
