@@ -14,8 +14,7 @@ from .terminal import echo
 
 if TYPE_CHECKING:
     from ..knowledge import Schema
-    from ..knowledge.history import State
-    from ..record.knowledge import Story
+    from ..knowledge.history import ChangeLog, State
 
 _EXPORTS = (".json", ".graphml")
 run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
@@ -53,19 +52,18 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
     """
     from ..record.knowledge import draw, render_knowledge
 
-    story = open_story(run, agent, run_number)
+    log = open_log(run, agent, run_number)
     if form == "html":
-        text = render_knowledge(story)
-    elif form == "svg":
-        text = draw(story.as_of(t), story.agent)
+        text = render_knowledge(log)
     else:
-        text = _listed(story.as_of(t))
+        state = state_of(log, t)
+        text = draw(state, log.agent) if form == "svg" else _listed(state)
     if form == "text" and out is None:
         echo(text.rstrip("\n"))
         return
     file = out or _beside(run) / f"knowledge.{form}"
     file.write_text(text, encoding="utf-8")
-    echo(f"What {story.agent} knew: {file}")
+    echo(f"What {log.agent} knew: {file}")
 
 
 @click.command()
@@ -82,7 +80,7 @@ def export(run: Path, agent: str | None, run_number: int | None, t: float | None
     """
     from ..knowledge.history import to_graphml, to_json_text
 
-    state = _state(run, agent, run_number, t)
+    state = state_of(open_log(run, agent, run_number), t)
     text = to_json_text(state) if form == "json" else to_graphml(state)
     if out is None:
         echo(text, nl=False)
@@ -111,33 +109,31 @@ def take(file: Path, knowledge: Path, agent: str | None) -> None:
     echo(f"{knowledge}: {len(state.nodes())} nodes, {len(state.edges())} edges of {state.agent}.")
 
 
-def open_story(run: Path, agent: str | None, number: int | None) -> Story:
+def open_log(run: Path, agent: str | None, number: int | None) -> ChangeLog:
     """What an agent knew, wherever it was kept: a recording, a file of knowledge, or an export."""
-    from ..knowledge.history import History
+    from ..knowledge.history import History, log_of
     from ..record import Recording
-    from ..record.knowledge import story_of_history, story_of_recording, story_of_state
+    from ..record.knowledge import recorded_log
 
-    schema, file = _schema(), _kept(run)
+    schema, file = Catalog.here(code=False).load_schema(), _kept(run)
     if file.suffix in _EXPORTS:
-        return story_of_state(_exported(file, schema), file.name)
+        return log_of(_exported(file, schema), file.name)
     if file.suffix == ".mcap":
-        return story_of_recording(Recording.open(file), agent, schema)
+        return recorded_log(Recording.open(file), agent, schema)
     with History(file, agent, number, schema) as history:
-        return story_of_history(history)
+        return history
 
 
-def _state(run: Path, agent: str | None, number: int | None, t: float | None) -> State:
-    """What an agent knew at one moment, with all that was kept of when it learned it."""
-    from ..knowledge.history import History
+def state_of(log: ChangeLog, t: float | None) -> State:
+    """What was known at a time [s]; at the end where None.
 
-    file = _kept(run)
-    if file.suffix in (".mcap", *_EXPORTS):
-        return _exported(file, _schema()) if file.suffix in _EXPORTS else open_story(file, agent, number).as_of(t)
-    with History(file, agent, number, _schema()) as history:
-        try:
-            return history.as_of(t)
-        except KnowledgeError as error:  # a moment that was not kept
-            raise InputError(str(error)) from error
+    Raises:
+        InputError: That time is not kept.
+    """
+    try:
+        return log.as_of(t)
+    except KnowledgeError as error:
+        raise InputError(str(error)) from error
 
 
 def _kept(run: Path) -> Path:
@@ -146,10 +142,6 @@ def _kept(run: Path) -> Path:
         return run
     kept = run / "knowledge.sqlite"
     return kept if kept.exists() else run / "run.mcap"
-
-
-def _schema() -> Schema:
-    return Catalog.here(code=False).load_schema()
 
 
 def _exported(file: Path, schema: Schema) -> State:

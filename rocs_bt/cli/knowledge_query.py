@@ -10,7 +10,7 @@ import click
 
 from ..errors import InputError, KnowledgeError
 from ..geometry import Pose2
-from .knowledge_files import agent_option, at_option, open_story, run_number_option
+from .knowledge_files import agent_option, at_option, open_log, run_number_option, state_of
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -36,12 +36,12 @@ def query(run: Path, text: str, agent: str | None, run_number: int | None, t: fl
     from ..record import Recording
     from ..record.knowledge import recorded_asker
 
-    story = open_story(run, agent, run_number)
-    t = story.end if t is None else t
-    asker, signals = Asker(story.agent, None, t, past=story), None
+    log = open_log(run, agent, run_number)
+    t = log.end if t is None else t
+    asker, signals = Asker(log.agent, None, t, past=log), None
     if (recorded := run / "run.mcap" if run.is_dir() else run).suffix == ".mcap" and recorded.exists():
-        asker, signals = recorded_asker(Recording.open(recorded), story, t)
-    state = story.as_of(t)
+        asker, signals = recorded_asker(Recording.open(recorded), log, t)
+    state = state_of(log, t)
     try:
         answers = compile_query(text, state.schema, signals).ask(state, asker)
     except InputError as error:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .knowledge_files import agent_option, at_option, open_story, run_argument, run_number_option
+from .knowledge_files import agent_option, at_option, open_log, run_argument, run_number_option
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -25,15 +25,15 @@ def why(run: Path, agent: str | None, run_number: int | None, t: float | None) -
 
     RUN is a run's folder, its run.mcap, a file that `run --knowledge` wrote, or an export.
     """
-    story = open_story(run, agent, run_number)
-    state = story.as_of(None)
+    log = open_log(run, agent, run_number)
+    state = log.as_of()
     uses = sorted(state.nodes("use"), key=lambda use: state.get(use, "began") or 0.0)
     if t is not None:
         uses = [use for use in uses if _in_force(state, use, t)]
     if not uses:
         when = "" if t is None else f" at {t:g} s"
         hint = "Missions choose strategies with UseStrategy (docs/strategies.md)."
-        echo(f"No strategy of {story.agent} was in force{when}. {hint}")
+        echo(f"No strategy of {log.agent} was in force{when}. {hint}")
         return
     for use in uses:
         echo("\n".join(_told(state, use)))

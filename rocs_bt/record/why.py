@@ -21,8 +21,9 @@ from ..event import (
     SensorRead,
     SignalsWritten,
     TicketChanged,
-    Value,
 )
+from ..knowledge.history import State
+from ..knowledge.history.values import plain
 from ..raised import reported
 from .diverge import describe
 from .recording import Recording
@@ -40,7 +41,7 @@ class Why:
         t: The time asked for [s].
         agent: The agent.
         signals: Values by signal, SI units, with the time they were written [s].
-        graph: Attributes by node; relations as `relation -> target` with True.
+        graph: The knowledge graph.
         tree: What each node of the mission tree last said.
         rules: The last thing of each rule that is active.
         fired: The last firings, newest last.
@@ -58,7 +59,7 @@ class Why:
     t: float
     agent: str
     signals: dict[str, tuple[float, list[float]]] = field(default_factory=dict)
-    graph: dict[str, dict[str, Value]] = field(default_factory=dict)
+    graph: State = field(default_factory=lambda: State(""))
     tree: dict[str, NodeTicked] = field(default_factory=dict)
     rules: dict[str, RuleChanged] = field(default_factory=dict)
     fired: list[RuleChanged] = field(default_factory=list)
@@ -91,7 +92,7 @@ def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
     name = agent if agent is not None else names[0] if names else ""
     if name not in names:
         raise InputError(unknown("agent", name, names, "The run"))
-    why, last = Why(t, name), recording.header.start
+    why, last = Why(t, name, graph=State(name)), recording.header.start
     # A time that somebody typed is rounded: allow for half a millisecond.
     for event in recording.events():
         last = max(last, event.t)
@@ -107,7 +108,7 @@ def _take(why: Why, event: Event) -> None:
     if isinstance(event, SignalsWritten):
         why.signals.update({n: (event.t, v) for n, v in event.values.items()})
     elif isinstance(event, KnowledgeChanged):
-        _learn(why.graph, event)
+        why.graph.apply(event)
     elif isinstance(event, NodeTicked):
         why.tree[event.node] = event
     elif isinstance(event, RuleChanged):
@@ -140,24 +141,10 @@ def _take(why: Why, event: Event) -> None:
         why.recent.append(event)
 
 
-def _learn(graph: dict[str, dict[str, Value]], event: KnowledgeChanged) -> None:
-    node = graph.setdefault(event.subject, {})
-    if event.what == "node added":
-        node["kind"] = event.name
-    elif event.what == "node removed":
-        graph.pop(event.subject)
-    elif event.what == "attribute":
-        node[event.name] = event.value
-    elif event.what in ("edge added", "edge changed"):
-        node[f"{event.name} -> {event.value}"] = True
-    elif event.what == "edge removed":
-        node.pop(f"{event.name} -> {event.value}", None)
-
-
 def _render(why: Why) -> Iterable[str]:
     yield f"{why.agent} at t = {why.t:.3f} s"
     yield from _part("known", [_signal(n, *s, why.t) for n, s in sorted(why.signals.items())])
-    yield from _part("", [_node(n, a) for n, a in sorted(why.graph.items())])
+    yield from _part("", [_node(why.graph, name) for name in sorted(why.graph.nodes())])
     yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {_values(e.values)}" for e in why.changes.values()])
     yield from _part("planned", [f"{e.status:8} {e.node}{_since(e, why.t)}" for e in why.tree.values()])
     active = [f"{e.rule} {e.phase}, priority {e.priority}{_since(e, why.t)}: {e.reading}" for e in why.rules.values()]
@@ -206,8 +193,10 @@ def _signal(name: str, stamp: float, values: list[float], t: float) -> str:
     return f"{name} = {_numbers(values)}{age}"
 
 
-def _node(name: str, attributes: dict[str, Value]) -> str:
-    return f"{name}: {_values(attributes)}"
+def _node(graph: State, name: str) -> str:
+    held = {"kind": graph.kind(name), **{a: plain(v) for a, v in graph.attributes(name).items()}}
+    edges = {f"{r} -> {target}": True for r in graph.schema.relations for target in graph.related(name, r)}
+    return f"{name}: {_values(held | edges)}"
 
 
 def _values(values: object) -> str:

@@ -9,7 +9,7 @@ from rocs_bt.nesting import LIMIT, check_nesting, too_deep
 
 READERS = {
     "knowledge": "from_json_text('{\"a\": ' + '[' * 200_000, Path('k.json'))",
-    "attribute": "row_from_sql(b'{\"a\":' + b'[' * 200_000)",
+    "attribute": "load(b'{\"a\":' + b'[' * 200_000)",
     "event": 'codec.decode(b\'{"type":"KnowledgeChanged","value":\' + b\'[\' * 200_000)',
 }
 SCRIPT = """
@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 from rocs_bt.errors import RocsError
 from rocs_bt.knowledge.history import from_json_text
-from rocs_bt.knowledge.history.values import row_from_sql
+from rocs_bt.knowledge.history.values import load
 from rocs_bt.record import codec
 
 sys.setrecursionlimit(1_000_000)

@@ -1,4 +1,4 @@
-"""What an agent knew, as a story, a picture and a page."""
+"""What an agent knew, as a change log, a picture and a page."""
 
 from __future__ import annotations
 
@@ -14,15 +14,8 @@ from rocs_bt.errors import InputError, RecordingError
 from rocs_bt.event import BodyMoved, KnowledgeChanged, NullSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
-from rocs_bt.knowledge.history import History, Journal, State
-from rocs_bt.record.knowledge import (
-    draw,
-    learnt,
-    render_knowledge,
-    story_of_history,
-    story_of_recording,
-    story_of_state,
-)
+from rocs_bt.knowledge.history import History, Journal, State, log_of
+from rocs_bt.record.knowledge import draw, learnt, recorded_log, render_knowledge
 from rocs_bt.record.knowledge.drawing import CROWD, picture
 from rocs_bt.record.knowledge.layout import layout
 from rocs_bt.record.knowledge.page import thinned
@@ -62,10 +55,10 @@ def told(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def stories(told):
+def logs(told):
     folder, _ = told
     with History(folder / "knowledge.sqlite") as history:
-        return story_of_recording(Recording.open(folder)), story_of_history(history)
+        return recorded_log(Recording.open(folder)), history
 
 
 def everything(state):
@@ -73,21 +66,21 @@ def everything(state):
     return nodes, {e: state.edge(*e) for e in state.edges()}
 
 
-def test_a_recording_and_a_journal_tell_the_same_story(told, stories):
+def test_a_recording_and_a_journal_hold_the_same(told, logs):
     _, graph = told
-    one, two = stories
+    one, two = logs
     for t in (0.0, 0.49, 0.5, 1.0, 1.5, 2.0, None):
         assert everything(one.as_of(t)) == everything(two.as_of(t))
     assert everything(one.as_of()) == everything(graph)
 
 
-def test_a_recorded_story_ends_with_the_run_and_not_with_its_newest_change(tmp_path):
+def test_a_recorded_log_ends_with_the_run_and_not_with_its_newest_change(tmp_path):
     recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
     KnowledgeGraph(SimulatedClock(0.05), recorder, "R2").add("R2", "robot")
     recorder.emit(BodyMoved(t=7.5, agent="R2", body="R2", x=0.0, y=0.0, yaw=0.0, wheels=b""))
     recorder.close()
-    story = story_of_recording(Recording.open(tmp_path))
-    assert (story.begin, story.end) == (0.0, 7.5)
+    log = recorded_log(Recording.open(tmp_path))
+    assert (log.begin, log.end) == (0.0, 7.5)
 
 
 def test_a_gap_in_a_journal_is_told_and_the_state_after_it_is_right(tmp_path):
@@ -106,30 +99,33 @@ def test_a_gap_in_a_journal_is_told_and_the_state_after_it_is_right(tmp_path):
         other.execute("COMMIT")
         other.close()
     with History(path) as history:
-        story = story_of_history(history)
-    assert story.missing
-    assert everything(story.as_of()) == everything(graph)
-    assert "are missing" in render_knowledge(story)
+        assert history.gaps
+    assert everything(history.as_of()) == everything(graph)
+    after = State("R2")
+    for change in history.all_changes():
+        after.apply(change)
+    assert everything(after) == everything(graph)
+    assert "are missing" in render_knowledge(history)
 
 
 def test_who_is_meant_must_be_said_and_exist(recording, tmp_path):
     with pytest.raises(InputError, match=r"'R7'.*R2"):
-        story_of_recording(recording, "R7")
+        recorded_log(recording, "R7")
     nothing = Recorder(tmp_path / "run.mcap", synthetic.header())
     nothing.close()
     with pytest.raises(RecordingError, match="no change of what R2 knew"):
-        story_of_recording(Recording.open(tmp_path))
+        recorded_log(Recording.open(tmp_path))
 
 
-def test_a_state_alone_is_a_story_too(told):
+def test_a_state_alone_is_a_log_too(told):
     _, graph = told
-    story = story_of_state(State.of(graph), "export")
-    assert everything(story.as_of()) == everything(graph)
-    assert learnt(story.changes, story.begin) == []
+    log = log_of(State.of(graph), "export")
+    assert everything(log.as_of()) == everything(graph)
+    assert learnt(log.all_changes(), log.begin) == []
 
 
-def test_what_was_learnt_is_told_once_with_its_beginning_and_its_end(stories):
-    rows = {(r.subject, r.what): r for r in learnt(stories[0].changes, 0.0)}
+def test_what_was_learnt_is_told_once_with_its_beginning_and_its_end(logs):
+    rows = {(r.subject, r.what): r for r in learnt(logs[0].all_changes(), 0.0)}
     assert ("origin", "pose") not in rows
     assert ("R2", "pursues origin") not in rows
     box = rows["box", "object"]
@@ -163,8 +159,8 @@ def test_the_picture_is_well_formed_and_has_everything(told):
     assert "crowd" in ET.fromstring(picture(many, loop, "nobody")).get("class", "")
 
 
-def test_the_page_is_one_file_and_no_text_breaks_out_of_it(stories):
-    page = render_knowledge(stories[1])
+def test_the_page_is_one_file_and_no_text_breaks_out_of_it(logs):
+    page = render_knowledge(logs[1])
     assert not re.search(r"<(link|script|img|iframe)[^>]*\s(src|href)=\"(?!data:)", page)
     assert "</script><b>" not in page
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
@@ -195,9 +191,9 @@ def test_the_report_tells_what_was_learnt(recording, told):
 
 
 @pytest.mark.browser
-def test_in_a_browser_one_searches_and_moves_in_time(browser, stories, tmp_path):
+def test_in_a_browser_one_searches_and_moves_in_time(browser, logs, tmp_path):
     page = tmp_path / "knowledge.html"
-    page.write_text(render_knowledge(stories[1]), encoding="utf-8")
+    page.write_text(render_knowledge(logs[1]), encoding="utf-8")
     browser.open(page.as_uri())
     shown = "[...document.querySelectorAll('.node:not(.gone) title')].map((t) => t.textContent.split(',')[0])"
     assert browser.evaluate(shown)[:3] == ["R2", "origin", "box"]

@@ -1,16 +1,15 @@
-"""What was known when: a journal that survives the process, the history read from it, and files for others."""
+"""What was known when: the change log, the journal that keeps it in a file, and exports."""
 
+from .change_log import ChangeLog, Stretch, log_of
 from .exchange import from_json_text, to_json_text
-from .glance import Glance
 from .graphml import from_graphml, to_graphml
-from .history import History, RunEntry, Stretch
-from .journal import Journal, write_state
+from .history import History, RunEntry
+from .journal import Journal, JournalPast, write_state
 from .load import Loaded, lasting, load_into
-from .past import JournalPast
 from .state import State
 
 __all__ = [
-    "Glance",
+    "ChangeLog",
     "History",
     "Journal",
     "JournalPast",
@@ -22,6 +21,7 @@ __all__ = [
     "from_json_text",
     "lasting",
     "load_into",
+    "log_of",
     "to_graphml",
     "to_json_text",
     "write_state",

@@ -113,4 +113,4 @@ def _edges(state: State) -> Iterator[dict[str, Any]]:
 
 
 def _text(value: Any) -> str:
-    return dump(value).decode()
+    return dump(value)

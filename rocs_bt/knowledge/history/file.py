@@ -1,45 +1,43 @@
-"""The SQLite file of a journal: its tables, and how it is opened.
+"""The SQLite file of a journal: its tables, how it is opened, written, compacted and read.
 
-A `stretch` is an unbroken run of changes of one agent after a base. The base is the state at the stretch's `revision`,
-as rows of `node`, `attribute` and `edge`; the changes after it are rows of `change`, revision after revision. A run is
-one stretch, or several where changes between them could not be kept. Compaction moves the oldest changes into the base.
+A `stretch` is an unbroken run of changes of one agent after a base. Its rows of `change` are the changes that make the
+base, with a `place` up to the stretch's revision, and then each change with its revision as its place. Compaction moves
+the oldest changes into the base by deleting the rows that they make superfluous. A run is one stretch, or several where
+changes between them could not be kept.
 """
 
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from ...errors import RecordingError
+from ...event import KnowledgeChanged
+from ..schema import Schema
+from .change_log import Stretch
+from .state import State
+from .values import dump, from_json, load, to_json
 
-FORMAT = 1
+FORMAT = 2
 _OURS = 0x726F6373  # "rocs", SQLite's application_id
-#: The kinds of a change, whose place in the list is their number in the file.
-WHAT = ("node added", "node removed", "attribute", "edge added", "edge changed", "edge removed")
+#: The kinds of a change; the index is the number in the file.
+_WHAT = ("node added", "node removed", "attribute", "edge added", "edge changed", "edge removed")
+_NUMBER = {what: number for number, what in enumerate(_WHAT)}
+_STRETCHES = 64  # that a file holds of one agent, for each has a base
+# Names and values are JSON texts.
 _TABLES = """
 CREATE TABLE IF NOT EXISTS stretch (
-    id INTEGER PRIMARY KEY, run INTEGER NOT NULL, agent, label, revision INTEGER NOT NULL, t REAL NOT NULL
+    id INTEGER PRIMARY KEY, run INTEGER NOT NULL, agent TEXT, label TEXT, revision INTEGER NOT NULL, t REAL NOT NULL
 );
 CREATE TABLE IF NOT EXISTS change (
-    stretch INTEGER, revision INTEGER, t REAL NOT NULL, what INTEGER NOT NULL, subject, name, value, attributes,
-    PRIMARY KEY (stretch, revision)
+    stretch INTEGER, place INTEGER, revision INTEGER NOT NULL, t REAL NOT NULL, what INTEGER NOT NULL,
+    subject TEXT, name TEXT, value TEXT, attributes TEXT, PRIMARY KEY (stretch, place)
 ) WITHOUT ROWID;
 CREATE INDEX IF NOT EXISTS change_of ON change (stretch, subject, name);
-CREATE INDEX IF NOT EXISTS life_of ON change (stretch, subject) WHERE what <= 1;
-CREATE INDEX IF NOT EXISTS change_to ON change (stretch, value, name) WHERE what >= 3;
-CREATE TABLE IF NOT EXISTS node (
-    stretch INTEGER, name, kind, t REAL NOT NULL, revision INTEGER NOT NULL, place INTEGER NOT NULL,
-    PRIMARY KEY (stretch, name)
-) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS attribute (
-    stretch INTEGER, node, name, value, t REAL NOT NULL, revision INTEGER NOT NULL,
-    PRIMARY KEY (stretch, node, name)
-) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS edge (
-    stretch INTEGER, source, relation, target, attributes, t REAL NOT NULL, revision INTEGER NOT NULL,
-    place INTEGER NOT NULL, PRIMARY KEY (stretch, source, relation, target)
-) WITHOUT ROWID;
-CREATE INDEX IF NOT EXISTS edge_to ON edge (stretch, target, relation);
 """
 _DAMAGED = (sqlite3.Error, UnicodeDecodeError)  # the latter where what SQLite says quotes damaged text
 _WAIT = 10.0  # [s] for another process that writes
@@ -51,23 +49,16 @@ def open_to_write(path: Path) -> sqlite3.Connection:
     Raises:
         RecordingError: It is no journal of ours, or cannot be written.
     """
-    try:
-        connection = sqlite3.connect(path, timeout=_WAIT, isolation_level=None, check_same_thread=False)
-    except sqlite3.Error as error:
-        raise RecordingError(f"the knowledge '{path}' cannot be written: {error}.") from error
-    try:
+    with _closed_on_fault(path, "written", str(path)) as connection:
         _check(connection, path, empty_is_ours=True)
         # After a crash of the process nothing that was committed is lost; after a power cut the newest may be.
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = NORMAL")
         if not connection.execute("PRAGMA application_id").fetchone()[0]:
-            _make(connection)
-    except _DAMAGED as error:
-        connection.close()
-        raise RecordingError(f"the knowledge '{path}' cannot be written: {error}.") from error
-    except RecordingError:
-        connection.close()
-        raise
+            # All or nothing: a process that is killed here leaves an empty file, which is made again.
+            connection.executescript(
+                f"BEGIN IMMEDIATE; {_TABLES} PRAGMA user_version = {FORMAT}; PRAGMA application_id = {_OURS}; COMMIT;"
+            )
     return connection
 
 
@@ -79,31 +70,191 @@ def open_to_read(path: Path) -> sqlite3.Connection:
     """
     if not path.is_file():
         raise RecordingError(f"there is no knowledge '{path}'. Write one: rocs-bt run SCENARIO --knowledge {path}")
-    try:
-        connection = sqlite3.connect(
-            f"{path.absolute().as_uri()}?mode=ro",
-            uri=True,
-            timeout=_WAIT,
-            isolation_level=None,
-            check_same_thread=False,
-        )
-    except sqlite3.Error as error:
-        raise RecordingError(f"the knowledge '{path}' cannot be read: {error}.") from error
-    try:
+    with _closed_on_fault(path, "read", f"{path.absolute().as_uri()}?mode=ro") as connection:
         _check(connection, path)
-    except (RecordingError, *_DAMAGED) as error:
-        connection.close()
-        if isinstance(error, RecordingError):
-            raise
-        raise RecordingError(f"the knowledge '{path}' cannot be read: {error}.") from error
     return connection
 
 
-def _make(connection: sqlite3.Connection) -> None:
-    """All or nothing: a process that is killed here leaves an empty file, which is made again."""
-    connection.executescript(
-        f"BEGIN IMMEDIATE; {_TABLES} PRAGMA user_version = {FORMAT}; PRAGMA application_id = {_OURS}; COMMIT;"
-    )
+# -- writing ----------------------------------------------------------------------------------------------------------
+
+
+def next_run(connection: sqlite3.Connection) -> int:
+    """A number that no run of this file has."""
+    return 1 + int(connection.execute("SELECT coalesce(max(run), 0) FROM stretch").fetchone()[0])
+
+
+def begin_stretch(connection: sqlite3.Connection, run: int, label: str, base: State) -> int:
+    """Write a base; returns the number of its stretch."""
+    stretch = connection.execute(
+        "INSERT INTO stretch (run, agent, label, revision, t) VALUES (?, ?, ?, ?, ?)",
+        (run, dump(base.agent), dump(label), base.revision, base.t),
+    ).lastrowid
+    assert stretch is not None  # an INSERT has one
+    changes = list(base.changes())
+    _insert(connection, stretch, enumerate(changes, -len(changes)))
+    return stretch
+
+
+def append(connection: sqlite3.Connection, stretch: int, changes: Iterable[KnowledgeChanged]) -> None:
+    """Write changes after those that the stretch has."""
+    _insert(connection, stretch, ((change.revision, change) for change in changes))
+
+
+def compact(connection: sqlite3.Connection, agent: str, keep: int) -> None:
+    """Keep the newest changes of an agent only; older ones become part of the base of their stretch."""
+    stretches = connection.execute(
+        "SELECT id, revision FROM stretch WHERE agent IS ? ORDER BY id DESC", (dump(agent),)
+    ).fetchall()
+    left = keep
+    for number, (stretch, base) in enumerate(stretches):
+        last = connection.execute("SELECT max(place) FROM change WHERE stretch = ?", (stretch,)).fetchone()[0]
+        count = max((base if last is None else last) - base, 0)  # revisions have no gaps
+        if number and (left == 0 or number >= _STRETCHES):
+            connection.execute("DELETE FROM change WHERE stretch = ?", (stretch,))
+            connection.execute("DELETE FROM stretch WHERE id = ?", (stretch,))
+        elif count > left:
+            _fold(connection, stretch, base, last - left)
+            count = left
+        left = max(left - count, 0)
+
+
+def _insert(connection: sqlite3.Connection, stretch: int, changes: Iterable[tuple[int, KnowledgeChanged]]) -> None:
+    connection.executemany(
+        "INSERT INTO change VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        [
+            (
+                stretch, place, c.revision, c.t, _NUMBER[c.what], dump(c.subject), dump(c.name), dump(to_json(c.value)),
+                dump({name: to_json(value) for name, value in c.attributes.items()}) if c.attributes else None,
+            )
+            for place, c in changes
+        ],
+    )  # fmt: skip
+
+
+def _fold(connection: sqlite3.Connection, stretch: int, first: int, until: int) -> None:
+    """Move the changes up to a revision into the base: only rows that still say something stay."""
+    rows = connection.execute(
+        "SELECT place, t, what, subject, name, value, attributes FROM change "
+        "WHERE stretch = ? AND place > ? AND place <= ? ORDER BY place",
+        (stretch, first, until),
+    ).fetchall()
+    for place, t, number, subject, name, value, attributes in rows:
+        what, about = _WHAT[number], "WHERE stretch = ? AND subject = ?"
+        edge = f"{about} AND name = ? AND value = ? AND what >= 3"
+        if what == "attribute":
+            connection.execute(
+                f"DELETE FROM change {about} AND name = ? AND what = 2 AND place < ?", (stretch, subject, name, place)
+            )
+        elif what == "node removed":
+            connection.execute(f"DELETE FROM change {about} AND what <= 2 AND place <= ?", (stretch, subject, place))
+        elif what == "edge removed":
+            connection.execute(f"DELETE FROM change {edge} AND place <= ?", (stretch, subject, name, value, place))
+        elif what == "edge changed":  # the edge keeps its place among the others
+            connection.execute(f"DELETE FROM change {edge} AND place = ?", (stretch, subject, name, value, place))
+            connection.execute(
+                f"UPDATE change SET revision = ?, t = ?, attributes = ? {edge} AND place < ?",
+                (place, t, attributes, stretch, subject, name, value, place),
+            )
+    connection.execute("UPDATE stretch SET revision = ?, t = ? WHERE id = ?", (until, rows[-1][1], stretch))
+
+
+# -- reading ----------------------------------------------------------------------------------------------------------
+
+
+def read_runs(connection: sqlite3.Connection) -> list[tuple[int, str, str]]:
+    """Number, agent and label of each run, the oldest first."""
+    rows = connection.execute("SELECT run, agent, label FROM stretch GROUP BY run, agent ORDER BY run, min(id)")
+    return [(int(run), _name(agent), _name(label)) for run, agent, label in rows]
+
+
+def read_stretches(
+    connection: sqlite3.Connection, run: int, agent: str, schema: Schema, known: Iterable[Stretch] = ()
+) -> Iterator[Stretch]:
+    """The stretches of a run, the oldest first, all as of one moment.
+
+    Args:
+        connection: The file.
+        run: Number of the run.
+        agent: Its agent.
+        schema: Types of the values.
+        known: Stretches as they were read earlier, of which only what is new is read.
+    """
+    earlier = {stretch.id: stretch for stretch in known}
+    connection.execute("BEGIN")
+    try:
+        for number, revision, t in connection.execute(
+            "SELECT id, revision, t FROM stretch WHERE run = ? AND agent = ? ORDER BY id", (run, dump(agent))
+        ).fetchall():
+            before = earlier.get(number)
+            if before is None or before.last < revision:
+                base, changes = State(agent, schema), list[KnowledgeChanged]()
+                for place, change in _read(connection, number, agent, None):
+                    if place > revision:
+                        changes.append(change)
+                    else:
+                        base.apply(change)
+                base.t, base.revision = float(t), int(revision)
+            else:
+                count = revision - before.first
+                base = before.base.copy() if count else before.base
+                for change in before.changes[:count]:
+                    base.apply(change)
+                new = [change for _, change in _read(connection, number, agent, before.last)]
+                changes = [*before.changes[count:], *new]
+            yield Stretch(base, changes, number)
+    finally:
+        connection.execute("COMMIT")
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn what a damaged file raises into a RecordingError."""
+    try:
+        yield
+    except (sqlite3.Error, ValueError, TypeError, LookupError, AttributeError) as error:
+        raise RecordingError(f"the knowledge '{path}' is damaged: {error}.") from error
+
+
+def _read(
+    connection: sqlite3.Connection, stretch: int, agent: str, since: int | None
+) -> Iterator[tuple[int, KnowledgeChanged]]:
+    """Places and changes of a stretch, all or those after a place."""
+    after = "" if since is None else f"AND place > {since:d}"
+    for place, revision, t, what, subject, name, value, attributes in connection.execute(
+        "SELECT place, revision, t, what, subject, name, value, attributes FROM change "
+        f"WHERE stretch = ? {after} ORDER BY place",
+        (stretch,),
+    ):
+        held = {} if attributes is None else {n: from_json(v) for n, v in load(attributes).items()}
+        yield place, KnowledgeChanged(
+            t=float(t), agent=agent, what=_WHAT[what], subject=_name(subject), name=_name(name),
+            value=from_json(load(value)), revision=int(revision), attributes=held,
+        )  # fmt: skip
+
+
+@lru_cache(4096)
+def _name(stored: Any) -> str:
+    name = load(stored)
+    if not isinstance(name, str):
+        raise ValueError(f"a name is {name!r:.80}")
+    return name
+
+
+@contextmanager
+def _closed_on_fault(path: Path, done: str, address: str) -> Iterator[sqlite3.Connection]:
+    """A connection that stays open if nothing is wrong."""
+    connection = None
+    try:
+        connection = sqlite3.connect(
+            address, uri=address != str(path), timeout=_WAIT, isolation_level=None, check_same_thread=False
+        )
+        yield connection
+    except (RecordingError, *_DAMAGED) as error:
+        if connection is not None:
+            connection.close()
+        if isinstance(error, RecordingError):
+            raise
+        raise RecordingError(f"the knowledge '{path}' cannot be {done}: {error}.") from error
 
 
 def _check(connection: sqlite3.Connection, path: Path, empty_is_ours: bool = False) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import warnings
@@ -13,11 +12,10 @@ from typing import Any
 import msgspec
 
 from ...errors import Fault, InputError, KnowledgeError
-from ...nesting import check_nesting
 from ..schema import SCHEMA, Schema
 from .intake import EdgeEntry, Intake, NodeEntry
 from .state import State
-from .values import dump, from_json, to_json
+from .values import dump, from_json, load, to_json
 
 # A carriage return too, which XML reads back as a line feed.
 _NO_XML = re.compile("[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -95,8 +93,7 @@ def _value(value: Any, declared: Any) -> Any:
     a_list = declared is not None and declared.type not in (str, float, int, bool)
     if not a_list or not isinstance(value, str):
         return value
-    check_nesting(value)
-    return from_json(json.loads(value))
+    return from_json(load(value))
 
 
 def _scalars(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -105,7 +102,7 @@ def _scalars(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def _scalar(value: Any) -> Any:
     if isinstance(value, tuple):
-        return dump(to_json(value)).decode()
+        return dump(to_json(value))
     if isinstance(value, str) and _NO_XML.search(value):
         raise KnowledgeError(f"GraphML cannot hold the text {value!r:.60}; export as JSON, which can.")
     return value

@@ -79,7 +79,6 @@ class Intake:
         self.state.add(entry.name, entry.kind, stamp)
         for name, value in values.items():
             self.state.write(entry.name, name, plain(value), Stamp(*entry.stamps.get(name, stamp)))
-        self.state.renew(entry.name, stamp)
 
     def edge(self, entry: EdgeEntry, line: int = 0, column: int = 0) -> None:
         """Take an edge in, or note why not."""

@@ -13,8 +13,8 @@ from typing import TypeAlias
 from ...errors import RecordingError
 from ...event import KnowledgeChanged
 from ..graph import KnowledgeGraph
-from . import writer
-from .file import open_to_write
+from .file import append, begin_stretch, compact, next_run, open_to_write
+from .history import History
 from .state import State
 
 KEEP = 100_000
@@ -23,8 +23,6 @@ LIMIT = 1 << 16
 """Writes of one agent that may wait for the file."""
 FLUSH = 0.1
 """How often what waits is written [s of wall time]: what a process that is killed may miss."""
-
-
 _PATIENCE = 100  # [ms] for a write that takes long, when the state is taken anew
 Part: TypeAlias = tuple[State | None, list[KnowledgeChanged]]  # a new stretch's base, and changes
 
@@ -154,10 +152,10 @@ class Journal:
         try:
             for tape, (base, changes) in batches:
                 if base is not None:
-                    self._run_number = self._run_number or writer.next_run(connection)
-                    tape.stretch = writer.begin_stretch(connection, self._run_number, self._label, base)
-                writer.append(connection, tape.stretch, changes)
-                writer.compact(connection, tape.graph.agent, self._keep)
+                    self._run_number = self._run_number or next_run(connection)
+                    tape.stretch = begin_stretch(connection, self._run_number, self._label, base)
+                append(connection, tape.stretch, changes)
+                compact(connection, tape.graph.agent, self._keep)
             connection.execute("COMMIT")
         except Exception:  # whatever it is, nothing of this flush is kept, and it goes on
             connection.close()
@@ -255,6 +253,46 @@ class _Tape:
         return None if self._gap else base
 
 
+class JournalPast:
+    """Earlier states of a graph whose run goes on, out of its journal; for `Knowledge.past`. Safe under threads.
+
+    It writes what waits first, so the answer is the same however quick the journal's thread is; that takes a disk's
+    time, so it is for Plan, and not for a reflex.
+
+    Args:
+        journal: The journal of the graph.
+        graph: The graph; it is attached.
+    """
+
+    def __init__(self, journal: Journal, graph: KnowledgeGraph) -> None:
+        self._journal = journal
+        self._graph = graph
+        self._lock = threading.Lock()
+        self._history: History | None = None
+
+    def as_of(self, t: float) -> State:
+        """The graph as it was at a time [s].
+
+        Raises:
+            KnowledgeError: Nothing is kept of so long ago.
+            RecordingError: The file cannot be written, or read.
+        """
+        with self._lock:
+            self._journal.flush()
+            if self._history is None:
+                self._history = History(self._journal.path, self._graph.agent, schema=self._graph.schema)
+            else:
+                self._history.refresh()
+            return self._history.as_of(t)
+
+    def close(self) -> None:
+        """Close the file; a later query opens it again."""
+        with self._lock:
+            if self._history is not None:
+                self._history.close()
+            self._history = None
+
+
 def write_state(path: Path, state: State, label: str = "") -> None:
     """Write a state into a journal's file as a run of its own, of which nothing changed: a later run remembers it.
 
@@ -264,8 +302,8 @@ def write_state(path: Path, state: State, label: str = "") -> None:
     connection = open_to_write(path)
     try:
         connection.execute("BEGIN IMMEDIATE")
-        writer.begin_stretch(connection, writer.next_run(connection), label, state)
-        writer.compact(connection, state.agent, KEEP)
+        begin_stretch(connection, next_run(connection), label, state)
+        compact(connection, state.agent, KEEP)
         connection.execute("COMMIT")
     except sqlite3.Error as error:
         raise RecordingError(f"the knowledge '{path}' cannot be written: {error}.") from error

@@ -1,18 +1,20 @@
-"""What a graph held at one revision: a copy in plain dicts, which changes are applied to."""
+"""What a graph held at one revision: a copy in plain dicts, to which changes are applied."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from ...errors import KnowledgeError
 from ...event import KnowledgeChanged, Value
+from ..attribute import Attribute
+from ..declaration import Kind, Relation
 from ..graph import KnowledgeGraph
 from ..readable import Readable, Stamp
 from ..schema import SCHEMA, Schema
-from . import guess
 from .values import plain, typed
 
 _NEVER = Stamp(-math.inf, 0)
@@ -20,14 +22,14 @@ Row = dict[str, Any]
 
 
 class State(Readable):
-    """A graph at one revision, which is read as the live one is, and is nobody's but its owner's.
+    """A graph at one revision, read in the same way as the live one; nobody but its owner changes it.
 
-    Stamps tell of the newest change: writing an equal value again renews a time in the live graph, and is no change.
-    What the schema does not know (in a file of another project) is added to the state's own.
+    Stamps are those of the newest change: writing an equal value again renews a time in the live graph, and is no
+    change. What the schema does not know (in a file of another project) is added to the state's own.
 
     Attributes:
-        agent: Whose knowledge it is.
-        t: When it was so: the time of its newest change [s]; -inf where nothing ever was written.
+        agent: The agent whose knowledge it is.
+        t: Time of its newest change [s]; -inf where nothing ever was written.
     """
 
     def __init__(self, agent: str, schema: Schema = SCHEMA, t: float = -math.inf, revision: int = 0) -> None:
@@ -35,11 +37,12 @@ class State(Readable):
         self.schema = schema
         self.t = t
         self.revision = revision
-        self._rows: dict[str, Row] = {}
-        self._empty: dict[str, Row] = {}  # by kind, what a node holds that nothing was written to
+        self._rows: dict[str, Row] = {}  # rows are replaced, never changed: copies share them
         self._stamps: dict[str, dict[str, Stamp]] = {}
+        self._empty: dict[str, Row] = {}  # by kind, the row of a node before its first write
         self._targets: dict[tuple[str, str], dict[str, Row]] = {}
         self._sources: dict[tuple[str, str], dict[str, Row]] = {}
+        self._shares_edges = False  # with a copy, so that they are copied before they change
 
     @classmethod
     def of(cls, graph: KnowledgeGraph) -> State:
@@ -58,13 +61,11 @@ class State(Readable):
         return state
 
     def copy(self) -> State:
-        """Another state that holds the same."""
+        """Another state that holds the same; quick, for the two share what neither has changed."""
         state = State(self.agent, self.schema, self.t, self.revision)
-        state._rows = {name: row.copy() for name, row in self._rows.items()}
-        state._stamps = {name: stamps.copy() for name, stamps in self._stamps.items()}
-        # The rows of edges are put in one another's place, and never changed.
-        state._targets = {key: rows.copy() for key, rows in self._targets.items()}
-        state._sources = {key: rows.copy() for key, rows in self._sources.items()}
+        state._rows, state._stamps = self._rows.copy(), self._stamps.copy()
+        state._targets, state._sources = self._targets, self._sources
+        self._shares_edges = state._shares_edges = True
         return state
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -98,13 +99,25 @@ class State(Readable):
         return self._stamps[node].get(attribute, _NEVER)
 
     def written(self, node: str) -> Mapping[str, Stamp]:
-        """The attributes of a node that ever were written, and when; the others are at their defaults.
+        """Stamps of the attributes of a node that ever were written; the others are at their defaults.
 
         Raises:
             KnowledgeError: No such node; lists what exists.
         """
         self._row(node)
         return self._stamps[node]
+
+    def changes(self) -> Iterator[KnowledgeChanged]:
+        """The state as changes that make it from nothing, each with the stamp of what it wrote."""
+        for name in self._rows:
+            yield self._change("node added", name, self.kind(name), None, self.stamp(name))
+            for attribute, stamp in self._stamps[name].items():
+                yield self._change("attribute", name, attribute, self.get(name, attribute), stamp)
+        for source, relation, target in self.edges():
+            row = self.targets(source, relation)[target]
+            attributes = {name: plain(value) for name, value in (self.edge(source, relation, target) or {}).items()}
+            stamp = Stamp(row["t"], row["revision"])
+            yield self._change("edge added", source, relation, target, stamp, attributes)
 
     # -- changing ---------------------------------------------------------------------------------------------------
 
@@ -119,46 +132,46 @@ class State(Readable):
         elif what == "node removed":
             self._rows.pop(subject, None)
             self._stamps.pop(subject, None)
-        elif what == "edge removed":
-            self._unrelate(subject, name, str(change.value))
         else:
-            if what == "edge added":  # it comes last, wherever an older one stood
+            if what != "edge changed":  # one that is added comes last, in whatever place an older one was
                 self._unrelate(subject, name, str(change.value))
-            self.relate(subject, name, str(change.value), change.attributes, stamp)
+            if what != "edge removed":
+                self.relate(subject, name, str(change.value), change.attributes, stamp)
         self.t, self.revision = stamp
 
     def add(self, name: str, kind: str, stamp: Stamp) -> None:
-        """Put a node that nothing was written to behind all others, in the place of an older one."""
+        """Put an empty node behind all others, instead of an older one of its name."""
         if kind not in self.schema.kinds:
-            self.schema = guess.with_kind(self.schema, kind)
+            self.schema = self.schema.extended(kinds=(Kind(kind),))
         if kind not in self._empty:
             declared = self.schema.kinds[kind].attributes
             self._empty[kind] = {"kind": kind, **{attribute: a.default for attribute, a in declared.items()}}
         self._rows.pop(name, None)
-        row = self._rows[name] = self._empty[kind].copy()
-        row["t"], row["revision"] = stamp
+        self._rows[name] = {**self._empty[kind], "t": stamp.t, "revision": stamp.revision}
         self._stamps[name] = {}
 
     def write(self, name: str, attribute: str, value: Value, stamp: Stamp) -> None:
-        """Write one attribute, as events tell it, of a node that is there."""
+        """Write one attribute, as events hold it; nothing where there is no such node."""
         row = self._rows.get(name)
         if row is None:
             return
         declared = self.schema.kinds[row["kind"]].attributes
         if attribute not in declared:
             if value is None:
-                return  # which says nothing of its type
+                return  # its type is not known
             declared = self._declare(row["kind"], attribute, value)
-        row[attribute] = typed(value, declared[attribute])
-        row["t"], row["revision"] = self._stamps[name][attribute] = stamp
+            row = self._rows[name]
+        t, revision = max(row["t"], stamp.t), max(row["revision"], stamp.revision)
+        self._rows[name] = {**row, attribute: typed(value, declared[attribute]), "t": t, "revision": revision}
+        self._stamps[name] = {**self._stamps[name], attribute: stamp}
 
     def relate(self, source: str, relation: str, target: str, attributes: Mapping[str, Value], stamp: Stamp) -> None:
-        """Draw an edge, or write all attributes of one; both ends are there."""
+        """Draw an edge, or write all attributes of one; nothing where one of its ends is missing."""
         if source not in self._rows or target not in self._rows:
             return
         if relation not in self.schema.relations:
-            kinds = self._rows[source]["kind"], self._rows[target]["kind"]
-            self.schema = guess.with_relation(self.schema, relation, *kinds)
+            ends = (self._rows[source]["kind"],), (self._rows[target]["kind"],)
+            self.schema = self.schema.extended(relations=(Relation(relation, *ends),))
         declared = self.schema.relations[relation].attributes
         row: Row = dict.fromkeys(declared)
         for name, value in attributes.items():
@@ -168,32 +181,52 @@ class State(Readable):
         row["t"], row["revision"] = stamp
         self._relate(source, relation, target, row)
 
-    def renew(self, name: str, stamp: Stamp) -> None:
-        """Say when a node was written last, where that was not its newest attribute's time."""
-        self._rows[name].update(t=stamp.t, revision=stamp.revision)
+    # -- steps ------------------------------------------------------------------------------------------------------
+
+    def _change(
+        self, what: str, subject: str, name: str, value: Any, stamp: Stamp, attributes: Mapping[str, Value] = {}
+    ) -> KnowledgeChanged:
+        return KnowledgeChanged(
+            t=stamp.t, agent=self.agent, what=what, subject=subject, name=name, value=plain(value),
+            revision=stamp.revision, attributes=attributes,
+        )  # fmt: skip
 
     def _relate(self, source: str, relation: str, target: str, row: Row) -> None:
+        self._own_edges()
         self._targets.setdefault((source, relation), {})[target] = row
         self._sources.setdefault((target, relation), {})[source] = row
 
     def _unrelate(self, source: str, relation: str, target: str) -> None:
+        self._own_edges()
         for ends, here, there in ((self._targets, source, target), (self._sources, target, source)):
             others = ends.get((here, relation), {})
             if others.pop(there, None) is not None and not others:
                 del ends[here, relation]
 
-    def _declare(self, kind: str, attribute: str, value: Value) -> Mapping[str, Any]:
-        self.schema = guess.with_attribute(self.schema, kind, attribute, value)
+    def _own_edges(self) -> None:
+        """Copy the edges if a copy of this state has the same."""
+        if self._shares_edges:
+            self._targets = {key: rows.copy() for key, rows in self._targets.items()}
+            self._sources = {key: rows.copy() for key, rows in self._sources.items()}
+            self._shares_edges = False
+
+    def _declare(self, kind: str, name: str, value: Value) -> Mapping[str, Any]:
+        """Declare an attribute of a kind, of the type of a value."""
+        self.schema = self.schema.extended(kinds=(Kind(kind, {name: _attribute(value)}),))
         self._empty.clear()
-        for row in self._rows.values():
-            if row["kind"] in self.schema.families[kind]:
-                row.setdefault(attribute, None)
+        family = self.schema.families[kind]
+        for node, row in self._rows.items():
+            if row["kind"] in family:
+                self._rows[node] = {name: None, **row}
         return self.schema.kinds[kind].attributes
 
-    def _declare_edge(self, relation: str, attribute: str, value: Value) -> Mapping[str, Any]:
-        self.schema = guess.with_edge_attribute(self.schema, relation, attribute, value)
+    def _declare_edge(self, relation: str, name: str, value: Value) -> Mapping[str, Any]:
+        """Declare an attribute of a relation, of the type of a value."""
+        declared = replace(self.schema.relation(relation), attributes={name: _attribute(value)})
+        self.schema = self.schema.extended(relations=(declared,))
+        # A row is changed in place: both ends hold it, and copies may well have the attribute too.
         for row in (row for (_, each), rows in self._targets.items() if each == relation for row in rows.values()):
-            row.setdefault(attribute, None)
+            row.setdefault(name, None)
         return self.schema.relations[relation].attributes
 
     def _copy_node(self, graph: KnowledgeGraph, name: str) -> None:
@@ -202,4 +235,7 @@ class State(Readable):
             stamp = graph.stamp(name, attribute)
             if stamp.revision > 0:  # else nobody ever wrote it: a default, or a live view
                 self.write(name, attribute, plain(graph.get(name, attribute)), stamp)
-        self.renew(name, graph.stamp(name))
+
+
+def _attribute(value: Value) -> Attribute:
+    return Attribute(tuple if isinstance(value, list) else type(value))

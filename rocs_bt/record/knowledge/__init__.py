@@ -1,21 +1,17 @@
-"""What an agent knew over a run: as a story of changes, drawn, and as a page."""
+"""What an agent knew over a run: its change log from a recording, drawn, and as a page."""
 
 from .drawing import draw
 from .learnt import Learnt, learnt, value_text
 from .page import render_knowledge
-from .standpoint import RecordedSignals, recorded_asker
-from .story import Story, story_of_history, story_of_recording, story_of_state
+from .recorded import RecordedSignals, recorded_asker, recorded_log
 
 __all__ = [
     "Learnt",
     "RecordedSignals",
-    "Story",
     "draw",
     "learnt",
     "recorded_asker",
+    "recorded_log",
     "render_knowledge",
-    "story_of_history",
-    "story_of_recording",
-    "story_of_state",
     "value_text",
 ]

@@ -9,30 +9,31 @@ import msgspec
 
 from ...event import KnowledgeChanged
 from ...knowledge import Schema
+from ...knowledge.history import ChangeLog
 from ...knowledge.history.values import to_json
 from ..page import render_page
 from .drawing import LOOK, Edge, colors_of, picture
 from .learnt import learnt
-from .story import Story
 
 MOST = 50_000
 """Changes that a page tells one by one; of more, values that were soon written anew are left out."""
 _CODES = {"node added": 0, "node removed": 1, "attribute": 2, "edge added": 3, "edge changed": 3, "edge removed": 4}
 
 
-def render_knowledge(story: Story) -> str:
-    """A story as HTML, with search and a time slider."""
-    changes = thinned(story.changes, MOST)
+def render_knowledge(log: ChangeLog) -> str:
+    """A change log as HTML, with search and a time slider."""
+    told = log.all_changes()
+    changes = thinned(told, MOST)
     kinds = {c.subject: c.name for c in changes if c.what == "node added"}
     edges: dict[Edge, int] = {}
     for change in changes:
         if change.what.startswith("edge"):
             edges.setdefault((change.subject, change.name, str(change.value)), len(edges))
-    state = story.as_of()
+    state = log.as_of()
     data = {
-        "agent": story.agent,
-        "begin": story.begin,
-        "end": story.end,
+        "agent": log.agent,
+        "begin": log.begin,
+        "end": log.end,
         "nodes": list(kinds.items()),
         "edges": list(edges),
         "units": _units(state.schema, set(kinds.values())),
@@ -40,14 +41,14 @@ def render_knowledge(story: Story) -> str:
     }
     return render_page(
         "knowledge.html",
-        story=story,
+        log=log,
         nodes=len(state.nodes()),
         relations=len(state.edges()),
-        count=len(story.changes),
-        thinned=len(story.changes) - len(changes),
+        count=len(told),
+        thinned=len(told) - len(changes),
         kinds=list(colors_of(kinds.values()).items()),
-        picture=picture(kinds, list(edges), story.agent, LOOK),
-        learnt=learnt(story.changes, story.begin),
+        picture=picture(kinds, list(edges), log.agent, LOOK),
+        learnt=learnt(told, log.begin),
         # In JSON `<` occurs in texts only, where this escape means the same; no text can then end the script element.
         data=msgspec.json.encode(_readable(data)).decode().replace("<", "\\u003c"),
     )
@@ -69,7 +70,7 @@ def thinned(changes: Sequence[KnowledgeChanged], most: int) -> list[KnowledgeCha
     return kept[::-1]
 
 
-_MOMENTS = 500  # of a story that is thinned
+_MOMENTS = 500  # of a log that is thinned
 
 
 def _rows(changes: Iterable[KnowledgeChanged], nodes: dict[str, int], edges: dict[Edge, int]) -> list[list[Any]]:

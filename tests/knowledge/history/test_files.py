@@ -54,10 +54,10 @@ def test_what_is_no_journal_is_refused_and_left_alone(tmp_path: Path) -> None:
 def test_another_format_is_refused(tmp_path: Path) -> None:
     path = journal_at(tmp_path / "k.sqlite")
     connection = sqlite3.connect(path)
-    connection.execute("PRAGMA user_version = 2")
+    connection.execute("PRAGMA user_version = 1")
     connection.close()
     for opened in (History, Journal):
-        with pytest.raises(RecordingError, match="has format 2; this version of rocs_bt reads format 1"):
+        with pytest.raises(RecordingError, match="has format 1; this version of rocs_bt reads format 2"):
             opened(path)
 
 

@@ -37,13 +37,12 @@ def test_any_revision_reads_as_a_naive_copy(
             for wanted in range(history.first.first, revision + 1):
                 assert held(history.as_of(revision=wanted)) == naive(changes, wanted)
             for wanted in range(history.first.first):
-                with pytest.raises(KnowledgeError, match="what was before is not kept"):
+                with pytest.raises(KnowledgeError, match="not kept"):
                     history.as_of(revision=wanted)
             assert held(history.as_of()) == held(world.graph)
-            state = None
-            for wanted in range(history.first.first, revision + 1, 3):
-                state = history.as_of(revision=wanted, since=state)
-                assert to_json_text(state) == to_json_text(history.as_of(revision=wanted))
+            last = to_json_text(history.as_of())
+            with History(path, schema=WIDE) as again:  # without a state that was asked for before
+                assert to_json_text(again.as_of()) == last
             assert list(history.changes()) == [c for c in changes if c.revision > history.first.first]
 
 

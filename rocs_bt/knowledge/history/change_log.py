@@ -1,0 +1,245 @@
+"""ChangeLog: every change of one agent's knowledge, and what was known at any time of it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any, NoReturn
+
+import msgspec
+
+from ...errors import KnowledgeError
+from ...event import KnowledgeChanged
+from ..schema import SCHEMA, Schema
+from .state import State
+from .values import typed
+
+_STATES = 8  # that are kept, for times that are queried again or soon after
+_TIME, _REVISION = attrgetter("t"), attrgetter("revision")
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """An unbroken part of a change log; revisions count from the graph's beginning.
+
+    Attributes:
+        base: The oldest state that is known.
+        changes: Every change after it.
+        id: Its number in a file.
+    """
+
+    base: State
+    changes: Sequence[KnowledgeChanged] = ()
+    id: int = 0
+
+    @property
+    def first(self) -> int:
+        """The base's revision."""
+        return self.base.revision
+
+    @property
+    def begin(self) -> float:
+        """Time of the base [s]."""
+        return self.base.t
+
+    @property
+    def last(self) -> int:
+        """The newest change's revision."""
+        return self.changes[-1].revision if self.changes else self.first
+
+    @property
+    def end(self) -> float:
+        """Time of the newest change [s]."""
+        return self.changes[-1].t if self.changes else self.begin
+
+
+class ChangeLog:
+    """What one agent knew over one run: from a journal's file, a recording or an export. One thread at a time reads it.
+
+    Args:
+        agent: The agent whose knowledge it is.
+        label: Name of the run for people.
+        schema: Types and units of the values.
+        stretches: The unbroken parts, oldest first; between two of them changes are missing.
+        begin: Begin of the run [s]; that of the first stretch if left out.
+        end: End of the run [s]; that of the last stretch if left out.
+
+    Attributes:
+        stretches: The unbroken parts.
+    """
+
+    def __init__(
+        self,
+        agent: str,
+        label: str,
+        schema: Schema = SCHEMA,
+        stretches: Sequence[Stretch] = (),
+        begin: float | None = None,
+        end: float | None = None,
+    ) -> None:
+        self.agent = agent
+        self.label = label
+        self.schema = schema
+        self.stretches = tuple(stretches)
+        self._begin, self._end = begin, end
+        self._states: dict[tuple[int, int], State] = {}
+        self._places: dict[tuple[int, int], dict[str, list[int]]] = {}
+
+    @property
+    def first(self) -> Stretch:
+        """The oldest part."""
+        return self.stretches[0]
+
+    @property
+    def last(self) -> Stretch:
+        """The newest part."""
+        return self.stretches[-1]
+
+    @property
+    def begin(self) -> float:
+        """Begin of the run [s]."""
+        return self.first.begin if self._begin is None else self._begin
+
+    @property
+    def end(self) -> float:
+        """End of the run [s]."""
+        return self.last.end if self._end is None else self._end
+
+    @property
+    def gaps(self) -> list[tuple[int, int]]:
+        """First and last revision of each group of missing changes; the state after the last one is known."""
+        return [(a.last + 1, b.first) for a, b in zip(self.stretches, self.stretches[1:], strict=False)]
+
+    def as_of(self, t: float | None = None, *, revision: int | None = None) -> State:
+        """The state at a time [s] or after a revision; at the end where neither is given.
+
+        Raises:
+            KnowledgeError: It was before what is kept, or in a gap.
+        """
+        stretch, count = self._find(t, revision)
+        until = stretch.changes[count - 1].revision if count else stretch.first
+        state = self._states.pop((stretch.id, until), None)
+        if state is None:
+            earlier = [r for s, r in self._states if s == stretch.id and stretch.first <= r <= until]
+            state = (self._states[stretch.id, max(earlier)] if earlier else stretch.base).copy()
+            for change in stretch.changes[bisect_right(stretch.changes, state.revision, key=_REVISION) : count]:
+                state.apply(change)
+        self._states[stretch.id, until] = state
+        while len(self._states) > _STATES:
+            del self._states[next(iter(self._states))]
+        return state.copy()
+
+    def value(self, node: str, attribute: str, t: float | None = None, *, revision: int | None = None) -> Any:
+        """One attribute at a time [s] or after a revision, without building the state; None if not known.
+
+        Raises:
+            KnowledgeError: It was before what is kept, in a gap, or there was no such node.
+        """
+        stretch, count = self._find(t, revision)
+        places = self._places_in(stretch).get(node, [])
+        kind, found = None, None
+        for place in reversed(places[: bisect_right(places, count - 1)]):
+            change = stretch.changes[place]
+            if change.what != "attribute":
+                kind = change.name if change.what == "node added" else None
+                break
+            if found is None and change.name == attribute:
+                found = change
+        else:
+            if stretch.base.has(node):
+                if found is None:
+                    return stretch.base.get(node, attribute)
+                kind = stretch.base.kind(node)
+        if found is None or kind is None:  # a default, or a fault of the question
+            return self.as_of(t, revision=revision).get(node, attribute)
+        declared = self.schema.kinds[kind].attributes if kind in self.schema.kinds else {}
+        return typed(found.value, declared.get(attribute))
+
+    def changes(
+        self, since: int = 0, until: int | None = None, *, node: str | None = None, name: str | None = None
+    ) -> Iterator[KnowledgeChanged]:
+        """Changes in their order; the content of a base is not among them.
+
+        Args:
+            since: After this revision.
+            until: Up to this revision; the newest if left out.
+            node: Only about this node, or edges that start from it.
+            name: Only of this attribute, relation or kind.
+        """
+        for stretch in self.stretches:
+            for change in stretch.changes:
+                if (
+                    since < change.revision <= (stretch.last if until is None else until)
+                    and node in (None, change.subject)
+                    and name in (None, change.name)
+                ):
+                    yield change
+
+    def all_changes(self) -> list[KnowledgeChanged]:
+        """The whole log as changes from nothing, in order of time: each base as changes at its own time.
+
+        After a gap everything known before it is removed, and what is known then added.
+        """
+        found: list[KnowledgeChanged] = []
+        before = State(self.agent, self.schema)
+        for stretch in self.stretches:
+            t = max(stretch.begin, 0.0)
+            moment = {"t": t, "revision": stretch.first}
+            gone = reversed([*before.changes()])
+            removed = [c for c in gone if c.what in ("edge added", "node added")]
+            found += [
+                msgspec.structs.replace(c, what=c.what.replace("added", "removed"), attributes={}, **moment)
+                for c in removed
+            ]
+            found += [msgspec.structs.replace(c, **moment) for c in stretch.base.changes()]
+            found += stretch.changes
+            if stretch is not self.last:
+                before = self.as_of(revision=stretch.last)
+        return found
+
+    # -- steps ------------------------------------------------------------------------------------------------------
+
+    def _find(self, t: float | None, revision: int | None) -> tuple[Stretch, int]:
+        """The stretch of a time [s] or revision, and the number of its changes up to then."""
+        if t is not None and revision is not None:
+            raise KnowledgeError(f"a state has a time or a revision, found both: {t:g} s and revision {revision}.")
+        if t is not None:
+            begun = [s for s in self.stretches if s.begin <= t]
+            if not begun or (t > begun[-1].end and begun[-1] is not self.last):
+                self._missing(begun, f"{t:g} s")
+            return begun[-1], bisect_right(begun[-1].changes, t, key=_TIME)
+        if revision is None:
+            return self.last, len(self.last.changes)
+        begun = [s for s in self.stretches if s.first <= revision]
+        if not begun or revision > begun[-1].last:
+            self._missing(begun, f"revision {revision}")
+        return begun[-1], bisect_right(begun[-1].changes, revision, key=_REVISION)
+
+    def _missing(self, begun: Sequence[Stretch], asked: str) -> NoReturn:
+        if not begun:
+            known = f"begins at {self.first.begin:g} s, revision {self.first.first}; what was before is not kept"
+        elif begun[-1] is self.last:
+            known = f"ends at {self.last.end:g} s, revision {self.last.last}"
+        else:
+            first, last = self.gaps[len(begun) - 1]
+            known = f"lacks revisions {first} to {last}, which were left out: more was written than the disk took"
+        raise KnowledgeError(f"there is no {asked}: what is known of {self.agent} in '{self.label}' {known}.")
+
+    def _places_in(self, stretch: Stretch) -> dict[str, list[int]]:
+        """Places of the changes about each node; made when first needed."""
+        key = stretch.id, len(stretch.changes)
+        if key not in self._places:
+            places: dict[str, list[int]] = {}
+            for place, change in enumerate(stretch.changes):
+                if not change.what.startswith("edge"):
+                    places.setdefault(change.subject, []).append(place)
+            self._places = {**{k: v for k, v in self._places.items() if k[0] != stretch.id}, key: places}
+        return self._places[key]
+
+
+def log_of(state: State, label: str) -> ChangeLog:
+    """The log of a single state, to which nothing changed."""
+    t = max(state.t, 0.0)
+    return ChangeLog(state.agent, label, state.schema, (Stretch(state),), begin=t, end=t)

@@ -1,0 +1,103 @@
+"""What an agent of a recorded run knew: its change log, and its pose and signals at the time of a query."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+from ...errors import InputError, RecordingError, unknown
+from ...event import KnowledgeChanged
+from ...expression import Environment
+from ...geometry import Pose2
+from ...knowledge import SCHEMA, Asker, Schema
+from ...knowledge.history import ChangeLog, State, Stretch
+from ...signal import Signal
+from ..recording import Recording
+from ..snapshots import environment_of, samples_of
+
+
+def recorded_log(recording: Recording, agent: str | None = None, schema: Schema = SCHEMA) -> ChangeLog:
+    """What an agent of a recorded run knew.
+
+    Args:
+        recording: The run.
+        agent: The agent; may be left out where there is only one.
+        schema: Types of the values; that of the project that it was recorded in.
+
+    Raises:
+        InputError: No such agent, or the agent must be named; lists all agents.
+        RecordingError: The recording is damaged, or has no change of that agent's knowledge.
+    """
+    found, end = list[KnowledgeChanged](), 0.0
+    for event in recording.events():
+        end = max(end, event.t)
+        if isinstance(event, KnowledgeChanged):
+            found.append(event)
+    names = list(dict.fromkeys((*(a.name for a in recording.header.agents), *(e.agent for e in found))))
+    if agent is None and len(names) == 1:
+        agent = names[0]
+    if agent is None:
+        raise InputError(f"'{recording.path}' holds the knowledge of {', '.join(names)}. Name one of them.")
+    if agent not in names:
+        raise InputError(unknown("agent", agent, names, f"'{recording.path}'"))
+    changes = sorted((e for e in found if e.agent == agent), key=lambda e: e.revision)
+    if not changes:
+        raise RecordingError(f"'{recording.path}' has no change of what {agent} knew.")
+    stretch = Stretch(State(agent, schema), changes)
+    return ChangeLog(agent, recording.header.label, schema, (stretch,), changes[0].t, end)
+
+
+class RecordedSignals:
+    """The signals of an agent of a recording at a time.
+
+    Args:
+        environment: Slices of the signals in a sample.
+        x: The sample; NaN where a signal was not valid.
+    """
+
+    def __init__(self, environment: Environment, x: Sequence[float]) -> None:
+        self._environment = environment
+        self._x = x
+
+    @property
+    def names(self) -> Collection[str]:
+        """All signals."""
+        return self._environment.signals.keys()
+
+    def spec(self, name: str) -> Signal:
+        """A signal's declaration."""
+        return self._environment.signals[name]
+
+    def slice_of(self, name: str) -> slice:
+        """The slice of a signal in the sample."""
+        start = self._environment.offsets[name]
+        return slice(start, start + self.spec(name).size)
+
+    def read(self, name: str) -> Sequence[float]:
+        """The values of a signal."""
+        return self._x[self.slice_of(name)]
+
+
+def recorded_asker(recording: Recording, log: ChangeLog, t: float) -> tuple[Asker, RecordedSignals]:
+    """The robot of a recorded run as the source of a query, at a time.
+
+    Args:
+        recording: The run.
+        log: What its agent knew.
+        t: Time of the query [s].
+
+    Raises:
+        RecordingError: The recording does not have the agent, or its signals.
+    """
+    info = next((agent for agent in recording.header.agents if agent.name == log.agent), None)
+    if info is None:
+        raise RecordingError(f"'{recording.path}' has no signals of {log.agent}.")
+    environment, x = environment_of(info), [math.nan] * 0
+    for sample in samples_of(recording, info):
+        if sample.t > t:
+            break
+        x = sample.x.tolist()
+    signals = RecordedSignals(environment, x or [math.nan] * environment.size)
+    pose = Pose2(*signals.read("pose")) if "pose" in signals.names else Pose2(math.nan, math.nan)
+    here = None if math.isnan(pose.x) else pose
+    return Asker(log.agent, here, t, signals.read, log), signals
