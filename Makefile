@@ -16,15 +16,15 @@ help:
 
 setup: $(STAMP)
 
-# The first Python of 3.11 to 3.13 that runs; once set up, nothing here needs the network.
+# The first Python of 3.11 to 3.14 that runs; once set up, nothing here needs the network.
 $(STAMP): pyproject.toml constraints.txt hatch_build.py rocs_bt/reactive/_kernel.c $(wildcard rocs_bt/reactive/kernel/*.h)
 	@set -e; if [ ! -x $(BIN)/python ]; then \
-	    for python in $(PYTHON) python3 python3.13 python3.12 python3.11 python; do \
-	        if "$$python" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null; \
+	    for python in $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python; do \
+	        if "$$python" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' 2>/dev/null; \
 	        then found="$$python"; break; fi; \
 	    done; \
 	    if [ -z "$$found" ]; then \
-	        echo "No Python 3.11, 3.12 or 3.13 was found. Install one, or say which: make PYTHON=/path/to/python" >&2; \
+	        echo "No Python 3.11 to 3.14 was found. Install one, or say which: make PYTHON=/path/to/python" >&2; \
 	        exit 2; \
 	    fi; \
 	    echo "Setting up $(VENV) with $$($$found --version): downloads about 290 MB once, needs about 1.1 GB of disk."; \

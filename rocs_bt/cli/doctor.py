@@ -57,8 +57,8 @@ def command(ctx: click.Context) -> None:
 
 def _findings() -> Iterator[_Finding]:
     version = sys.version_info[:2]
-    supported = (3, 11) <= version <= (3, 13)
-    hint = "" if supported else "; rocs_bt needs 3.11, 3.12 or 3.13"
+    supported = (3, 11) <= version <= (3, 14)
+    hint = "" if supported else "; rocs_bt needs 3.11 to 3.14"
     yield _Finding("python", supported, f"{platform.python_version()} at {sys.executable}{hint}", needed=True)
     yield _packages()
     yield _content()
