@@ -37,7 +37,9 @@ class Rays:
 
         self._cast = mujoco.mj_multiRay
         self._model, self._excluded = model, excluded
-        self._tiled = _tiled(model) if model.ngeom >= MANY else None
+        # Before 4.0 rays miss some geoms of such tiles.
+        tiles_are_right = mujoco.mj_version() >= 4_000_000
+        self._tiled = _tiled(model) if tiles_are_right and model.ngeom >= MANY else None
         if self._tiled is not None:
             self._model = self._tiled.model
             self._excluded = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, str(excluded))
