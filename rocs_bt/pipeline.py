@@ -188,6 +188,8 @@ class Pipeline:
     def charge(self, latency: float) -> None:
         """Tell how long the planner's last turn took [s], where that is measured; what it decided is due after it."""
         with self._lock:
+            if not (self._uncharged or self._leaving or self._updating):
+                return
             due = self._clock.now() + latency
             for ticket in self._uncharged:
                 ticket.due = due

@@ -108,7 +108,7 @@ class Limits:
         return self._clipped(values)
 
     def _clipped(self, values: Sequence[float]) -> list[float]:
-        return [min(max(v, low), high) for v, low, high in zip(values, self.low, self.high, strict=True)]
+        return list(map(min, map(max, values, self.low), self.high))
 
 
 class SafetyGate(Actuator):
@@ -199,18 +199,22 @@ class SafetyGate(Actuator):
             DeviceError: The actuator was shut after a failure.
         """
         wanted = self._checked(values)
-        with self._reporting(), self._lock:
-            stops = self._stops  # before the next line, so that a stop from here on is noticed after the command
-            if self._shut:
-                raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
-            now = self._clock.now()
-            if expired := self._overdue(self._last, now):  # this thread came before the one that calls `check`
-                self._to_neutral()
-            given = self._limited(wanted, now)
-            self._run(self._device.command, given)
-            self._given, self._last = given, self._clock.now()
-            if self._stops is not stops:  # stopped by another thread while the command was on its way: neutral wins
-                self._to_neutral()
+        try:
+            with self._lock:
+                stops = self._stops  # before the next line, so that a stop from here on is noticed after the command
+                if self._shut:
+                    raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
+                now = self._clock.now()
+                if expired := self._overdue(self._last, now):  # this thread came before the one that calls `check`
+                    self._to_neutral()
+                given = self._limited(wanted, now)
+                self._run(self._device.command, given)
+                self._given, self._last = given, self._clock.now()
+                if self._stops is not stops:  # stopped by another thread while the command was on its way
+                    self._to_neutral()
+        except ActuatorError as error:
+            self._report_failure(error)
+            raise
         if expired:
             self._report_expiry(now)
         if given != wanted and self._exceeded(wanted, given):
@@ -230,8 +234,12 @@ class SafetyGate(Actuator):
         # A device may hang in `command` while it holds the lock; stopping must not wait for it. Noted first, so that
         # a command that comes out of the device after this finds that it was stopped.
         self._stops = object()
-        with self._reporting(), self._locked_soon():
-            self._to_neutral()
+        try:
+            with self._locked_soon():
+                self._to_neutral()
+        except ActuatorError as error:
+            self._report_failure(error)
+            raise
 
     def shut(self) -> None:
         """Go to neutral for good: later commands are refused. Works while a command hangs in the device."""
@@ -244,12 +252,13 @@ class SafetyGate(Actuator):
         if not self._overdue(last, now):
             return False
         try:
-            with self._reporting(), self._locked_soon():
+            with self._locked_soon():
                 if self._last != last:  # a command, or neutral, came meanwhile
                     return False
                 self._stops = object()
                 self._to_neutral()
-        except ActuatorError:
+        except ActuatorError as error:
+            self._report_failure(error)
             if self.on_failure is None:  # otherwise the agent was stopped; the caller moves other devices too
                 raise
         self._report_expiry(now)
@@ -265,7 +274,7 @@ class SafetyGate(Actuator):
 
     def _checked(self, values: Sequence[float]) -> list[float]:
         try:
-            wanted = [float(v) for v in values]
+            wanted = list(map(float, values))
         except (TypeError, ValueError, OverflowError) as error:
             raise InputError(f"actuator '{self.name}' takes {self.size} numbers, found {values!r:.80}.") from error
         if len(wanted) != self.size:
@@ -294,16 +303,11 @@ class SafetyGate(Actuator):
             known = isinstance(error, DeviceError) or place is None
             raise ActuatorError(str(error) if known else f"{describe(error)} ({place})") from error
 
-    @contextmanager
-    def _reporting(self) -> Iterator[None]:
-        """Report the driver's first exception, after the lock was released."""
-        try:
-            yield
-        except ActuatorError as error:
-            if self.on_failure is not None and not self._failed:
-                self._failed = True
-                self.on_failure(error)
-            raise
+    def _report_failure(self, error: ActuatorError) -> None:
+        """Report the driver's first exception; the lock must have been released."""
+        if self.on_failure is not None and not self._failed:
+            self._failed = True
+            self.on_failure(error)
 
     @contextmanager
     def _locked_soon(self) -> Iterator[None]:

@@ -17,8 +17,8 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from rocs_bt.control.elastic_band import STEP, Surroundings, headings, relaxed
 from rocs_bt.control.footprint import Footprint
-from rocs_bt.control.rod import STEP, Surroundings, headings, relaxed
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NoRoute, Point, RoutePlanner

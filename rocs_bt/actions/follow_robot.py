@@ -10,9 +10,9 @@ from typing import Annotated
 import numpy as np
 
 from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..control.arcs import along
 from ..control.drive import Array
 from ..control.reference import Reference, TimedReference, TurnReference
-from ..control.ways import along
 from ..errors import Fault, InputError, did_you_mean
 from ..geometry import Pose2, Twist2, wrap_angle
 from ..units import (

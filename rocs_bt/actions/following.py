@@ -138,8 +138,7 @@ class PathDrive:
         body = self._body
         if self._backward:  # a robot that drives backward is one that looks behind
             pose = Pose2(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
-        measured = self._wheels()
-        speeds = None if measured is None else self._turned(measured)
+        speeds = None if self._owns_wheels else self._wheels()
         command = self._follower.step(pose, speeds, reference, body.period)
         if math.isfinite(command.cross_track):
             self._cross_track = command.cross_track
@@ -150,7 +149,7 @@ class PathDrive:
                 rung=command.rung,
                 solve_time=command.solve_time if math.isfinite(command.solve_time) else 0.0,
             )
-        wheels = self._turned(command.wheel_speeds)
+        wheels = self._turned(command.wheel_speeds) if self._backward else command.wheel_speeds
         return SetWheelSpeed(speeds=wheels.tolist(), duration=body.period)
 
     def brake(self) -> Action:
@@ -159,16 +158,14 @@ class PathDrive:
         return SetWheelSpeed(speeds=[0.0] * len(self._body.drive.wheels), duration=self._body.period)
 
     def _turned(self, wheels: Array) -> Array:
-        """Wheel speeds of the robot, where it drives backward as one that looks behind, and the other way round."""
-        if not self._backward:
-            return wheels
+        """Wheel speeds (w,) [m/s] of a robot that looks behind, as it drives backward; its own inverse."""
         twist = self._body.drive.twist(wheels)
         return self._body.drive.wheel_speeds(Twist2(-twist.forward, twist.turn, -twist.left))
 
     def _wheels(self) -> Array | None:
-        """(w,) Measured rim speeds [m/s] when somebody else drove before; None while the follower knows them."""
-        if self._owns_wheels:
-            return None
+        """Measured wheel speeds (w,) [m/s], for the follower to go on from; None while they are not known."""
         self._owns_wheels = True
         speeds = self._body.knowledge.robot.wheel_speeds()
-        return speeds if bool(np.isfinite(speeds).all()) else None
+        if not np.isfinite(speeds).all():
+            return None
+        return self._turned(speeds) if self._backward else speeds

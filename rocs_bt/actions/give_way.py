@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from ..control.arcs import BENDS, HEADINGS, sinc
 from ..control.drive import Array
 from ..control.reference import TURN_RATE
-from ..control.ways import BENDS, HEADINGS, sinc
 from ..geometry import Pose2
 from .room import Room
 
@@ -51,43 +51,25 @@ def pulled(
         others: (k, 3) each, round whom it is bent.
         keep_off: As far as that [m].
     """
-    way = np.empty(leader.shape)
-    pull(way, pose, leader, others, DETOURS, (length, stride, keep_off, LOOK))
-    return way
-
-
-def pull(
-    way: Array,
-    pose: Pose2,
-    leader: Array,
-    others: Sequence[Array],
-    detours: Sequence[float],
-    limits: tuple[float, float, float, float],
-) -> None:
-    """Fill a way (k, 3) as `pulled` says, with the string's length, stride, keep_off and how far to look ahead [m]."""
-    (x, y, yaw), (length, stride, keep_off, look) = pose, limits
-    way[0] = pose
+    x, y, yaw = pose
+    way = [(x, y, yaw)]
     crowds = list(zip(*(other[1:, :2].tolist() for other in others), strict=True)) or [()] * (len(leader) - 1)
-    for k, ((place_x, place_y, _), crowd) in enumerate(zip(leader[1:].tolist(), crowds, strict=True), 1):
+    for (place_x, place_y, _), crowd in zip(leader[1:].tolist(), crowds, strict=True):
         away = math.hypot(place_x - x, place_y - y)
         if away > length:
             step, heading = min(away - length, stride), math.atan2(place_y - y, place_x - x)
-            for detour in detours:
+            for detour in DETOURS:
                 angle = heading + detour
                 c, s = math.cos(angle), math.sin(angle)
-                if _clear(x, y, x + look * c, y + look * s, crowd, keep_off):
+                for at_x, at_y in crowd:
+                    apart = math.hypot(x + LOOK * c - at_x, y + LOOK * s - at_y)
+                    if not (apart >= keep_off or apart >= math.hypot(x - at_x, y - at_y)):
+                        break  # too near to another robot, and nearer than now
+                else:
                     x, y, yaw = x + step * c, y + step * s, angle
                     break
-        way[k] = x, y, yaw
-
-
-def _clear(x: float, y: float, to_x: float, to_y: float, crowd: Iterable[Sequence[float]], keep_off: float) -> bool:
-    """Whether a step comes not too near to anybody, or at least no nearer."""
-    for at_x, at_y in crowd:
-        apart = math.hypot(to_x - at_x, to_y - at_y)
-        if not (apart >= keep_off or apart >= math.hypot(x - at_x, y - at_y)):
-            return False
-    return True
+        way.append((x, y, yaw))
+    return np.array(way)
 
 
 def nearest_moment(way: Array, other: Array) -> float:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..action import Body
+from ..control.arcs import BENDS, HEADINGS, STRAIGHT
 from ..control.drive import Array
-from ..control.ways import BENDS, HEADINGS, STRAIGHT
 
 BEHIND = 0.25
 """What it leaves to what is behind [m]."""
@@ -18,9 +18,9 @@ BEHIND = 0.25
 class Room(NamedTuple):
     """How far a robot may drive on ground that it knows to be free [m]; nowhere where nobody knows."""
 
-    ahead: Array  # (n,) on each of `control.ways.BENDS`
+    ahead: Array  # (n,) on each of `control.arcs.BENDS`
     behind: Array  # (n,) back on each of them
-    turned: Array  # (m,) to each of `control.ways.HEADINGS`, once turned there on the spot
+    turned: Array  # (m,) to each of `control.arcs.HEADINGS`, once turned there on the spot
 
     @classmethod
     def none(cls) -> Room:

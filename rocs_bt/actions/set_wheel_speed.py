@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-
 from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..errors import KnowledgeError
 from ..units import SPEED, Bounds, Seconds
@@ -50,18 +48,17 @@ class SetWheelSpeed(AtomicAction):
         return any(parameters.get("speeds", (math.nan,)))
 
     def act(self, body: Body) -> Progress | Failure:
-        speeds = np.asarray(self.speeds, dtype=float)
         wheels = body.drive.wheels
-        if speeds.shape != (len(wheels),):
+        if len(self.speeds) != len(wheels):
             wanted = f"the drive takes {len(wheels)} rim speeds ({', '.join(wheels)})"
-            return Failure(Reason.CANNOT, f"{wanted}, found {speeds.tolist()}")
+            return Failure(Reason.CANNOT, f"{wanted}, found {list(self.speeds)}")
         now = body.clock.now()
         if self._begun is None:
             self._begun = now
         elapsed = now - self._begun
         if elapsed >= self.duration or (self.until is not None and self.until(body)):
             return Progress.SUCCEEDED
-        body.wheels.command(speeds.tolist())
+        body.wheels.command(self.speeds)
         # Half a period forgives the jitter of real time and rounds the duration to whole periods.
         last = elapsed + 1.5 * body.period > self.duration
         return Progress.SUCCEEDED if last else Progress.RUNNING

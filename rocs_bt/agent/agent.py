@@ -168,8 +168,7 @@ class Agent:
             block = "reflexes"
             self.react(t)
             for block, analyze in self._analyzes:  # noqa: B007 - told where it breaks
-                if analyze.inbox.pending:
-                    analyze.run(t)
+                analyze.run(t)
             block = "plan"
             if self.rates.plan.due(count) or self.plan.called:
                 self.decide(t)

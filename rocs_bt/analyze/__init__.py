@@ -3,14 +3,14 @@
 Imported by `agent` and the layers above; the other blocks never import it.
 """
 
+from collections.abc import Mapping
+
 from .analyze import Analyze
+from .local_map import LocalMap
 from .localise import Localise
-from .pass_messages import PassMessages
-from .pass_orientation import PassOrientation
-from .pass_position import PassPosition
-from .pass_range import PassRange
+from .pass_changes import PassMessages, PassOrientation, PassPosition, PassRange
 from .peer_analyze import PeerAnalyze
-from .table import ANALYZERS
+from .track_objects import TrackObjects
 
 __all__ = [
     "ANALYZERS",
@@ -22,3 +22,8 @@ __all__ = [
     "PassRange",
     "PeerAnalyze",
 ]
+
+_SHIPPED = (LocalMap, Localise, PassMessages, PassOrientation, PassPosition, PassRange, PeerAnalyze, TrackObjects)
+
+ANALYZERS: Mapping[str, type[Analyze]] = {a.__name__: a for a in _SHIPPED}
+"""The analysers that robot.toml may name."""

@@ -7,7 +7,6 @@ whatever happens, and it ends in a braking ramp rather than in an exception or a
 from __future__ import annotations
 
 import math
-import sys
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -29,6 +28,7 @@ BRAKING: Final = "braking"
 
 _INSTANT = 1e-9  # [s] below which durations are rounding
 
+FARTHEST = 1e6  # A pose with larger coordinates [m, rad] would overflow.
 TOLERANCE = 1.01  # A plan may exceed a limit by so much before it counts as truncated; the final step cuts the rest.
 
 
@@ -154,13 +154,15 @@ class Follower:
         start = self._timer() if self._timer else math.nan
         rung: Rung = BRAKING
         wanted, cross, heading = self._rest, math.nan, math.nan
-        if self._take_over(wheel_speeds) and _sound(pose):
+        known = wheel_speeds is None or self._take_over(wheel_speeds)
+        if known and abs(pose.x) < FARTHEST and abs(pose.y) < FARTHEST and abs(pose.yaw) < FARTHEST:
             arrived, turning = self._predict(pose)
             preview = reference.sample(arrived, self._twist, self._times, self.settings.wheel_delay)
             cross, heading = preview.cross_track, preview.heading_error
-            lead = self._lead(period)
-            stages = _leading(np.asarray(preview.stages, float), lead)
-            if within(stages, sys.float_info.max):
+            lead, stages = self._lead(period), np.asarray(preview.stages, float)
+            if lead != 0.0:
+                stages = _leading(stages, lead)
+            if np.isfinite(stages).all():
                 rung, wanted = self._plan_ahead(self._ahead(arrived, turning, lead), stages, period)
         if rung == BRAKING:
             self._plan = None
@@ -170,10 +172,8 @@ class Follower:
         took = self._timer() - start if self._timer else math.nan
         return Command(self._wheels.copy(), rung, cross, heading, took)
 
-    def _take_over(self, wheel_speeds: Array | None) -> bool:
+    def _take_over(self, wheel_speeds: Array) -> bool:
         """Adopt wheel speeds that somebody else commanded; False when they are not numbers."""
-        if wheel_speeds is None:
-            return True
         speeds = np.asarray(wheel_speeds, dtype=float)
         if speeds.shape != self._wheels.shape:
             raise InputError(f"drive '{self.drive.name}' has wheels {self.drive.wheels}, found {speeds.size} speeds.")
@@ -244,17 +244,14 @@ class Follower:
         start = q if self._plan is None or self._misses > 0 else self._plan[1:]
         rung: Rung = SOLVED
         nodes = self._program.solve(pose, q, start, stages)
-        if self._keeps(nodes.ravel()):
+        plan = nodes.ravel()
+        if np.isfinite(plan).all() and (np.abs(self._rows.dot(plan)) <= TOLERANCE).all():
             self._misses, self._plan = 0, self._shift.dot(nodes)
         elif self._plan is not None and self._misses < self.settings.patience:
             rung, self._misses, self._plan = PREVIOUS, self._misses + 1, self._shift.dot(self._plan)
         else:
             return BRAKING, self._rest
         return rung, self.drive.wheels_from_q.dot(self._plan[0])
-
-    def _keeps(self, plan: Array) -> bool:
-        """Whether a plan is one, and keeps the limits; what is in it need not be finite."""
-        return within(plan, sys.float_info.max) and within(self._rows.dot(plan), TOLERANCE)
 
 
 class _Program:
@@ -288,11 +285,6 @@ class _Program:
         return self._nodes
 
 
-def within(values: Array, limit: float) -> bool:
-    """Whether all values (...) are numbers, and no farther from zero than a limit."""
-    return bool((np.abs(values) <= limit).all())
-
-
 def _moved(pose: Pose2, twist: Twist2, time: float) -> Pose2:
     """The pose after a time [s] of a steady twist, by the midpoint rule; its yaw goes on beyond pi."""
     half = 0.5 * time * twist.turn
@@ -302,16 +294,9 @@ def _moved(pose: Pose2, twist: Twist2, time: float) -> Pose2:
 
 def _leading(stages: Array, lead: float) -> Array:
     """Stages (k, 6) for the pose that answers commands at once: each moved on by `lead` [s] of its own twist."""
-    if lead == 0.0:
-        return stages
     c, s = np.cos(stages[:, 2]), np.sin(stages[:, 2])
     moved = stages.copy()
     moved[:, 0] += lead * (c * stages[:, 3] - s * stages[:, 4])
     moved[:, 1] += lead * (s * stages[:, 3] + c * stages[:, 4])
     moved[:, 2] += lead * stages[:, 5]
     return moved
-
-
-def _sound(pose: Pose2) -> bool:
-    """Whether a pose is one that a robot can have; what is beyond would overflow."""
-    return abs(pose.x) < 1e6 and abs(pose.y) < 1e6 and abs(pose.yaw) < 1e6

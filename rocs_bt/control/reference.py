@@ -13,8 +13,7 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
 from .drive import Array
-from .grid import Grid
-from .path import REACH, Path
+from .path import REACH, Grid, Path
 from .profile import SpeedProfile
 
 TURN_RATE = 1.5  # [rad/s] Gentle enough for sonars to keep up with.
@@ -123,6 +122,8 @@ class PathReference(Reference):
 
     def _place(self, pose: Pose2) -> float:
         """The arc length of the robot's place on the path [m]; never again before a sharp corner that it was at."""
+        if not self._corners:
+            return self.path.project(pose.x, pose.y, self.s)
         passed = max((leg for leg in self._corners if leg <= (self.s or 0.0)), default=0.0)
         s = self.path.project(pose.x, pose.y, self.s, least=passed)
         return next((leg for leg in self._corners if leg - 2.0 * REACH <= s < leg), s)

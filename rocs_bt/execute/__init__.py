@@ -3,10 +3,9 @@
 Imported by `agent` and the layers above; the other blocks never import it.
 """
 
-from .atomic_executor import AtomicActionExecutor
 from .body import CommandedActuator, RobotBody
 from .decomposer import ActionDecomposer
-from .execute import BehaviorPipeline, Execute
+from .execute import AtomicActionExecutor, BehaviorPipeline, Execute
 
 __all__ = [
     "ActionDecomposer",

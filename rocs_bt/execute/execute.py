@@ -5,11 +5,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from ..action import Action, ActionFailed, AtomicAction, Failure, MacroAction, Reason
-from ..errors import DeviceError, InputError, interrupts
+from ..action import Action, ActionFailed, AtomicAction, Failure, MacroAction, Progress, Reason
+from ..errors import DeviceError, InputError, PipelineError, interrupts
+from ..event import AtomicStarted
 from ..pipeline import Pipeline, Priority, Ticket
 from ..raised import Raised, from_actuator, owners_of
-from .atomic_executor import AtomicActionExecutor
 from .body import RobotBody
 from .decomposer import ActionDecomposer
 
@@ -20,6 +20,51 @@ MAX_TRANSITIONS = 16
 """How often one ticket may go on to a next action within one period without commanding anything."""
 
 _ROUTES = {Priority.HIGH: "reactive", Priority.NORMAL: "deliberative"}
+
+
+class AtomicActionExecutor:
+    """Acts atomic actions on a body, and notes where each begins.
+
+    Args:
+        body: The robot.
+    """
+
+    def __init__(self, body: RobotBody) -> None:
+        self._body = body
+        self._begun: AtomicAction | None = None
+
+    def act(self, action: AtomicAction, ticket: int) -> Progress | Failure:
+        """One control period's worth of it; an ActionFailed that it raises is its failure, and so is an InputError.
+
+        Args:
+            action: The action.
+            ticket: The number of the ticket that it belongs to.
+
+        Raises:
+            PipelineError: It returned something else than Progress or a Failure.
+        """
+        if action is not self._begun:
+            self._begun = action
+            self._body.note(
+                AtomicStarted,
+                ticket=ticket,
+                action=action.name,
+                route=self._body.turn.route,
+                parameters=action.parameters,
+            )
+        turn = self._body.turn
+        turn.commanded, turn.action = False, action.name
+        try:
+            result = action.act(self._body)
+        except ActionFailed as error:
+            return error.failure
+        except InputError as error:
+            return Failure.cannot(error)
+        finally:
+            turn.action = ""
+        if not isinstance(result, (Progress, Failure)):
+            raise PipelineError(f"{action.name}.act must return a Progress or a Failure, it returned {result!r}.")
+        return result
 
 
 class Execute:

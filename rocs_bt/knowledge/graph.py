@@ -84,7 +84,9 @@ class KnowledgeGraph(Readable):
 
     def related(self, source: str, relation: str) -> list[str]:
         targets = self._store.targets.get((source, relation))
-        return list(targets) if targets else super().related(source, relation)
+        if not targets and (source not in self._rows or relation not in self.schema.relations):
+            return super().related(source, relation)  # which raises
+        return list(targets or ())
 
     def edge(self, source: str, relation: str, target: str) -> dict[str, Any] | None:
         with self._lock:

@@ -222,8 +222,9 @@ class SignalTable:
         Returns:
             All values as float64, when every one was stored as it is; None where some may be NaN instead.
         """
-        batch = self._batch(tuple(values)) if math.isfinite(t) else None
-        if batch is not None:
+        names = tuple(values)
+        batch = self._batches.get(names) or self._batch(names)
+        if batch is not None and math.isfinite(t):
             with self._lock:
                 if (packed := batch.store(values.values(), t)) is not None:
                     self.revision += len(batch.writers)

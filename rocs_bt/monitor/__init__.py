@@ -3,6 +3,8 @@
 Imported by `agent` and the layers above; the other blocks never import it.
 """
 
+from collections.abc import Mapping
+
 from .fix_monitor import FixMonitor
 from .message_monitor import MessageMonitor
 from .monitor import Monitor, Watched
@@ -12,7 +14,6 @@ from .pose_monitor import PoseMonitor
 from .range_monitor import RangeMonitor
 from .scan_monitor import ScanMonitor
 from .surround_monitor import SurroundMonitor
-from .table import MONITORS
 from .wheel_monitor import WheelMonitor
 
 __all__ = [
@@ -29,3 +30,18 @@ __all__ = [
     "Watched",
     "WheelMonitor",
 ]
+
+_SHIPPED = (
+    FixMonitor,
+    MessageMonitor,
+    OdometryMonitor,
+    PeerMonitor,
+    PoseMonitor,
+    RangeMonitor,
+    ScanMonitor,
+    SurroundMonitor,
+    WheelMonitor,
+)
+
+MONITORS: Mapping[str, type[Monitor]] = {m.__name__: m for m in _SHIPPED}
+"""The monitors that robot.toml may name."""

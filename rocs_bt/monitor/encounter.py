@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ..control.ways import BENDS
+from ..control.arcs import BENDS
 from ..geometry import Pose2, Twist2, arc, arc_positions, hull_gaps
 from ..knowledge import Knowledge
 
@@ -62,7 +62,7 @@ Motion = tuple[float, Pose2, Twist2]
 """How a peer moves: since how long [s], from where, and how fast."""
 
 Reach = tuple[Sequence[float], Sequence[float]]
-"""How far a robot may drive ahead, and back, on each of `control.ways.BENDS` [m]."""
+"""How far a robot may drive ahead, and back, on each of `control.arcs.BENDS` [m]."""
 
 WayOff = tuple[int, float]
 """A way to go: 1 ahead, -1 back or 0 nowhere, and its bend, left positive when the robot drives ahead [rad/m]."""

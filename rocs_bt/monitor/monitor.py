@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
+from operator import attrgetter
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from ..signal import Signal
 
 MOVING = 0.05
 """Speed of a wheel rim above which the world must look different from one sample to the next [m/s]."""
+
+_STAMP = attrgetter("stamp")
 
 _INVALID = "its signals are invalid; it is read again in the next period"
 
@@ -118,7 +121,8 @@ class Monitor(ABC):
 
         A signal made of two readings is as old as the older one; a monitor that keeps readings must count those too.
         """
-        return min([reading.stamp for reading in readings.values()])
+        oldest: float = min(map(_STAMP, readings.values()))
+        return oldest
 
     def varies(self, sensor: str) -> bool:
         """Whether a sensor cannot say the same twice now; asked of those that may be `frozen_after` a while.

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..channel import Signals
-from ..control.ways import BENDS, HEADINGS, leading_edges, turned_edges
+from ..control.arcs import BENDS, HEADINGS, leading_edges, turned_edges
 from ..device import Reading
 from ..errors import Fault, InputError
 from ..geometry import Pose2, along_arc
@@ -68,9 +68,9 @@ class SurroundMonitor(RangeMonitor):
     only while the robot drives back, since what stands still comes no nearer.
 
     *Ground* is remembered where it was seen to be free. `room_ahead` and `room_behind` tell how far the robot may drive
-    on it, one value for each of `control.ways.BENDS` [m]; back it goes nowhere else, and a square of the memory less,
+    on it, one value for each of `control.arcs.BENDS` [m]; back it goes nowhere else, and a square of the memory less,
     since no beam sees what else is in a square that the hull was over in part. `room_turned` tells the same for a
-    robot that turns on the spot first, one value for each of `control.ways.HEADINGS`: none where a corner would sweep
+    robot that turns on the spot first, one value for each of `control.arcs.HEADINGS`: none where a corner would sweep
     what it does not know. From a peer it drives only over what was seen as lately as an echo.
 
     `free_turn` tells how far it may turn on the spot, left and right, before a corner comes to where an echo was; these

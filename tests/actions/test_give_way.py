@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.actions.give_way import GiveWay, braked, pulled
 from rocs_bt.actions.room import Room
-from rocs_bt.control.ways import BENDS, HEADINGS
+from rocs_bt.control.arcs import BENDS, HEADINGS
 from rocs_bt.geometry import Pose2
 
 TIMES, AFAR = 0.1 * np.arange(26), 0.1 * np.arange(51)

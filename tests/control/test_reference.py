@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.control.drive import Drive, skid_drive
-from rocs_bt.control.goal import GoalApproach
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference, TimedReference, TurnReference
@@ -159,18 +158,6 @@ def test_a_profile_of_another_path_is_refused(drive: Drive) -> None:
     profile = speed_profile(Path.line((0, 0), (2, 0)), drive, cruise=0.5)
     with pytest.raises(InputError, match="its own path"):
         PathReference(Path.line((0, 0), (3, 0)), profile)
-
-
-def test_arrival_needs_place_way_and_rest() -> None:
-    lap = np.linspace(0.0, math.tau, 200)
-    path, arrived = Path(np.column_stack([np.cos(lap), np.sin(lap)])), GoalApproach()
-    there = Pose2(1.0, 0.0, math.pi / 2)
-    assert arrived.reached(path, path.length - 0.01, there, Twist2(0.01))
-    assert not arrived.reached(path, 0.0, there, Twist2(0.01))
-    assert not arrived.reached(path, path.length, Pose2(1.1, 0.0), Twist2(0.01))
-    assert not arrived.reached(path, path.length, there, Twist2(0.2))
-    assert not arrived.reached(path, path.length, there, Twist2(0.0, turn=1.0))
-    assert not arrived.reached(path, path.length, Pose2(math.nan, 0.0), Twist2(0.0))
 
 
 def _drive() -> Drive:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from rocs_bt.control.ways import BENDS
+from rocs_bt.control.arcs import BENDS
 from rocs_bt.geometry import Pose2, Twist2, along_arc
 
 

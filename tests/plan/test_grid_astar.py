@@ -9,8 +9,8 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.elastic_band import Surroundings
 from rocs_bt.control.footprint import Footprint
-from rocs_bt.control.rod import Surroundings
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge, OccupancyGrid

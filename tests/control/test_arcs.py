@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.control.ways import BENDS, STRAIGHT, along, leading_edges, sinc
+from rocs_bt.control.arcs import BENDS, STRAIGHT, along, leading_edges, sinc
 from rocs_bt.geometry import Pose2, Twist2, arc
 
 number = st.floats(-2.0, 2.0)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from rocs_bt.control.elastic_band import STEP, Surroundings, relaxed
 from rocs_bt.control.footprint import Footprint
-from rocs_bt.control.rod import STEP, Surroundings, relaxed
 
 CELL = 0.05
 place = st.tuples(st.floats(-1.0, 3.0), st.floats(-1.0, 3.0))

@@ -1,4 +1,4 @@
-"""A way as an elastic rod: stiff, smooth, and with the hull in the middle of what it passes.
+"""Elastic-band path smoothing: a stiff, smooth path that keeps the hull in the middle of what it passes.
 
 Sources: Quinlan and Khatib, Elastic bands: connecting path planning and control, ICRA 1993; Kass, Witkin and
 Terzopoulos, Snakes: active contour models, International Journal of Computer Vision 1, 1988 (implicit steps).
@@ -18,7 +18,7 @@ STEP = 0.1
 """Between the points of a way [m]."""
 
 ROUNDS, STIFF, PUSH = 25, 20.0, 0.02
-"""Of the first relaxation: how often, how stiff the rod is, and how far a point of the hull's rim is pushed [m]."""
+"""Of the first relaxation: how often, how stiff the band is, and how far a point of the hull's rim is pushed [m]."""
 
 RIM, ROOM = 12, 0.3
 """How many points of the rim are pushed, each by what is nearer than this gap [m]."""
@@ -80,16 +80,16 @@ def headings(points: Array) -> Array:
 
 
 def relaxed(around: Surroundings, footprint: Footprint, points: Array, fixed: int) -> Array:
-    """A way as an elastic rod, pushed away from what is near to the hull that drives along it.
+    """Path that was relaxed as an elastic band, which obstacles near the driving hull push away.
 
     Args:
-        around: What stands where.
-        footprint: The hull.
-        points: (k, 2) The way, at steps of about `STEP` [m].
-        fixed: How many of the first points stay as they are; the very first and the last always do.
+        around: Obstacles around the path.
+        footprint: Hull of the robot.
+        points: Path at steps of about `STEP` [m], shape (k, 2).
+        fixed: Number of first points that do not move; the very first and the last never do.
 
     Returns:
-        (k, 2) [m]
+        Relaxed path [m], shape (k, 2).
     """
     first = max(fixed, 1)
     from scipy.linalg import cho_solve_banded
@@ -178,7 +178,7 @@ def _moved(force: Array, turn: Array, aside: Array) -> Array:
 
 @lru_cache(maxsize=512)
 def _stiff(count: int, first: int, stiff: float) -> tuple[tuple[Array, bool], Array]:
-    """The bending of a rod whose first points, and whose last, are held.
+    """The bending of a band whose first points, and whose last, are held.
 
     Returns:
         I + stiff D'D of the points that are free, as a Cholesky factor, and their rows of it for those that are held.
