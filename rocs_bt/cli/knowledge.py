@@ -1,12 +1,282 @@
-"""`rocs-bt knowledge`: what agents knew over a run, and know for the next one."""
+"""`rocs-bt knowledge`: query, draw, export and import what agents knew over a run, and know for the next one."""
 
 from __future__ import annotations
 
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
 import click
 
-from .knowledge_files import export, show, take
-from .knowledge_query import query
-from .knowledge_why import why
+from ..catalog import Catalog
+from ..errors import Fault, InputError, KnowledgeError
+from ..geometry import Pose2
+from .terminal import echo
+
+if TYPE_CHECKING:
+    from ..knowledge import Answers, Readable, Schema
+    from ..knowledge.history import ChangeLog, State
+
+
+_EXPORTS = (".json", ".graphml")
+run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
+agent_option = click.option("--agent", help="Whose knowledge; may be left out where there is only one agent.")
+run_number_option = click.option(
+    "--run-number", type=click.IntRange(min=1), help="Of a file with several runs; the newest if left out."
+)
+
+
+class _Moment(click.FloatRange):
+    """A time of a run [s]: at least 0, and a number; NaN passes a plain FloatRange."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        t = float(super().convert(value, param, ctx))
+        return self.fail("a time is a number of seconds, found nan.", param, ctx) if math.isnan(t) else t
+
+
+at_option = click.option(
+    "--at", "t", type=_Moment(min=0.0), metavar="SECONDS", help="As of this time; the end if left out."
+)
+
+
+@click.command()
+@run_argument
+@agent_option
+@run_number_option
+@at_option
+@click.option("--format", "form", type=click.Choice(["html", "svg", "text"]), default="html", show_default=True)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
+def show(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
+    """Draw what an agent knew in RUN: a page with search and a time slider, a picture, or a list.
+
+    RUN is a run's folder, its run.mcap, a file that `run --knowledge` wrote, or an export. The page tells the whole
+    run; the others one moment.
+    """
+    from ..record.knowledge import draw, render_knowledge
+
+    log = open_log(run, agent, run_number)
+    if form == "html":
+        text = render_knowledge(log)
+    else:
+        state = state_of(log, t)
+        text = draw(state, log.agent) if form == "svg" else _listed(state)
+    if form == "text" and out is None:
+        echo(text.rstrip("\n"))
+        return
+    file = out or _beside(run) / f"knowledge.{form}"
+    file.write_text(text, encoding="utf-8")
+    echo(f"What {log.agent} knew: {file}")
+
+
+@click.command()
+@run_argument
+@agent_option
+@run_number_option
+@at_option
+@click.option("--format", "form", type=click.Choice(["json", "graphml"]), default="json", show_default=True)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
+def export(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
+    """Write what an agent knew in RUN, at one moment, as JSON or GraphML.
+
+    JSON says all, and `knowledge import` reads it back to the last bit; GraphML is for programs that draw graphs.
+    """
+    from ..knowledge.history import to_graphml, to_json_text
+
+    state = state_of(open_log(run, agent, run_number), t)
+    text = to_json_text(state) if form == "json" else to_graphml(state)
+    if out is None:
+        echo(text, nl=False)
+        return
+    out.write_text(text, encoding="utf-8")
+    echo(f"{out}: {len(state.nodes())} nodes, {len(state.edges())} edges, as of {max(state.t, 0.0):g} s.")
+
+
+@click.command(name="import")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.argument("knowledge", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--agent", help="Whose knowledge it becomes; the one that it was if left out.")
+def take(file: Path, knowledge: Path, agent: str | None) -> None:
+    """Put an export FILE (JSON or GraphML) into a KNOWLEDGE file, as its newest run: a later run remembers it.
+
+    Everything is checked against the schema first; a file with a fault changes nothing.
+    """
+    from ..knowledge.history import write_state
+
+    state = _exported(file, Catalog.here().load_schema())
+    if agent is not None:
+        state.agent = agent
+    if not state.agent:
+        raise InputError(Fault("it does not say whose knowledge it is.", file, hint="Say it: --agent NAME"))
+    write_state(knowledge, state, file.name)
+    echo(f"{knowledge}: {len(state.nodes())} nodes, {len(state.edges())} edges of {state.agent}.")
+
+
+def open_log(run: Path, agent: str | None, number: int | None) -> ChangeLog:
+    """What an agent knew, wherever it was kept: a recording, a file of knowledge, or an export."""
+    from ..knowledge.history import History, log_of
+    from ..record import Recording
+    from ..record.knowledge import recorded_log
+
+    schema, file = Catalog.here(code=False).load_schema(), _kept(run)
+    if file.suffix in _EXPORTS:
+        return log_of(_exported(file, schema), file.name)
+    if file.suffix == ".mcap":
+        return recorded_log(Recording.open(file), agent, schema)
+    with History(file, agent, number, schema) as history:
+        return history
+
+
+def state_of(log: ChangeLog, t: float | None) -> State:
+    """What was known at a time [s]; at the end where None.
+
+    Raises:
+        InputError: That time is not kept.
+    """
+    try:
+        return log.as_of(t)
+    except KnowledgeError as error:
+        raise InputError(str(error)) from error
+
+
+def _kept(run: Path) -> Path:
+    """The file that is meant: of a run's folder its knowledge, else its recording."""
+    if not run.is_dir():
+        return run
+    kept = run / "knowledge.sqlite"
+    return kept if kept.exists() else run / "run.mcap"
+
+
+def _exported(file: Path, schema: Schema) -> State:
+    from ..knowledge.history import from_graphml, from_json_text
+
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(Fault(f"this is no text: {error.reason} at byte {error.start}.", file)) from error
+    return from_graphml(text, file, schema) if file.suffix == ".graphml" else from_json_text(text, file, schema)
+
+
+def _listed(state: State) -> str:
+    """A state as lines that people and grep read."""
+    from ..record.knowledge import value_text
+
+    lines = []
+    for name in state.nodes():
+        known = ", ".join(f"{a} {value_text(v)}" for a, v in state.attributes(name).items())
+        lines.append(f"{state.kind(name)} {name}{': ' if known else ''}{known}")
+    for source, relation, target in state.edges():
+        known = ", ".join(f"{a} {value_text(v)}" for a, v in (state.edge(source, relation, target) or {}).items())
+        lines.append(f"{source} {relation} {target}{': ' if known else ''}{known}")
+    return "\n".join(lines) + "\n"
+
+
+def _beside(run: Path) -> Path:
+    return run if run.is_dir() else run.parent
+
+
+@click.command()
+@click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
+@click.argument("text", metavar="QUERY")
+@agent_option
+@run_number_option
+@at_option
+@click.option("--json", "as_json", is_flag=True, help="Print the answers as JSON.")
+def query(run: Path, text: str, agent: str | None, run_number: int | None, t: float | None, as_json: bool) -> int:
+    """Put a QUERY to what an agent knew, such as "object where moves and distance(pose, robot) < 2 m".
+
+    RUN is a run's folder, its run.mcap, a file that `run --knowledge` wrote, or an export. Of a recorded run, `robot`
+    is where the robot was, and the query may name its signals. The language is told in docs/knowledge.md.
+
+    Exits with 0 when there is an answer, with 1 when there is none.
+    """
+    from ..knowledge import Asker, compile_query
+    from ..record import Recording
+    from ..record.knowledge import recorded_asker
+
+    log = open_log(run, agent, run_number)
+    t = log.end if t is None else t
+    asker, signals = Asker(log.agent, None, t, past=log), None
+    if (recorded := run / "run.mcap" if run.is_dir() else run).suffix == ".mcap" and recorded.exists():
+        asker, signals = recorded_asker(Recording.open(recorded), log, t)
+    state = state_of(log, t)
+    try:
+        answers = compile_query(text, state.schema, signals).ask(state, asker)
+    except InputError as error:
+        raise error.at(Path("query"), 1) from error
+    except KnowledgeError as error:
+        raise InputError(str(error)) from error
+    echo(json.dumps([_plain(each) for each in answers.dicts]) if as_json else _table(answers))
+    return 0 if answers else 1
+
+
+def _table(answers: Answers) -> str:
+    """The answers in columns."""
+    if not answers:
+        return "nothing answers."
+    if not answers.things and not answers.columns:
+        return "yes."
+    heads = [*answers.things, *answers.columns]
+    values = answers.values or ((),) * len(answers)
+    rows = [[*names, *map(_shown, given)] for names, given in zip(answers.rows, values, strict=True)]
+    widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in [heads, *rows]]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, tuple):
+        return f"({', '.join(_shown(each) for each in value)})"
+    return str(value)
+
+
+def _plain(answer: dict[str, Any]) -> dict[str, Any]:
+    return {name: [*value] if isinstance(value, (Pose2, tuple)) else value for name, value in answer.items()}
+
+
+@click.command()
+@run_argument
+@agent_option
+@run_number_option
+@at_option
+def why(run: Path, agent: str | None, run_number: int | None, t: float | None) -> None:
+    """Tell why an agent chose its strategies in RUN, and what came of each; with --at of the one in force then.
+
+    RUN is a run's folder, its run.mcap, a file that `run --knowledge` wrote, or an export.
+    """
+    log = open_log(run, agent, run_number)
+    state = log.as_of()
+    uses = sorted(state.nodes("use"), key=lambda use: state.get(use, "began") or 0.0)
+    if t is not None:
+        uses = [use for use in uses if _in_force(state, use, t)]
+    if not uses:
+        when = "" if t is None else f" at {t:g} s"
+        hint = "Missions choose strategies with UseStrategy (docs/strategies.md)."
+        echo(f"No strategy of {log.agent} was in force{when}. {hint}")
+        return
+    for use in uses:
+        echo("\n".join(_told(state, use)))
+
+
+def _in_force(state: Readable, use: str, t: float) -> bool:
+    ended = state.get(use, "ended")
+    return bool((state.get(use, "began") or 0.0) <= t and (ended is None or t <= ended))
+
+
+def _told(state: Readable, use: str) -> Iterator[str]:
+    known = state.attributes(use)
+    names = ", ".join(state.related(use, "use_of")) or "a strategy that is forgotten"
+    until = f"{known['ended']:.2f} s" if "ended" in known else "the end"
+    came = known.get("outcome", "still in force") + (f": {known['reason']}" if "reason" in known else "")
+    yield f"{known.get('began', 0.0):.2f} s to {until}  {names}  {came}"
+    yield from (f"    {line}" for line in known.get("why", "nothing was noted").splitlines())
 
 
 @click.group()

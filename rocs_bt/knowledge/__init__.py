@@ -4,7 +4,6 @@ The only folder that imports networkx. All blocks and the layers above import it
 """
 
 from .attribute import Attribute, Live
-from .choice import Candidate, Choice
 from .declaration import Kind, Relation
 from .graph import KnowledgeGraph
 from .knowledge import Knowledge
@@ -16,7 +15,7 @@ from .roadmap import Roadmap, Way, beside, draw_roads
 from .robot import RobotModel
 from .schema import POSE, SCHEMA, Schema, load_schema, schema_text
 from .signals import SignalTable, SignalWriter
-from .strategy import StrategyModel
+from .strategy import Candidate, Choice, StrategyModel
 from .subscription import SubscriberFailure, Subscription
 from .world import WorldModel
 

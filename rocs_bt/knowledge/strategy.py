@@ -1,14 +1,129 @@
-"""The StrategyModel: the ways to act that the robot knows, and which of them serves now (paper, 4.2 and 5.1)."""
+"""Strategies: the ways to act that the robot knows, what came of them, and which serves now (paper, 4.2 and 5.1).
+
+A situation is the answers to the questions that are known. Two situations are like each other by the share of the
+weight of the questions that were answered alike in both; without questions all are alike. The expected success of a
+strategy is the share of its uses that succeeded, each weighted by how like its situation is to the present one, with
+one success and one failure added (the rule of succession; Laplace, 1814), so that nothing known is 1/2.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError, KnowledgeError
-from .choice import Candidate, Choice
-from .experience import Situation, Use, expected
 from .model import Model
+
+SHARPNESS = 4
+"""The power of the likeness by which a use counts: half alike counts a sixteenth."""
+
+Situation = Mapping[str, bool]
+"""The answers, by question."""
+
+
+@dataclass(frozen=True)
+class Use:
+    """A use of a strategy that has ended.
+
+    Attributes:
+        strategy: Its name.
+        situation: What was met.
+        success: Whether it succeeded.
+    """
+
+    strategy: str
+    situation: Situation
+    success: bool
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What is expected of a strategy in a situation.
+
+    Attributes:
+        share: Of successes, between 0 and 1; 1/2 where nothing is known.
+        uses: How many uses it rests on, each counting as much as its situation is like this one.
+        successes: How many of them succeeded, counted so.
+    """
+
+    share: float
+    uses: float
+    successes: float
+
+
+def likeness(a: Situation, b: Situation, weights: Mapping[str, float]) -> float:
+    """How like each other two situations are, between 0 and 1; a question that was not asked in both is not alike.
+
+    Args:
+        a: One.
+        b: The other.
+        weights: How much each question matters.
+    """
+    asked = sorted(a.keys() | b.keys())
+    total = sum(weights.get(question, 1.0) for question in asked)
+    if total <= 0.0:
+        return 1.0
+    alike = sum(weights.get(q, 1.0) for q in asked if q in a and q in b and a[q] == b[q])
+    return alike / total
+
+
+def expected(strategy: str, now: Situation, uses: list[Use], weights: Mapping[str, float]) -> Expectation:
+    """What may be expected of a strategy now."""
+    own = [
+        (likeness(now, use.situation, weights) ** SHARPNESS, use.success) for use in uses if use.strategy == strategy
+    ]
+    count, good = sum(weight for weight, _ in own), sum(weight for weight, success in own if success)
+    return Expectation((good + 1.0) / (count + 2.0), count, good)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A strategy, weighed.
+
+    Attributes:
+        name: The strategy.
+        score: The greater the better: its preference, and twice what is expected of it above one half.
+        preference: Its own.
+        expectation: What came of it in situations like this one.
+        obstacle: Why it does not serve now; empty where it does.
+    """
+
+    name: str
+    score: float
+    preference: float
+    expectation: Expectation
+    obstacle: str = ""
+
+    def __str__(self) -> str:
+        if self.obstacle:
+            return f"{self.name}: no, {self.obstacle}"
+        told = self.expectation
+        known = f"worked in {told.successes:.3g} of {told.uses:.3g} like situations" if told.uses > 0.0 else "not tried"
+        return f"{self.name}: {self.score:+.2f} (preference {self.preference:g}, {known})"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """All strategies, weighed in one situation.
+
+    Attributes:
+        situation: The answers to what is asked of it.
+        candidates: The best first; those that do not serve last.
+    """
+
+    situation: Situation
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def best(self) -> str | None:
+        """The strategy to use; None where none serves."""
+        return next((c.name for c in self.candidates if not c.obstacle), None)
+
+    def __str__(self) -> str:
+        answers = ", ".join(f"{name} {'yes' if yes else 'no'}" for name, yes in self.situation.items())
+        return "\n".join([f"situation: {answers or 'nothing is asked'}", *map(str, self.candidates)])
+
 
 KEPT = 200
 """Uses that are kept; with one more the oldest that ended is forgotten."""

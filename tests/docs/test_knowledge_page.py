@@ -9,8 +9,8 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Knowledge, compile_query, find, load_schema
+from rocs_bt.knowledge.query.pattern import SECTIONS
 from rocs_bt.knowledge.query.scope import FORMS
-from rocs_bt.knowledge.query.sections import SECTIONS
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "knowledge.md").read_text("utf-8")
 CHAPTER = PAGE.split("## Queries")[1].split("## History")[0]

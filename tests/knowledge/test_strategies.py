@@ -10,8 +10,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import KnowledgeError
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.experience import Use, expected, likeness
-from rocs_bt.knowledge.strategy import KEPT
+from rocs_bt.knowledge.strategy import KEPT, Use, expected, likeness
 
 
 @pytest.fixture

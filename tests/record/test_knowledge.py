@@ -16,8 +16,7 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, Journal, State, log_of
 from rocs_bt.record.knowledge import draw, learnt, recorded_log, render_knowledge
-from rocs_bt.record.knowledge.drawing import CROWD, picture
-from rocs_bt.record.knowledge.layout import layout
+from rocs_bt.record.knowledge.drawing import CROWD, layout, picture
 from rocs_bt.record.knowledge.page import thinned
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording

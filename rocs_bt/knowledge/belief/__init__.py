@@ -1,7 +1,5 @@
 """Belief: what may be there, how surely, and where: tracks that sightings begin, move and end."""
 
-from .belief import Belief, BeliefSettings, Seen
-from .sighting import Sighting
-from .track import Track
+from .belief import Belief, BeliefSettings, Seen, Sighting, Track
 
 __all__ = ["Belief", "BeliefSettings", "Seen", "Sighting", "Track"]

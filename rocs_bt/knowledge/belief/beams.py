@@ -10,8 +10,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...geometry import Pose2, wrap_angle
-from .sighting import Array, Sighting
-from .track import Track
+from .belief import Array, Sighting, Track
 
 BESIDE = 0.15
 """Echoes of neighbouring beams that are farther apart than this and the beams themselves are of two things [m]."""

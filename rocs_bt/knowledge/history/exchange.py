@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from json.scanner import py_make_scanner  # type: ignore[attr-defined]  # typeshed lacks it
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn
 
 import msgspec
 
 from ...errors import Fault, InputError
+from ...nesting import check_nesting
 from ..schema import SCHEMA, Schema
-from .intake import EdgeEntry, Intake, NodeEntry
-from .positions import Scanner, place_of
+from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
 from .values import dump, from_json, to_json
 
 FORMAT = "knowledge/1"
-E = TypeVar("E", NodeEntry, EdgeEntry)
 _KEYS = ("format", "agent", "t", "revision", "nodes", "edges")
 
 
@@ -41,21 +43,82 @@ def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> State:
     Raises:
         InputError: With everything that is wrong, each at its line and column.
     """
+    values = _read(text, file)
+    t, revision = _head(values, file)
+    importer = Importer(file, values["agent"], schema)
+    places = _Places(text)
+    kinds: tuple[tuple[str, type[NodeEntry | EdgeEntry], Callable[[Any], None]], ...]
+    kinds = ("nodes", NodeEntry, importer.node), ("edges", EdgeEntry, importer.edge)
+    for key, kind, take in kinds:
+        for index, value in enumerate(values[key]):
+            before = len(importer.faults)
+            try:
+                take(_entry(value, kind))
+            except (msgspec.ValidationError, ValueError) as error:
+                importer.fault(f"this is not {'a node' if kind is NodeEntry else 'an edge'}: {error}.")
+            if len(importer.faults) > before:
+                line, column = places.of(key, index)
+                importer.faults[-1] = replace(importer.faults[-1], line=line, column=column)
+    return importer.done(t, revision)
+
+
+class _Places:
+    """Line and column of the elements of a JSON document's lists; found when first needed, for it is slow."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._offsets: dict[int, int] = {}
+        self._values: dict[str, Any] = {}
+
+    def of(self, key: str, index: int) -> tuple[int, int]:
+        """Line and column of one element, both from 1; 0 where it is no object."""
+        if not self._values:
+            decoder: Any = json.JSONDecoder()
+            inner = decoder.parse_object
+
+            def parse_object(start: tuple[str, int], *rest: Any) -> tuple[Any, int]:
+                value, end = inner(start, *rest)
+                self._offsets[id(value)] = start[1] - 1
+                return value, end
+
+            decoder.parse_object = parse_object
+            decoder.scan_once = py_make_scanner(decoder)
+            with contextlib.suppress(RecursionError):  # lists in lists; then no place is known
+                self._values = decoder.decode(self._text)
+        offset = self._offsets.get(id(self._values[key][index])) if self._values else None
+        if offset is None:
+            return 0, 0
+        return self._text.count("\n", 0, offset) + 1, offset - self._text.rfind("\n", 0, offset)
+
+
+def _read(text: str, file: Path) -> dict[str, Any]:
+    """The JSON object of a text, as Python values.
+
+    Raises:
+        InputError: It is no JSON, or no object.
+    """
     try:
-        values = Scanner(text, frozenset(("nodes", "edges"))).values
+        check_nesting(text)
+        values = json.JSONDecoder(object_pairs_hook=_once, parse_constant=_refuse).decode(text)
+        if not isinstance(values, dict):
+            raise ValueError("it must be an object, such as {}")
     except json.JSONDecodeError as error:
         raise InputError(Fault(f"this is no JSON: {error.msg}.", file, error.lineno, error.colno)) from error
-    t, revision = _head(values, file)
-    intake = Intake(file, values["agent"], schema)
-    for offset, value in values["nodes"]:
-        place = place_of(text, offset)
-        if (node := _entry(value, NodeEntry, intake, place)) is not None:
-            intake.node(node, *place)
-    for offset, value in values["edges"]:
-        place = place_of(text, offset)
-        if (edge := _entry(value, EdgeEntry, intake, place)) is not None:
-            intake.edge(edge, *place)
-    return intake.done(t, revision)
+    except ValueError as error:  # too many digits, NaN, a key twice
+        raise InputError(Fault(f"this is no JSON: {error}.", file, 1, 1)) from error
+    return values
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        twice = next(name for name in found if sum(name == other for other, _ in pairs) > 1)
+        raise ValueError(f"'{twice}' stands twice in one object")
+    return found
+
+
+def _refuse(name: str) -> NoReturn:
+    raise ValueError(f'{name} is no JSON; write {{"float": "inf"}}')
 
 
 def _head(values: dict[str, Any], file: Path) -> tuple[float, int]:
@@ -75,19 +138,15 @@ def _head(values: dict[str, Any], file: Path) -> tuple[float, int]:
         t = None
     if isinstance(t, bool) or not isinstance(t, (int, float)) or math.isnan(t) or (abs(t) > 1e15 and t != -math.inf):
         faults.append(f"the time must be a number of seconds, found {values.get('t')!r:.40}.")
+    faults += [f"'{key}' must be a list." for key in ("nodes", "edges") if not isinstance(values.get(key, []), list)]
     if faults:
         raise InputError(*(Fault(fault, file) for fault in faults))
     return float(t), revision  # type: ignore[arg-type]  # checked above
 
 
-def _entry(value: Any, kind: type[E], intake: Intake, place: tuple[int, int]) -> E | None:
-    try:
-        entry = msgspec.convert(value, kind)
-        entry.attributes = {name: from_json(given) for name, given in entry.attributes.items()}
-    except (msgspec.ValidationError, ValueError) as error:
-        what = "a node" if kind is NodeEntry else "an edge"
-        intake.fault(f"this is not {what}: {error}.", *place)
-        return None
+def _entry(value: Any, kind: type[NodeEntry | EdgeEntry]) -> Any:
+    entry = msgspec.convert(value, kind)
+    entry.attributes = {name: from_json(given) for name, given in entry.attributes.items()}
     return entry
 
 

@@ -13,7 +13,7 @@ import msgspec
 
 from ...errors import Fault, InputError, KnowledgeError
 from ..schema import SCHEMA, Schema
-from .intake import EdgeEntry, Intake, NodeEntry
+from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
 from .values import dump, from_json, load, to_json
 
@@ -64,29 +64,29 @@ def from_graphml(text: str, file: Path, schema: Schema = SCHEMA) -> State:
     t, revision = graph.graph.get("t", -math.inf), graph.graph.get("revision", 0)
     if not isinstance(t, float) or math.isnan(t) or type(revision) is not int or not 0 <= revision <= 2**62:
         raise InputError(Fault(f"its time and revision must be numbers, found {t!r:.40} and {revision!r:.40}.", file))
-    intake = Intake(file, str(graph.graph.get("agent", "")), schema)
+    importer = Importer(file, str(graph.graph.get("agent", "")), schema)
     for name, given in graph.nodes(data=True):
         kind = schema.kinds.get(str(given.get("kind")))
-        _take(intake, NodeEntry, {"name": name, "kind": given.pop("kind", None)}, given, kind)
+        _take(importer, NodeEntry, {"name": name, "kind": given.pop("kind", None)}, given, kind)
     for source, target, relation, given in graph.edges(keys=True, data=True):
         declared = schema.relations.get(relation)
-        _take(intake, EdgeEntry, {"source": source, "relation": relation, "target": target}, given, declared)
-    return intake.done(t, revision)
+        _take(importer, EdgeEntry, {"source": source, "relation": relation, "target": target}, given, declared)
+    return importer.done(t, revision)
 
 
-def _take(intake: Intake, entry: type[Any], names: dict[str, Any], given: dict[str, Any], owner: Any) -> None:
+def _take(importer: Importer, entry: type[Any], names: dict[str, Any], given: dict[str, Any], owner: Any) -> None:
     declared: Mapping[str, Any] = {} if owner is None else owner.attributes
     stamp = {"t": given.pop("t", 0.0), "revision": given.pop("revision", 0)}
     try:
         values = {name: _value(value, declared.get(name)) for name, value in given.items()}
         made = msgspec.convert({**names, **stamp, "attributes": values}, entry)
     except (msgspec.ValidationError, ValueError) as error:
-        intake.fault(f"{' '.join(map(str, names.values()))}: {error}.")
+        importer.fault(f"{' '.join(map(str, names.values()))}: {error}.")
         return
     if entry is NodeEntry:
-        intake.node(made)
+        importer.node(made)
     else:
-        intake.edge(made)
+        importer.edge(made)
 
 
 def _value(value: Any, declared: Any) -> Any:

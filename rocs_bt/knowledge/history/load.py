@@ -8,7 +8,7 @@ from pathlib import Path
 from ...errors import Fault, KnowledgeError
 from ..graph import KnowledgeGraph
 from ..schema import Schema
-from .intake import EdgeEntry, Intake, NodeEntry
+from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
 from .values import plain
 
@@ -43,20 +43,20 @@ def lasting(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault
         schema: What may be known now.
         file: Where it came from, for the faults.
     """
-    intake = Intake(file, state.agent, schema)
-    intake.state.t, intake.state.revision = state.t, state.revision
+    importer = Importer(file, state.agent, schema)
+    importer.state.t, importer.state.revision = state.t, state.revision
     for name in state.nodes():
         if _lasts(state, name):
             written = {a: plain(state.get(name, a)) for a in state.written(name)}
             stamps = {a: (stamp.t, stamp.revision) for a, stamp in state.written(name).items()}
             stamp = state.stamp(name)
-            intake.node(NodeEntry(name, state.kind(name), stamp.t, stamp.revision, written, stamps))
+            importer.node(NodeEntry(name, state.kind(name), stamp.t, stamp.revision, written, stamps))
     for source, relation, target in state.edges():
-        if intake.state.has(source) and intake.state.has(target):
+        if importer.state.has(source) and importer.state.has(target):
             row = state.targets(source, relation)[target]
             known = {a: plain(v) for a, v in (state.edge(source, relation, target) or {}).items()}
-            intake.edge(EdgeEntry(source, relation, target, row["t"], row["revision"], known))
-    return intake.state, intake.faults
+            importer.edge(EdgeEntry(source, relation, target, row["t"], row["revision"], known))
+    return importer.state, importer.faults
 
 
 def load_into(graph: KnowledgeGraph, state: State) -> Loaded:

@@ -1,25 +1,221 @@
-"""From the text of a query to a Query."""
+"""From the text of a query to a Query, and the plan of its steps.
+
+The plan says in which order the things of a query are found, and makes each test as early as it can be made. A thing
+that is named, or must be near a place, comes first; then what the links of those lead to; then the others in the order
+in which the query mentions them. Which order does not change the answers.
+"""
 
 from __future__ import annotations
 
 import ast
+import math
 import re
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from ...errors import Fault, InputError, UnitError
-from ...expression import Misuse, Node, parse
+from ...expression import Misuse, Node, compile_plain, evaluate, parse
 from ...expression.environment import SignalLayout
+from ...expression.python_code import define
 from ...units import NONE, TIME, parse_quantity
 from ..schema import SCHEMA, Schema
 from .names import Names
-from .parameter import Parameter
-from .pattern import read_pattern
-from .plan import Planner, code_of, conditions_of, value_of
+from .parameter import HELPERS, Parameter
+from .pattern import Link, Pattern, Section, read_pattern, sections_of
 from .query import Moment, Query
-from .scope import Scope
-from .sections import Section, sections_of
-from .steps import Code
+from .scope import Scope, Slot
+from .steps import Absent, Code, Follow, Joined, Near, Pin, Scan, Step, Test
+
+_PARTS = re.compile(r"\b([nrec])\b(?=[\[.])")
+
+
+def code_of(source: str) -> Code:
+    """A function of the state from generated source."""
+    return define("\n    ".join(["def code(state):", *_parts(source), f"return {source}"]), "code", HELPERS)
+
+
+def value_of(node: Node, slots: Sequence[Slot]) -> Code:
+    """An expression as a function of the state: its value, None where it is not known."""
+    source = _loaded(node, slots)
+    return compile_plain(node, "state", [*_parts(source), f"x = {source}"], HELPERS)
+
+
+def test_of(nodes: Sequence[Node], slots: Sequence[Slot]) -> Code:
+    """Expressions as a function of the state that is true if all of them hold."""
+    return value_of(nodes[0] if len(nodes) == 1 else Node("and", nodes[0].kind, tuple(nodes)), slots)
+
+
+def _parts(source: str) -> list[str]:
+    """Source lines that assign the parts of the state that a source names."""
+    return [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
+
+
+def _loaded(node: Node, slots: Sequence[Slot]) -> str:
+    """Source of the row of floats that an expression reads."""
+    reads = node.reads()
+    return f"[{', '.join(slots[i].code if i in reads else 'nan' for i in range(max(reads, default=-1) + 1))}]"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A part of `where` that must hold by itself, with what it depends on."""
+
+    node: Node
+    things: frozenset[int]
+    links: frozenset[int]
+
+
+def conditions_of(node: Node | None, slots: Sequence[Slot]) -> list[Condition]:
+    """The parts of an expression that are joined by `and`."""
+    if node is None:
+        return []
+    if node.op == "and":
+        return [condition for arg in node.args for condition in conditions_of(arg, slots)]
+    read = [slots[i] for i in node.reads()]
+    none = frozenset[int]()
+    return [Condition(node, none.union(*(s.things for s in read)), none.union(*(s.links for s in read)))]
+
+
+class Planner:
+    """Makes the steps of one query.
+
+    Args:
+        schema: What may stand in the graph.
+        pattern: Its things and links.
+        scope: Its slots.
+        conditions: The parts of its `where`.
+        nearest: The thing that must come nearest first, and the code of the place; None where none must.
+    """
+
+    def __init__(
+        self,
+        schema: Schema,
+        pattern: Pattern,
+        scope: Scope,
+        conditions: Sequence[Condition],
+        nearest: tuple[int, str] | None,
+    ) -> None:
+        self._schema = schema
+        self._pattern = pattern
+        self._scope = scope
+        self._waiting = list(conditions)
+        self._nearest = nearest
+        self._bound: set[int] = set()
+        self._edges: set[int] = set()
+        self._absent = list(pattern.absent)
+
+    def steps(self) -> list[Step]:
+        """The steps."""
+        shown = [i for i, thing in enumerate(self._pattern.things) if not thing.hidden]
+        steps: list[Step] = [Test(test_of(early, self._scope.slots))] if (early := self._ready()) else []
+        steps += self._join(shown, [*enumerate(self._pattern.links)], self._bound)
+        return steps
+
+    def _join(self, things: Sequence[int], links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
+        """Steps that find these things and check these links."""
+        steps: list[Step] = []
+        left = [i for i in things if i not in bound]
+        while True:
+            steps += self._checks(links, bound)
+            if not left:
+                return steps
+            step, thing = self._next(left, links, bound)
+            left.remove(thing)
+            bound.add(thing)
+            steps.append(step)
+            if (tests := self._ready()) and isinstance(step, Scan):
+                steps[-1] = Scan(step.thing, step.kind, step.near, test_of(tests, self._scope.slots))
+            elif tests:
+                steps.append(Test(test_of(tests, self._scope.slots)))
+
+    def _next(self, left: list[int], links: list[tuple[int, Link]], bound: set[int]) -> tuple[Step, int]:
+        """The step that finds one thing more; takes the link that it follows."""
+        for i in left:
+            if (step := self._pinned(i)) is not None:
+                return step, i
+        for i in left:
+            if (near := self._near(i)) is not None:
+                return Scan(i, self._pattern.things[i].kind or "", near, None), i
+        for j, link in links:
+            forward = link.source in bound
+            other = link.target if forward else link.source
+            if other in left and (forward or link.target in bound):
+                links.remove((j, link))
+                self._edges.add(j)
+                return Follow(link, j, forward, self._kinds(other)), other
+        return Scan(left[0], self._pattern.things[left[0]].kind or "", None, None), left[0]
+
+    def _checks(self, links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
+        """Steps for all that can be checked now."""
+        steps: list[Step] = []
+        for j, link in [*links]:
+            if link.source in bound and link.target in bound:
+                links.remove((j, link))
+                self._edges.add(j)
+                steps.append(Joined(link, j))
+        if tests := self._ready():
+            steps.append(Test(test_of(tests, self._scope.slots)))
+        for group in [*self._absent]:
+            hidden, missing = group
+            if all(end in bound or end in hidden for link in missing for end in (link.source, link.target)):
+                self._absent.remove(group)
+                steps.append(Absent(self._join(hidden, [(-1, link) for link in missing], set(bound))))
+        return steps
+
+    def _ready(self) -> list[Node]:
+        """The conditions that can be tested now; they wait no more."""
+        ready = [c for c in self._waiting if c.things <= self._bound and c.links <= self._edges]
+        self._waiting = [c for c in self._waiting if c not in ready]
+        return [c.node for c in ready]
+
+    def _pinned(self, i: int) -> Step | None:
+        thing = self._pattern.things[i]
+        if thing.node is not None:
+            name = thing.node
+            return Pin(i, None, lambda state: name)
+        for condition in self._waiting:
+            node = condition.node
+            if node.op == "compare" and node.args[0].op == "read" and condition.things == {i}:
+                same = self._scope.slots[node.args[0].start].same
+                if same is not None and same[0] == i:
+                    return Pin(i, self._kinds(i), code_of(same[1]))
+        return None
+
+    def _near(self, i: int) -> Near | None:
+        """How near a thing must be to a place that holds for the whole run."""
+        best: Near | None = None
+        for condition in self._waiting:
+            found = _reach(condition.node, self._scope.slots)
+            if found is not None and found[0] == i and (best is None or found[2] < best.within):
+                best = Near(code_of(found[1]), found[2], own=self._own(i))
+        if self._nearest is not None and self._nearest[0] == i:
+            code = self._nearest[1]
+            within = [r[2] for c in self._waiting if (r := _reach(c.node, self._scope.slots)) and r[:2] == (i, code)]
+            return Near(code_of(code), min(within, default=math.inf), sorted=not within, own=self._own(i))
+        return best
+
+    def _own(self, i: int) -> bool:
+        return "robot" in (self._kinds(i) or ())
+
+    def _kinds(self, i: int) -> frozenset[str] | None:
+        kind = self._pattern.things[i].kind
+        return None if kind is None else self._schema.families[kind]
+
+
+def _reach(node: Node, slots: Sequence[Slot]) -> tuple[int, str, float] | None:
+    """Of `distance(thing, place) < 2 m`: the thing, the code of the place, the distance [m]."""
+    if node.op != "compare" or len(node.signs) != 1:
+        return None
+    left, right, sign = node.args[0], node.args[1], node.signs[0]
+    if sign in (">", ">="):
+        left, right, sign = right, left, "<"
+    if sign not in ("<", "<=") or left.op != "read" or left.kind.size or not right.constant or right.kind.size:
+        return None
+    near, value = slots[left.start].near, evaluate(right, ())
+    if near is None or value is None:
+        return None
+    return near[0], near[1], float(value)
+
 
 _NAME = re.compile(r"[A-Za-z_]\w*(\s*\.\s*[A-Za-z_]\w*)*")
 MAX_LENGTH = 1000

@@ -11,7 +11,7 @@ from operator import itemgetter
 from typing import Any
 
 from .asker import Context
-from .measures import circle
+from .parameter import circle
 from .pattern import Link
 
 Row = Mapping[str, Any]

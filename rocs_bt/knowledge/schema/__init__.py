@@ -10,9 +10,8 @@ A project adds to it in files of `scenarios/schema/`, or in code:
 
 from pathlib import Path
 
-from .load import FORMAT, POSE, load_schema
+from .files import FORMAT, POSE, load_schema, schema_text
 from .schema import Schema
-from .write import schema_text
 
 __all__ = ["FORMAT", "POSE", "SCHEMA", "Schema", "load_schema", "schema_text"]
 

@@ -2,11 +2,10 @@
 
 from .inbox import Counts
 from .messenger import ALL, Delivery, Letter, Letterbox, Mailbox, Messenger, packed, unpacked
-from .network import Link, LocalNetwork, Network
+from .network import Link, LocalNetwork, Network, SimulatedNetwork, Trouble
 from .replica import Entry, Replica
 from .scope import Scope
 from .sharing import Ageing, Sharing
-from .simulated_network import SimulatedNetwork, Trouble
 
 __all__ = [
     "ALL",

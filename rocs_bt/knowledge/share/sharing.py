@@ -15,12 +15,11 @@ from dataclasses import dataclass
 
 from ...event import EventSink, PeerCame, PeerVanished
 from ..knowledge import Knowledge
-from .group_clock import GroupClock
+from .group_clock import GroupClock, PeerFaults
 from .inbox import Counts, Inbox
 from .messenger import Messenger
 from .mirror import Mirror
 from .network import Network
-from .peer_faults import PeerFaults
 from .presence import BEAT, Presence
 from .replica import Entry, Key, Plain, Replica
 from .scope import PEER, Scope, agent_of, is_origin

@@ -1,4 +1,4 @@
-"""Taking in what somebody else wrote: every node and edge is checked against the schema, and all faults are told."""
+"""Importer: nodes and edges that another program wrote, checked against the schema; all faults are reported."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ class EdgeEntry(msgspec.Struct, forbid_unknown_fields=True):
     attributes: dict[str, Any] = {}
 
 
-class Intake:
-    """Makes a state of entries that somebody else wrote.
+class Importer:
+    """Makes a state of entries that another program wrote.
 
     Args:
-        file: Where they stand.
-        agent: Whose knowledge it is.
-        schema: What may stand in it.
+        file: The file, for messages.
+        agent: The agent whose knowledge it is.
+        schema: Kinds and relations that are allowed.
 
     Attributes:
-        faults: What was not taken in, and why.
-        state: What was.
+        faults: Reasons of the refused entries.
+        state: The accepted entries.
     """
 
     def __init__(self, file: Path, agent: str, schema: Schema) -> None:
@@ -65,23 +65,23 @@ class Intake:
         # A real graph, which knows what it would refuse.
         self._graph = KnowledgeGraph(SimulatedClock(1.0), NullSink(), agent, schema)
 
-    def node(self, entry: NodeEntry, line: int = 0, column: int = 0) -> None:
-        """Take a node in, or note why not."""
+    def node(self, entry: NodeEntry) -> None:
+        """Accept a node, or note the fault."""
         try:
             values = self._values((entry.kind, entry.name), self._schema.kind(entry.kind).attributes, entry.attributes)
             self._graph.add(entry.name, entry.kind, **values)
             if strange := entry.stamps.keys() - values.keys():
                 raise KnowledgeError(f"'{entry.name}' has a stamp of '{min(strange)}', but no such attribute.")
         except KnowledgeError as error:
-            self.fault(str(error), line, column)
+            self.fault(str(error))
             return
         stamp = Stamp(entry.t, entry.revision)
         self.state.add(entry.name, entry.kind, stamp)
         for name, value in values.items():
             self.state.write(entry.name, name, plain(value), Stamp(*entry.stamps.get(name, stamp)))
 
-    def edge(self, entry: EdgeEntry, line: int = 0, column: int = 0) -> None:
-        """Take an edge in, or note why not."""
+    def edge(self, entry: EdgeEntry) -> None:
+        """Accept an edge, or note the fault."""
         source, relation, target = entry.source, entry.relation, entry.target
         try:
             declared = self._schema.relation(relation)
@@ -95,14 +95,14 @@ class Intake:
             unknown = dict.fromkeys(name for name, each in declared.attributes.items() if not each.required)
             self._graph.relate(source, relation, target, **(unknown | values))
         except KnowledgeError as error:
-            self.fault(str(error), line, column)
+            self.fault(str(error))
             return
         known = {name: plain(value) for name, value in (self._graph.edge(source, relation, target) or {}).items()}
         self.state.relate(source, relation, target, known, Stamp(entry.t, entry.revision))
 
-    def fault(self, message: str, line: int = 0, column: int = 0) -> None:
-        """Note what is wrong."""
-        self.faults.append(Fault(message, self._file, line, column))
+    def fault(self, message: str) -> None:
+        """Note a fault."""
+        self.faults.append(Fault(message, self._file))
 
     def done(self, t: float, revision: int) -> State:
         """The state, as of a time [s] and a revision.
