@@ -43,13 +43,6 @@ def test_an_attribute_nobody_wrote_is_none_or_its_default(graph: KnowledgeGraph)
     assert "radius" not in graph.attributes("box")
 
 
-def test_nodes_are_listed_in_the_order_in_which_they_came(graph: KnowledgeGraph) -> None:
-    graph.add("a", "goal", pose=HERE)
-    assert graph.nodes() == ["R2", "home", "box", "a"]
-    assert graph.nodes("goal") == ["home", "a"]
-    assert graph.nodes("place") == []
-
-
 def test_everything_written_has_a_time_and_a_revision(graph: KnowledgeGraph, clock: SimulatedClock) -> None:
     first = graph.revision
     clock.advance(2)
@@ -103,24 +96,6 @@ def test_each_change_is_an_event_with_the_next_revision(graph: KnowledgeGraph, s
     assert [e.revision for e in sink.events] == list(range(first + 1, first + 10))
     assert [e.attributes["distance"] for e in sink.events if "edge" in e.what and e.attributes] == [1.0, 2.0]
     assert {e.agent for e in sink.events} == {"R2"}
-
-
-def test_related_nodes_come_in_order_and_an_edge_keeps_its_attributes(graph: KnowledgeGraph) -> None:
-    graph.relate("R2", "near", "home")
-    graph.relate("R2", "near", "box", distance=2.0)
-    graph.relate("R2", "near", "home", distance=1.0)
-    assert graph.related("R2", "near") == ["home", "box"]
-    assert graph.edge("R2", "near", "home") == {"distance": 1.0}
-    graph.unrelate("R2", "near", "home")
-    assert graph.related("R2", "near") == ["box"]
-    assert graph.edge("R2", "near", "home") is None
-
-
-def test_two_nodes_may_be_joined_by_several_relations(graph: KnowledgeGraph) -> None:
-    graph.relate("R2", "near", "box")
-    graph.relate("R2", "sees", "box")
-    graph.unrelate("R2", "near", "box")
-    assert (graph.related("R2", "near"), graph.related("R2", "sees")) == ([], ["box"])
 
 
 def test_a_single_relation_lets_go_of_its_old_target(graph: KnowledgeGraph, sink: ListSink) -> None:

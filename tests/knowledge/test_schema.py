@@ -9,8 +9,8 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import KnowledgeError
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.knowledge import POSE, SCHEMA, Attribute, Kind, Knowledge, KnowledgeGraph, Live, Relation, Schema
-from rocs_bt.units import FORCE, LENGTH, SPEED
+from rocs_bt.knowledge import POSE, SCHEMA, Attribute, Kind, KnowledgeGraph, Live, Relation, Schema
+from rocs_bt.units import LENGTH, SPEED
 
 
 def graph_of(schema: Schema) -> KnowledgeGraph:
@@ -100,28 +100,6 @@ def test_a_value_is_stored_as_plain_python(attribute: Attribute, given: object, 
 def test_a_wrong_value_is_refused(attribute: Attribute, given: object, message: str) -> None:
     with pytest.raises(KnowledgeError, match=message):
         attribute.check(given)
-
-
-CHARGER = Kind("charger", {"pose": Attribute(Pose2, POSE, required=True), "power": Attribute(float, (FORCE * SPEED,))})
-
-
-def test_a_user_adds_kinds_attributes_and_relations() -> None:
-    schema = SCHEMA.extended(
-        kinds=[CHARGER, Kind("robot", {"battery": Attribute(float, low=0.0, high=1.0)})],
-        relations=[
-            Relation("docks_at", ("robot",), ("charger",), single=True),
-            Relation("at", ("robot",), ("charger",)),
-        ],
-    )
-    knowledge = Knowledge("R2", SimulatedClock(0.05), ListSink(), schema)
-    knowledge.world.place("dock", Pose2(1.0, 1.0), "charger", power=50.0)
-    knowledge.graph.set("R2", battery=0.4, radius=0.2)
-    knowledge.graph.relate("R2", "docks_at", "dock")
-    knowledge.graph.relate("R2", "at", "dock")
-    assert knowledge.graph.get("R2", "battery") == 0.4
-    assert knowledge.world.pose_of("dock") == Pose2(1.0, 1.0)
-    assert "charger" not in SCHEMA.kinds
-    assert "battery" not in SCHEMA.kinds["robot"].attributes
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -162,7 +161,6 @@ def test_all_faults_of_all_files_are_told_at_once(tmp_path: Path) -> None:
     assert told == [("a.toml", 3), ("b.toml", 2), ("b.toml", 4), ("missing.toml", 0)]
 
 
-NAMES = [f"n{i}" for i in range(8)]
 UNITS = [NONE, LENGTH, SPEED, TIME, TURN_RATE, LENGTH * LENGTH, NONE / TIME]
 
 
@@ -223,117 +221,3 @@ def test_what_is_written_is_read_again(tmp_path_factory: pytest.TempPathFactory,
 
 def test_the_shipped_schema_is_written_and_read_again(tmp_path: Path) -> None:
     assert load(tmp_path, schema_text(SCHEMA), None) == SCHEMA
-
-
-class Naive:
-    """What the schema allows, told as plainly as can be."""
-
-    def __init__(self, schema: Schema) -> None:
-        self.schema = schema
-        self.kinds: dict[str, str] = {}
-        self.edges: list[tuple[str, str, str]] = []
-
-    def ancestors(self, kind: str | None) -> list[str]:
-        return [] if kind is None else [kind, *self.ancestors(self.schema.declared[kind].extends)]
-
-    def declared(self, kind: str) -> dict[str, Attribute]:
-        found: dict[str, Attribute] = {}
-        for each in reversed(self.ancestors(kind)):
-            found |= self.schema.declared[each].attributes
-        return found
-
-    def allows(self, attribute: Attribute, value: Any) -> bool:
-        if value is None:
-            return not attribute.required
-        numbers: list[float] = [*value] if isinstance(value, tuple) else [value]
-        types = {float: (float, int), int: (int,), bool: (bool,), str: (str,), tuple: (tuple, Pose2), Pose2: (Pose2,)}
-        if type(value) not in types[attribute.type] or not self.sized(attribute, value):
-            return False
-        if attribute.type is str:
-            return not attribute.choices or value in attribute.choices
-        return attribute.type is bool or all(attribute.low <= number <= attribute.high for number in numbers)
-
-    def sized(self, attribute: Attribute, value: Any) -> bool:
-        return attribute.type is not tuple or attribute.size in (0, len(value))
-
-    def may_add(self, name: str, kind: str, values: dict[str, Any]) -> bool:
-        declared = self.declared(kind) if kind in self.schema.declared else {}
-        needed = {n for n, a in declared.items() if a.required and n not in values}
-        fits = all(n in declared and self.allows(declared[n], v) for n, v in values.items())
-        return kind in self.schema.declared and name not in self.kinds and fits and not needed
-
-    def may_relate(self, source: str, relation: str, target: str) -> bool:
-        declared = self.schema.relations[relation]
-        for end, kinds in ((source, declared.sources), (target, declared.targets)):
-            if end not in self.kinds or not set(self.ancestors(self.kinds[end])) & set(kinds):
-                return False
-        if (source, relation, target) in self.edges:
-            return True
-        out = [e for e in self.edges if e[:2] == (source, relation)]
-        into = [e for e in self.edges if e[1:] == (relation, target)]
-        return not (
-            (declared.max_targets is not None and len(out) >= declared.max_targets)
-            or (declared.max_sources is not None and len(into) >= declared.max_sources)
-        )
-
-    def relate(self, source: str, relation: str, target: str) -> None:
-        edge = source, relation, target
-        if edge not in self.edges:
-            if self.schema.relations[relation].single:
-                self.edges = [e for e in self.edges if e[:2] != (source, relation)]
-            self.edges.append(edge)
-
-
-VALUES = [None, 0.5, -1.0, 9.0, 3, True, "a", "zzz", (0.5, 0.5), (1.0,), Pose2(0.5, 1.0, 0.25)]
-
-
-@settings(max_examples=150, deadline=None)
-@given(st.integers(0, 10**9))
-def test_a_write_is_refused_exactly_when_the_schema_says_so(seed: int) -> None:
-    rng = random.Random(seed)
-    schema = random_schema(rng)
-    graph, naive = graph_of(schema), Naive(schema)
-    for _ in range(30):
-        name, kind = rng.choice(NAMES), rng.choice([*schema.kinds, "nothing"])
-        attributes = [*schema.kinds[kind].attributes, "zzz"] if kind in schema.kinds and rng.random() < 0.9 else ["zzz"]
-        values = {a: rng.choice(VALUES) for a in rng.sample(attributes, rng.randrange(min(3, len(attributes)) + 1))}
-        if kind in schema.kinds and rng.random() < 0.6:
-            values |= {n: Pose2(0.0, 0.0) for n, a in schema.kinds[kind].attributes.items() if a.required}
-        before = graph.revision
-        if naive.may_add(name, kind, values):
-            graph.add(name, kind, **values)
-            naive.kinds[name] = kind
-        else:
-            with pytest.raises(KnowledgeError):
-                graph.add(name, kind, **values)
-            assert graph.revision == before
-    for _ in range(40 if schema.relations else 0):
-        edge = rng.choice(NAMES), rng.choice([*schema.relations]), rng.choice(NAMES)
-        required = any(a.required for a in schema.relations[edge[1]].attributes.values())
-        if naive.may_relate(*edge) and not required:
-            graph.relate(*edge)
-            naive.relate(*edge)
-        elif not naive.may_relate(*edge):
-            with pytest.raises(KnowledgeError):
-                graph.relate(*edge)
-    assert graph.nodes() == list(naive.kinds)
-    assert set(graph.edges()) == set(naive.edges)
-
-
-SNIPPETS = st.sampled_from(
-    ["[kind.a]", "[kind.b.attributes]", "[relation.r]", 'extends = "a"', 'extends = "thing"', "single = true", "x = 1",
-     'x = { type = "number", unit = "m" }', 'x = { type = "pose" }', 'x = { type = 3 }', 'sources = ["a"]', "y = []",
-     'targets = ["robot"]', "sources = 1", "max_sources = -1", 'doc = ""', "[[kind]]", "[kind]", "kind = 1", "{", '"']
-)  # fmt: skip
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.lists(SNIPPETS, max_size=8).map("\n".join) | st.text(max_size=80))
-def test_any_text_is_a_schema_or_is_refused_with_its_place(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
-    folder = tmp_path_factory.getbasetemp()
-    try:
-        schema = load(folder, f'format = "schema/1"\n{text}')
-    except InputError as error:
-        assert all(fault.file is not None and fault.message for fault in error.faults)
-    else:
-        assert schema_text(schema)

@@ -63,18 +63,6 @@ class TestRemovals:
         assert peers.settle() < 1200
         assert not any(k.graph.has("box") for k in peers.knowledge.values())
 
-    def test_nor_does_it_come_back_by_way_of_one_who_came_later_when_the_remover_is_gone(self):
-        peers = self.parted("R0", "R1")
-        peers.turn(10)
-        peers.start("R2")
-        peers.turn(60)
-        skip(peers, 20.0)
-        peers.turn(10)
-        peers.kill("R0")
-        peers.network.heal()
-        assert peers.settle() < 1200
-        assert not any(k.graph.has("box") for k in peers.knowledge.values())
-
     def test_after_an_hour_the_removal_itself_is_forgotten(self):
         peers = self.parted("R0", "R1")
         peers.turn(10)

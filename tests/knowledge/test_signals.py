@@ -264,9 +264,3 @@ def test_signals_written_together_are_as_if_written_one_by_one(
         np.testing.assert_array_equal(np.frombuffer(packed), [*front, *gap, pose])
     elif bounded:  # then it was a NaN that asked for a closer look
         assert any(map(math.isnan, (*front, *gap, pose)))
-
-
-def test_signals_of_different_ages_written_together_age_each_by_itself() -> None:
-    signals = table(Signal("a", 2, max_age=0.1), Signal("b", 1, max_age=1.0))
-    signals.update({"a": [1.0, 2.0], "b": [3.0]}, 0.0)
-    np.testing.assert_array_equal(signals.snapshot(0.5), [nan, nan, 3.0])
