@@ -26,7 +26,7 @@ from pathlib import Path
 from periods import clocked
 from row import Row, size
 
-from rocs_bt import simulation
+import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ActuatorCommanded, Event, NullSink
 from rocs_bt.simulation import RunResult, set_stage
@@ -60,7 +60,7 @@ class Commands:
 def heard(catalog: Catalog, seed: int) -> tuple[Commands, RunResult]:
     """The wheel commands that the whole stack gives, and what came of them."""
     commands = Commands()
-    return commands, simulation.run("exp1", catalog, seed=seed, duration=DURATION, report=False, sinks=(commands,))
+    return commands, rocs_bt.run("exp1", catalog, seed=seed, duration=DURATION, report=False, sinks=(commands,))
 
 
 def whole(catalog: Catalog, seed: int, out: Path | None) -> Timed:
@@ -74,9 +74,9 @@ def whole(catalog: Catalog, seed: int, out: Path | None) -> Timed:
             tick(t)
             marks.append(time.process_time())
 
-        result = simulation.run("exp1", catalog, seed=seed, duration=DURATION, out=out, report=False, progress=marked)
+        result = rocs_bt.run("exp1", catalog, seed=seed, duration=DURATION, out=out, report=False, progress=marked)
         rests.append(marks[1] - marks[0] + time.process_time() - marks[-1])
-        return str(result.summary["trajectory_hash"])
+        return str(result.summary.trajectory_hash)
 
     periods = clocked(play)
     return Timed(sum(periods), statistics.median(rests), len(periods))
@@ -120,10 +120,10 @@ def measure(catalog: Catalog, folder: Path) -> tuple[list[float], list[Timed], l
     simulated, recorded, plain, bare = [], [], [], []
     for seed in SEEDS:
         commands, result = heard(catalog, seed)
-        simulated.append(result.summary["sim_time"])
+        simulated.append(result.summary.sim_time)
         plain.append(whole(catalog, seed, None))
         recorded.append(whole(catalog, seed, folder / str(seed)))
-        bare.append(alone(catalog, seed, commands, recorded[-1].periods, result.summary["trajectory_hash"]))
+        bare.append(alone(catalog, seed, commands, recorded[-1].periods, result.summary.trajectory_hash))
     return simulated, recorded, plain, bare
 
 

@@ -23,12 +23,11 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from periods import clocked
 from row import Row, size
 
-from rocs_bt import simulation
+import rocs_bt
 from rocs_bt.catalog import Catalog
 
 SEEDS = range(1, size(4, 2))
@@ -120,15 +119,15 @@ def fleet(project: Path, robots: int) -> None:
 
 def timed(catalog: Catalog, name: str, seed: int, out: Path, duration: float | None = None) -> Timed:
     """One seed of a scenario, recorded."""
-    summary: dict[str, Any] = {}
+    summaries: list[rocs_bt.Summary] = []
 
     def play(tick: Callable[[float], None]) -> str:
-        result = simulation.run(name, catalog, seed=seed, duration=duration, out=out, report=False, progress=tick)
-        summary.update(result.summary)
-        return str(summary["trajectory_hash"])
+        result = rocs_bt.run(name, catalog, seed=seed, duration=duration, out=out, report=False, progress=tick)
+        summaries.append(result.summary)
+        return str(result.summary.trajectory_hash)
 
     loop = sum(clocked(play))
-    return Timed(len(summary["agents"]), summary["sim_time"], loop)
+    return Timed(len(summaries[-1].agents), summaries[-1].sim_time, loop)
 
 
 def fleet_of(count: int, folder: Path) -> Timed:

@@ -20,7 +20,7 @@ from collections.abc import Iterator
 
 from row import Row, size
 
-from rocs_bt import simulation
+import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.record import Recording, RunHeader
 from rocs_bt.record.live import LivePage
@@ -34,7 +34,7 @@ _LISTENS = "import sys, urllib.request\nfor line in urllib.request.urlopen(sys.a
 def header_of(catalog: Catalog) -> RunHeader:
     """Header that begins the page: that of a recorded run."""
     with tempfile.TemporaryDirectory() as folder:
-        run = simulation.run("exp1", catalog, out=folder, duration=0.1, report=False)
+        run = rocs_bt.run("exp1", catalog, out=folder, duration=0.1, report=False)
         return Recording.open(run.recording).header
 
 
@@ -46,9 +46,9 @@ def loop(catalog: Catalog, seed: int, page: LivePage | None) -> tuple[float, flo
         ticks.append((time.thread_time(), time.process_time()))
 
     sinks = () if page is None else (page,)
-    result = simulation.run("exp1", catalog, seed=seed, duration=DURATION, progress=tick, sinks=sinks)
+    result = rocs_bt.run("exp1", catalog, seed=seed, duration=DURATION, progress=tick, sinks=sinks)
     own, whole = (ticks[-1][i] - ticks[0][i] for i in (0, 1))
-    length = result.summary["sim_time"]
+    length = result.summary.sim_time
     return own / length, (whole - own) / length
 
 

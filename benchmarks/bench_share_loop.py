@@ -22,13 +22,13 @@ from bench_reflex import measure
 from bench_share import _addresses
 from row import Row, size
 
+from rocs_bt import run as play
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share import Entry, Scope, Sharing
 from rocs_bt.knowledge.share.wire import Delta, Say, Want, encode
 from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
-from rocs_bt.simulation import run as play
 
 SEEDS = size((1, 2, 3), (1,))
 SECONDS = size(20.0, 0.5)  # of simulated time

@@ -23,8 +23,8 @@ result = rocs_bt.run("exp1", seed=1)
 again = rocs_bt.run("exp1", seed=1)
 
 print(result)
-r2 = result.summary["agents"]["R2"]
-print(f"mission {r2['mission']}, rules {', '.join(r2['rules'])}")
-print(f"nearest to anything: {r2['min_clearance']:.2f} m")
-print(f"wheels held by a reflex for {r2['time_reactive']:.1f} s, by the plan for {r2['time_deliberative']:.1f} s")
-print("the same run again:", result.summary["trajectory_hash"] == again.summary["trajectory_hash"])
+r2 = result.summary.agents["R2"]
+print(f"mission {r2.mission}, rules {', '.join(r2.rules)}")
+print(f"nearest to anything: {r2.min_clearance:.2f} m")
+print(f"wheels held by a reflex for {r2.time_reactive:.1f} s, by the plan for {r2.time_deliberative:.1f} s")
+print("the same run again:", result.summary.trajectory_hash == again.summary.trajectory_hash)

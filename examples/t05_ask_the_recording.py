@@ -30,7 +30,6 @@ from pathlib import Path
 import rocs_bt
 from rocs_bt.event import RuleChanged, TicketChanged
 from rocs_bt.record import Recording, explain, write_figures
-from rocs_bt.simulation import replay
 
 with tempfile.TemporaryDirectory() as folder:
     result = rocs_bt.run("exp1", out=folder)
@@ -54,4 +53,4 @@ with tempfile.TemporaryDirectory() as folder:
 
     figures = write_figures([recording], Path(folder), ["svg"])
     print("figures:", ", ".join(path.name for path in figures))
-    print("replayed:", replay(recording) or "the same decisions, event by event")
+    print("replayed:", rocs_bt.replay(recording) or "the same decisions, event by event")

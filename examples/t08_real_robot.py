@@ -25,7 +25,7 @@ import tempfile
 from pathlib import Path
 
 import rocs_bt
-from rocs_bt.simulation import drive
+from rocs_bt import drive
 
 DRIVERS = '''
 """A robot's controller at the other end of UDP: one Link, and a device for each thing that its datagrams tell."""

@@ -13,7 +13,7 @@ Output:
     at 0.5 s: shelf at (1.5, 2.0)
     at 1.0 s: dock at (0.5, -2.0)
     the shelf's places: [[1.0, 2.0], [1.5, 2.0]]
-    remembered: {'nodes': 1, 'edges': 0, 'refused': []}
+    remembered: Remembered(nodes=1, edges=0, refused=())
     in the file: 1 by hand, 2 exp1-1
     known at the end: goal goal, place dock
     as JSON: ['"format": "knowledge/1",', '"agent": "R2",']
@@ -51,7 +51,7 @@ with tempfile.TemporaryDirectory() as folder:
 
     # A run that remembers it, and goes on in the same file.
     result = rocs_bt.run("exp1", knowledge=file)
-    print("remembered:", result.summary["knowledge"]["remembered"]["R2"])
+    print("remembered:", result.summary.knowledge.remembered["R2"])
     print("in the file:", ", ".join(f"{run.number} {run.label}" for run in History.runs(file)))
     with History(file) as history:
         end = history.as_of()

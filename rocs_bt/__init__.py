@@ -11,14 +11,17 @@ from typing import TYPE_CHECKING, Any
 from .version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from ._run import drive, report, run
     from .action import Action, AtomicAction, Failure, MacroAction, Progress, Reason
-    from .agent import Agent
+    from .agent import Agent, Rates, build_agent
     from .analyze import Analyze
     from .catalog import Catalog
     from .clock import Clock, SimulatedClock, WallClock
+    from .compare import Comparison
+    from .compare.sweep import sweep
     from .device import Actuator, Reading, Sensor
     from .errors import InputError, RocsError
-    from .event import Change
+    from .event import Change, Event, ListSink
     from .execute import Execute
     from .geometry import Pose2, Twist2
     from .knowledge import Knowledge
@@ -26,23 +29,29 @@ if TYPE_CHECKING:
     from .pipeline import Pipeline, Priority
     from .plan import Mission, Plan
     from .reactive import ReactiveModel
+    from .record import AgentResult, Recording, Summary
     from .signal import Signal
-    from .simulation import run
+    from .simulation import RunOptions, RunResult
+    from .simulation.replay import replay
 
 
 _HOMES = {
     "Action": "action",
     "Actuator": "device",
     "Agent": "agent",
+    "AgentResult": "record",
     "Analyze": "analyze",
     "AtomicAction": "action",
     "Catalog": "catalog",
     "Change": "event",
     "Clock": "clock",
+    "Comparison": "compare",
+    "Event": "event",
     "Execute": "execute",
     "Failure": "action",
     "InputError": "errors",
     "Knowledge": "knowledge",
+    "ListSink": "event",
     "MacroAction": "action",
     "Mission": "plan",
     "Monitor": "monitor",
@@ -51,31 +60,45 @@ _HOMES = {
     "Pose2": "geometry",
     "Priority": "pipeline",
     "Progress": "action",
+    "Rates": "agent",
     "ReactiveModel": "reactive",
     "Reading": "device",
     "Reason": "action",
+    "Recording": "record",
     "RocsError": "errors",
+    "RunOptions": "simulation",
+    "RunResult": "simulation",
     "Sensor": "device",
     "Signal": "signal",
     "SimulatedClock": "clock",
+    "Summary": "record",
     "Twist2": "geometry",
     "WallClock": "clock",
-    "run": "simulation",
+    "build_agent": "agent",
+    "drive": "_run",
+    "replay": "simulation",
+    "report": "_run",
+    "run": "_run",
+    "sweep": "compare",
 }
 
 __all__ = [
     "Action",
     "Actuator",
     "Agent",
+    "AgentResult",
     "Analyze",
     "AtomicAction",
     "Catalog",
     "Change",
     "Clock",
+    "Comparison",
+    "Event",
     "Execute",
     "Failure",
     "InputError",
     "Knowledge",
+    "ListSink",
     "MacroAction",
     "Mission",
     "Monitor",
@@ -84,16 +107,26 @@ __all__ = [
     "Pose2",
     "Priority",
     "Progress",
+    "Rates",
     "ReactiveModel",
     "Reading",
     "Reason",
+    "Recording",
     "RocsError",
+    "RunOptions",
+    "RunResult",
     "Sensor",
     "Signal",
     "SimulatedClock",
+    "Summary",
     "Twist2",
     "WallClock",
+    "build_agent",
+    "drive",
+    "replay",
+    "report",
     "run",
+    "sweep",
 ]
 
 

@@ -195,7 +195,7 @@ from pathlib import Path
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import RocsError
 from rocs_bt.event import BlockFailed, CommandExpired
-from rocs_bt.simulation import drive
+from rocs_bt import drive
 
 class Tell:
     def emit(self, event):
@@ -204,8 +204,8 @@ class Tell:
 
 try:
     result = drive("real", Catalog(Path({project!r})), duration={duration}, sinks=[Tell()], out={out!r})
-    found = result.summary["agents"]["R2"]
-    print(json.dumps([found["outcome"], found["reason"]]), flush=True)
+    found = result.summary.agents["R2"]
+    print(json.dumps([found.outcome, found.reason]), flush=True)
 except RocsError as error:
     print(json.dumps([type(error).__name__, str(error)]), flush=True)
 """

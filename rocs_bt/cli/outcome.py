@@ -4,129 +4,129 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..words import counted
-from .requirements import told
+from .requirements import finding_line
 from .terminal import styled
+
+if TYPE_CHECKING:
+    from ..record import AgentResult, Following, KnowledgeFile, Localisation, Summary
 
 _FAULTS = 3  # that are told on the screen
 
 
-def exit_code(summary: Mapping[str, Any], *, signal: int | None = None, missing: bool = False) -> int:
+def exit_code(summary: Summary, *, signal: int | None = None, missing: bool = False) -> int:
     """Exit code of a command that ran.
 
     Args:
-        summary: Content of summary.json.
+        summary: Summary of the run.
         signal: The signal that ended the run; None if none did.
         missing: Whether a file of the run could not be written.
 
     Returns:
         128 + signal; else 3 if a block of the engine failed, 0 if every agent succeeded and every file was written, 1.
     """
-    agents = list(summary["agents"].values())
+    agents = list(summary.agents.values())
     if signal is not None:
         return 128 + signal
-    if any(agent["outcome"] == "error" and agent["failed_owner"] != "content" for agent in agents):
+    if any(agent.outcome == "error" and agent.failed_owner != "content" for agent in agents):
         return 3
-    return int(missing or any(agent["outcome"] != "success" for agent in agents))
+    return int(missing or any(agent.outcome != "success" for agent in agents))
 
 
-def outcome_text(summary: Mapping[str, Any], folder: Path, report: Path | None) -> str:
+def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
     """The outcome in a few lines for each agent, where the report is, and what to try next.
 
     Args:
-        summary: Content of summary.json.
+        summary: Summary of the run.
         folder: Folder of the run.
         report: The report; None if there is none.
     """
     lines: list[str] = []
-    for name, agent in summary["agents"].items():
+    for name, agent in summary.agents.items():
         lines += _outcome(name, agent, summary)
-        lines += [f"  {line}" for line in told({name: agent["requirements"]})]
+        lines += [f"  {finding_line(name, finding)}" for finding in agent.requirements]
     where = shlex.quote(str(folder))
-    if (kept := summary.get("knowledge")) is not None:
-        lines += _remembered(kept)
+    if summary.knowledge:
+        lines += _remembered(summary.knowledge)
     if report is not None:
         lines.append(f"Report: {report}")
-    why = min(summary["sim_time"] / 2, 5.0)
+    why = min(summary.sim_time / 2, 5.0)
     lines.append(f"Try next: rocs-bt replay {where} --why {why:.1f}   or   rocs-bt plot {where}")
     return "\n".join(lines)
 
 
-def _remembered(kept: Mapping[str, Any]) -> list[str]:
+def _remembered(kept: KnowledgeFile) -> list[str]:
     """What was remembered at the start, what was not, and where this run's knowledge is."""
     lines = []
-    for name, found in kept["remembered"].items():
+    for name, found in kept.remembered.items():
         lines.append(
-            f"{name} remembered {counted(found['nodes'], 'thing')} and {counted(found['edges'], 'relation')}"
-            f" of earlier runs{', but not all' if found['refused'] else ''}."
+            f"{name} remembered {counted(found.nodes, 'thing')} and {counted(found.edges, 'relation')}"
+            f" of earlier runs{', but not all' if found.refused else ''}."
         )
-        lines += [f"  not remembered: {reason}" for reason in found["refused"][:_FAULTS]]
-    if kept["lost"]:
-        lines.append(f"{counted(kept['lost'], 'change')} of knowledge came faster than the disk took them.")
-    file = shlex.quote(kept["file"])
+        lines += [f"  not remembered: {reason}" for reason in found.refused[:_FAULTS]]
+    if kept.lost:
+        lines.append(f"{counted(kept.lost, 'change')} of knowledge came faster than the disk took them.")
+    file = shlex.quote(kept.file)
     return [*lines, f"Knowledge: {file}   (rocs-bt knowledge show {file})"]
 
 
-def _outcome(name: str, agent: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
-    colour = "green" if agent["outcome"] == "success" else "red"
-    outcome = styled(f"{name} {agent['outcome']}", fg=colour, bold=True)
-    reason = f": {agent['reason']}" if agent["reason"] else ""
-    place = f"{summary['scenario']}, seed {summary['seed']}"
-    took = f" in {agent['time_to_goal']:.1f} s" if agent["time_to_goal"] is not None else ""
-    reactive, deliberative = agent["time_reactive"], agent["time_deliberative"]
+def _outcome(name: str, agent: AgentResult, summary: Summary) -> list[str]:
+    colour = "green" if agent.outcome == "success" else "red"
+    outcome = styled(f"{name} {agent.outcome}", fg=colour, bold=True)
+    reason = f": {agent.reason}" if agent.reason else ""
+    place = f"{summary.scenario}, seed {summary.seed}"
+    took = f" in {agent.time_to_goal:.1f} s" if agent.time_to_goal is not None else ""
+    reactive, deliberative = agent.time_reactive, agent.time_deliberative
     share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
-    refirings = agent["reflex_refirings"]
+    refirings = agent.reflex_refirings
     again = f" and fired again {counted(refirings, 'time')} while latched" if refirings else ""
-    clearance, collisions = agent["min_clearance"], agent["collisions"]
+    clearance, collisions = agent.min_clearance, agent.collisions
     hit = "" if collisions is None else f" with {counted(collisions, 'collision')}"
     near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
-    struck = f", struck {counted(agent['struck'], 'time')} while it stood" if agent["struck"] else ""
-    kept = [*_followed(agent["following"]), *_located(agent["localisation"])]
-    faults = [f"  fault at {fault}" for fault in agent["faults"][:_FAULTS]]
-    if (more := len(agent["faults"]) - _FAULTS) > 0:
+    struck = f", struck {counted(agent.struck, 'time')} while it stood" if agent.struck else ""
+    kept = [*_followed(agent.following), *_located(agent.localisation)]
+    faults = [f"  fault at {fault}" for fault in agent.faults[:_FAULTS]]
+    if (more := len(agent.faults) - _FAULTS) > 0:
         faults.append(f"  and {counted(more, 'more fault')}: see the report")
     return [
         f"{outcome}{took} ({place}){reason}",
-        f"  drove {agent['path_length']:.2f} m{hit}{struck}{near}; {_duration(summary)}",
-        f"  {counted(agent['reflex_activations'], 'reflex', 'es')} held the wheels {share:.0f} % of the time{again},"
-        f" {counted(agent['replans'], 're-plan')},"
-        f" {counted(agent['route_switches'], 'switch', 'es')} between plan and reflex",
+        f"  drove {agent.path_length:.2f} m{hit}{struck}{near}; {_duration(summary)}",
+        f"  {counted(agent.reflex_activations, 'reflex', 'es')} held the wheels {share:.0f} % of the time{again},"
+        f" {counted(agent.replans, 're-plan')},"
+        f" {counted(agent.route_switches, 'switch', 'es')} between plan and reflex",
         *kept,
         *faults,
     ]
 
 
-def _duration(summary: Mapping[str, Any]) -> str:
-    if not summary["simulated"]:
-        return f"{summary['sim_time']:.1f} s driven"
-    simulated = f"{summary['sim_time']:.1f} s simulated"
-    if summary["wall_time"] is None:  # of a recording that was cut off
+def _duration(summary: Summary) -> str:
+    if not summary.simulated:
+        return f"{summary.sim_time:.1f} s driven"
+    simulated = f"{summary.sim_time:.1f} s simulated"
+    if summary.wall_time is None:  # of a recording that was cut off
         return simulated
-    return f"{simulated} in {summary['wall_time']:.1f} s ({summary['real_time_factor']:.0f} times real time)"
+    return f"{simulated} in {summary.wall_time:.1f} s ({summary.real_time_factor:.0f} times real time)"
 
 
-def _followed(leash: Mapping[str, Any] | None) -> list[str]:
+def _followed(following: Following | None) -> list[str]:
     """How it kept its distance from its leader; nothing of who follows nobody, or never caught up."""
-    if leash is None or not leash["periods"]:
+    if following is None or following.mean_distance is None or following.in_band is None:
         return []
-    driving = leash["least_driving"]
+    driving = following.least_driving
     near = "" if driving is None else f", never nearer than {driving:.2f} m while it drove"
     return [
-        f"  followed {leash['leader']} at {leash['mean_distance']:.2f} m in the mean,"
-        f" {100.0 * leash['in_band']:.0f} % of the time within its band{near}"
+        f"  followed {following.leader} at {following.mean_distance:.2f} m in the mean,"
+        f" {100.0 * following.in_band:.0f} % of the time within its band{near}"
     ]
 
 
-def _located(error: Mapping[str, float] | None) -> list[str]:
+def _located(error: Localisation | None) -> list[str]:
     """How far off it took itself to be; nothing of who does not localise itself."""
     if error is None:
         return []
-    rms, most = (
-        f"{100.0 * error[f'position_{kind}']:.1f} cm and {math.degrees(error[f'heading_{kind}']):.1f} deg"
-        for kind in ("rms", "max")
-    )
+    rms = f"{100.0 * error.position_rms:.1f} cm and {math.degrees(error.heading_rms):.1f} deg"
+    most = f"{100.0 * error.position_max:.1f} cm and {math.degrees(error.heading_max):.1f} deg"
     return [f"  its estimate of its pose was {rms} off (rms), at most {most}"]

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
 
-from ..errors import RecordingError
 from .outcome import outcome_text
 from .terminal import echo
 
@@ -21,17 +19,8 @@ def command(run: Path, out: Path | None) -> None:
     They are computed from the recording alone. An agent without an outcome is `interrupted` there, and what no event
     holds (wall time, trajectory hash, file of knowledge) is null.
     """
-    from ..record import Recording, write_report, write_whole
-    from ..simulation import REPORT, SUMMARY, summary_of
+    from .._run import report
 
-    recording = Recording.open(run)
-    folder = out or recording.path.parent
-    summary, report = summary_of(recording), folder / REPORT
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_whole(folder / SUMMARY, json.dumps(summary, indent=2) + "\n")
-    except OSError as error:
-        hint = "Name another folder with --out."
-        raise RecordingError(f"the summary '{folder / SUMMARY}' cannot be written: {error.strerror}. {hint}") from error
-    write_report(recording, summary, report)
-    echo(outcome_text(summary, recording.path.parent, report))
+    result = report(run, out)
+    if result.recording is not None:
+        echo(outcome_text(result.summary, result.recording.parent, result.report))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
+import msgspec
 
 from .terminal import echo, styled
+
+if TYPE_CHECKING:
+    from ..record import Finding
 
 _COLOURS = {"satisfied": "green", "violated": "red", "unknown": "yellow"}
 
@@ -39,26 +42,23 @@ def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool)
     if not wanted:
         raise InputError("the run's scenario has no requirement. Give one, such as --require 'always speed < 1 m/s'.")
     checked = check_recorded(recording, wanted)
-    found = {name: [f.as_dict() for f in findings] for name, findings in checked.items() if findings}
-    echo(json.dumps(found, indent=2) if as_json else "\n".join(told(found)))
-    return 0 if all(f["verdict"] == "satisfied" for each in found.values() for f in each) else 1
+    found = {name: findings for name, findings in checked.items() if findings}
+    lines = [finding_line(name, finding) for name, findings in found.items() for finding in findings]
+    echo(json.dumps(msgspec.to_builtins(found), indent=2) if as_json else "\n".join(lines))
+    return 0 if all(f.verdict == "satisfied" for each in found.values() for f in each) else 1
 
 
-def told(found: Mapping[str, list[dict[str, Any]]]) -> list[str]:
-    """A line for each requirement of each agent."""
-    return [_line(agent, finding) for agent, findings in found.items() for finding in findings]
-
-
-def _line(agent: str, finding: Mapping[str, Any]) -> str:
-    verdict = styled(finding["verdict"], fg=_COLOURS[finding["verdict"]], bold=True)
-    line = f"{agent} {verdict}: {finding['name']}"
-    if finding["name"] != finding["require"]:
-        line += f" ({finding['require']})"
-    if finding["violated"] is not None:
-        line += f", first at {finding['violated']:.2f} s"
-    if finding["margin"] is not None:
-        line += f"; least margin {finding['margin']:.3g}{' ' if finding['unit'] else ''}{finding['unit']}"
-        line += f" at {finding['worst']:.2f} s"
-    if finding["unknown"]:
-        line += f"; not known at {finding['unknown']} of {finding['samples']} moments"
+def finding_line(agent: str, finding: Finding) -> str:
+    """One line of text for one requirement of an agent."""
+    verdict = styled(finding.verdict, fg=_COLOURS[finding.verdict], bold=True)
+    line = f"{agent} {verdict}: {finding.name}"
+    if finding.name != finding.require:
+        line += f" ({finding.require})"
+    if finding.violated is not None:
+        line += f", first at {finding.violated:.2f} s"
+    if finding.margin is not None:
+        line += f"; least margin {finding.margin:.3g}{' ' if finding.unit else ''}{finding.unit}"
+        line += f" at {finding.worst:.2f} s"
+    if finding.unknown:
+        line += f"; not known at {finding.unknown} of {finding.samples} moments"
     return line

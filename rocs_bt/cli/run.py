@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -71,8 +70,9 @@ def command(
     at once. Exits with 0 if every agent succeeded, 1 if one did not or a file could not be written, 2 if something in
     the input is wrong, 3 if the engine failed, 128 + signal if one ended it.
     """
+    from .._run import run
     from ..check import mind_doubts
-    from ..simulation import StopSignals, run
+    from ..simulation import RunOptions, StopSignals
 
     if duration is not None and not 0.0 < duration < float("inf"):
         raise InputError(Fault(f"--for must be a time above zero, found {duration:g} s."))
@@ -83,9 +83,7 @@ def command(
     folder, signals = out or Path("runs") / f"{spec.name}-{seed}", StopSignals(_NOTICE)
     with _live(port) if show_live else nullcontext() as live:
         with Progress(spec.name, duration or spec.duration) as progress:
-            result = run(
-                spec,
-                catalog,
+            options = RunOptions(
                 seed=seed,
                 mode=mode,
                 out=folder,
@@ -101,9 +99,10 @@ def command(
                 knowledge=knowledge,
                 signals=signals,
             )
+            result = run(spec, catalog, options)
         summary = result.summary
         with perhaps_closed():
-            echo(json.dumps(summary, indent=2) if as_json else outcome_text(summary, folder, result.report))
+            echo(summary.to_json().rstrip() if as_json else outcome_text(summary, folder, result.report))
             for line in result.missing:
                 echo(line, err=True)
         if live is not None and signals.received is None:

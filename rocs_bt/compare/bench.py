@@ -10,11 +10,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from .._run import run
 from ..catalog import AgentSpec, KeepingCatalog, PlannerSpec, RequirementSpec, ScenarioSpec
 from ..errors import InputError, unknown
 from ..plan import Mission, mission_arguments
-from ..simulation import run
-from ..simulation.minds import Build
+from ..simulation import Build
 from .family import AGENT, load_family
 from .metric import Measured, measure_all
 from .probe import Probe
@@ -109,12 +109,12 @@ class Bench:
             prepare=probe.prepare,
             sinks=[probe],
         ).summary
-        told = summary["agents"][agent]
+        result = summary.agents[agent]
         measured = Measured(
-            outcome=told["outcome"],
+            outcome=result.outcome,
             time_limit=scenario.duration,
             reference_length=setting.reference_length,
-            agent=told,
+            agent=result,
             way=probe.way(),
             clearances=probe.clearances,
             energy=probe.energy,
@@ -125,15 +125,15 @@ class Bench:
             family=trial.place.group,
             scene=trial.place.name,
             seed=trial.seed,
-            outcome=told["outcome"],
-            reason=told["reason"],
+            outcome=result.outcome,
+            reason=result.reason,
             metrics=measure_all(measured),
-            sim_time=summary["sim_time"],
+            sim_time=summary.sim_time,
             time_limit=scenario.duration,
             difficulty=setting.difficulty,
             track=probe.track(),
-            content=summary["content_hash"],
-            trajectory_hash=summary["trajectory_hash"],
+            content=summary.content_hash,
+            trajectory_hash=summary.trajectory_hash or "",
             reproducible=planner.latency is not None,
         )
 

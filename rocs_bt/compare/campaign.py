@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
@@ -11,12 +10,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from .._run import run
 from ..catalog import KeepingCatalog
-from ..simulation import run
-from ..simulation.run_files import RECORDING, SUMMARY
+from ..record import Summary
+from ..simulation import RECORDING, SUMMARY
 from .sweep import local_pool
-
-Summary = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -64,8 +62,8 @@ def play(job: Job) -> Summary:
     if job.out is not None and not job.record:
         job.out.mkdir(parents=True, exist_ok=True)
         (job.out / RECORDING).unlink(missing_ok=True)  # of an earlier run, which this summary is not of
-        (job.out / SUMMARY).write_text(json.dumps(result.summary, indent=2) + "\n", encoding="utf-8")
-    return dict(result.summary)
+        (job.out / SUMMARY).write_text(result.summary.to_json(), encoding="utf-8")
+    return result.summary
 
 
 def play_all(

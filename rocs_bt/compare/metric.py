@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import UnknownName, unknown
+from ..record import AgentResult
 
 BARN_SPEED = 2.0  # [m/s] at which the BARN challenge takes the reference way to be driven
 BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn2024": (2.0, 8.0)}
@@ -41,7 +42,7 @@ class Measured:
         outcome: The agent's.
         time_limit: T_max [s].
         reference_length: How long a shortest way is [m]; 0 where that is unknown.
-        agent: The agent's part of the run's summary (docs/architecture.md).
+        agent: The agent's part of the run's summary.
         way: (n, 2) Where the robot was, at equal steps of its way [m].
         clearances: (n,) How near its hull was to anything there [m].
         energy: What the drive spent on moving [J/kg].
@@ -50,7 +51,7 @@ class Measured:
     outcome: str
     time_limit: float
     reference_length: float
-    agent: Mapping[str, Any]
+    agent: AgentResult
     way: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     clearances: Sequence[float] = ()
     energy: float | None = None
@@ -63,8 +64,8 @@ class Measured:
     @property
     def time(self) -> float:
         """When the goal was reached, counted from t = 0 [s]; T_max where it was not."""
-        reached = self.agent.get("time_to_goal")
-        return float(reached) if self.success and reached is not None else self.time_limit
+        reached = self.agent.time_to_goal
+        return reached if self.success and reached is not None else self.time_limit
 
 
 @dataclass(frozen=True)
@@ -119,10 +120,9 @@ _VERDICTS: Mapping[str, float | None] = {"satisfied": 1.0, "violated": 0.0, "unk
 def measure_all(measured: Measured) -> dict[str, float | None]:
     """All metrics of an episode, those of its requirements' margins included."""
     found = {name: each.measure(measured) for name, each in METRICS.items()}
-    for requirement in measured.agent.get("requirements", ()):
-        name = f"{MARGIN}{requirement['name']}"
-        found[name] = _margin(measured, requirement["name"])
-        found[f"{HOLDS}{requirement['name']}"] = _holds(measured, requirement["name"])
+    for requirement in measured.agent.requirements:
+        found[f"{MARGIN}{requirement.name}"] = requirement.margin
+        found[f"{HOLDS}{requirement.name}"] = _VERDICTS[requirement.verdict]
     return found
 
 
@@ -169,7 +169,7 @@ def cvar(values: Sequence[float], share: float = TAIL) -> float | None:
 def _spl(m: Measured) -> float | None:
     if m.reference_length <= 0.0:
         return None
-    return m.success * m.reference_length / max(float(m.agent["path_length"]), m.reference_length)
+    return m.success * m.reference_length / max(m.agent.path_length, m.reference_length)
 
 
 def _barn(year: str) -> Callable[[Measured], float | None]:
@@ -184,32 +184,21 @@ def _barn(year: str) -> Callable[[Measured], float | None]:
 
 
 def _reflex_share(m: Measured) -> float:
-    reactive, deliberative = float(m.agent["time_reactive"]), float(m.agent["time_deliberative"])
+    reactive, deliberative = m.agent.time_reactive, m.agent.time_deliberative
     return reactive / (reactive + deliberative) if reactive + deliberative > 0.0 else 0.0
 
 
 def _exceptions(m: Measured) -> float:
-    return float(sum(m.agent.get("exceptions", {}).values()))
+    return float(sum(m.agent.exceptions.values()))
 
 
 def _holds(measured: Measured, requirement: str) -> float | None:
-    verdicts = {r["name"]: r["verdict"] for r in measured.agent.get("requirements", ())}
+    verdicts = {r.name: r.verdict for r in measured.agent.requirements}
     return _VERDICTS[verdicts.get(requirement, "unknown")]
 
 
 def _margin(m: Measured, name: str) -> float | None:
-    found = [r["margin"] for r in m.agent.get("requirements", ()) if r["name"] == name]
-    return None if not found or found[0] is None else float(found[0])
-
-
-def _number(key: str) -> Callable[[Measured], float | None]:
-    def read(m: Measured) -> float | None:
-        value: Any = m.agent
-        for part in key.split("."):
-            value = value[part]
-        return None if value is None else float(value)
-
-    return read
+    return next((r.margin for r in m.agent.requirements if r.name == name), None)
 
 
 _YEARS = "0 on failure. Bounds of its year: {} to {} times the optimal time, at {:g} m/s."
@@ -220,13 +209,13 @@ METRICS: Mapping[str, Metric] = {
         Metric("success", "", "up", "counts", "1 where it succeeded, else 0.", lambda m: float(m.success)),
         Metric(
             "collision", "", "down", "counts", "1 where it ran into something, else 0; a robot that is struck while it "
-            "stands collides with nothing.", lambda m: float(m.agent["collisions"] > 0),
+            "stands collides with nothing.", lambda m: float((m.agent.collisions or 0) > 0),
         ),
         Metric(
             "time", "s", "down", "counts", "When the goal was reached, on the clock that starts with the episode; on "
             "failure the time limit, so that its mean is the restricted mean time.", lambda m: m.time,
         ),
-        Metric("path_length", "m", "down", "until_failure", "How far it drove.", _number("path_length")),
+        Metric("path_length", "m", "down", "until_failure", "How far it drove.", lambda m: m.agent.path_length),
         Metric(
             "spl", "", "up", "counts", "Success weighted by path length: a shortest way's length over its own; 0 on "
             "failure.", _spl,
@@ -237,7 +226,7 @@ METRICS: Mapping[str, Metric] = {
         ),
         Metric(
             "min_clearance", "m", "up", "until_failure", "How near its hull came to anything but the floor; below 0 "
-            "inside.", _number("min_clearance"),
+            "inside.", lambda m: m.agent.min_clearance,
         ),
         Metric(
             "cvar_clearance", "m", "up", "until_failure", "The mean clearance of the tightest 5 % of its way (CVaR).",
@@ -257,13 +246,13 @@ METRICS: Mapping[str, Metric] = {
         ),
         Metric(
             "route_switches", "", "down", "until_failure", "How often the wheels went from plan to reflex or back.",
-            _number("route_switches"),
+            lambda m: float(m.agent.route_switches),
         ),
         Metric("replans", "", "down", "until_failure", "How often the plan sent its action again after a reflex.",
-               _number("replans")),
+               lambda m: float(m.agent.replans)),
         Metric("exceptions", "", "down", "counts", "Exceptions that content raised, such as the planner.", _exceptions),
         Metric("tracking", "m", "down", "until_failure", "How far it was beside its reference path, root mean square.",
-               _number("tracking_error.cross_rms")),
+               lambda m: m.agent.tracking_error.cross_rms),
     )
 }  # fmt: skip
 """All metrics by name, the most important first."""

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import RocsError
-from ..record import Recording
+from ..record import AgentResult, Recording, Summary
 from ..record.paper import Experiment, write_paper
-from .campaign import Job, Summary, play, play_all
+from .campaign import Job, play, play_all
 from .statistics import Estimate, mean, share
 
 EXPERIMENTS = ("exp1", "exp2", "exp3")
@@ -64,8 +64,8 @@ def make_paper(
     summaries = play_all(jobs, processes=processes, progress=progress)
     experiments, told = [], {}
     for name in EXPERIMENTS:
-        runs = [s for s in summaries if s["scenario"] == name]
-        numbers = {agent: numbers_of(runs, agent) for agent in runs[0]["agents"]}
+        runs = [s for s in summaries if s.scenario == name]
+        numbers = {agent: numbers_of(runs, agent) for agent in runs[0].agents}
         told[name] = {agent: _plain(asdict(found)) for agent, found in numbers.items()}
         run, among = typical(runs)
         experiments.append(
@@ -86,15 +86,15 @@ def make_paper(
 
 def numbers_of(runs: Sequence[Summary], agent: str) -> Numbers:
     """What some runs of one experiment came to for one of its agents."""
-    mine = [run["agents"][agent] for run in runs]
-    errors = [m["following"]["distance_error"] for m in mine if m["following"] is not None]
-    errors = [error for error in errors if error is not None]
+    mine = [run.agents[agent] for run in runs]
+    found = [m.following.distance_error for m in mine if m.following is not None]
+    errors = [error for error in found if error is not None]
     return Numbers(
-        success=share(sum(m["outcome"] == "success" for m in mine), len(mine)),
-        collided=share(sum(m["collisions"] > 0 for m in mine), len(mine)),
-        struck=share(sum(m["struck"] > 0 for m in mine), len(mine)),
+        success=share(sum(m.outcome == "success" for m in mine), len(mine)),
+        collided=share(sum((m.collisions or 0) > 0 for m in mine), len(mine)),
+        struck=share(sum((m.struck or 0) > 0 for m in mine), len(mine)),
         reactive=mean([_reactive(m) for m in mine]),
-        switches=mean([60.0 * m["route_switches"] / run["sim_time"] for m, run in zip(mine, runs, strict=True)]),
+        switches=mean([60.0 * m.route_switches / run.sim_time for m, run in zip(mine, runs, strict=True)]),
         distance_error=mean(errors) if errors else None,
     )
 
@@ -108,14 +108,14 @@ def typical(runs: Sequence[Summary]) -> tuple[Summary, str]:
     Returns:
         The run, and in words of which runs it is the median.
     """
-    good = [run for run in runs if all(agent["outcome"] == "success" for agent in run["agents"].values())]
+    good = [run for run in runs if all(agent.outcome == "success" for agent in run.agents.values())]
     sets = (
-        ([r for r in good if all(map(_switched, r["agents"].values()))], "that succeed and in which both routes act"),
-        ([r for r in good if any(map(_switched, r["agents"].values()))], "that succeed and in which a reflex acts"),
+        ([r for r in good if all(map(_switched, r.agents.values()))], "that succeed and in which both routes act"),
+        ([r for r in good if any(map(_switched, r.agents.values()))], "that succeed and in which a reflex acts"),
         (runs, "there are"),
     )
     among, words = next((found, words) for found, words in sets if found)
-    ordered = sorted(among, key=lambda run: (_switches(run), run["seed"]))
+    ordered = sorted(among, key=lambda run: (_switches(run), run.seed))
     return ordered[(len(ordered) - 1) // 2], f"of the runs {words} ({len(among)})"
 
 
@@ -134,33 +134,33 @@ def captions(found: Numbers) -> list[tuple[str, str]]:
 
 def _drawn(summary: Summary, out: Path) -> Recording:
     """Play a run once more, recorded; it must be the same run."""
-    folder = out / "runs" / f"{summary['scenario']}-{summary['seed']}"
-    again = play(Job(summary["scenario"], summary["seed"], folder, record=True))
-    if again["trajectory_hash"] != summary["trajectory_hash"]:
-        raise RocsError(f"{summary['scenario']} with seed {summary['seed']} does not repeat: its trajectory differs.")
+    folder = out / "runs" / f"{summary.scenario}-{summary.seed}"
+    again = play(Job(summary.scenario, summary.seed, folder, record=True))
+    if again.trajectory_hash != summary.trajectory_hash:
+        raise RocsError(f"{summary.scenario} with seed {summary.seed} does not repeat: its trajectory differs.")
     return Recording.open(folder)
 
 
 def _chosen(run: Summary, among: str) -> str:
     told = []
-    for name, agent in run["agents"].items():
-        when = "" if agent["time_to_goal"] is None else f" after {agent['time_to_goal']:.1f} s"
-        switches = agent["route_switches"]
-        told.append(f"{name}: {agent['outcome']}{when}, {switches} switch{'' if switches == 1 else 'es'} of route")
-    return f"Seed {run['seed']}: {among} it has the median number of switches. {'; '.join(told)}."
+    for name, agent in run.agents.items():
+        when = "" if agent.time_to_goal is None else f" after {agent.time_to_goal:.1f} s"
+        switches = agent.route_switches
+        told.append(f"{name}: {agent.outcome}{when}, {switches} switch{'' if switches == 1 else 'es'} of route")
+    return f"Seed {run.seed}: {among} it has the median number of switches. {'; '.join(told)}."
 
 
-def _reactive(agent: Summary) -> float:
-    driven: float = agent["time_reactive"] + agent["time_deliberative"]
-    return agent["time_reactive"] / driven if driven > 0.0 else 0.0
+def _reactive(agent: AgentResult) -> float:
+    driven: float = agent.time_reactive + agent.time_deliberative
+    return agent.time_reactive / driven if driven > 0.0 else 0.0
 
 
-def _switched(agent: Summary) -> bool:
-    return bool(agent["route_switches"])
+def _switched(agent: AgentResult) -> bool:
+    return bool(agent.route_switches)
 
 
 def _switches(run: Summary) -> int:
-    return sum(agent["route_switches"] for agent in run["agents"].values())
+    return sum(agent.route_switches for agent in run.agents.values())
 
 
 def _plain(told: dict[str, Any]) -> dict[str, Any]:

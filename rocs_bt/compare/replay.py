@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from .._run import run
 from ..catalog import Catalog, PlannerSpec
 from ..errors import Fault, InputError
-from ..simulation import RunResult, run
+from ..simulation import RunResult
 from .bench import Bench
 from .record import EpisodeRecord
 from .trial import FamilyScene, Place, ScenarioScene

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +34,7 @@ from ..event import (
 )
 from .header import AgentInfo, TreeNode, nodes_after
 from .recording import Recording
+from .summary import Finding
 
 Series = NDArray[np.float64]
 
@@ -186,9 +186,9 @@ class History:
         for history in self.agents.values():
             first = next(iter(history.commands.values()), None)
             history.routes = [] if first is None else _routes(first, self.end, history.stopped)
-        for name, told in ((recording.summary or {}).get("agents") or {}).items():
+        for name, result in ({} if recording.summary is None else recording.summary.agents).items():
             if name in self.agents:
-                self.agents[name].worst = _worst(told.get("requirements") or ())
+                self.agents[name].worst = _worst(result.requirements)
 
     def _take(self, event: Event) -> None:
         if isinstance(event, BodyMoved):
@@ -223,12 +223,12 @@ class History:
             agent.faults.append(event)
 
 
-def _worst(findings: Iterable[Mapping[str, Any]]) -> list[Worst]:
-    """The worst moments of those requirements whose margin is known, as summary.json tells them."""
+def _worst(findings: Iterable[Finding]) -> list[Worst]:
+    """The worst moments of the requirements whose margin is known."""
     return [
-        Worst(f["name"], f["verdict"], f["worst"], f"{f['margin']:.3g} {f['unit']}".strip())
+        Worst(f.name, f.verdict, f.worst, f"{f.margin:.3g} {f.unit}".strip())
         for f in findings
-        if f["margin"] is not None
+        if f.margin is not None and f.worst is not None
     ]
 
 

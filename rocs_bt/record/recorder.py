@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import msgspec
@@ -14,6 +14,7 @@ from ..errors import RecordingError
 from ..event import Event
 from . import codec, foxglove
 from .header import RunHeader
+from .summary import Summary
 from .viewer import Draw, Message, Viewer
 
 FORMAT = "1"
@@ -67,11 +68,11 @@ class Recorder:
         self._waiting.extend(events)
         self._look(events[-1])
 
-    def close(self, summary: Mapping[str, object] | None = None) -> None:
+    def close(self, summary: Summary | None = None) -> None:
         """End the recording; the second call does nothing.
 
         Args:
-            summary: What summary.json holds, kept with the recording.
+            summary: Summary of the run, kept with the recording.
 
         Raises:
             RecordingError: Something could not be recorded; the file holds all the rest.
@@ -150,7 +151,7 @@ class Recorder:
         self._writer.flush()
         self._writer.add_attachment(0, self._last, name, "application/json", data)
 
-    def _finish(self, summary: Mapping[str, object] | None) -> None:
+    def _finish(self, summary: Summary | None) -> None:
         if summary is not None:
             self._attach(SUMMARY, msgspec.json.encode(summary, enc_hook=codec.plain))
         self._writer.finish()

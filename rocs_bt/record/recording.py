@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import lz4.frame
 import msgspec
@@ -24,6 +24,7 @@ from ..nesting import check_nesting
 from . import codec
 from .header import RunHeader
 from .recorder import FORMAT, HEADER, SUMMARY
+from .summary import Summary
 
 R = TypeVar("R")
 
@@ -40,7 +41,7 @@ class _Contents:
     attachments: dict[str, bytes] = field(default_factory=dict)
     chunks: list[Chunk] = field(default_factory=list)
     complete: bool = False
-    summary: dict[str, Any] | None = None
+    summary: Summary | None = None
 
 
 def _near(path: Path) -> set[str]:
@@ -98,7 +99,7 @@ class Recording:
                 check_nesting(attachment)
             header = msgspec.json.decode(contents.attachments[HEADER], type=RunHeader)
             if SUMMARY in contents.attachments:
-                contents.summary = msgspec.json.decode(contents.attachments[SUMMARY], type=dict[str, Any])
+                contents.summary = msgspec.json.decode(contents.attachments[SUMMARY], type=Summary)
         except (msgspec.MsgspecError, ValueError) as error:
             raise RecordingError(f"the header or summary of '{file}' cannot be read: {error}.") from error
         return cls(file, header, contents)

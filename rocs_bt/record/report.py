@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from ..errors import RecordingError
-from ..event import BlockFailed, CommandExpired, ContentRaised, PeerFault, SensorFailed, Stuck, TicketChanged
+from ..event import BlockFailed, CommandExpired, ContentRaised, Judged, PeerFault, SensorFailed, Stuck, TicketChanged
 from ..raised import reported
 from .animation import animation
 from .atomic_file import write_whole
@@ -20,6 +20,12 @@ from .history import AgentHistory, FaultEvent, History
 from .knowledge.learnt import learnt
 from .page import inline_svg, render_page
 from .recording import Recording
+from .summary import AgentResult, Following, Localisation, Summary
+
+Number = tuple[str, float | str | None, str]
+"""Label, value and format of a number of the report; None for a value that was not measured."""
+
+_TURNED_AWAY = ("oversized", "unauthenticated", "malformed", "flooded", "refused")
 
 _VERDICTS = {
     "success": "{name} reached its goal",
@@ -32,12 +38,12 @@ _VERDICTS = {
 }
 
 
-def write_report(recording: Recording, summary: Mapping[str, Any] | None, path: Path) -> None:
+def write_report(recording: Recording, summary: Summary | None, path: Path) -> None:
     """Write the report of a run, as a whole or not at all.
 
     Args:
-        recording: The run.
-        summary: What summary.json holds; None where the run did not get so far.
+        recording: The recording of the run.
+        summary: The summary of the run; None if there is none.
         path: The HTML file.
 
     Raises:
@@ -50,11 +56,10 @@ def write_report(recording: Recording, summary: Mapping[str, Any] | None, path: 
         raise RecordingError(f"the report '{path}' cannot be written: {error.strerror}.") from error
 
 
-def render_report(recording: Recording, summary: Mapping[str, Any] | None) -> str:
+def render_report(recording: Recording, summary: Summary | None) -> str:
     """The report as HTML."""
     run = History(recording)
-    summary = summary or {}
-    told = summary.get("agents", {})
+    results = {} if summary is None else summary.agents
     # In JSON `<` occurs in texts only, where this escape means the same; no text can then end the script element.
     data = msgspec.json.encode(animation(run)).decode().replace("<", "\\u003c")
     return render_page(
@@ -63,24 +68,22 @@ def render_report(recording: Recording, summary: Mapping[str, Any] | None) -> st
         complete=recording.complete,
         summary=summary,
         end=run.end,
-        agents=[_agent(run, info, told.get(info.name, {})) for info in run.header.agents],
+        agents=[_agent(run, info, results.get(info.name)) for info in run.header.agents],
         figures=[(f.name, f.title, inline_svg(f.name, f.render([run], "svg").decode())) for f in FIGURES],
         data=data,
     )
 
 
-def _agent(run: History, info: AgentInfo, told: Mapping[str, Any]) -> dict[str, Any]:
+def _agent(run: History, info: AgentInfo, result: AgentResult | None) -> dict[str, Any]:
     agent = run.agents[info.name]
-    if agent.judged is not None:  # a run that was killed later has this, but no summary
-        judged = {"outcome": agent.judged.outcome, "reason": agent.judged.reason}
-        told = {**judged, "time_to_goal": agent.judged.time_to_goal, **told}
+    judged = result if result is not None else agent.judged  # a run that was killed later has this, but no summary
     return {
         "info": info,
-        "outcome": told.get("outcome", "unknown"),
-        "verdict": _verdict(info.name, told),
-        "reason": told.get("reason", ""),
-        "numbers": _numbers(told),
-        "requirements": told.get("requirements", ()),
+        "outcome": "unknown" if judged is None else judged.outcome,
+        "verdict": _verdict(info.name, judged),
+        "reason": "" if judged is None else judged.reason,
+        "numbers": [] if result is None else _numbers(result),
+        "requirements": () if result is None else result.requirements,
         "tree": _tree(info, agent),
         "firings": agent.reflexes(run.end),
         "tickets": _tickets(agent),
@@ -89,59 +92,77 @@ def _agent(run: History, info: AgentInfo, told: Mapping[str, Any]) -> dict[str, 
     }
 
 
-def _verdict(name: str, told: Mapping[str, Any]) -> str:
-    if "outcome" not in told:
+def _verdict(name: str, judged: AgentResult | Judged | None) -> str:
+    if judged is None:
         return f"The run ended before {name} came to an outcome"
-    verdict = _VERDICTS.get(told["outcome"], "{name}: " + str(told["outcome"])).format(name=name)
-    if told["outcome"] == "success" and not told.get("goals_reached", True):
+    verdict = _VERDICTS.get(judged.outcome, "{name}: " + judged.outcome).format(name=name)
+    if judged.outcome != "success":
+        return verdict
+    if isinstance(judged, AgentResult) and not judged.goals_reached:
         verdict = f"{name} fulfilled its mission"
-    reached = told.get("time_to_goal")
-    return f"{verdict} after {reached:.1f} s" if told["outcome"] == "success" and reached is not None else verdict
+    reached = judged.time_to_goal
+    return verdict if reached is None else f"{verdict} after {reached:.1f} s"
 
 
-def _numbers(told: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What the summary measured, as label and text with its unit; only what is there."""
-    error, solve = told.get("tracking_error") or {}, told.get("solve_time") or {}
-    lost, leash = told.get("localisation") or {}, told.get("following") or {}
-    shared = told.get("sharing") or {}
+def _numbers(result: AgentResult) -> list[tuple[str, str]]:
+    """What was measured, as label and text with its unit; only what is there."""
     wanted = (
-        ("time to goal", told.get("time_to_goal"), "{:.2f} s"),
-        ("path length", told.get("path_length"), "{:.2f} m"),
-        ("least clearance", told.get("min_clearance"), "{:.3f} m"),
-        ("collisions", told.get("collisions"), "{}"),
-        ("struck by others", told.get("struck"), "{}"),
-        ("reflexes fired", told.get("reflex_activations"), "{}"),
-        ("fired again while latched", told.get("reflex_refirings"), "{}"),
-        ("exceptions of content", sum(told.get("exceptions", {}).values()) or None, "{}"),
-        ("switches of route", told.get("route_switches"), "{}"),
-        ("plans made anew", told.get("replans"), "{}"),
-        ("commands limited by the safety gate", _counts(told.get("commands_limited")), "{}"),
-        ("time deliberative", told.get("time_deliberative"), "{:.2f} s"),
-        ("time reactive", told.get("time_reactive"), "{:.2f} s"),
-        ("cross-track error, rms", _scaled(error.get("cross_rms"), 100), "{:.2f} cm"),
-        (f"distance to {leash.get('leader')}, mean", leash.get("mean_distance"), "{:.2f} m"),
-        ("how far it is from the one asked for, mean", leash.get("distance_error"), "{:.2f} m"),
-        ("following time within its band", _scaled(leash.get("in_band"), 100), "{:.1f} %"),
-        ("least distance while driving", leash.get("least_driving"), "{:.2f} m"),
-        ("position estimate's error, rms", _scaled(lost.get("position_rms"), 100), "{:.2f} cm"),
-        ("position estimate's error, greatest", _scaled(lost.get("position_max"), 100), "{:.2f} cm"),
-        ("heading estimate's error, rms", _scaled(lost.get("heading_rms"), 180 / math.pi), "{:.2f}°"),
-        ("heading estimate's error, greatest", _scaled(lost.get("heading_max"), 180 / math.pi), "{:.2f}°"),
-        ("estimate's consistency (NEES over 3)", lost.get("nees"), "{:.2f}"),
-        ("own writes that peers were told", shared.get("written"), "{}"),
-        ("writes of peers that were taken", shared.get("merged"), "{}"),
-        ("messages of peers that were turned away", _turned_away(shared), "{}"),
-        ("follower, median", _scaled(solve.get("median"), 1e6), "{:.0f} µs"),
+        ("time to goal", result.time_to_goal, "{:.2f} s"),
+        ("path length", result.path_length, "{:.2f} m"),
+        ("least clearance", result.min_clearance, "{:.3f} m"),
+        ("collisions", result.collisions, "{}"),
+        ("struck by others", result.struck, "{}"),
+        ("reflexes fired", result.reflex_activations, "{}"),
+        ("fired again while latched", result.reflex_refirings, "{}"),
+        ("exceptions of content", sum(result.exceptions.values()) or None, "{}"),
+        ("switches of route", result.route_switches, "{}"),
+        ("plans made anew", result.replans, "{}"),
+        ("commands limited by the safety gate", _counts(result.commands_limited), "{}"),
+        ("time deliberative", result.time_deliberative, "{:.2f} s"),
+        ("time reactive", result.time_reactive, "{:.2f} s"),
+        ("cross-track error, rms", _scaled(result.tracking_error.cross_rms, 100), "{:.2f} cm"),
+        *_following(result.following),
+        *_localisation(result.localisation),
+        *_sharing(result.sharing),
+        ("follower, median", _scaled(result.solve_time.median, 1e6), "{:.0f} µs"),
     )
     return [(label, form.format(value)) for label, value, form in wanted if value is not None]
 
 
-def _turned_away(shared: Mapping[str, int]) -> int | None:
-    reasons = ("oversized", "unauthenticated", "malformed", "flooded", "refused")
-    return sum(shared[reason] for reason in reasons) if shared else None
+def _following(following: Following | None) -> list[Number]:
+    if following is None:
+        return []
+    return [
+        (f"distance to {following.leader}, mean", following.mean_distance, "{:.2f} m"),
+        ("how far it is from the one asked for, mean", following.distance_error, "{:.2f} m"),
+        ("following time within its band", _scaled(following.in_band, 100), "{:.1f} %"),
+        ("least distance while driving", following.least_driving, "{:.2f} m"),
+    ]
 
 
-def _counts(counts: Mapping[str, int] | None) -> str | None:
+def _localisation(error: Localisation | None) -> list[Number]:
+    if error is None:
+        return []
+    return [
+        ("position estimate's error, rms", 100 * error.position_rms, "{:.2f} cm"),
+        ("position estimate's error, greatest", 100 * error.position_max, "{:.2f} cm"),
+        ("heading estimate's error, rms", math.degrees(error.heading_rms), "{:.2f}°"),
+        ("heading estimate's error, greatest", math.degrees(error.heading_max), "{:.2f}°"),
+        ("estimate's consistency (NEES over 3)", error.nees, "{:.2f}"),
+    ]
+
+
+def _sharing(shared: Mapping[str, float] | None) -> list[Number]:
+    if shared is None:
+        return []
+    return [
+        ("own writes that peers were told", shared.get("written"), "{}"),
+        ("writes of peers that were taken", shared.get("merged"), "{}"),
+        ("messages of peers that were turned away", sum(shared[reason] for reason in _TURNED_AWAY), "{}"),
+    ]
+
+
+def _counts(counts: Mapping[str, int]) -> str | None:
     """Counts by action, such as `12 (Creep 12)`; None where there are none."""
     if not counts:
         return None

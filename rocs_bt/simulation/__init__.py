@@ -8,18 +8,19 @@ from .carried import CARRIERS, Carrier, make_carrier
 from .devices import Driver, hardware_driver, mujoco_driver
 from .episode import Episode, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
-from .hardware import drive
+from .hardware import drive_robots
 from .judging import Mind
 from .metrics import Metrics
 from .mover import MOVERS, Mover, make_mover
+from .options import MODES, Build, LiveView, RunChanges, RunOptions
 from .outcome import OUTCOMES, Goal, Judge, Verdict
 from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
 from .replay import replay
-from .requirements import Finding, RequirementWatch, check_recorded, requirement_faults, requirements_of
-from .run import run
-from .run_end import RunResult
-from .run_files import REPORT, SUMMARY
+from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
+from .run_files import RECORDING, REPORT, SUMMARY
+from .run_result import RunResult
+from .simulate import simulate
 from .sink_thread import SinkThread
 from .stage import Stage, compose_scenario, set_stage
 from .stop_signals import EndedAtOnce, StopSignals
@@ -28,26 +29,31 @@ from .summary import summary_of
 
 __all__ = [
     "CARRIERS",
+    "MODES",
     "MOVERS",
     "OUTCOMES",
     "POSES_TRIED",
+    "RECORDING",
     "REPORT",
     "SUMMARY",
+    "Build",
     "Carrier",
     "Driver",
     "EndedAtOnce",
     "Episode",
-    "Finding",
     "FreePose",
     "Goal",
     "Host",
     "Judge",
+    "LiveView",
     "Metrics",
     "Mind",
     "Mover",
     "PhysicsThread",
     "RequirementWatch",
     "Result",
+    "RunChanges",
+    "RunOptions",
     "RunResult",
     "SinkThread",
     "Stage",
@@ -55,7 +61,7 @@ __all__ = [
     "Verdict",
     "check_recorded",
     "compose_scenario",
-    "drive",
+    "drive_robots",
     "free_goal_poses",
     "hardware_driver",
     "make_carrier",
@@ -65,9 +71,9 @@ __all__ = [
     "replay",
     "requirement_faults",
     "requirements_of",
-    "run",
     "run_physics",
     "set_stage",
+    "simulate",
     "stream",
     "summary_of",
 ]

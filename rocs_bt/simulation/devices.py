@@ -51,7 +51,7 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
                 robot.file,
                 device.line,
                 hint=f"To simulate it extend rocs_bt.drivers.mujoco.{wanted.__name__}; to drive a real robot call "
-                "rocs_bt.simulation.drive.",
+                "rocs_bt.drive.",
             )
         )
     return _driver(cls, "mount", robot, device)

@@ -1,4 +1,4 @@
-"""Running the agents of a scenario on robots that are real, or stand in for one; nothing is simulated.
+"""Running the agents of a scenario on hardware; nothing is simulated.
 
 The same missions, rules, blocks and rates as in simulation. What differs is each robot's table of drivers, whose
 classes (`driver = "file.py:Class"`) speak with the robot.
@@ -6,107 +6,85 @@ classes (`driver = "file.py:Class"`) speak with the robot.
 
 from __future__ import annotations
 
+import math
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
-from pathlib import Path
 
-from ..agent import RuleWatch
+from ..agent import Agent, RuleWatch, ThreadedRunner
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec
 from ..clock import WallClock
 from ..device import Actuator, Sensor
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
-from ..event import EventSink
+from ..event import BodyMoved, EventSink, Stuck
+from ..record import RunHeader
 from ..safety import SafetyGate
 from .devices import make_hardware, make_isolated
-from .hardware_episode import HardwareEpisode
 from .header import plain_header, without_world
+from .judging import Judging, brake, wait_until
+from .memory import Memory
 from .minds import build_minds
-from .ready_run import Relay, refuse_requirements
-from .run_end import RunEnd, RunResult
+from .options import RunOptions
+from .outcome import Judge
+from .ready_run import Relay, refuse_requirements, sharing_counts
+from .run_end import RunEnd
+from .run_files import ReportWriter
 from .run_record import RunRecord
+from .run_result import RunResult
 from .sink_thread import SinkThread
-from .stop_signals import StopSignals
+from .summary import Unrecorded
 
 
-def drive(
-    scenario: ScenarioSpec | str,
-    catalog: Catalog | None = None,
-    *,
-    duration: float | None = None,
-    out: Path | str | None = None,
-    report: bool = True,
-    sinks: Sequence[EventSink] = (),
-    watch_rules: bool = False,
-    signals: StopSignals | None = None,
-) -> RunResult:
-    """Let the agents of a scenario drive their robots, threaded, on wall time; movers and the world are not played.
-
-    It ends when every agent has its outcome, when time is over, or by SIGINT, SIGTERM or SIGHUP: wheels to neutral
-    first, then all files. After that the signal has its usual effect, such as a KeyboardInterrupt.
+def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_report: ReportWriter) -> RunResult:
+    """Run the agents of a scenario on their robots; see `rocs_bt.drive`.
 
     Args:
-        scenario: A scenario, or its name or file. Every driver of its agents' robots must be a user's class.
-        catalog: Where content is found; the project around the current folder by default.
-        duration: The longest it may take [s]; the scenario's own by default.
-        out: Folder for summary.json, run.mcap and report.html; None writes nothing.
-        report: Whether to write report.html.
-        sinks: More sinks for all events.
-        watch_rules: Whether rule files that change are read again.
-        signals: The signals that end the run, of a caller who looks at them afterwards: `drive` then returns.
-
-    Returns:
-        The result; in its summary collisions and clearance are None, and poses are the robots' own estimates.
+        spec: The scenario.
+        catalog: Source of the content.
+        options: Options of the run.
+        write_report: Writes report.html.
 
     Raises:
-        InputError: Something in the content is wrong.
+        InputError: Something in the content is wrong, or an option needs a simulated world.
         DeviceError: A driver cannot reach its device.
         KeyboardInterrupt: A signal ended the run.
     """
-    catalog = catalog or Catalog.here()
-    spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
-    end, relay, clock = RunEnd(out, report, signals), Relay(), WallClock(running=False)
-    period = spec.rate.control_rate.period
+    options.refuse_simulation()
+    end, relay, clock = RunEnd(options, write_report), Relay(), WallClock(running=False)
     robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
     with end.guarded() as stack:  # what is pushed on it is closed before the report is written
         end.listen()
-        devices, opened = _Devices(), stack.enter_context(ExitStack())
-        for name, robot in robots.items():
-            devices.make(name, robot, catalog, clock, period, relay, stack, opened)
-        rates = {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()}
-        agents = build_minds(
-            spec,
-            catalog,
-            robots,
-            devices.sensors,
-            devices.gates,
-            rates,
-            clock=clock,
-            sink=relay,
-            timer=time.perf_counter,
+        devices = HardwareDevices(clock, spec.rate.control_rate.period, relay)
+        agents = _agents(spec, catalog, options, robots, devices, stack)
+        memory = Memory(options.knowledge, agents)
+        stack.callback(end.files.attempt, "the knowledge", memory.close)
+        header = plain_header(
+            spec, agents, seed=options.seed, mode="threaded", digest=catalog.digest(spec), simulated=False
         )
-        opened.pop_all()  # from here on the agents close their devices
-        for agent in agents:
-            stack.callback(agent.close)
-        header = plain_header(spec, agents, seed=0, mode="threaded", digest=catalog.digest(spec), simulated=False)
         refuse_requirements(spec, header.agents)
-        end.files.begin(without_world(header, spec, robots))
-        stack.callback(end.files.abandon)
-        record = RunRecord(header, end.files.recorder, sinks, batched=False)
+        _begin(stack, end, without_world(header, spec, robots), agents, options)
+        heard = [*([] if options.live is None else [options.live]), *options.sinks]
+        record = RunRecord(header, end.files.recorder, heard, batched=False)
+        memory.keep(f"{spec.name}-{options.seed}", patient=False)
+
+        def check(t: float) -> None:
+            record.check()
+            if options.progress is not None:
+                options.progress(t)
+
         episode = HardwareEpisode(
             agents,
-            devices.gates,
-            {name: devices.gates[name][robot.drive.actuator] for name, robot in robots.items()},
-            devices.links,
+            devices,
             clock=clock,
-            duration=spec.duration if duration is None else duration,
-            period=period,
+            duration=spec.duration if options.duration is None else options.duration,
+            period=spec.rate.control_rate.period,
             sink=relay,
             ended=lambda: end.signals.reason,
-            check=record.check,
+            check=check,
         )
-        files = [(agent.name, file) for agent in agents for file in agent.rule_files if watch_rules]
+        files = [(agent.name, file) for agent in agents for file in agent.rule_files if options.watch_rules]
 
         def play() -> None:
             with SinkThread(record.sink) as thread, RuleWatch(files, clock, relay):
@@ -115,45 +93,88 @@ def drive(
 
         end.attempt(play)
         end.attempt(record.check)
-        shared = {a.name: {"sharing": None if a.sharing is None else a.sharing.told()} for a in agents}
-        end.summarise(record.summary(episode.t, {"wall_time": episode.t, "agents": shared}))
+        end.files.attempt("the knowledge", memory.close)
+        unrecorded = Unrecorded(wall_time=episode.t, sharing=sharing_counts(agents), knowledge=memory.summary())
+        end.summarise(record.summary(episode.t, unrecorded))
     return end.result()
 
 
-class _Devices:
+def _agents(
+    spec: ScenarioSpec,
+    catalog: Catalog,
+    options: RunOptions,
+    robots: Mapping[str, RobotSpec],
+    devices: HardwareDevices,
+    stack: ExitStack,
+) -> list[Agent]:
+    """Open the devices and build the agents, which close them with the stack."""
+    opened = stack.enter_context(ExitStack())
+    for name, robot in robots.items():
+        devices.open(name, robot, catalog, stack, opened)
+    agents = build_minds(
+        spec,
+        catalog,
+        robots,
+        devices.sensors,
+        devices.gates,
+        {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()},
+        clock=devices.clock,
+        sink=devices.sink,
+        seed=options.seed,
+        timer=time.perf_counter,
+        missions=options.missions,
+    )
+    opened.pop_all()  # from here on the agents close their devices
+    for agent in agents:
+        stack.callback(agent.close)
+    return agents
+
+
+def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Agent], options: RunOptions) -> None:
+    """Begin the live page and the files of the run, where they are wanted."""
+    if options.live is not None:
+        options.live.begin(header)
+    end.files.begin(header, agents if options.btlog else ())
+    stack.callback(end.files.abandon)
+
+
+class HardwareDevices:
     """The devices of all robots.
+
+    Args:
+        clock: Wall time.
+        period: Control period [s].
+        sink: Takes the events of the safety gates.
 
     Attributes:
         sensors: By agent, then by name.
         gates: The gates of the actuators, likewise.
+        wheels: By agent, the gate of its wheels.
         links: By agent, the links to the actuators that live in processes of their own.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: WallClock, period: float, sink: EventSink) -> None:
+        self.clock = clock
+        self.sink = sink
+        self._period = period
         self.sensors: dict[str, dict[str, Sensor]] = {}
         self.gates: dict[str, dict[str, SafetyGate]] = {}
+        self.wheels: dict[str, SafetyGate] = {}
         self.links: dict[str, list[IsolatedActuator]] = {}
 
-    def make(
-        self,
-        name: str,
-        robot: RobotSpec,
-        catalog: Catalog,
-        clock: WallClock,
-        period: float,
-        sink: EventSink,
-        shared: ExitStack,
-        opened: ExitStack,
-    ) -> None:
-        """Make an agent's devices; what they share ends with `shared`, and they with `opened`."""
-        host = Host(clock)
+    def open(self, name: str, robot: RobotSpec, catalog: Catalog, shared: ExitStack, opened: ExitStack) -> None:
+        """Open an agent's devices; their host is closed with `shared`, they with `opened`."""
+        host = Host(self.clock)
         shared.callback(host.close)
         self.sensors[name] = {
             s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors
         }
         made = {a.name: opened.enter_context(closing(_actuator(catalog, robot, a, host))) for a in robot.actuators}
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
-        self.gates[name] = {a.name: a.guard(made[a.name], clock, period, sink, name) for a in robot.actuators}
+        self.gates[name] = {
+            a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators
+        }
+        self.wheels[name] = self.gates[name][robot.drive.actuator]
 
 
 def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
@@ -162,3 +183,95 @@ def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host
         return make_isolated(catalog, robot, spec)
     device: Actuator = make_hardware(catalog, robot, spec, host)
     return device
+
+
+class HardwareEpisode:
+    """One run on hardware. There is no ground truth: agents are judged by what they know.
+
+    Args:
+        agents: The agents.
+        devices: The devices of their robots.
+        clock: Wall time; it begins at zero.
+        duration: The longest it may take [s].
+        period: Control period [s].
+        sink: Takes the events.
+        ended: Asked why a signal ends the run; empty while none does.
+        check: Called once per control period with the time [s]; what it raises ends the run.
+
+    Attributes:
+        t: Time of the last control period [s].
+    """
+
+    def __init__(
+        self,
+        agents: Sequence[Agent],
+        devices: HardwareDevices,
+        *,
+        clock: WallClock,
+        duration: float,
+        period: float,
+        sink: EventSink,
+        ended: Callable[[], str],
+        check: Callable[[float], None],
+    ) -> None:
+        self.t = 0.0
+        self._agents = agents
+        self._gates = [gate for each in devices.gates.values() for gate in each.values()]
+        self._wheels = devices.wheels
+        self._links = devices.links
+        self._clock = clock
+        self._duration = duration
+        self._period = period
+        self._sink = sink
+        self._ended = ended
+        self._check = check
+        self._judges = {agent.name: Judge(end_on_stuck=False) for agent in agents}
+        self._judging = Judging(agents, self._judges, sink)
+        self._stuck: set[str] = set()
+
+    def run(self) -> None:
+        """Run until every agent has its outcome, the time is over, or a signal ends it."""
+        clock, never, count = self._clock, threading.Event(), 0
+        clock.start()
+        try:
+            with ExitStack() as stack:
+                for agent in self._agents:
+                    stack.enter_context(ThreadedRunner(agent, clock))
+                stack.callback(brake, self._agents)
+                while wait_until(clock, count * self._period, never, self._ended):
+                    self.t = clock.now()
+                    self._look()
+                    if why := self._ended():
+                        self._judging.interrupt(why, at_once=True)
+                    if self._judging.over or self.t >= self._duration:
+                        break
+                    count = max(count + 1, int(self.t / self._period) + 1)
+        except BaseException as error:  # raised again, after the robots stopped
+            self._judging.abort(error, self.t)
+            raise
+        self._judging.finish(self.t)
+
+    def _look(self) -> None:
+        """Check devices and progress of all agents."""
+        self._check(self.t)
+        for gate in self._gates:
+            gate.check()
+        for agent in self._agents:
+            for link in self._links[agent.name]:
+                if (error := link.check()) is not None:
+                    agent.fail(link.name, error.kind, str(error), error, owner="content")
+            self._judge(agent)
+
+    def _judge(self, agent: Agent) -> None:
+        name, judge, pose = agent.name, self._judges[agent.name], agent.knowledge.robot.pose()
+        if math.isfinite(pose.x):
+            self._sink.emit(BodyMoved(t=self.t, agent=name, body=name, x=pose.x, y=pose.y, yaw=pose.yaw))
+        if judge.decided:
+            return
+        if judge.update(self.t, pose, agent, commanded=self._wheels[name].active):
+            agent.brake()
+        if not judge.stuck:
+            self._stuck.discard(name)
+        elif name not in self._stuck:
+            self._stuck.add(name)
+            self._sink.emit(Stuck(t=self.t, agent=name, reason=judge.stuck, rule=judge.stuck_rule))

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from ..record import Following
+
 DRIVES = 0.02
 """The speed of a wheel's rim above which a robot drives [m/s]; one that is pushed while it stands does not."""
 
@@ -39,31 +41,25 @@ class Leash:
         if rim > DRIVES:
             self._least_driving = min(self._least_driving, distance)
 
-    def figures(self, until: float | None) -> dict[str, Any]:
-        """What came of it.
+    def result(self, until: float | None) -> Following:
+        """The metrics.
 
         Args:
-            until: When the leader had reached its goal [s]; None where it did not.
-
-        Returns:
-            `leader`; `periods`, how many control periods count; of these `mean_distance` [m], `distance_error` (mean,
-            absolute) [m], the shares `in_band` and `too_far`, and `least_distance` [m]; `least_driving`, the least
-            distance at which it drove [m], and `safe`, whether that is no less than its safety distance. None where
-            there was nothing to count.
+            until: Time at which the leader reached its goal [s]; None if it did not.
         """
         kept = [distance for t, distance in self._rows if until is None or t <= until]
         slack = self._distance - self._safety
-        return {
-            "leader": self.leader,
-            "periods": len(kept),
-            "mean_distance": _mean(kept),
-            "distance_error": _mean([abs(d - self._distance) for d in kept]),
-            "in_band": _mean([abs(d - self._distance) <= slack for d in kept]),
-            "too_far": _mean([d > self._distance + slack for d in kept]),
-            "least_distance": min(kept, default=None),
-            "least_driving": self._least_driving if math.isfinite(self._least_driving) else None,
-            "safe": self._least_driving >= self._safety,
-        }
+        return Following(
+            leader=self.leader,
+            periods=len(kept),
+            mean_distance=_mean(kept),
+            distance_error=_mean([abs(d - self._distance) for d in kept]),
+            in_band=_mean([abs(d - self._distance) <= slack for d in kept]),
+            too_far=_mean([d > self._distance + slack for d in kept]),
+            least_distance=min(kept, default=None),
+            least_driving=self._least_driving if math.isfinite(self._least_driving) else None,
+            safe=self._least_driving >= self._safety,
+        )
 
 
 def _mean(values: list[float] | list[bool]) -> float | None:

@@ -9,10 +9,10 @@ not sure enough. Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applica
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from ..event import BodyMoved, SignalsWritten
 from ..geometry import wrap_angle
+from ..record import Localisation
 
 COVARIANCE, POSE = "pose_covariance", "pose"
 """The signals that tell of a robot that it localises, and where it thinks it is."""
@@ -42,17 +42,17 @@ class LocalisationError:
         self._aside.append(abs(error[2]))
         self._consistency.append(_squared(error, covariance) / 3.0)
 
-    def told(self) -> dict[str, Any] | None:
-        """What summary.json says of it: metres, radians; None for a robot that does not localise."""
+    def result(self) -> Localisation | None:
+        """The errors; None for a robot that does not localise."""
         if not self._away:
             return None
-        return {
-            "position_rms": _rms(self._away),
-            "position_max": max(self._away),
-            "heading_rms": _rms(self._aside),
-            "heading_max": max(self._aside),
-            "nees": sum(self._consistency) / len(self._consistency),
-        }
+        return Localisation(
+            position_rms=_rms(self._away),
+            position_max=max(self._away),
+            heading_rms=_rms(self._aside),
+            heading_max=max(self._aside),
+            nees=sum(self._consistency) / len(self._consistency),
+        )
 
 
 def _rms(values: list[float]) -> float:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+
+from msgspec import UNSET, UnsetType
 
 from ..agent import Agent
 from ..knowledge.history import History, Journal, JournalPast, Loaded, from_json_text, lasting, load_into, to_json_text
+from ..record import KnowledgeFile, Remembered
 
 
 class Memory:
@@ -65,23 +67,16 @@ class Memory:
         if self._journal is not None:
             self._journal.close()
 
-    def summary(self) -> dict[str, Any]:
-        """What became of it, for summary.json."""
+    def summary(self) -> KnowledgeFile | UnsetType:
+        """Summary of the knowledge between runs; UNSET without a file."""
         if self._path is None:
-            return {}
-        told = {
-            "file": str(self._path),
-            "remembered": {
-                name: {
-                    "nodes": loaded.nodes,
-                    "edges": loaded.edges,
-                    "refused": [*self._refused[name], *loaded.refused],
-                }
-                for name, loaded in self._loaded.items()
-            },
-            "lost": 0 if self._journal is None else self._journal.lost,
+            return UNSET
+        remembered = {
+            name: Remembered(nodes=loaded.nodes, edges=loaded.edges, refused=(*self._refused[name], *loaded.refused))
+            for name, loaded in self._loaded.items()
         }
-        return {"knowledge": told}
+        lost = 0 if self._journal is None else self._journal.lost
+        return KnowledgeFile(file=str(self._path), remembered=remembered, lost=lost)
 
     def _recall(self, path: Path, agent: Agent) -> None:
         schema = agent.knowledge.graph.schema

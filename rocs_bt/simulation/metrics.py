@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,6 +32,7 @@ from ..event import (
     unpack,
 )
 from ..raised import reported
+from ..record import AgentInfo, AgentResult, Finding, SolveTime, TrackingError
 from .leash import Leash
 from .localisation import LocalisationError
 
@@ -120,46 +121,59 @@ class Metrics:
             if (tally := tallies.get(event.agent)) is not None:
                 take(tally, event)
 
-    def of(self, agent: str, end: float) -> dict[str, Any]:
-        """One agent's part of summary.json; SI units, None for what was not measured.
+    def of(
+        self,
+        agent: AgentInfo,
+        end: float,
+        sharing: Mapping[str, float] | None = None,
+        requirements: Sequence[Finding] = (),
+    ) -> AgentResult:
+        """Result of one agent.
 
         Args:
-            agent: The agent's name.
+            agent: The agent.
             end: End of the run [s].
+            sharing: Counts of its shared knowledge; None if it does not share.
+            requirements: Results of its requirements.
         """
-        tally = self._tallies[agent]
+        tally = self._tallies[agent.name]
         judged, true = tally.judged or _cut_off(tally, end), self._simulated
         contacts = {kind: dict(sorted(counts.items())) for kind, counts in sorted(tally.contacts.items())}
-        return {
-            "outcome": judged.outcome,
-            "reason": judged.reason,
-            "time_to_goal": judged.time_to_goal,
-            "failed_block": tally.failed_block,
-            "failed_owner": tally.failed_owner,
-            "faults": tally.faults,
-            "exceptions": dict(sorted(tally.exceptions.items())),
-            "goals_reached": len(tally.goals) if true else None,
-            "path_length": tally.path_length,
-            "min_clearance": tally.min_clearance,
-            "collisions": tally.touches["collision"] if true else None,
-            "struck": tally.touches["struck"] if true else None,
-            "contacts": contacts if true else None,
-            "reflex_activations": tally.activations,
-            "reflex_refirings": tally.refirings,
-            "route_switches": tally.switches,
-            "time_reactive": tally.times["reactive"],
-            "time_deliberative": tally.times["deliberative"],
-            "replans": tally.replans,
-            "commands_limited": dict(sorted(tally.limited.items())),
-            "actions": {name: dict(sorted(counts.items())) for name, counts in sorted(tally.actions.items())},
-            "tracking_error": {
-                "cross_rms": math.sqrt(sum(c * c for c in tally.cross) / len(tally.cross)) if tally.cross else None,
-                "cross_max": max(map(abs, tally.cross), default=None),
-            },
-            "solve_time": {"median": quantile(tally.solve, 0.5), "p99": quantile(tally.solve, 0.99)},
-            "localisation": tally.localisation.told() if true else None,
-            "following": None if tally.leash is None else tally.leash.figures(self._arrival(tally.leash.leader)),
-        }
+        return AgentResult(
+            robot=agent.robot,
+            mission=agent.mission,
+            rules=agent.rules,
+            outcome=judged.outcome,
+            reason=judged.reason,
+            time_to_goal=judged.time_to_goal,
+            failed_block=tally.failed_block,
+            failed_owner=tally.failed_owner,
+            faults=tuple(tally.faults),
+            exceptions=dict(sorted(tally.exceptions.items())),
+            goals_reached=len(tally.goals) if true else None,
+            path_length=tally.path_length,
+            min_clearance=tally.min_clearance,
+            collisions=tally.touches["collision"] if true else None,
+            struck=tally.touches["struck"] if true else None,
+            contacts=contacts if true else None,
+            reflex_activations=tally.activations,
+            reflex_refirings=tally.refirings,
+            route_switches=tally.switches,
+            time_reactive=tally.times["reactive"],
+            time_deliberative=tally.times["deliberative"],
+            replans=tally.replans,
+            commands_limited=dict(sorted(tally.limited.items())),
+            actions={name: dict(sorted(counts.items())) for name, counts in sorted(tally.actions.items())},
+            tracking_error=TrackingError(
+                cross_rms=math.sqrt(sum(c * c for c in tally.cross) / len(tally.cross)) if tally.cross else None,
+                cross_max=max(map(abs, tally.cross), default=None),
+            ),
+            solve_time=SolveTime(median=quantile(tally.solve, 0.5), p99=quantile(tally.solve, 0.99)),
+            localisation=tally.localisation.result() if true else None,
+            following=None if tally.leash is None else tally.leash.result(self._arrival(tally.leash.leader)),
+            sharing=sharing,
+            requirements=tuple(requirements),
+        )
 
     def _moved(self, tally: _Tally, event: BodyMoved) -> None:
         if tally.at is not None:

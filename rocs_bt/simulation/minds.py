@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
 
 from ..agent import Agent, Mind, Rates, build_agent
 from ..catalog import AgentSpec, Catalog, RobotSpec, ScenarioSpec
@@ -14,10 +13,9 @@ from ..errors import InputError, blame
 from ..event import EventSink
 from ..plan import mission_actions, mission_arguments
 from ..safety import SafetyGate
+from .options import Build
 from .share import sharing_of
 from .streams import stream
-
-Build = Callable[..., Any]
 
 
 def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None = None) -> Mind:

@@ -5,23 +5,24 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..agent import Agent, RuleWatch, ThreadedRunner
 from ..catalog import Catalog, ScenarioSpec
 from ..clock import WallClock
 from ..errors import InputError
 from ..event import Event, EventSink
-from ..record import AgentInfo, RunHeader, environment_of
+from ..record import AgentInfo, RunHeader, Summary, environment_of
 from .episode import Episode
 from .header import plain_header
 from .memory import Memory
-from .minds import Build, build_minds
+from .minds import build_minds
 from .news import news_of
+from .options import Build, RunOptions
 from .requirements import requirement_faults
 from .run_record import RunRecord
 from .sink_thread import SinkThread
 from .stage import Stage, set_stage
+from .summary import Unrecorded
 
 
 class Relay:
@@ -88,49 +89,35 @@ class ReadyRun:
             self.relay.open(thread)
             episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in self.agents])
 
-    def summary(self, record: RunRecord, episode: Episode, memory: Memory) -> dict[str, Any]:
+    def summary(self, record: RunRecord, episode: Episode, memory: Memory) -> Summary:
         """The summary after the episode, also where that broke off."""
-        result = episode.result
-        shared = {a.name: {"sharing": None if a.sharing is None else a.sharing.told()} for a in self.agents}
-        unrecorded: dict[str, Any] = {"agents": shared, **memory.summary()}
+        result, sharing, knowledge = episode.result, sharing_counts(self.agents), memory.summary()
         if result is None:
-            return record.summary(self.stage.clock.now(), unrecorded)
-        unrecorded |= {"wall_time": result.wall_time, "trajectory_hash": result.trajectory_hash}
+            return record.summary(self.stage.clock.now(), Unrecorded(sharing=sharing, knowledge=knowledge))
+        unrecorded = Unrecorded(result.wall_time, result.trajectory_hash, sharing, knowledge)
         return record.summary(result.sim_time, unrecorded)
 
 
-def set_up(
-    spec: ScenarioSpec,
-    catalog: Catalog,
-    seed: int,
-    mode: str,
-    missions: Mapping[str, Build] | None,
-    prepare: Callable[[Stage], None] | None,
-    watch_rules: bool,
-) -> ReadyRun:
+def set_up(spec: ScenarioSpec, catalog: Catalog, options: RunOptions) -> ReadyRun:
     """Set a scenario up: world, agents, header.
-
-    Args:
-        spec: The scenario.
-        catalog: Where content is found.
-        seed: Seed of the episode.
-        mode: `lockstep` or `threaded`.
-        missions: By agent, a mission's `build` to play instead of the scenario's.
-        prepare: Called with the stage before the agents are built.
-        watch_rules: Whether rule files that change are read again.
 
     Raises:
         InputError: Something in the content is wrong.
     """
-    relay, clock = Relay(), WallClock(running=False) if mode == "threaded" else None
-    stage = set_stage(spec, catalog, seed, relay, clock=clock)
-    if prepare is not None:
-        prepare(stage)
-    agents = stage_minds(spec, stage, catalog, relay, missions, seed)
-    files = [(a.name, file) for a in agents for file in a.rule_files if watch_rules]
-    header = plain_header(spec, agents, seed=seed, mode=mode, digest=catalog.digest(spec))
+    relay, clock = Relay(), WallClock(running=False) if options.mode == "threaded" else None
+    stage = set_stage(spec, catalog, options.seed, relay, clock=clock)
+    if options.prepare is not None:
+        options.prepare(stage)
+    agents = stage_minds(spec, stage, catalog, relay, options.missions, options.seed)
+    files = [(a.name, file) for a in agents for file in a.rule_files if options.watch_rules]
+    header = plain_header(spec, agents, seed=options.seed, mode=options.mode, digest=catalog.digest(spec))
     refuse_requirements(spec, header.agents)
     return ReadyRun(spec, stage, agents, header, relay, RuleWatch(files, stage.clock, relay), clock)
+
+
+def sharing_counts(agents: Sequence[Agent]) -> dict[str, Mapping[str, float] | None]:
+    """Counts of shared knowledge by agent; None for an agent that does not share."""
+    return {agent.name: None if agent.sharing is None else agent.sharing.told() for agent in agents}
 
 
 def stage_minds(

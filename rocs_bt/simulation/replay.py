@@ -14,8 +14,9 @@ from ..event import AgentStopped, CommandExpired, Event, EventSink, ListSink, Ru
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, compare
 from ..safety import SafetyGate
 from .memory import recall
-from .minds import Build, build_minds
+from .minds import build_minds
 from .news import news_of
+from .options import Build
 
 _NOT_THE_MINDS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired, RulesReplaced)
 

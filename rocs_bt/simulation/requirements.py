@@ -4,50 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ..catalog import ScenarioSpec
 from ..errors import Fault, InputError
 from ..event import AgentStopped, Event, EventSink, NullSink, RequirementViolated
 from ..expression import Environment, Requirement, compile_node, parse_requirement
-from ..record import AgentInfo, Recording, RequirementInfo, Sample, Snapshots, environment_of
+from ..record import AgentInfo, Finding, Recording, RequirementInfo, Sample, Snapshots, environment_of
 
 _SLACK = 1e-9  # [s]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What became of a requirement.
-
-    Attributes:
-        name: The requirement's name.
-        require: Its text.
-        verdict: `satisfied`, `violated`, or `unknown` where it was never seen violated and could not always be told.
-        margin: The least margin (robustness), negative where it is violated; None where none is known.
-        unit: The margin's unit; empty where units mix, and each comparison is measured by its signals' span.
-        worst: When the margin was least [s].
-        violated: When it was first violated [s]; None where it never was.
-        samples: At how many moments it was asked.
-        unknown: At how many of these it had no value, since something that it needs was invalid.
-    """
-
-    name: str
-    require: str
-    verdict: str
-    margin: float | None
-    unit: str
-    worst: float | None
-    violated: float | None
-    samples: int
-    unknown: int
-
-    def as_dict(self) -> dict[str, Any]:
-        """As summary.json has it: a margin without bound is None."""
-        plain = dict(vars(self))
-        plain["margin"] = self.margin if self.margin is not None and math.isfinite(self.margin) else None
-        return plain
 
 
 class _Check:
@@ -97,14 +62,13 @@ class _Check:
     def finding(self) -> Finding:
         known = self._samples > 0 and not self._unknown
         verdict = "violated" if self.violated is not None else "satisfied" if known else "unknown"
-        margin = None if math.isnan(self.margin) else self.margin
         return Finding(
             name=self.info.name,
             require=self.info.text,
             verdict=verdict,
-            margin=margin,
+            margin=self.margin if math.isfinite(self.margin) else None,
             unit=_unit(self._requirement),
-            worst=None if margin is None else self._worst,
+            worst=None if math.isnan(self.margin) else self._worst,
             violated=self.violated,
             samples=self._samples,
             unknown=self._unknown,

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 from ..agent import Agent
 from ..errors import RecordingError
 from ..plan import TreePlan
-from ..record import Recorder, Recording, RunHeader, write_report, write_whole
+from ..record import Recorder, Recording, RunHeader, Summary, write_whole
 from ..trees.btlog import BtLog
 
 RECORDING, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
+
+ReportWriter = Callable[[Recording, Summary, Path], None]
+"""Writes the report of a recording with its summary to an HTML file."""
 
 
 class RunFiles:
@@ -57,11 +58,11 @@ class RunFiles:
             if isinstance(agent.plan, TreePlan):
                 self._logs.callback(BtLog(self._folder / f"{agent.name}.btlog", agent.plan.tree, agent.plan.name).close)
 
-    def end(self, summary: Mapping[str, Any]) -> None:
+    def end(self, summary: Summary) -> None:
         """Close the recording with its summary, close the logs, and write summary.json."""
         if self._folder is None or self.recorder is None:
             return
-        recorder, path, text = self.recorder, self._folder / SUMMARY, json.dumps(summary, indent=2) + "\n"
+        recorder, path, text = self.recorder, self._folder / SUMMARY, summary.to_json()
         self.attempt("a log of a tree", self._logs.close)
         self.attempt("the recording", lambda: recorder.close(summary))
         self.attempt(f"the summary '{path}'", lambda: write_whole(path, text))
@@ -72,12 +73,12 @@ class RunFiles:
         if self.recorder is not None:
             self.attempt("the recording", self.recorder.close)
 
-    def report(self, summary: Mapping[str, Any]) -> Path | None:
+    def report(self, write: ReportWriter, summary: Summary) -> Path | None:
         """Write report.html from the recording; its path, None if it cannot be written."""
         if self._folder is None:
             return None
         recording, path = self._folder / RECORDING, self._folder / REPORT
-        written = self.attempt(f"the report '{path}'", lambda: write_report(Recording.open(recording), summary, path))
+        written = self.attempt(f"the report '{path}'", lambda: write(Recording.open(recording), summary, path))
         return path if written else None
 
     @property

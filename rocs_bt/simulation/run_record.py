@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 from ..event import Event, EventSink, Fanout
-from ..record import Recorder, RunHeader
+from ..record import Recorder, RunHeader, Summary
 from .gathering import Gathering
 from .metrics import Metrics
 from .requirements import RequirementWatch
-from .summary import make_summary
+from .summary import Unrecorded, make_summary
 
 
 class _Listener:
@@ -77,7 +76,7 @@ class RunRecord:
         """Hand on all events so far."""
         self._gathering.hand_on()
 
-    def summary(self, end: float, unrecorded: Mapping[str, Any]) -> dict[str, Any]:
+    def summary(self, end: float, unrecorded: Unrecorded) -> Summary:
         """The summary, after the last event; see `make_summary`."""
         self._requirements.close()
         self.flush()

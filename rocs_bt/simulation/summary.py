@@ -3,58 +3,69 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass, field
+
+from msgspec import UNSET, UnsetType
 
 from ..event import Judged
-from ..record import Recording, RunHeader
+from ..record import KnowledgeFile, Recording, RunHeader, Summary
 from .metrics import Metrics
 from .requirements import RequirementWatch
 
 
+@dataclass(frozen=True)
+class Unrecorded:
+    """Parts of a summary that no event holds.
+
+    Attributes:
+        wall_time: Time to compute the run [s]; None if unknown.
+        trajectory_hash: Hash of the trajectory; None if unknown.
+        sharing: Counts of shared knowledge by agent; an agent that does not share is None or missing.
+        knowledge: Knowledge between runs; UNSET without a file.
+    """
+
+    wall_time: float | None = None
+    trajectory_hash: str | None = None
+    sharing: Mapping[str, Mapping[str, float] | None] = field(default_factory=dict)
+    knowledge: KnowledgeFile | UnsetType = UNSET
+
+
 def make_summary(
-    header: RunHeader, metrics: Metrics, requirements: RequirementWatch, end: float, unrecorded: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Content of summary.json (docs/architecture.md).
+    header: RunHeader, metrics: Metrics, requirements: RequirementWatch, end: float, unrecorded: Unrecorded
+) -> Summary:
+    """Summary of a run.
 
     Args:
         header: Header of the run.
         metrics: Metrics over all events of the run.
         requirements: Requirements over all events of the run, closed.
         end: End of the run [s].
-        unrecorded: What no event holds, with the keys of summary.json: `wall_time` [s], `trajectory_hash`, `knowledge`
-            and `agents.NAME.sharing`. A missing key becomes null.
+        unrecorded: Parts that no event holds.
     """
-    wall_time, agents = unrecorded.get("wall_time"), unrecorded.get("agents", {})
-    summary = {
-        "scenario": header.scenario,
-        "seed": header.seed,
-        "mode": header.mode,
-        "simulated": header.simulated,
-        "versions": dict(header.versions),
-        "content_hash": header.content_hash,
-        "sim_time": end,
-        "wall_time": wall_time,
-        "real_time_factor": None if wall_time is None else end / max(wall_time, 1e-9),
-        "trajectory_hash": unrecorded.get("trajectory_hash"),
-        "agents": {
-            agent.name: {
-                "robot": agent.robot,
-                "mission": agent.mission,
-                "rules": list(agent.rules),
-                **metrics.of(agent.name, end),
-                "sharing": agents.get(agent.name, {}).get("sharing"),
-                "requirements": [finding.as_dict() for finding in requirements.of(agent.name)],
-            }
+    wall_time, sharing = unrecorded.wall_time, unrecorded.sharing
+    return Summary(
+        scenario=header.scenario,
+        seed=header.seed,
+        mode=header.mode,
+        simulated=header.simulated,
+        versions=header.versions,
+        content_hash=header.content_hash,
+        sim_time=end,
+        wall_time=wall_time,
+        real_time_factor=None if wall_time is None else end / max(wall_time, 1e-9),
+        trajectory_hash=unrecorded.trajectory_hash,
+        agents={
+            agent.name: metrics.of(agent, end, sharing.get(agent.name), requirements.of(agent.name))
             for agent in header.agents
         },
-    }
-    return summary if "knowledge" not in unrecorded else {**summary, "knowledge": unrecorded["knowledge"]}
+        knowledge=unrecorded.knowledge,
+    )
 
 
-def summary_of(recording: Recording) -> dict[str, Any]:
-    """Content of summary.json, computed from a recording.
+def summary_of(recording: Recording) -> Summary:
+    """Summary of a run, computed from its recording.
 
-    What no event holds comes from the summary at the end of the recording; it is null if the recording is cut off.
+    What no event holds comes from the summary at the end of the recording; it is None if the recording is cut off.
 
     Raises:
         RecordingError: The recording is damaged, or lacks an agent's signals.
@@ -71,4 +82,8 @@ def summary_of(recording: Recording) -> dict[str, Any]:
         elif not judged:
             end = max(end, event.t)
     requirements.close()
-    return make_summary(header, metrics, requirements, end, recording.summary or {})
+    unrecorded, written = Unrecorded(), recording.summary
+    if written is not None:
+        sharing = {name: result.sharing for name, result in written.agents.items()}
+        unrecorded = Unrecorded(written.wall_time, written.trajectory_hash, sharing, written.knowledge)
+    return make_summary(header, metrics, requirements, end, unrecorded)

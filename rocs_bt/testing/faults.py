@@ -4,7 +4,7 @@ from rocs_bt.testing.faults import DeadSensor, break_sensor
 
 def test_a_robot_without_sonar_stands_still():
     result = run("exp1", prepare=lambda stage: break_sensor(stage, "sonar", DeadSensor, at=3.0))
-    assert result.summary["agents"]["R2"]["collisions"] == 0
+    assert result.summary.agents["R2"].collisions == 0
 """
 
 from __future__ import annotations
@@ -195,7 +195,7 @@ class HangingActuator(FaultyActuator):
 
 
 def break_sensor(stage: Stage, name: str, fault: Callable[..., Sensor], agent: str = "", **parameters: Any) -> None:
-    """Put a broken sensor in the place of a good one; for `rocs_bt.simulation.run(..., prepare=...)`.
+    """Put a broken sensor in the place of a good one; for `rocs_bt.run(..., prepare=...)`.
 
     Args:
         stage: The stage that `prepare` is given.

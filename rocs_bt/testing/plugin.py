@@ -77,8 +77,8 @@ def run_scenario(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPa
 
     def run_scenario(scenario: str, *, seed: int = 1, duration: float | None = None) -> RunResult:
         # Imported here, as pytest loads the plugin in every session, also in those that never simulate.
+        from .._run import run
         from ..catalog import Catalog
-        from ..simulation import run
 
         catalog = Catalog.here(request.path.parent)
         out = tmp_path_factory.mktemp("run")

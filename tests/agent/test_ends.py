@@ -9,13 +9,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
+from rocs_bt import run
 from rocs_bt.action import Action, AtomicAction, Body, MacroAction, Progress
 from rocs_bt.analyze import PassRange
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import DeviceError
 from rocs_bt.event import AgentStopped, BlockFailed, ContentRaised, Judged, ListSink, NodeTicked, TicketChanged
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay, run
+from rocs_bt.simulation import replay
 
 pytestmark = pytest.mark.usefixtures("awake")
 
@@ -100,7 +101,7 @@ def mission(*, crawl=None, watch=None):
 def play(build, sink=None, **more):
     sink = sink or ListSink()
     kwargs = {"duration": 1.0, "report": False, "missions": {"R2": build}, "sinks": [sink]} | more
-    return run("exp1", Catalog(), **kwargs).summary["agents"]["R2"], sink.events
+    return run("exp1", Catalog(), **kwargs).summary.agents["R2"], sink.events
 
 
 def check_ends(events):
@@ -140,8 +141,8 @@ def test_after_the_failure_of_a_block(mode, monkeypatch):
 
     monkeypatch.setattr(PassRange, "process", process)
     told, events = play(mission(), mode=mode)
-    assert told["outcome"] == "error"
-    assert "R2/analyze obstacle" in told["reason"]
+    assert told.outcome == "error"
+    assert "R2/analyze obstacle" in told.reason
     assert len([e for e in events if isinstance(e, BlockFailed)]) == 1
     check_ends(events)
     states = {e.action: (e.state, e.by) for e in events if isinstance(e, TicketChanged)}
@@ -154,8 +155,8 @@ def test_after_the_failure_of_a_block(mode, monkeypatch):
 def test_after_content_raised_beyond_its_limit(content, mode):
     broken = {"leaf": {"watch": {"raises_at": AT}}, "action": {"crawl": {"raises_at": AT}}}[content]
     told, events = play(mission(**broken), mode=mode)
-    assert told["outcome"] == "failed"
-    assert sum(told["exceptions"].values()) == 3
+    assert told.outcome == "failed"
+    assert sum(told.exceptions.values()) == 3
     assert not [e for e in events if isinstance(e, BlockFailed)]
     check_ends(events)
     assert LOG.count("watch shut down") == 1
@@ -185,7 +186,7 @@ def test_what_does_not_let_go_at_the_end_is_told_and_keeps_nothing_else_from_end
     check_ends(events)
     (raised,) = [e for e in events if isinstance(e, ContentRaised)]
     assert (raised.detail, raised.effect) == (detail, "none: the run is over")
-    assert told["exceptions"] == {content: 1}
-    assert told["outcome"] == "timeout"
+    assert told.exceptions == {content: 1}
+    assert told.outcome == "timeout"
     assert not [e for e in events if isinstance(e, BlockFailed)]
     assert LOG == ["watch shut down", "creep stopped", "crawl stopped", "crawl closed"]

@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.agent import Agent
 from rocs_bt.catalog import Catalog
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import ActuatorCommanded, Event, ListSink, NullSink, SensorRead
 from rocs_bt.plan import TreePlan
-from rocs_bt.simulation import run, set_stage
+from rocs_bt.simulation import set_stage
 from rocs_bt.simulation.minds import build_minds
 from rocs_bt.testing.mock_agent import MockStage, mock_stage
 

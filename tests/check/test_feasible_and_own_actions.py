@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
-from rocs_bt.simulation import run
 
 MISSION = '''"""Turn on the spot with an action of my own."""
 
@@ -64,7 +64,7 @@ def test_a_missions_own_action_is_checked_and_runs(project):
     assert [str(f) for f in found.faults] == []
     result = run("whirl", catalog)
     assert result.success
-    assert result.summary["agents"]["R2"]["actions"] == {"Whirl": {"SUCCEEDED": 1}}
+    assert result.summary.agents["R2"].actions == {"Whirl": {"SUCCEEDED": 1}}
 
 
 def test_a_wrong_parameter_of_an_own_action_is_told(project):

@@ -129,7 +129,7 @@ def test_the_runs_that_are_drawn_are_those_that_were_counted(made, summaries):
         recording = Recording.open(drawn)
         (counted,) = [run for run in runs if run["seed"] == recording.header.seed]
         assert recording.summary is not None
-        assert recording.summary["trajectory_hash"] == counted["trajectory_hash"]
+        assert recording.summary.trajectory_hash == counted["trajectory_hash"]
 
 
 def test_the_page_says_what_the_paper_reports_and_needs_nothing_else(made):

@@ -10,8 +10,8 @@ import pytest
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """A short run of exp1 that kept its knowledge beside its recording."""
+    from rocs_bt import run
     from rocs_bt.catalog import Catalog
-    from rocs_bt.simulation import run
 
     out = tmp_path_factory.mktemp("finished")
     run("exp1", Catalog(), out=out, duration=2.0, report=False, knowledge=out / "knowledge.sqlite")

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.simulation import run
 
 ROOT = Path(__file__).resolve().parents[2]
 MISSION = """

@@ -11,13 +11,13 @@ from xml.etree import ElementTree
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.agent import RuleWatch
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.event import ListSink, RuleChanged, RulesReplaced
 from rocs_bt.record import Recording
 from rocs_bt.record.figures.rules import spans
-from rocs_bt.simulation import run
 from rocs_bt.simulation.rule_replay import replay_rules, rules_for, see
 
 RULES = "rules/keep_clear.toml"
@@ -323,11 +323,11 @@ class TestWatching:
         same, told, _ = play({})
         other, more, _ = play({0.5: before.replace("0.40 m", "0.40 s")})
         assert told == more == []
-        assert same.summary["trajectory_hash"] == other.summary["trajectory_hash"]
+        assert same.summary.trajectory_hash == other.summary.trajectory_hash
 
     def test_looking_changes_nothing_where_nothing_changes(self, played):
         play, _ = played
-        assert play({})[0].summary["trajectory_hash"] == play({}, watch_rules=True)[0].summary["trajectory_hash"]
+        assert play({})[0].summary.trajectory_hash == play({}, watch_rules=True)[0].summary.trajectory_hash
 
     @pytest.mark.usefixtures("awake")
     def test_in_threads_it_is_said_on_the_terminal(self, project, rocs_bt, monkeypatch):

@@ -9,8 +9,8 @@ import pytest
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """A short run of exp1, as `rocs-bt run` leaves it."""
+    from rocs_bt import run
     from rocs_bt.catalog import Catalog
-    from rocs_bt.simulation import run
 
     out = tmp_path_factory.mktemp("finished")
     run("exp1", Catalog(), seed=1, out=out, duration=6.0)

@@ -7,12 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import PlannerSpec
 from rocs_bt.errors import RecordingError
 from rocs_bt.event import ActuatorCommanded, BodyMoved, ListSink, RuleChanged, SensorRead, TicketChanged
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay, run
+from rocs_bt.simulation import replay
 
 CATALOG = Catalog()
 TREE, NONE, RANDOM = (CATALOG.load_planner(name) for name in ("tree", "none", "random"))
@@ -129,7 +130,7 @@ def test_a_declared_latency_repeats_and_can_be_replayed(tmp_path):
     catalog = Catalog(tmp_path)
     for out in ("a", "b"):
         result = run("slow", catalog, seed=2, out=tmp_path / out, report=False, duration=4.0)
-        hashes.append(result.summary["trajectory_hash"])
+        hashes.append(result.summary.trajectory_hash)
     assert hashes[0] == hashes[1]
     assert replay(Recording.open(tmp_path / "a"), catalog) is None
     assert catalog.load_scenario("slow").agents[0].latency == slow.latency

@@ -9,22 +9,28 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from rocs_bt.compare import METRICS, Measured, measure_all, metric
 from rocs_bt.compare.metric import barn_score, cvar, turning
 from rocs_bt.compare.probe import Probe
 from rocs_bt.errors import UnknownName
 from rocs_bt.event import BodyMoved, pack
+from rocs_bt.record import AgentResult, Finding, TrackingError
 
-AGENT = {
-    "time_to_goal": 12.0, "path_length": 8.0, "min_clearance": 0.2, "collisions": 0, "time_reactive": 1.0,
-    "time_deliberative": 3.0, "route_switches": 4, "replans": 2, "tracking_error": {"cross_rms": 0.03},
-    "requirements": [{"name": "keeps clear", "margin": -0.05, "verdict": "violated"}],
-}  # fmt: skip
+FINDING = Finding(
+    name="keeps clear", require="always true", verdict="violated", margin=-0.05, unit="m", worst=1.0, violated=1.0,
+    samples=1, unknown=0,
+)  # fmt: skip
+AGENT = AgentResult(
+    robot="r", mission="m", rules=(), outcome="success", time_to_goal=12.0, path_length=8.0, min_clearance=0.2,
+    collisions=0, time_reactive=1.0, time_deliberative=3.0, route_switches=4, replans=2,
+    tracking_error=TrackingError(cross_rms=0.03), requirements=(FINDING,),
+)  # fmt: skip
 
 
 def measured(outcome="success", length=6.0, **changed):
-    return Measured(outcome, 60.0, length, {**AGENT, **changed})
+    return Measured(outcome, 60.0, length, replace(AGENT, **changed))
 
 
 def test_a_success_by_hand():

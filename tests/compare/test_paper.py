@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from typing import Any
 
 import pytest
 
 from rocs_bt.compare.paper import _plain, numbers_of, typical
+from rocs_bt.record import AgentResult, Following, Summary
 
 
-def run(seed: int, *agents: tuple[str, int]) -> dict:
+def summary(agents: dict[str, AgentResult], seed: int = 1) -> Summary:
+    return Summary(scenario="exp1", seed=seed, mode="lockstep", sim_time=60.0, agents=agents)
+
+
+def result(outcome: str, switches: int, **more: Any) -> AgentResult:
+    return AgentResult(robot="r", mission="m", rules=(), outcome=outcome, route_switches=switches, **more)
+
+
+def run(seed: int, *agents: tuple[str, int]) -> Summary:
     """A summary: outcome and switches of each agent."""
-    told = {f"R{i}": {"outcome": outcome, "route_switches": n} for i, (outcome, n) in enumerate(agents)}
-    return {"seed": seed, "agents": told}
+    return summary({f"R{i}": result(*agent) for i, agent in enumerate(agents)}, seed)
 
 
 GOOD, BAD = "success", "collision"
@@ -31,17 +40,20 @@ GOOD, BAD = "success", "collision"
 )
 def test_the_run_with_the_median_number_of_switches_is_drawn(runs, seed, among):
     found, words = typical(runs)
-    assert found["seed"] == seed
+    assert found.seed == seed
     assert among in words
 
 
 def test_an_end_that_nobody_knows_is_null_for_a_script():
-    agent = {
-        "outcome": GOOD, "collisions": 0, "struck": 1, "route_switches": 2, "time_reactive": 1.0,
-        "time_deliberative": 3.0, "following": {"distance_error": 0.25},
-    }  # fmt: skip
-    alone = {"sim_time": 60.0, "agents": {"R3": {**agent, "following": {"distance_error": None}}}}
-    found = numbers_of([{"sim_time": 60.0, "agents": {"R3": agent}}, alone], "R3")
+    def follower(error: float | None) -> Summary:
+        following = Following(
+            leader="R2", periods=1, mean_distance=1.0, distance_error=error, in_band=1.0, too_far=0.0,
+            least_distance=1.0, least_driving=None, safe=True,
+        )  # fmt: skip
+        times = {"time_reactive": 1.0, "time_deliberative": 3.0}
+        return summary({"R3": result(GOOD, 2, collisions=0, struck=1, following=following, **times)})
+
+    found = numbers_of([follower(0.25), follower(None)], "R3")
     told = json.loads(json.dumps(_plain(asdict(found)), allow_nan=False))
     assert told["distance_error"] == {"value": 0.25, "low": None, "high": None, "of": 1}
     assert told["struck"]["value"] == 1.0

@@ -6,11 +6,11 @@ import dataclasses
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog, read_planner
 from rocs_bt.check import check_content
 from rocs_bt.compare import Bench, PlannerSpec, ScenarioScene, Trial
 from rocs_bt.errors import InputError
-from rocs_bt.simulation import run
 
 
 def write(project, text):

@@ -230,8 +230,8 @@ def test_a_search_finds_the_post_in_the_way_and_leaves_nothing_else(yard):
     assert math.dist(trouble.smallest.start, trouble.smallest.goal) < 2.0
     scenario, test = keep(trouble.smallest, "tree_no_reflexes", yard)
     again = play_again("tree_no_reflexes", trouble.smallest.name, 1, Catalog(yard), yard / "out")
-    assert again.summary["trajectory_hash"] == trouble.last.trajectory_hash
-    assert again.summary["agents"]["R"]["outcome"] == "collision"
+    assert again.summary.trajectory_hash == trouble.last.trajectory_hash
+    assert again.summary.agents["R"].outcome == "collision"
     assert place_named(scenario.stem, Catalog(yard)).name == scenario.stem
     compile(test.read_text(), str(test), "exec")
 

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import (
     Bench,
@@ -30,7 +31,6 @@ from rocs_bt.compare import (
     sweep,
 )
 from rocs_bt.errors import InputError, RocsError
-from rocs_bt.simulation import run
 
 from .patient import Patient
 
@@ -73,11 +73,11 @@ def test_a_record_is_what_the_run_was(catalog, project):
     (record,) = sweep(["tree"], ["short"], (4,), catalog=catalog, executor=Here()).records()
     tree = catalog.load_planner("tree")
     summary = run(tree.drives(catalog.load_scenario("short"), "R2"), catalog, seed=4).summary
-    agent = summary["agents"]["R2"]
-    assert record.trajectory_hash == summary["trajectory_hash"]
-    assert (record.outcome, record.sim_time, record.time_limit) == (agent["outcome"], summary["sim_time"], 2.0)
-    assert record.metrics["path_length"] == agent["path_length"]
-    assert record.metrics["min_clearance"] == agent["min_clearance"]
+    agent = summary.agents["R2"]
+    assert record.trajectory_hash == summary.trajectory_hash
+    assert (record.outcome, record.sim_time, record.time_limit) == (agent.outcome, summary.sim_time, 2.0)
+    assert record.metrics["path_length"] == agent.path_length
+    assert record.metrics["min_clearance"] == agent.min_clearance
     assert record.metrics["time"] == 2.0  # it did not arrive: T_max
     assert record.path[0] == pytest.approx(record.path[-1], abs=1.0)
     assert decode_record(encode_record(record)) == record
@@ -105,7 +105,7 @@ def test_caches_change_nothing(project):
         plain = Catalog(project)
         spec = trial.planner.drives(plain.load_scenario(record.scene), "R2")
         summary = run(replace(spec, duration=3.0), plain, seed=trial.seed).summary
-        assert (summary["trajectory_hash"], summary["content_hash"]) == (record.trajectory_hash, record.content)
+        assert (summary.trajectory_hash, summary.content_hash) == (record.trajectory_hash, record.content)
 
 
 def _place(record):

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from rocs_bt import run
 from rocs_bt.action import parameters_of
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
@@ -15,7 +16,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.drivers import DRIVER_PARAMETERS, mock, mujoco
 from rocs_bt.event import NullSink
 from rocs_bt.monitor import MONITORS
-from rocs_bt.simulation import run, set_stage
+from rocs_bt.simulation import set_stage
 
 CATALOG = Catalog()
 ENTRIES = CATALOG.list()
@@ -87,9 +88,9 @@ def test_a_stages_sensors_read_and_its_actuators_stop(scenario, stages):
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_a_scenario_begins_and_repeats(scenario):
     first, second = (run(scenario, CATALOG, seed=5, duration=1.0).summary for _ in range(2))
-    assert first["trajectory_hash"] == second["trajectory_hash"]
-    assert first["sim_time"] == pytest.approx(1.0)
-    assert all(a["outcome"] != "error" for a in first["agents"].values())
+    assert first.trajectory_hash == second.trajectory_hash
+    assert first.sim_time == pytest.approx(1.0)
+    assert all(a.outcome != "error" for a in first.agents.values())
 
 
 @pytest.mark.parametrize("driver", DRIVER_PARAMETERS)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import METRICS
-from rocs_bt.simulation import run
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "compare.md").read_text("utf-8")
 PYTHON = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
@@ -31,8 +31,8 @@ def test_the_planner_of_the_page_drives(tmp_path):
     catalog = Catalog(tmp_path)
     planner = catalog.load_planner("straight")
     spec = planner.drives(catalog.load_scenario("exp1"), "R2")
-    found = run(spec, catalog, duration=1.0).summary["agents"]["R2"]
-    assert found["path_length"] == pytest.approx(0.4, abs=0.05)
+    found = run(spec, catalog, duration=1.0).summary.agents["R2"]
+    assert found.path_length == pytest.approx(0.4, abs=0.05)
 
 
 def test_the_sweep_of_the_page_runs(monkeypatch, tmp_path):

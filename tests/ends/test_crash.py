@@ -37,7 +37,7 @@ def written(folder: Path) -> dict:
     events = list(recording.events())
     summary = json.loads((folder / "summary.json").read_text())
     assert recording.complete
-    assert recording.summary == summary
+    assert json.loads(recording.summary.to_json()) == summary
     assert [e.agent for e in events if isinstance(e, AgentStopped)] == ["R2"]
     assert len([e for e in events if isinstance(e, Judged)]) == 1
     assert [e.values for e in events if isinstance(e, ActuatorCommanded)][-1] == [0.0, 0.0]

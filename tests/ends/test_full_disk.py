@@ -97,6 +97,8 @@ def test_in_python_the_result_says_what_is_missing(tmp_path, monkeypatch, mode):
     assert missing.startswith(f"the recording '{tmp_path}/run.mcap' ends early, at t = ")
     assert str(result).endswith(missing)
     assert result.outcomes == {"R2": "timeout"}
-    assert json.loads((tmp_path / "summary.json").read_text()) == result.summary  # of the whole run
+    assert json.loads((tmp_path / "summary.json").read_text()) == json.loads(
+        result.summary.to_json()
+    )  # of the whole run
     assert result.report is not None  # of what was recorded
     assert result.report.exists()

@@ -65,7 +65,7 @@ def test_a_signal_is_neutral_first_then_all_files(tmp_path, request, number, iso
     assert (summary["simulated"], summary["trajectory_hash"]) == (False, None)
     recording = Recording.open(tmp_path / "out")
     assert recording.complete
-    assert recording.summary == summary
+    assert json.loads(recording.summary.to_json()) == summary
     found = [e for e in recording.events() if isinstance(e, (AgentStopped, Judged))]
     assert [(type(e), e.agent) for e in found] == [(AgentStopped, "R2"), (Judged, "R2")]
     page = (tmp_path / "out/report.html").read_text()

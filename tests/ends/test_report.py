@@ -17,7 +17,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.errors import RecordingError
 from rocs_bt.event import BlockFailed, Touched
-from rocs_bt.record import Recorder, Recording, RunHeader
+from rocs_bt.record import Recorder, Recording, RunHeader, Summary
 from rocs_bt.record.header import AgentInfo
 from rocs_bt.simulation import OUTCOMES, summary_of
 
@@ -33,10 +33,11 @@ require = "always speed > 0.3 m/s"
 """
 
 
-def plain(summary: dict[str, Any]) -> dict[str, Any]:
-    """A summary without what no event holds."""
-    agents = {name: {**agent, "sharing": None} for name, agent in summary["agents"].items()}
-    return {key: value for key, value in {**summary, "agents": agents}.items() if key not in UNRECORDED}
+def plain(summary: Summary) -> dict[str, Any]:
+    """A summary as JSON, without what no event holds."""
+    found = json.loads(summary.to_json())
+    agents = {name: {**agent, "sharing": None} for name, agent in found["agents"].items()}
+    return {key: value for key, value in {**found, "agents": agents}.items() if key not in UNRECORDED}
 
 
 @pytest.mark.parametrize(
@@ -59,19 +60,19 @@ def test_a_recording_gives_the_summary_of_its_run(project, capsys, scenario: str
     capsys.readouterr()
     assert call(["report", "out", "--out", "again"]) == 0
     assert "Report: again/report.html" in capsys.readouterr().out
-    assert json.loads(Path("again/summary.json").read_text()) == json.loads(json.dumps(live))
+    assert Path("again/summary.json").read_text() == live.to_json()
     # Computed, not copied: without the summary at the end of the recording it is the same but for what no event holds.
     recording = Recording.open(Path("out"))
     recording.summary = None
     found = summary_of(recording)
-    assert plain(found) == plain(json.loads(json.dumps(live)))
-    assert all(found.get(key) is None for key in UNRECORDED)
+    assert plain(found) == plain(live)
+    assert not any(getattr(found, key) for key in UNRECORDED)
     if scenario == "required":
-        assert [r["verdict"] for r in found["agents"]["R2"]["requirements"]] == ["satisfied", "violated"]
+        assert [r.verdict for r in found.agents["R2"].requirements] == ["satisfied", "violated"]
 
 
 @pytest.fixture(scope="module")
-def short(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, dict[str, Any], Callable[[bytes], Path]]:
+def short(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Summary, Callable[[bytes], Path]]:
     """The recording of a run of 2 s, its summary, and a way to write another one."""
     folder = tmp_path_factory.mktemp("short")
     summary = rocs_bt.run("exp1", Catalog(), out=folder, duration=2.0, report=False).summary
@@ -80,7 +81,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, dict[str, An
         (folder / "cut.mcap").write_bytes(data)
         return folder / "cut.mcap"
 
-    return (folder / "run.mcap").read_bytes(), dict(summary), write
+    return (folder / "run.mcap").read_bytes(), summary, write
 
 
 @settings(max_examples=60, deadline=None)
@@ -93,14 +94,14 @@ def test_a_recording_that_was_cut_off_anywhere_gives_a_summary_or_says_why_not(s
     except RecordingError as error:
         assert "is cut off before its header ends" in str(error) or "is not an MCAP recording" in str(error)
         return
-    found, whole = summary_of(recording)["agents"]["R2"], live["agents"]["R2"]
-    assert found["path_length"] <= whole["path_length"]
-    if found["outcome"] == "interrupted":
-        end = summary_of(recording)["sim_time"]
-        assert found["reason"] == f"the recording ends at {end:.2f} s without an outcome"
+    found, whole = summary_of(recording).agents["R2"], live.agents["R2"]
+    assert found.path_length <= whole.path_length
+    if found.outcome == "interrupted":
+        end = summary_of(recording).sim_time
+        assert found.reason == f"the recording ends at {end:.2f} s without an outcome"
         assert 0.0 <= end <= 2.0
     else:
-        assert (found["outcome"], found["reason"]) == (whole["outcome"], whole["reason"])
+        assert (found.outcome, found.reason) == (whole.outcome, whole.reason)
 
 
 def test_what_was_sure_when_a_recording_was_cut_off_outranks_interrupted(tmp_path: Path) -> None:
@@ -110,13 +111,13 @@ def test_what_was_sure_when_a_recording_was_cut_off_outranks_interrupted(tmp_pat
     recorder.emit(Touched(t=1.0, agent="R2", other="box", kind="collision"))
     recorder.emit(BlockFailed(t=2.0, agent="R3", block="plan", kind="hung", detail="no end"))
     recorder.close()
-    agents_found = summary_of(Recording.open(tmp_path / "run.mcap"))["agents"]
-    assert {name: (agent["outcome"], agent["reason"]) for name, agent in agents_found.items()} == {
+    agents_found = summary_of(Recording.open(tmp_path / "run.mcap")).agents
+    assert {name: (agent.outcome, agent.reason) for name, agent in agents_found.items()} == {
         "R1": ("interrupted", "the recording ends at 2.00 s without an outcome"),
         "R2": ("collision", "it ran into box at 1.00 s"),
         "R3": ("error", "block 'R3/plan' hung: no end"),
     }
-    assert all(agent["outcome"] in OUTCOMES for agent in agents_found.values())
+    assert all(agent.outcome in OUTCOMES for agent in agents_found.values())
 
 
 def test_after_kill_9_there_is_a_report(project, start, capsys) -> None:

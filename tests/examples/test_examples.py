@@ -39,7 +39,7 @@ def quoted(example):
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
 def test_it_prints_what_it_says(example, tmp_path):
-    launcher = [AWAKE] if "simulation import drive" in example.read_text("utf-8") else []  # it runs on wall time
+    launcher = [AWAKE] if "import drive" in example.read_text("utf-8") else []  # it runs on wall time
     assert run(example, tmp_path, *launcher) == quoted(example)
     assert list(tmp_path.iterdir()) == []  # and leaves nothing behind
 

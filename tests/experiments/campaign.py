@@ -18,9 +18,9 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
+from rocs_bt import run
 from rocs_bt.catalog import KeepingCatalog, ScenarioSpec
 from rocs_bt.compare.sweep import local_pool
-from rocs_bt.simulation import run
 
 LIMIT = 60.0  # [s] in which EXP1's goal must be reached
 
@@ -39,7 +39,7 @@ def variant(experiment: str, control: float) -> tuple[KeepingCatalog, ScenarioSp
 def episode(experiment: str, seed: int, control: float) -> dict[str, Any]:
     """What came of one seed."""
     catalog, scenario = variant(experiment, control)
-    return dict(run(scenario, catalog, seed=seed).summary)
+    return json.loads(run(scenario, catalog, seed=seed).summary.to_json())
 
 
 def campaign(experiment: str, seeds: Sequence[int], control: float, processes: int = 2) -> dict[str, Any]:

@@ -11,8 +11,8 @@ import re
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
+from rocs_bt import AgentResult
 from rocs_bt.compare.campaign import Job, play_all
 from rocs_bt.compare.statistics import Estimate, mean, share
 
@@ -31,13 +31,13 @@ HEADS = (
 )
 
 
-def campaign(seeds: Sequence[int], processes: int = 2) -> dict[tuple[str, str], list[dict[str, Any]]]:
+def campaign(seeds: Sequence[int], processes: int = 2) -> dict[tuple[str, str], list[AgentResult]]:
     """R2's part of the summaries, by rule file and cruise."""
     cases = [(rules, cruise) for cruise in CRUISES for rules in REFLEXES]
     jobs = [
         Job("exp1", seed, rules=(rules,), parameters=(("cruise", cruise),)) for rules, cruise in cases for seed in seeds
     ]
-    found = [summary["agents"]["R2"] for summary in play_all(jobs, processes=processes)]
+    found = [summary.agents["R2"] for summary in play_all(jobs, processes=processes)]
     return {case: found[i * len(seeds) : (i + 1) * len(seeds)] for i, case in enumerate(cases)}
 
 
@@ -47,19 +47,19 @@ def told(found: Estimate, form: str = "{:.2f}") -> str:
     return f"{value} ({low} to {high})"
 
 
-def row(rules: str, cruise: str, runs: Sequence[dict[str, Any]]) -> tuple[str, ...]:
+def row(rules: str, cruise: str, runs: Sequence[AgentResult]) -> tuple[str, ...]:
     """One line of the table."""
     percent = partial(told, form="{:.0%}")
-    times = [run["time_to_goal"] for run in runs if run["outcome"] == "success"]
-    reactive = [r["time_reactive"] / max(r["time_reactive"] + r["time_deliberative"], 1e-9) for r in runs]
+    times = [run.time_to_goal for run in runs if run.outcome == "success"]
+    reactive = [r.time_reactive / max(r.time_reactive + r.time_deliberative, 1e-9) for r in runs]
     return (
         f"`{rules}`",
         cruise,
-        percent(share(sum(run["outcome"] == "success" for run in runs), len(runs))),
-        percent(share(sum(run["collisions"] > 0 for run in runs), len(runs))),
-        told(mean([run["min_clearance"] for run in runs]), "{:.3f}"),
+        percent(share(sum(run.outcome == "success" for run in runs), len(runs))),
+        percent(share(sum(run.collisions > 0 for run in runs), len(runs))),
+        told(mean([run.min_clearance for run in runs]), "{:.3f}"),
         told(mean(times), "{:.1f}") if len(times) > 1 else next((f"{time:.1f}" for time in times), "never"),
-        told(mean([float(run["route_switches"]) for run in runs]), "{:.1f}"),
+        told(mean([float(run.route_switches) for run in runs]), "{:.1f}"),
         percent(mean(reactive)),
     )
 

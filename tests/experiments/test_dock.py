@@ -4,10 +4,11 @@ import math
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import Said, TicketChanged
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay, run
+from rocs_bt.simulation import replay
 
 
 @pytest.fixture(scope="module")
@@ -16,11 +17,11 @@ def result(tmp_path_factory):
 
 
 def test_it_arrives_around_the_box_and_touches_nothing(result):
-    told = result.summary["agents"]["R2"]
-    assert told["outcome"] == "success"
-    assert told["collisions"] == 0
-    assert told["actions"]["Dock"] == {"SUCCEEDED": 1}
-    assert told["path_length"] > math.hypot(1.0, 2.0) + 0.3, "a way around"
+    told = result.summary.agents["R2"]
+    assert told.outcome == "success"
+    assert told.collisions == 0
+    assert told.actions["Dock"] == {"SUCCEEDED": 1}
+    assert told.path_length > math.hypot(1.0, 2.0) + 0.3, "a way around"
 
 
 def test_what_it_says_is_in_the_recording(result):

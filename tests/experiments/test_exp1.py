@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,12 +9,14 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import RecordingError
 from rocs_bt.event import ListSink, SensorRead, Touched, pack
-from rocs_bt.record import Recorder, Recording
-from rocs_bt.simulation import replay, run
+from rocs_bt.record import AgentResult, Recorder, Recording, SolveTime, Summary
+from rocs_bt.simulation import replay
 
 # The walker meets R2 at the goal in 11 and 12, and hems it in in the others that are not the first ones.
 SEEDS = (1, 2, 3, 4, 9, 11, 12, 42, 136, 149)
@@ -23,46 +24,46 @@ Variant = Callable[..., Catalog]
 
 
 @cache
-def episode(seed: int) -> tuple[dict, list[Touched]]:
+def episode(seed: int) -> tuple[Summary, list[Touched]]:
     """The summary of one shipped run without a recording, and its contacts."""
     sink = ListSink()
     summary = run("exp1", Catalog(), seed=seed, sinks=[sink]).summary
-    return dict(summary), [e for e in sink.events if isinstance(e, Touched)]
+    return summary, [e for e in sink.events if isinstance(e, Touched)]
 
 
-def robot(summary: dict) -> dict:
-    return summary["agents"]["R2"]
+def robot(summary: Summary) -> AgentResult:
+    return summary.agents["R2"]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_nothing_that_stands_is_touched_and_both_routes_act(seed: int) -> None:
     summary, touched = episode(seed)
     assert not [e.other for e in touched if e.other != "R1"]
-    assert robot(summary)["time_reactive"] > 0.0
-    assert robot(summary)["time_deliberative"] > 0.0
-    assert robot(summary)["replans"] > 0
+    assert robot(summary).time_reactive > 0.0
+    assert robot(summary).time_deliberative > 0.0
+    assert robot(summary).replans > 0
 
 
 def test_the_goal_is_reached() -> None:
     found = [robot(episode(seed)[0]) for seed in SEEDS]
-    reached = [r for r in found if r["time_to_goal"] is not None and r["time_to_goal"] < 60.0]
+    reached = [r for r in found if r.time_to_goal is not None and r.time_to_goal < 60.0]
     assert len(reached) == len(SEEDS)
-    assert len([r for r in found if r["outcome"] == "success"]) >= len(SEEDS) - 2
+    assert len([r for r in found if r.outcome == "success"]) >= len(SEEDS) - 2
 
 
 def test_a_repeated_seed_is_the_same_run_recorded_or_not_and_another_is_not(tmp_path: Path) -> None:
     recorded = run("exp1", Catalog(), seed=2, out=tmp_path, report=False).summary
-    assert recorded["trajectory_hash"] == episode(2)[0]["trajectory_hash"] != episode(3)[0]["trajectory_hash"]
-    assert {**robot(recorded), "solve_time": None} == {**robot(episode(2)[0]), "solve_time": None}
+    assert recorded.trajectory_hash == episode(2)[0].trajectory_hash != episode(3)[0].trajectory_hash
+    assert replace(robot(recorded), solve_time=SolveTime()) == replace(robot(episode(2)[0]), solve_time=SolveTime())
 
 
 def test_a_repeated_seed_is_the_same_run_in_another_process() -> None:
     code = (
-        "from rocs_bt.catalog import Catalog\nfrom rocs_bt.simulation import run\n"
-        "print(run('exp1', Catalog(), seed=2).summary['trajectory_hash'])"
+        "from rocs_bt.catalog import Catalog\nfrom rocs_bt import run\n"
+        "print(run('exp1', Catalog(), seed=2).summary.trajectory_hash)"
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
-    assert told.strip() == episode(2)[0]["trajectory_hash"]
+    assert told.strip() == episode(2)[0].trajectory_hash
 
 
 def test_the_papers_macros_reach_the_origin_too(variant: Variant) -> None:
@@ -70,10 +71,10 @@ def test_the_papers_macros_reach_the_origin_too(variant: Variant) -> None:
         ('mission = "go_to"', 'mission = "go_to_origin"'), ('goal = "goal"\ncruise = "0.5 m/s"', 'speed = "0.3 m/s"')
     )
     found = robot(run("exp1", catalog, seed=1).summary)
-    assert found["mission"] == "go_to_origin"
-    assert (found["outcome"], found["reason"]) == ("success", "")
-    assert "GoToOrigin" in found["actions"]
-    assert found["tracking_error"]["cross_rms"] is None  # no follower
+    assert found.mission == "go_to_origin"
+    assert (found.outcome, found.reason) == ("success", "")
+    assert "GoToOrigin" in found.actions
+    assert found.tracking_error.cross_rms is None  # no follower
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -81,7 +82,7 @@ def test_fifty_hertz_control_works(variant: Variant, seed: int) -> None:
     catalog = variant(('control = "20 Hz"', 'control = "50 Hz"\nsensors = "50 Hz"'))
     sink = ListSink()
     found = robot(run("exp1", catalog, seed=seed, sinks=[sink]).summary)
-    assert found["outcome"] == "success"
+    assert found.outcome == "success"
     assert not [e for e in sink.events if isinstance(e, Touched)]
     stamps = [e.t for e in sink.events if isinstance(e, SensorRead) and e.sensor == "sonar"]
     assert stamps[:3] == pytest.approx([0.0, 0.02, 0.04])
@@ -118,4 +119,4 @@ def test_rules_that_were_changed_are_noticed(tmp_path: Path, catalog: Catalog, v
 
 def test_what_summary_json_says_is_what_the_run_says(tmp_path: Path, catalog: Catalog) -> None:
     result = run("exp1", catalog, seed=1, out=tmp_path, report=False, duration=1.0)
-    assert json.loads((tmp_path / "summary.json").read_text()) == json.loads(json.dumps(result.summary))
+    assert (tmp_path / "summary.json").read_text() == result.summary.to_json()

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.device import Reading
 from rocs_bt.drivers.mujoco.sensors import RobotSensor
 from rocs_bt.event import BodyMoved, Change, ListSink, TicketChanged, Touched
 from rocs_bt.record import Recording
-from rocs_bt.simulation import Stage, replay, run, set_stage
+from rocs_bt.simulation import Stage, replay, set_stage
 from rocs_bt.testing.faults import FaultySensor, break_sensor
 
 SEEDS = (1, 2, 3)
@@ -43,7 +44,7 @@ def distances(moves: tuple[BodyMoved, ...]) -> list[tuple[float, float]]:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_corners_are_visited_and_nobody_hits_a_wall_or_the_other(seed: int) -> None:
     summary, _, touched = episode(seed)
-    assert summary["agents"]["R2"]["goals_reached"] == 4
+    assert summary.agents["R2"].goals_reached == 4
     assert not [e for e in touched if e.agent and e.other != "R1"]
 
 
@@ -51,7 +52,7 @@ def test_the_follower_keeps_within_the_safe_band() -> None:
     shares, means = [], []
     for seed in SEEDS:
         summary, moves, _ = episode(seed)
-        until = summary["agents"]["R2"]["time_to_goal"]
+        until = summary.agents["R2"].time_to_goal
         kept = [d for t, d in distances(moves) if t <= until]
         shares.append(sum(SAFE[0] <= d <= SAFE[1] for d in kept) / len(kept))
         means.append(sum(kept) / len(kept))
@@ -64,13 +65,13 @@ def test_the_follower_keeps_within_the_safe_band() -> None:
 @pytest.mark.usefixtures("awake")
 @pytest.mark.parametrize(("name", "minds"), [("exp2", ["R3"]), ("exp3", ["R2", "R3"])])
 def test_on_wall_time_minds_drive_too_each_in_threads_of_its_own(name: str, minds: list[str]) -> None:
-    found = run(name, Catalog(), seed=1, mode="threaded", duration=8.0).summary["agents"]
+    found = run(name, Catalog(), seed=1, mode="threaded", duration=8.0).summary.agents
     assert list(found) == minds
     for agent in found.values():
-        assert not agent["faults"]
-        assert agent["outcome"] in ("timeout", "success")  # R3 may be at its goal already
-        assert agent["path_length"] > 1.0
-        assert agent["collisions"] == 0
+        assert not agent.faults
+        assert agent.outcome in ("timeout", "success")  # R3 may be at its goal already
+        assert agent.path_length > 1.0
+        assert agent.collisions == 0
 
 
 def test_a_replay_decides_the_same(tmp_path: Path) -> None:
@@ -122,7 +123,7 @@ def test_a_leader_that_never_moves_is_driven_up_to() -> None:
     summary = run("exp3", Catalog(), seed=1, sinks=[sink], missions={"R2": parked}, duration=25.0).summary
     moves = tuple(e for e in sink.events if isinstance(e, BodyMoved))
     assert distances(moves)[-1][1] == pytest.approx(DISTANCE, abs=0.2)
-    assert summary["agents"]["R3"]["outcome"] in ("success", "timeout")
+    assert summary.agents["R3"].outcome in ("success", "timeout")
 
 
 @pytest.mark.parametrize("name", ["R2", "R3"])

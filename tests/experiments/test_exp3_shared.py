@@ -6,10 +6,11 @@ import math
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, KnowledgeChanged, ListSink, PeerCame, PeerVanished
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay, run
+from rocs_bt.simulation import replay
 
 
 def play(scenario, seed=1, out=None, **kwargs):
@@ -27,25 +28,25 @@ def shared(tmp_path_factory):
 def test_without_sharing_the_leader_is_never_found():
     result, _ = play("exp3_shortsighted")
     assert result.outcomes["R3"] != "success"
-    assert "LOST_LEADER" in result.summary["agents"]["R3"]["reason"]
-    assert result.summary["agents"]["R3"]["path_length"] < 0.1
+    assert "LOST_LEADER" in result.summary.agents["R3"].reason
+    assert result.summary.agents["R3"].path_length < 0.1
 
 
 def test_with_sharing_it_is_followed_to_the_end(shared):
     result, _, _ = shared
     assert result.outcomes == {"R2": "success", "R3": "success"}
-    assert result.summary["agents"]["R3"]["path_length"] > 5.0
-    assert result.summary["agents"]["R3"]["collisions"] == 0
+    assert result.summary.agents["R3"].path_length > 5.0
+    assert result.summary.agents["R3"].collisions == 0
 
 
 def test_the_summary_tells_what_was_shared_and_what_was_turned_away(shared):
     result, _, _ = shared
-    told = result.summary["agents"]["R3"]["sharing"]
+    told = result.summary.agents["R3"].sharing
     assert min(told["frames"], told["merged"], told["written"]) > 100
     assert [told[reason] for reason in ("oversized", "unauthenticated", "malformed", "flooded", "refused")] == [0] * 5
     assert told["acknowledged"] <= told["written"]
     alone, _ = play("exp3_shortsighted", duration=0.5)
-    assert alone.summary["agents"]["R3"]["sharing"] is None
+    assert alone.summary.agents["R3"].sharing is None
 
 
 def test_what_r3_knows_of_r2_is_where_r2_is(shared):
@@ -73,7 +74,7 @@ def test_the_end_of_r2_is_noticed(shared):
 def test_the_same_seed_is_the_same_run_byte_by_byte_and_it_replays(shared, tmp_path):
     result, events, folder = shared
     again, same = play("exp3_shared")
-    assert again.summary["trajectory_hash"] == result.summary["trajectory_hash"]
+    assert again.summary.trajectory_hash == result.summary.trajectory_hash
     blind = {"solve_time"}  # what a clock on the wall measures
 
     def bits(found):

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog, read_planner
 from rocs_bt.compare import load_family
 from rocs_bt.device import Reading
-from rocs_bt.simulation import run
 
 
 @pytest.fixture(scope="module")
@@ -26,16 +26,16 @@ def drive(project, seed=1, **changed):
 
 def test_it_reaches_the_goal_unhurt_and_repeats_to_the_bit(project):
     first, second = drive(project).summary, drive(project).summary
-    assert first["agents"]["R"]["outcome"] == "success"
-    assert first["agents"]["R"]["collisions"] == 0
-    assert first["trajectory_hash"] == second["trajectory_hash"]
-    assert first["agents"]["R"]["actions"]["FollowRoute"]["SUCCEEDED"] == 1
+    assert first.agents["R"].outcome == "success"
+    assert first.agents["R"].collisions == 0
+    assert first.trajectory_hash == second.trajectory_hash
+    assert first.agents["R"].actions["FollowRoute"]["SUCCEEDED"] == 1
 
 
 def test_blind_it_stands_still(project):
     def break_the_scanner(stage):
         stage.sensors["R"]["lidar"].read = lambda: Reading(stage.world.stamp, [math.nan] * 720)
 
-    result = drive(project, prepare=break_the_scanner, duration=3.0).summary["agents"]["R"]
-    assert result["path_length"] < 0.1
-    assert result["collisions"] == 0
+    result = drive(project, prepare=break_the_scanner, duration=3.0).summary.agents["R"]
+    assert result.path_length < 0.1
+    assert result.collisions == 0

@@ -6,24 +6,24 @@ import json
 import math
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from rocs_bt import Summary, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare.campaign import Job, play_all
 from rocs_bt.event import BodyMoved, ListSink, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay, run
+from rocs_bt.simulation import replay
 
 CATALOG = Catalog()
 LOCALISES = {"exp1_localised": ["R2"], "exp2_localised": ["R3"], "exp3_localised": ["R2", "R3"]}
 
 
 @cache
-def episode(scenario: str, seed: int, duration: float | None = None) -> tuple[dict[str, Any], ListSink]:
+def episode(scenario: str, seed: int, duration: float | None = None) -> tuple[Summary, ListSink]:
     sink = ListSink()
-    return dict(run(scenario, CATALOG, seed=seed, duration=duration, sinks=[sink]).summary), sink
+    return run(scenario, CATALOG, seed=seed, duration=duration, sinks=[sink]).summary, sink
 
 
 @pytest.mark.parametrize(("scenario", "agents"), LOCALISES.items())
@@ -51,27 +51,27 @@ def test_only_the_robots_and_the_words_differ_from_the_experiment(scenario: str,
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_r2_reaches_the_origin_by_what_it_measures_itself(seed: int) -> None:
     summary, _ = episode("exp1_localised", seed)
-    found = summary["agents"]["R2"]
-    assert (found["outcome"], found["reason"], found["collisions"]) == ("success", "", 0)
-    error = found["localisation"]
-    assert 0.005 < error["position_rms"] < 0.1
-    assert error["position_max"] < 0.25
-    assert 0.002 < error["heading_rms"] < math.radians(5.0)
+    found = summary.agents["R2"]
+    assert (found.outcome, found.reason, found.collisions) == ("success", "", 0)
+    error = found.localisation
+    assert 0.005 < error.position_rms < 0.1
+    assert error.position_max < 0.25
+    assert 0.002 < error.heading_rms < math.radians(5.0)
 
 
 def test_its_estimates_are_as_sure_as_they_should_be() -> None:
     # The mean of 3 degrees of freedom over three is 1; estimates of one run depend on each other: the bounds are wide.
-    means = [episode("exp1_localised", seed)[0]["agents"]["R2"]["localisation"]["nees"] for seed in range(1, 9)]
+    means = [episode("exp1_localised", seed)[0].agents["R2"].localisation.nees for seed in range(1, 9)]
     assert 0.5 < sum(means) / len(means) < 2.0
 
 
 def test_the_followers_and_the_leaders_estimates_serve_them() -> None:
     summary, _ = episode("exp3_localised", 1, duration=25.0)
-    for agent in summary["agents"].values():
-        assert agent["outcome"] != "error"
-        assert agent["localisation"]["position_rms"] < 0.1
-    assert summary["agents"]["R2"]["goals_reached"] >= 1
-    assert run("exp3", CATALOG, seed=1, duration=1.0).summary["agents"]["R2"]["localisation"] is None
+    for agent in summary.agents.values():
+        assert agent.outcome != "error"
+        assert agent.localisation.position_rms < 0.1
+    assert summary.agents["R2"].goals_reached >= 1
+    assert run("exp3", CATALOG, seed=1, duration=1.0).summary.agents["R2"].localisation is None
 
 
 @pytest.mark.parametrize(("scenario", "agents"), LOCALISES.items())
@@ -112,10 +112,10 @@ def test_a_hundred_seeds_with_and_without_the_truth(scenario: str, agents: list[
     """Success within three points of what it is with the truth; the figures are in the test's output (`make soak`)."""
     shares: dict[str, dict[str, int]] = {}
     for name in (scenario, scenario.removesuffix("_localised")):
-        runs = [found["agents"] for found in play_all([Job(name, seed) for seed in SEEDS])]
-        shares[name] = {agent: sum(r[agent]["outcome"] == "success" for r in runs) for agent in agents}
+        runs = [found.agents for found in play_all([Job(name, seed) for seed in SEEDS])]
+        shares[name] = {agent: sum(r[agent].outcome == "success" for r in runs) for agent in agents}
         for agent in agents if name == scenario else ():
-            told = [r[agent]["localisation"] for r in runs]
+            told = [r[agent].localisation for r in runs]
             print(scenario, agent, {key: sum(t[key] for t in told) / len(told) for key in told[0]})
     print(shares)
     own, true = shares[scenario], shares[scenario.removesuffix("_localised")]

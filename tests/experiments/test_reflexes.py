@@ -111,12 +111,10 @@ def test_avoid_collision_as_published_counts_beams_and_does_not_turn_for_what_is
 
 
 def test_the_inverted_clamp_keeps_the_robot_from_its_goal_and_the_right_one_does_not():
-    one, other = (
-        play(Job("exp1", 1, rules=(name,)))["agents"]["R2"] for name in ("braitenberg_published", "braitenberg")
-    )
-    assert one["outcome"] != "success"
-    assert other["outcome"] == "success"
-    assert one["route_switches"] > 2 * other["route_switches"]
+    one, other = (play(Job("exp1", 1, rules=(name,))).agents["R2"] for name in ("braitenberg_published", "braitenberg"))
+    assert one.outcome != "success"
+    assert other.outcome == "success"
+    assert one.route_switches > 2 * other.route_switches
 
 
 def test_the_page_has_the_commands_table_for_every_reflex():

@@ -131,9 +131,9 @@ def test_a_robot_sees_a_thing_come_and_is_told_to_have_run_into_it(tmp_path: Pat
     catalog = hall(tmp_path, box)
     assert not check_content([tmp_path]).wrong
     summary, again = (run("hall", catalog, seed=1, report=False).summary for _ in range(2))
-    assert summary["agents"]["R"]["outcome"] == "collision"
-    assert "P1" in summary["agents"]["R"]["reason"]
-    assert again["trajectory_hash"] == summary["trajectory_hash"]
+    assert summary.agents["R"].outcome == "collision"
+    assert "P1" in summary.agents["R"].reason
+    assert again.trajectory_hash == summary.trajectory_hash
 
 
 def test_a_thing_that_the_world_lacks_is_a_fault_of_the_scenario(tmp_path: Path) -> None:
@@ -156,6 +156,6 @@ def test_a_crowd_runs_the_same_twice_and_another_seed_walks_otherwise(tmp_path: 
     scene.write(tmp_path)
     catalog = Catalog(tmp_path)
     first, same, other = (run(scene.name, catalog, seed=seed, duration=3.0, report=False).summary for seed in (1, 1, 2))
-    assert first["trajectory_hash"] == same["trajectory_hash"]
-    assert first["trajectory_hash"] != other["trajectory_hash"]
-    assert math.isfinite(first["agents"]["R"]["min_clearance"])
+    assert first.trajectory_hash == same.trajectory_hash
+    assert first.trajectory_hash != other.trajectory_hash
+    assert math.isfinite(first.agents["R"].min_clearance)

@@ -62,7 +62,7 @@ def test_a_scene_is_a_project_that_checks_and_runs(scenes: tuple[Family, list[Sc
     assert len(found.files) == 2
     catalog = Catalog(tmp_path)
     first = run(catalog.load_scenario(made[0].name), catalog, seed=1, duration=0.5, report=False).summary
-    agents = {name: agent["outcome"] for name, agent in first["agents"].items()}
+    agents = {name: agent.outcome for name, agent in first.agents.items()}
     assert "R" in agents
     assert not {"error", "collision"} & set(agents.values())
 

@@ -63,7 +63,7 @@ def test_barn_scenes_check_and_run(tmp_path: Path, capsys: pytest.CaptureFixture
     assert not found.faults, found.faults
     catalog = Catalog(tmp_path / "mine")
     summary = run(catalog.load_scenario("barn-0"), catalog, seed=1, duration=0.5, report=False).summary
-    assert summary["agents"]["R"]["outcome"] == "timeout"
+    assert summary.agents["R"].outcome == "timeout"
 
 
 def test_an_imported_scene_is_scored_by_its_own_shortest_way(tmp_path: Path) -> None:

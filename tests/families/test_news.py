@@ -39,29 +39,29 @@ MOVES = {"node": "goal", "at": "2 s", "pose": {"x": "3 m", "y": "1 m"}}
 def test_a_goal_that_moves_is_where_it_is_told_to_be(tmp_path: Path) -> None:
     catalog = field(tmp_path, MOVES)
     assert not check_content([tmp_path]).wrong
-    summary = run("field", catalog, seed=1, report=False).summary["agents"]["R"]
-    assert summary["outcome"] == "success"
-    assert summary["goals_reached"] >= 1
-    assert summary["path_length"] > 3.05  # not straight to where it was
+    summary = run("field", catalog, seed=1, report=False).summary.agents["R"]
+    assert summary.outcome == "success"
+    assert summary.goals_reached >= 1
+    assert summary.path_length > 3.05  # not straight to where it was
 
 
 def test_who_stops_where_the_goal_was_has_not_succeeded(tmp_path: Path) -> None:
     """The first goal is reached before the news; the mission's SUCCESS at the old place ends the run all the same."""
     late = {**MOVES, "at": "11 s"}
-    summary = run("field", field(tmp_path, late), seed=1, report=False).summary["agents"]["R"]
-    assert summary["outcome"] == "success"
+    summary = run("field", field(tmp_path, late), seed=1, report=False).summary.agents["R"]
+    assert summary.outcome == "success"
     early = {**MOVES, "at": "0.1 s", "pose": {"x": "-3 m", "y": "0 m"}}
-    other = run("field", field(tmp_path / "other", early), seed=1, report=False).summary["agents"]["R"]
-    assert other["outcome"] == "success"
-    assert other["time_to_goal"] > summary["time_to_goal"]  # it had to turn round
+    other = run("field", field(tmp_path / "other", early), seed=1, report=False).summary.agents["R"]
+    assert other.outcome == "success"
+    assert other.time_to_goal > summary.time_to_goal  # it had to turn round
 
 
 def test_facts_come_in_the_order_of_their_times_and_repeat(tmp_path: Path) -> None:
     back = {"node": "goal", "at": "3 s", "pose": {"x": "3 m", "y": "-1 m"}}
     catalog = field(tmp_path, back, MOVES)
     first, same = (run("field", catalog, seed=1, report=False).summary for _ in range(2))
-    assert first["trajectory_hash"] == same["trajectory_hash"]
-    assert first["agents"]["R"]["outcome"] == "success"
+    assert first.trajectory_hash == same.trajectory_hash
+    assert first.agents["R"].outcome == "success"
 
 
 @pytest.mark.parametrize(

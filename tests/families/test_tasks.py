@@ -113,10 +113,10 @@ def test_who_drives_has_no_part_in_the_building(name: str) -> None:
 def test_doors_really_shut_and_a_thinking_mission_goes_round(tmp_path: Path) -> None:
     """The roads are all that `astar` knows: without the news it drives into a shut door."""
     wanted = {**SMALL, "doors": 1, "until": "0.5 s"}
-    assert play(tmp_path, "blocked_doors", 0, **wanted)["agents"]["R"]["outcome"] == "success"
-    untold = play(tmp_path / "b", "blocked_doors", 0, told=0, **wanted)["agents"]["R"]
-    assert untold["outcome"] != "success"
-    assert "door_" in untold["reason"] or untold["min_clearance"] < 0.1
+    assert play(tmp_path, "blocked_doors", 0, **wanted).agents["R"].outcome == "success"
+    untold = play(tmp_path / "b", "blocked_doors", 0, told=0, **wanted).agents["R"]
+    assert untold.outcome != "success"
+    assert "door_" in untold.reason or untold.min_clearance < 0.1
     scene = load_family(Catalog(), "blocked_doors", wanted).scene(0)
     told = tomllib.loads(scene.scenario)
     world = compose_world(tmp_path / "scenarios" / "worlds" / f"{scene.name}.xml", [])
@@ -133,10 +133,10 @@ def test_whether_one_is_told_changes_neither_building_nor_doors() -> None:
 
 def test_only_knowledge_tells_of_a_closed_road(tmp_path: Path) -> None:
     wanted = {**SMALL, "closed": 1}
-    by_road = play(tmp_path / "a", "closed_edges", 0, **wanted)["agents"]["R"]
-    by_eye = play(tmp_path / "b", "closed_edges", 0, planner="grid_astar", **wanted)["agents"]["R"]
-    assert [agent["outcome"] for agent in (by_road, by_eye)] == ["success", "success"]
-    assert [agent["requirements"][0]["verdict"] for agent in (by_road, by_eye)] == ["satisfied", "violated"]
+    by_road = play(tmp_path / "a", "closed_edges", 0, **wanted).agents["R"]
+    by_eye = play(tmp_path / "b", "closed_edges", 0, planner="grid_astar", **wanted).agents["R"]
+    assert [agent.outcome for agent in (by_road, by_eye)] == ["success", "success"]
+    assert [agent.requirements[0].verdict for agent in (by_road, by_eye)] == ["satisfied", "violated"]
 
 
 @pytest.mark.parametrize("index", range(12))
@@ -158,18 +158,18 @@ def test_nobody_is_where_a_goal_is_before_it_moves(index: int) -> None:
 
 
 def test_errands_are_done_in_their_order(tmp_path: Path) -> None:
-    summary = play(tmp_path, "priorities", 0, rows=2, errands=1)["agents"]["R"]
-    assert summary["outcome"] == "success"
+    summary = play(tmp_path, "priorities", 0, rows=2, errands=1).agents["R"]
+    assert summary.outcome == "success"
     # A mission that knows nothing of tasks drives home, and that is no success.
-    other = play(tmp_path / "b", "priorities", 0, 12.0, rows=2, errands=1, mission="navigate")["agents"]["R"]
-    assert other["outcome"] == "timeout" or "it was not at 'urgent'" in other["reason"]
+    other = play(tmp_path / "b", "priorities", 0, 12.0, rows=2, errands=1, mission="navigate").agents["R"]
+    assert other.outcome == "timeout" or "it was not at 'urgent'" in other.reason
 
 
 def test_a_missed_deadline_is_a_timeout(tmp_path: Path) -> None:
-    assert play(tmp_path, "low_battery", 0, rows=2)["agents"]["R"]["outcome"] == "success"
-    late = play(tmp_path / "b", "low_battery", 0, rows=2, spare=0.01)["agents"]["R"]
-    assert late["outcome"] == "timeout"
-    assert "it was not at 'charger' by" in late["reason"]
+    assert play(tmp_path, "low_battery", 0, rows=2).agents["R"].outcome == "success"
+    late = play(tmp_path / "b", "low_battery", 0, rows=2, spare=0.01).agents["R"]
+    assert late.outcome == "timeout"
+    assert "it was not at 'charger' by" in late.reason
 
 
 class Asked:

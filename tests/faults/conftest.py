@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
+from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BlockFailed, BodyMoved, Event, SensorFailed, Touched
-from rocs_bt.simulation import RunResult, Stage, run
+from rocs_bt.simulation import RunResult, Stage
 
 
 @dataclass
@@ -36,8 +37,8 @@ class Outcome:
             self.driven.append(any(any(m.target) for m in self.stage.world._motors["R2"]))
 
     @property
-    def agent(self) -> dict[str, Any]:
-        return self.result.summary["agents"]["R2"]
+    def agent(self) -> AgentResult:
+        return self.result.summary.agents["R2"]
 
     def of(self, kind: type) -> list[Any]:
         return [e for e in self.events if isinstance(e, kind)]

@@ -59,9 +59,9 @@ def check(run, fault):
     assert failed.detail.startswith(DETAIL[fault])
     assert AT <= failed.t < AT + 0.1
     assert run.driven == [False]
-    assert run.agent["outcome"] == "error"
-    assert run.agent["reason"].startswith(f"actuator 'R2/wheels' raised: {DETAIL[fault]}")
-    assert (run.agent["failed_block"], run.agent["failed_owner"]) == ("wheels", "content")
+    assert run.agent.outcome == "error"
+    assert run.agent.reason.startswith(f"actuator 'R2/wheels' raised: {DETAIL[fault]}")
+    assert (run.agent.failed_block, run.agent.failed_owner) == ("wheels", "content")
     assert not run.of(ContentRaised)
     assert run.coast() < 0.02
 
@@ -97,7 +97,7 @@ def test_while_a_reflex_drives(fault, broken):
     run = broken(lambda stage: break_actuator(stage, "wheels", fault, at=2.0), seed=3)
     (failed,) = run.of(BlockFailed)
     assert (failed.block, failed.owner) == ("wheels", "content")
-    assert run.agent["outcome"] == "error"
+    assert run.agent.outcome == "error"
 
 
 class NeverNeutral(FaultyActuator):
@@ -119,7 +119,7 @@ def test_one_that_does_not_go_to_neutral_is_told_so(broken):
     assert "RuntimeError: no command" in failed.detail
     assert "and actuator 'wheels' did not stop: " in failed.detail
     assert "no neutral" in failed.detail
-    assert run.agent["outcome"] == "error"
+    assert run.agent.outcome == "error"
 
 
 class Silent(FaultyActuator):
@@ -138,8 +138,8 @@ class Silent(FaultyActuator):
 def test_one_that_fails_when_it_is_stopped_at_the_end_is_an_error(duration, broken):
     run = broken(lambda stage: break_actuator(stage, "wheels", Silent), rules=(), duration=duration)
     (failed,) = run.of(BlockFailed)
-    assert (failed.block, failed.owner, run.agent["outcome"]) == ("wheels", "content", "error")
-    assert "no neutral" in run.agent["reason"]
+    assert (failed.block, failed.owner, run.agent.outcome) == ("wheels", "content", "error")
+    assert "no neutral" in run.agent.reason
 
 
 def test_a_watchdog_whose_device_does_not_go_to_neutral_is_an_actuator_that_failed(broken):
@@ -154,7 +154,7 @@ def test_a_watchdog_whose_device_does_not_go_to_neutral_is_an_actuator_that_fail
 
     run = broken(prepare, missions={"R2": build}, rules=())
     (failed,) = run.of(BlockFailed)
-    assert (failed.block, failed.owner, run.agent["outcome"]) == ("wheels", "content", "error")
+    assert (failed.block, failed.owner, run.agent.outcome) == ("wheels", "content", "error")
     assert AT + 0.2 <= failed.t < AT + 0.3
 
 

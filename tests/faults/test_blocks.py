@@ -48,11 +48,11 @@ def test_a_block_that_raises_stops_the_wheels_and_is_named(block, broken, monkey
     }[block]
     monkeypatch.setattr(cls, method, raising(cls, method, lambda: stages[0].clock))
     run = broken(stages.append, out=tmp_path, duration=20.0)
-    assert run.agent["outcome"] == "error"
-    assert f"block 'R2/{block}' raised: Rotten: a worm (test_blocks.py:" in run.agent["reason"]
-    assert run.agent["failed_block"] == block
+    assert run.agent.outcome == "error"
+    assert f"block 'R2/{block}' raised: Rotten: a worm (test_blocks.py:" in run.agent.reason
+    assert run.agent.failed_block == block
     assert run.driven == [False]
-    assert AT <= run.result.summary["sim_time"] < AT + 2.0
+    assert AT <= run.result.summary.sim_time < AT + 2.0
     assert run.coast() < 0.02
     (failed,) = run.of(BlockFailed)
     states = {e.ticket: e.state for e in run.of(TicketChanged)}
@@ -66,8 +66,8 @@ def test_a_block_that_calls_for_an_exit_has_ended(broken, monkeypatch):
     stages = []
     monkeypatch.setattr(PassRange, "process", raising(PassRange, "process", lambda: stages[0].clock, SystemExit(7)))
     run = broken(stages.append)
-    assert run.agent["outcome"] == "error"
-    assert "block 'R2/analyze obstacle' ended: it called for an exit (7)" in run.agent["reason"]
+    assert run.agent.outcome == "error"
+    assert "block 'R2/analyze obstacle' ended: it called for an exit (7)" in run.agent.reason
     assert run.driven == [False]
 
 
@@ -87,7 +87,7 @@ def test_on_the_command_line_the_engine_failed_and_the_run_is_told_all_the_same(
 def test_a_run_killed_half_way_leaves_a_recording_that_replays(tmp_path, capsys):
     code = (
         "import os, signal, sys\n"
-        "from rocs_bt.simulation import run\n"
+        "from rocs_bt import run\n"
         "def watch(t):\n"
         "    if t >= 6.0: os.kill(os.getpid(), signal.SIGKILL)\n"
         "run('exp1', out=sys.argv[1], progress=watch)\n"

@@ -213,12 +213,12 @@ def test_the_first_exception_brakes_and_the_plan_is_asked_again(what, raising, t
     commands = {e.t: any(e.values) for e in run.of(ActuatorCommanded)}
     assert [moves for t, moves in commands.items() if AT - 0.2 < t < AT + 0.25] == [True] * 3 + [False] + [True] * 4
     assert not commands[event.t]
-    assert run.agent["exceptions"] == {f"{kind} {name}": 1}
-    assert run.agent["outcome"] != "failed"
-    assert run.agent["failed_block"] is None
+    assert run.agent.exceptions == {f"{kind} {name}": 1}
+    assert run.agent.outcome != "failed"
+    assert run.agent.failed_block is None
     assert not run.of(BlockFailed)
     if what not in ("planner", "plan"):
-        assert run.agent["replans"] >= 1
+        assert run.agent.replans >= 1
     recorded = [e for e in Recording.open(tmp_path).events() if isinstance(e, ContentRaised)]
     assert recorded == [event]
 
@@ -228,11 +228,11 @@ def test_the_third_exception_within_ten_seconds_fails_the_mission(what, raising)
     kind, name, run = raising(what, AT, on=True, duration=20.0, rules=())
     events = run.of(ContentRaised)
     assert [e.effect.split(" (")[0] for e in events] == ["brakes and asks the plan again"] * 2 + ["the mission fails"]
-    assert run.agent["outcome"] == "failed"
+    assert run.agent.outcome == "failed"
     reason = f"{kind} '{name}' raised Rotten: a worm (test_content.py:{LINE}); 3 exceptions within 10 s"
-    assert run.agent["reason"] == f"the mission failed: {reason}"
-    assert run.agent["exceptions"] == {f"{kind} {name}": 3}
-    assert run.result.summary["sim_time"] < events[0].t + 2.0
+    assert run.agent.reason == f"the mission failed: {reason}"
+    assert run.agent.exceptions == {f"{kind} {name}": 3}
+    assert run.result.summary.sim_time < events[0].t + 2.0
     assert not [e for e in run.of(ActuatorCommanded) if e.t > events[0].t and any(e.values)]
     assert run.coast() < 0.02
     states = {e.ticket: e.state for e in run.of(TicketChanged)}
@@ -244,16 +244,16 @@ def test_the_third_exception_within_ten_seconds_fails_the_mission(what, raising)
 def test_a_cancellation_of_asyncio_counts_too(what, mode, raising, monkeypatch, awake):
     monkeypatch.setattr(Times, "error", CancelledError)  # no Exception, but a BaseException
     kind, name, run = raising(what, AT, on=True, duration=5.0, rules=(), mode=mode)
-    assert run.agent["outcome"] == "failed"
+    assert run.agent.outcome == "failed"
     reason = f"{kind} '{name}' raised CancelledError: a worm (test_content.py:{LINE}); 3 exceptions within 10 s"
-    assert run.agent["reason"] == f"the mission failed: {reason}"
+    assert run.agent.reason == f"the mission failed: {reason}"
 
 
 @pytest.mark.parametrize(("apart", "outcome"), [(5.05, "success"), (4.95, "failed")])
 def test_exceptions_further_apart_do_not_fail_the_mission(apart, outcome, raising):
     _, _, run = raising("leaf", AT, AT + apart, AT + 2 * apart, duration=20.0)
     assert len(run.of(ContentRaised)) == 3
-    assert run.agent["outcome"] == outcome
+    assert run.agent.outcome == outcome
 
 
 @pytest.mark.parametrize("what", MISSIONS)
@@ -287,9 +287,9 @@ def test_a_sensor_that_raises_has_invalid_signals_and_is_read_again(broken, tmp_
     assert len(broken_values) == 20
     assert all(map(invalid, broken_values))
     assert not any(map(invalid, sound))
-    assert run.agent["exceptions"] == {"sensor sonar": 1}
+    assert run.agent.exceptions == {"sensor sonar": 1}
     assert [e for e in run.of(RuleChanged) if e.phase == "fired" and e.rule.endswith("Blind") and e.t < AT + 0.11]
-    assert run.agent["outcome"] == "success"
+    assert run.agent.outcome == "success"
     assert replay_of(tmp_path, until=2 * AT + 0.5) is None
 
 
@@ -302,7 +302,7 @@ def replay_of(folder, until):
 
 def test_a_sensor_that_never_worked_has_no_signals_at_all(broken, tmp_path):
     run = broken(lambda stage: break_sensor(stage, "sonar", RaisingSensor), out=tmp_path, duration=1.0)
-    assert run.agent["exceptions"] == {"sensor sonar": 1}
+    assert run.agent.exceptions == {"sensor sonar": 1}
     assert not run.of(BlockFailed)
     assert not run.touched
     assert replay(Recording.open(tmp_path), Catalog()) is None
@@ -324,7 +324,7 @@ def test_a_monitor_that_raises_has_invalid_signals_and_is_asked_again(method, br
     assert event.line == rotten.__code__.co_firstlineno + 2
     assert all(map(invalid, signals(run, "range", AT, 2 * AT)))
     assert not any(map(invalid, signals(run, "range", 2 * AT, 3 * AT)))
-    assert run.agent["outcome"] == "success"
+    assert run.agent.outcome == "success"
 
 
 def test_each_onset_is_reported_once_and_counted(broken):
@@ -332,7 +332,7 @@ def test_each_onset_is_reported_once_and_counted(broken):
         for at in (1.0, 1.5, 2.0):
             break_sensor(stage, "sonar", RaisingSensor, at=at, until=at + 0.2)
 
-    assert broken(prepare, duration=3.0).agent["exceptions"] == {"sensor sonar": 3}
+    assert broken(prepare, duration=3.0).agent.exceptions == {"sensor sonar": 3}
 
 
 class Whim(ReactiveModel):
@@ -375,8 +375,8 @@ def test_a_reflex_whose_action_raises_stops_until_its_latch_is_clear(action, lev
     commands = {e.t: any(e.values) for e in run.of(ActuatorCommanded)}
     assert not any(moves for t, moves in commands.items() if AT - 1e-9 <= t < 2 * AT - 1e-9)
     assert any(moves for t, moves in commands.items() if t >= 2 * AT + 0.1)
-    assert run.agent["outcome"] != "failed"
-    assert run.agent["exceptions"] == {f"reflex action {action}": 1}
+    assert run.agent.outcome != "failed"
+    assert run.agent.exceptions == {f"reflex action {action}": 1}
     assert {e.action for e in run.of(TicketChanged) if e.priority == "HIGH"} == {action, "Stop"} - {"Unmakeable"}
 
 
@@ -425,8 +425,8 @@ def test_a_reactive_model_that_raises_stops_the_robot_until_it_no_longer_raises(
     commands = {e.t: any(e.values) for e in run.of(ActuatorCommanded)}
     assert not any(moves for t, moves in commands.items() if AT - 1e-9 <= t < 2 * AT - 1e-9)
     assert any(moves for t, moves in commands.items() if t >= 2 * AT + 0.1)
-    assert run.agent["exceptions"] == {"reactive model Unsound": 1}
-    assert run.agent["outcome"] not in ("failed", "error")
+    assert run.agent.exceptions == {"reactive model Unsound": 1}
+    assert run.agent.outcome not in ("failed", "error")
 
 
 def test_a_reflex_of_higher_priority_acts_though_another_model_raises(broken):
@@ -471,7 +471,7 @@ def test_a_reflex_acts_in_its_period_though_the_action_that_it_cuts_off_raises_w
         return mission.act("Clings")
 
     run = broken(missions={"R2": build}, rules=(), duration=AT + 0.3)
-    assert run.agent["exceptions"] == {"action Clings": 1}
+    assert run.agent.exceptions == {"action Clings": 1}
     routes = {e.t: e.route for e in run.of(ActuatorCommanded) if any(e.values)}
     assert routes[AT] == "reactive"
 
@@ -534,7 +534,7 @@ def test_a_mission_goes_on_at_the_leaf_that_raised(kind, method, then, error, br
     run = broken(missions={"R2": build}, rules=(), duration=2.0)
     again = [f"second {method}" for method in then]
     assert log == ["first", *again, "third"]
-    assert run.agent["exceptions"] == {"leaf root/second": 1}
+    assert run.agent.exceptions == {"leaf root/second": 1}
     assert [e.status for e in run.of(NodeTicked) if e.node == "root"] == ["RUNNING", "SUCCESS"]
 
 

@@ -88,8 +88,8 @@ def check(run, block, before, began=AT):
     assert (failed.block, failed.kind) == (block, "hung")
     assert began < failed.t < began + SOON
     assert run.driven == [False]
-    assert run.agent["outcome"] == "error"
-    assert f"block 'R2/{block}' hung" in run.agent["reason"]
+    assert run.agent.outcome == "error"
+    assert f"block 'R2/{block}' hung" in run.agent.reason
     after = [e for e in run.of(ActuatorCommanded) if e.t > failed.t]
     assert not any(any(e.values) for e in after)
     with pytest.raises(DeviceError, match="shut"):
@@ -160,7 +160,7 @@ def test_dead_sensors_are_met_with_the_reflex(broken, before):
     run = broken(prepare, mode="threaded", duration=3.0)
     assert run.touched == []
     assert [e for e in run.of(RuleChanged) if e.phase == "fired" and e.rule.endswith("Blind") and e.t < AT + SOON]
-    assert run.agent["outcome"] == "timeout"
+    assert run.agent.outcome == "timeout"
     assert not any(any(m.target) for m in run.stage.world._motors["R2"])
     nothing_left(before)
 
@@ -168,7 +168,7 @@ def test_dead_sensors_are_met_with_the_reflex(broken, before):
 def test_the_process_ends_while_a_device_hangs(tmp_path):
     code = (
         "import sys\n"
-        "from rocs_bt.simulation import run\n"
+        "from rocs_bt import run\n"
         "from rocs_bt.testing.faults import HangingActuator, HangingSensor, break_actuator, break_sensor\n"
         "def prepare(stage):\n"
         "    break_actuator(stage, 'wheels', HangingActuator, at=0.5)\n"

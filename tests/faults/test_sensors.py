@@ -29,11 +29,11 @@ def test_a_robot_that_lost_a_sensor_it_needs_stands_still(sensor, fault, broken)
     kind, how = FAULTS[fault]
     run = broken(lambda stage: break_sensor(stage, sensor, kind, at=AT, **how))
     assert run.touched == []
-    assert run.agent["outcome"] != "success"
+    assert run.agent.outcome != "success"
     assert run.moved(since=AT) < 0.5
-    assert run.moved(since=min(AT + 1.5, run.result.summary["sim_time"] - 0.05)) < 0.05
+    assert run.moved(since=min(AT + 1.5, run.result.summary.sim_time - 0.05)) < 0.05
     assert sensor in run.sensors
-    assert any(f"sensor {sensor}" in text for text in run.agent["faults"])
+    assert any(f"sensor {sensor}" in text for text in run.agent.faults)
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -45,12 +45,12 @@ def test_without_encoders_the_reflexes_still_work(fault, broken):
     # Encoders that repeat themselves with fresh stamps cannot be told from a robot that keeps its speed: at 1 s it
     # turns on the spot, so the rules believe that it stands, and Flinch alone keeps it from the box.
     assert ("encoders" in run.sensors) == (fault != "frozen with fresh stamps")
-    assert run.agent["goals_reached"] == 1
+    assert run.agent.goals_reached == 1
 
 
 def test_the_robot_goes_on_when_the_sensor_is_back(broken):
     run = broken(lambda stage: break_sensor(stage, "sonar", DeadSensor, at=2.0, until=4.0), duration=40.0)
-    assert run.agent["outcome"] == "success"
+    assert run.agent.outcome == "success"
     assert run.sensors == {"sonar"}
 
 
@@ -69,7 +69,7 @@ def test_a_sound_robot_raises_no_alarm(broken):
     for seed in (1, 2, 3):
         run = broken(seed=seed, duration=30.0)
         assert run.sensors == set()
-        assert run.agent["faults"] == []
+        assert not run.agent.faults
 
 
 @pytest.fixture

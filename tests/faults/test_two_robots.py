@@ -13,10 +13,11 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
+from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, Change, Event, Touched
 from rocs_bt.geometry import Pose2
-from rocs_bt.simulation import Stage, run
+from rocs_bt.simulation import Stage
 from rocs_bt.testing.faults import DeadSensor, break_sensor
 
 DISTANCE, SAFETY = 1.5, 0.8  # [m] of the scenario's follower
@@ -33,7 +34,7 @@ class Pair:
     poses: dict[str, Pose2] = field(default_factory=dict)
     rows: list[tuple[float, float, bool]] = field(default_factory=list)  # [s], distance [m], whether R3 drives
     told: list[Event] = field(default_factory=list)
-    summary: dict[str, Any] = field(default_factory=dict)
+    summary: dict[str, AgentResult] = field(default_factory=dict)
 
     def emit(self, event: Event) -> None:
         if isinstance(event, BodyMoved):
@@ -50,7 +51,7 @@ class Pair:
     def prepare(self, stage: Stage) -> None:
         self.stage = stage
 
-    def run(self, duration: float, **given: Any) -> dict[str, Any]:
+    def run(self, duration: float, **given: Any) -> AgentResult:
         """R3's part of the summary."""
         prepare = given.pop("prepare", lambda stage: None)
 
@@ -59,8 +60,8 @@ class Pair:
             prepare(stage)
 
         found = run("exp3", Catalog(), seed=1, sinks=[self], prepare=both, duration=duration, **given)
-        self.summary = dict(found.summary["agents"])
-        return dict(self.summary["R3"])
+        self.summary = dict(found.summary.agents)
+        return self.summary["R3"]
 
     def touched(self) -> list[Touched]:
         return [e for e in self.told if isinstance(e, Touched) and e.kind == "collision"]
@@ -87,8 +88,8 @@ def test_a_leader_that_vanishes_is_given_up_with_the_reason_and_the_robot_stands
     summary = pair.run(30.0)
     changes = [e.kind for e in pair.told if isinstance(e, Change) and e.subject == "R2"]
     assert changes == ["seen", "lost", "given up"]
-    assert summary["outcome"] == "failed"
-    assert "LOST_LEADER: 'R2' was not found" in summary["reason"]
+    assert summary.outcome == "failed"
+    assert "LOST_LEADER: 'R2' was not found" in summary.reason
     assert not pair.rows[-1][2]
     assert not pair.touched()
 
@@ -97,7 +98,7 @@ def test_a_leader_that_stands_is_driven_up_to_and_no_nearer() -> None:
     pair = Pair()
     summary = pair.run(25.0, missions={"R2": lambda mission: mission.wait("60 s")})
     assert pair.rows[-1][1] == pytest.approx(DISTANCE, abs=0.2)
-    assert summary["outcome"] in ("success", "timeout")
+    assert summary.outcome in ("success", "timeout")
     assert not pair.below()
     assert not pair.touched()
 
@@ -128,14 +129,14 @@ def test_with_a_dead_robot_sensor_the_follower_stands() -> None:
 def test_when_one_mind_dies_the_other_lives_on(dead: str, other: str) -> None:
     pair = Pair()
     pair.run(20.0, missions={dead: lambda mission: Dies("dies")})
-    assert pair.summary[dead]["outcome"] == "failed"
-    assert "its time has come" in pair.summary[dead]["reason"]
-    assert pair.summary[other]["outcome"] != "error"
+    assert pair.summary[dead].outcome == "failed"
+    assert "its time has come" in pair.summary[dead].reason
+    assert pair.summary[other].outcome != "error"
     if other == "R3":
-        assert pair.summary["R3"]["outcome"] == "success"  # it has driven up to who stands for good
+        assert pair.summary["R3"].outcome == "success"  # it has driven up to who stands for good
         assert pair.rows[-1][1] == pytest.approx(DISTANCE, abs=0.2)
     else:
-        assert pair.summary["R2"]["path_length"] > 2.0
+        assert pair.summary["R2"].path_length > 2.0
 
 
 @pytest.mark.usefixtures("awake")
@@ -143,8 +144,8 @@ def test_when_one_mind_dies_the_other_lives_on(dead: str, other: str) -> None:
 def test_on_wall_time_too_one_mind_lives_on_without_the_other(dead: str, other: str) -> None:
     pair = Pair()
     pair.run(7.0, mode="threaded", missions={dead: lambda mission: Dies("dies")})
-    assert "its time has come" in pair.summary[dead]["reason"]
-    assert pair.summary[other]["outcome"] != "error"
-    assert not pair.summary[other]["faults"]
-    assert pair.summary[other]["path_length"] > 1.0
+    assert "its time has come" in pair.summary[dead].reason
+    assert pair.summary[other].outcome != "error"
+    assert not pair.summary[other].faults
+    assert pair.summary[other].path_length > 1.0
     assert not pair.below()

@@ -40,8 +40,8 @@ def play(scenario: str, seed: int, catalog: Catalog) -> dict[str, Any]:
     """One run: its trajectory hash, and each agent's outcome and time to goal [s]."""
     summary = rocs_bt.run(scenario, catalog, seed=seed).summary
     return {
-        "hash": summary["trajectory_hash"],
-        "agents": {name: [a["outcome"], a["time_to_goal"]] for name, a in summary["agents"].items()},
+        "hash": summary.trajectory_hash,
+        "agents": {name: [a.outcome, a.time_to_goal] for name, a in summary.agents.items()},
     }
 
 

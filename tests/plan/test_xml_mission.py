@@ -3,12 +3,12 @@
 import py_trees
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
 from rocs_bt.errors import InputError
 from rocs_bt.plan import mission_arguments, mission_parameters, xml_mission
-from rocs_bt.simulation import run
 from rocs_bt.units import SPEED, PositiveMetresPerSecond
 
 
@@ -155,8 +155,8 @@ class TestProject:
 
     def test_a_scenario_runs_the_shipped_one(self):
         result = run("rounds", Catalog(), seed=1)
-        assert result.summary["agents"]["R2"]["outcome"] == "success"
-        assert result.summary["agents"]["R2"]["actions"]["GoTo"]["SUCCEEDED"] == 4
+        assert result.summary.agents["R2"].outcome == "success"
+        assert result.summary.agents["R2"].actions["GoTo"]["SUCCEEDED"] == 4
 
 
 FOREIGN = """<root BTCPP_format="4" main_tree_to_execute="A">

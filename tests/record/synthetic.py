@@ -2,6 +2,8 @@
 
 import math
 
+import msgspec
+
 from rocs_bt.event import (
     ActuatorCommanded,
     AtomicStarted,
@@ -20,6 +22,7 @@ from rocs_bt.event import (
 )  # fmt: skip
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.record.header import AgentInfo, Beam, BodyInfo, Outline, Place, RunHeader, TreeNode
+from rocs_bt.record.summary import Summary
 
 PERIOD = 0.05  # [s]
 ANGLES = [90, 50, 30, 10, -10, -30, -50, -90, -90, -130, -150, -170, 170, 150, 130, 90]
@@ -159,8 +162,8 @@ def events(seconds: float = 20.0) -> list[Event]:
     return out
 
 
-def summary(seed: int = 7) -> dict:
-    return {
+def summary(seed: int = 7) -> Summary:
+    plain = {
         "scenario": "exp1", "seed": seed, "mode": "lockstep", "sim_time": 20.0, "wall_time": 0.31,
         "real_time_factor": 64.5,
         "versions": {"rocs_bt": "0.1.0"}, "content_hash": "0f" * 32, "trajectory_hash": "ab" * 32,
@@ -174,3 +177,4 @@ def summary(seed: int = 7) -> dict:
             "tracking_error": {"cross_rms": 0.007, "cross_max": 0.02}, "solve_time": {"median": 6e-5, "p99": 1.2e-4},
         }},
     }  # fmt: skip
+    return msgspec.convert(plain, Summary)

@@ -269,7 +269,7 @@ def test_an_event_that_is_not_data_is_told_at_the_end_and_the_rest_is_kept(tmp_p
     for event in [bad, *good, SensorRead(t=math.nan, sensor="s", stamp=0.0, data=b"")]:
         recorder.emit(event)
     with pytest.raises(RecordingError, match=r"misses 2 of the events; the first: TicketChanged at t = 0\.1 s"):
-        recorder.close({"agents": {}})
+        recorder.close(synthetic.summary())
     recording = Recording.open(tmp_path / "run.mcap")
     assert recording.complete
     assert list(recording.events()) == good

@@ -7,6 +7,7 @@ from collections import Counter
 
 import msgspec
 import pytest
+from msgspec.structs import replace
 
 from rocs_bt.errors import RecordingError
 from rocs_bt.event import BlockFailed, Judged, NodeTicked, SensorFailed, SensorRead, SubtreeSwapped, Touched, pack
@@ -57,8 +58,8 @@ def test_it_says_what_happened_in_plain_words(page):
 
 
 def test_who_was_sent_to_no_goal_has_reached_none(recording):
-    agents = {"R2": {**recording.summary["agents"]["R2"], "goals_reached": 0}}
-    page = render_report(recording, {**recording.summary, "agents": agents})
+    agents = {"R2": replace(recording.summary.agents["R2"], goals_reached=0)}
+    page = render_report(recording, replace(recording.summary, agents=agents))
     assert "R2 fulfilled its mission after 12.3 s." in page
     assert "reached its goal" not in page
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from rocs_bt import run
 from rocs_bt.agent import Agent
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import RecordingError
@@ -12,7 +13,6 @@ from rocs_bt.event import AgentStopped, Approached, BodyMoved, KnowledgeChanged,
 from rocs_bt.record import AgentInfo, Recording, SignalInfo, Snapshots, environment_of, samples_of
 from rocs_bt.record.snapshots import samples_in
 from rocs_bt.signal import Signal
-from rocs_bt.simulation import run
 from rocs_bt.units import ANGLE, LENGTH, SPEED
 
 SIGNALS = (

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from rocs_bt import simulation
+import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import Approached, ListSink
 from rocs_bt.simulation import Stage
@@ -25,7 +25,7 @@ def test_it_tells_the_least_distance_of_all_periods(catalog: Catalog, scenario: 
                 found.append(near)
 
     sink = ListSink()
-    simulation.run(
+    rocs_bt.run(
         scenario, catalog, seed=1, duration=15.0, report=False, prepare=stages.append, progress=look, sinks=[sink]
     )
     told = [event for event in sink.events if isinstance(event, Approached)]

@@ -178,8 +178,8 @@ def test_the_words_of_a_scenario_file_key_nothing(tmp_path) -> None:
     hashes = set()
     for head in ("", "# Reworded.\n\n"):
         file.write_text(head + text)
-        hashes.add(rocs_bt.run(str(file), Catalog(), seed=3, duration=2.0).summary["trajectory_hash"])
-    assert hashes == {rocs_bt.run("exp1", Catalog(), seed=3, duration=2.0).summary["trajectory_hash"]}
+        hashes.add(rocs_bt.run(str(file), Catalog(), seed=3, duration=2.0).summary.trajectory_hash)
+    assert hashes == {rocs_bt.run("exp1", Catalog(), seed=3, duration=2.0).summary.trajectory_hash}
 
 
 def test_rates_that_do_not_divide_are_told(exp1: ScenarioSpec, play: Play) -> None:

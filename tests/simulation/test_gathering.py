@@ -3,10 +3,12 @@
 import pytest
 
 from rocs_bt.event import BodyMoved, ListSink, Said
-from rocs_bt.record.header import RunHeader
+from rocs_bt.record.header import AgentInfo, RunHeader
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.simulation.gathering import Gathering
 from rocs_bt.simulation.metrics import Metrics
+
+R2 = AgentInfo(name="R2", robot="pioneer_p3dx", mission="go_to")
 
 
 class Batches(ListSink):
@@ -75,12 +77,12 @@ def test_a_recording_and_its_metrics_are_the_same(tmp_path):
         gathering.hand_on()
         recorder.close()
         recorded.append((tmp_path / f"{together}.mcap").read_bytes())
-        counted.append(metrics.of("R2", 9.0))
+        counted.append(metrics.of(R2, 9.0))
     plain, metrics = Recorder(tmp_path / "plain.mcap", RunHeader(scenario="one", seed=1)), Metrics(["R2"])
     for event in events():
         plain.emit(event)
         metrics.emit(event)
     plain.close()
     assert recorded == [(tmp_path / "plain.mcap").read_bytes()] * 4
-    assert counted == [metrics.of("R2", 9.0)] * 4
-    assert counted[0]["path_length"] > 3.0
+    assert counted == [metrics.of(R2, 9.0)] * 4
+    assert counted[0].path_length > 3.0

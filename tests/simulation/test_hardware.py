@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt import drive, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
@@ -24,7 +25,7 @@ from rocs_bt.event import (
     SensorFailed,
     Stuck,
 )
-from rocs_bt.simulation import Host, RunResult, drive, progress, run
+from rocs_bt.simulation import Host, RunResult, progress
 
 pytestmark = pytest.mark.usefixtures("awake")
 
@@ -130,7 +131,7 @@ def body(catalog: Catalog) -> object:
 
 
 def reason(found: RunResult) -> str:
-    return found.summary["agents"]["R2"]["reason"]
+    return found.summary.agents["R2"].reason
 
 
 def test_the_mission_drives_it_to_the_goal_and_everything_is_closed(real: Callable[[str], Catalog]) -> None:
@@ -180,7 +181,7 @@ def test_no_progress_is_an_event_and_does_not_end_the_run(
     assert 1.0 <= stuck.t < 2.0
     assert stuck.reason.startswith("it moved less than 0.05 m in 1 s near x = -0.60 m, y = 0.00 m")
     assert found.outcomes == {"R2": "success"}
-    assert found.summary["agents"]["R2"]["faults"] == [f"{stuck.t:.2f} s: {stuck.reason}"]
+    assert found.summary.agents["R2"].faults == (f"{stuck.t:.2f} s: {stuck.reason}",)
 
 
 def test_no_progress_until_the_end_of_the_run_is_its_outcome(
@@ -197,7 +198,7 @@ def test_files_and_summary_of_a_run_on_hardware(
 ) -> None:
     found = drive("real", real("fine"), duration=10.0, out=tmp_path / "out")
     summary = json.loads((tmp_path / "out/summary.json").read_text())
-    assert summary == found.summary
+    assert summary == json.loads(found.summary.to_json())
     agent = summary["agents"]["R2"]
     assert agent["outcome"] == "success"
     assert agent["time_to_goal"] > 1.0

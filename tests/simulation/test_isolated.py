@@ -15,9 +15,9 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
-from rocs_bt.simulation import run
 
 from ..isolated import HOLD, MAX_AGE, Robot, driven
 
@@ -117,7 +117,7 @@ def test_in_simulation_the_key_changes_nothing(tmp_path: Path) -> None:
     plain = catalog.load_scenario("exp1")
     apart = replace(plain, agents=tuple(replace(agent, robot="apart") for agent in plain.agents))
     found = [run(each, catalog, duration=2.0, report=False, out=tmp_path / "run") for each in (plain, apart)]
-    assert found[0].summary["trajectory_hash"] == found[1].summary["trajectory_hash"]
+    assert found[0].summary.trajectory_hash == found[1].summary.trajectory_hash
 
 
 @pytest.mark.soak

@@ -41,7 +41,7 @@ def test_an_action_of_a_users_own_cannot_exceed_the_wheels_limits(rushed):
 def test_it_is_counted_in_summary_and_report_and_shown_by_why(rushed):
     result, sink = rushed
     count = len([e for e in sink.events if isinstance(e, CommandLimited)])
-    assert result.summary["agents"]["R2"]["commands_limited"] == {"Rush": count}
+    assert result.summary.agents["R2"].commands_limited == {"Rush": count}
     page = result.report.read_text("utf-8")
     assert "commands limited by the safety gate" in page
     assert f"{count} (Rush {count})" in page

@@ -7,20 +7,20 @@ from pathlib import Path
 import pytest
 from py_trees.behaviour import Behaviour
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, NodeTicked, SubtreeSwapped, TicketChanged
 from rocs_bt.plan import Mission
 from rocs_bt.record import Recording
 from rocs_bt.record.live import LivePage
-from rocs_bt.simulation import run
 
 
 def test_a_run_that_is_watched_is_the_same_run(catalog: Catalog, tmp_path: Path) -> None:
     plain = run("exp1", catalog, duration=0.5, out=tmp_path / "plain", report=False)
     with LivePage() as page:
         watched = run("exp1", catalog, duration=0.5, out=tmp_path / "live", report=False, live=page, btlog=True)
-    assert watched.summary["trajectory_hash"] == plain.summary["trajectory_hash"]
+    assert watched.summary.trajectory_hash == plain.summary.trajectory_hash
     recordings = [Recording.open(tmp_path / name / "run.mcap") for name in ("plain", "live")]
     told = [[(type(e), e.t, e.agent) for e in recording.events()] for recording in recordings]
     assert told[0] == told[1]

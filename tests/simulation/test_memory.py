@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import RecordingError
@@ -15,7 +16,6 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, State, write_state
 from rocs_bt.record import Recording
-from rocs_bt.simulation import run
 from rocs_bt.simulation.replay import replay
 
 SECONDS = 3.0
@@ -42,9 +42,10 @@ def test_a_run_is_the_same_to_the_bit_whether_its_knowledge_is_kept_or_not(tmp_p
     catalog = Catalog()
     plain = run("exp1", catalog, duration=SECONDS, out=tmp_path / "plain", report=False)
     kept = run("exp1", catalog, duration=SECONDS, out=tmp_path / "kept", report=False, knowledge=tmp_path / "k.sqlite")
-    assert kept.summary["trajectory_hash"] == plain.summary["trajectory_hash"]
+    assert kept.summary.trajectory_hash == plain.summary.trajectory_hash
     assert events(tmp_path / "kept") == events(tmp_path / "plain")
-    assert "knowledge" not in plain.summary
+    assert not plain.summary.knowledge
+    assert '"knowledge"' not in plain.summary.to_json()
     told = [e for e in events(tmp_path / "plain") if isinstance(e, KnowledgeChanged)]
     with History(tmp_path / "k.sqlite", "R2") as history:
         assert history.entry.label == "exp1-1"
@@ -55,10 +56,10 @@ def test_the_next_run_knows_what_lasts_of_the_one_before_and_can_be_replayed(tmp
     file, catalog = tmp_path / "k.sqlite", Catalog()
     remembered(file)
     result = run("exp1", catalog, duration=SECONDS, out=tmp_path / "run", report=False, knowledge=file)
-    (told,) = result.summary["knowledge"]["remembered"].values()
-    assert (told["nodes"], told["edges"]) == (2, 1)
-    assert ["'goal' was of kind place" in reason for reason in told["refused"]] == [True]
-    assert result.summary["knowledge"]["lost"] == 0
+    (told,) = result.summary.knowledge.remembered.values()
+    assert (told.nodes, told.edges) == (2, 1)
+    assert ["'goal' was of kind place" in reason for reason in told.refused] == [True]
+    assert result.summary.knowledge.lost == 0
     with History(file, "R2") as history:
         assert history.entry.label == "exp1-1"
         begin, end = history.as_of(revision=history.first.first), history.as_of()
@@ -69,15 +70,15 @@ def test_the_next_run_knows_what_lasts_of_the_one_before_and_can_be_replayed(tmp
         assert state.get("R1", "pose") is None
     assert replay(Recording.open(tmp_path / "run"), catalog) is None
     again = run("exp1", catalog, duration=SECONDS, knowledge=file)  # and the one after it
-    assert again.summary["knowledge"]["remembered"]["R2"]["nodes"] == 2
-    assert again.summary["trajectory_hash"] == result.summary["trajectory_hash"]
+    assert again.summary.knowledge.remembered["R2"].nodes == 2
+    assert again.summary.trajectory_hash == result.summary.trajectory_hash
 
 
 @pytest.mark.usefixtures("awake")
 def test_a_threaded_run_keeps_its_knowledge_too(tmp_path: Path) -> None:
     file = tmp_path / "deep" / "k.sqlite"
     result = run("exp1", Catalog(), mode="threaded", duration=0.5, knowledge=file)
-    assert result.summary["knowledge"]["lost"] == 0
+    assert result.summary.knowledge.lost == 0
     with History(file, "R2") as history:
         assert history.as_of().kind("R2") == "robot"
 

@@ -22,8 +22,11 @@ from rocs_bt.event import (
     Touched,
     pack,
 )
+from rocs_bt.record import AgentInfo, AgentResult, Following, SolveTime, TrackingError
 from rocs_bt.simulation import Metrics
 from rocs_bt.simulation.metrics import quantile
+
+R2, R3 = (AgentInfo(name=name, robot="pioneer_p3dx", mission="go_to") for name in ("R2", "R3"))
 
 
 def command(t: float, route: str) -> ActuatorCommanded:
@@ -31,34 +34,17 @@ def command(t: float, route: str) -> ActuatorCommanded:
 
 
 def test_nothing_happened() -> None:
-    metrics = Metrics(["R2"])
-    assert metrics.of("R2", 9.0) == {
-        "outcome": "interrupted",
-        "reason": "the recording ends at 9.00 s without an outcome",
-        "time_to_goal": None,
-        "goals_reached": 0,
-        "path_length": 0.0,
-        "min_clearance": None,
-        "collisions": 0,
-        "struck": 0,
-        "contacts": {},
-        "reflex_activations": 0,
-        "reflex_refirings": 0,
-        "route_switches": 0,
-        "time_reactive": 0.0,
-        "time_deliberative": 0.0,
-        "replans": 0,
-        "commands_limited": {},
-        "actions": {},
-        "tracking_error": {"cross_rms": None, "cross_max": None},
-        "solve_time": {"median": None, "p99": None},
-        "localisation": None,
-        "following": None,
-        "faults": [],
-        "exceptions": {},
-        "failed_block": None,
-        "failed_owner": None,
-    }
+    assert Metrics(["R2"]).of(R2, 9.0) == AgentResult(
+        robot="pioneer_p3dx",
+        mission="go_to",
+        rules=(),
+        outcome="interrupted",
+        reason="the recording ends at 9.00 s without an outcome",
+        goals_reached=0,
+        collisions=0,
+        struck=0,
+        contacts={},
+    )
 
 
 @pytest.mark.parametrize(
@@ -72,9 +58,9 @@ def test_nothing_happened() -> None:
 def test_the_owner_of_what_failed_decides_the_exit_code_and_its_name_does_not(block, owner, code, told) -> None:
     metrics = Metrics(["R2"])
     metrics.emit(BlockFailed(t=1.0, agent="R2", block=block, kind="raised", detail="no", owner=owner))
-    found = metrics.of("R2", 2.0)
-    assert (found["outcome"], found["reason"]) == ("error", told)
-    assert (found["failed_block"], found["failed_owner"]) == (block, owner)
+    found = metrics.of(R2, 2.0)
+    assert (found.outcome, found.reason) == ("error", told)
+    assert (found.failed_block, found.failed_owner) == (block, owner)
     assert exit_code({"agents": {"R2": found}}) == code
 
 
@@ -99,17 +85,17 @@ def test_everything_is_counted_for_its_own_agent() -> None:
     for cross, solve in ((0.03, 1e-4), (-0.04, 0.0)):
         metrics.emit(Followed(t=0.0, agent="R2", cross_track=cross, heading_error=0.0, rung="solved", solve_time=solve))
     metrics.emit(Judged(t=3.0, agent="R2", outcome="success", time_to_goal=3.0))
-    found = metrics.of("R2", 9.0)
-    assert found["path_length"] == pytest.approx(0.6)
-    assert found["min_clearance"] == 0.2
-    assert (found["collisions"], found["struck"]) == (1, 1)
-    assert (found["reflex_activations"], found["reflex_refirings"]) == (1, 1)
-    assert (found["replans"], found["goals_reached"]) == (1, 1)
-    assert found["actions"] == {"GoTo": {"CANCELLED": 1}}
-    assert found["tracking_error"] == {"cross_rms": pytest.approx(math.sqrt(0.00125)), "cross_max": 0.04}
-    assert found["solve_time"] == {"median": 1e-4, "p99": 1e-4}
-    assert (found["outcome"], found["time_to_goal"]) == ("success", 3.0)
-    assert metrics.of("R3", 9.0) == Metrics(["R3"]).of("R3", 9.0)
+    found = metrics.of(R2, 9.0)
+    assert found.path_length == pytest.approx(0.6)
+    assert found.min_clearance == 0.2
+    assert (found.collisions, found.struck) == (1, 1)
+    assert (found.reflex_activations, found.reflex_refirings) == (1, 1)
+    assert (found.replans, found.goals_reached) == (1, 1)
+    assert found.actions == {"GoTo": {"CANCELLED": 1}}
+    assert found.tracking_error == TrackingError(cross_rms=pytest.approx(math.sqrt(0.00125)), cross_max=0.04)
+    assert found.solve_time == SolveTime(median=1e-4, p99=1e-4)
+    assert (found.outcome, found.time_to_goal) == ("success", 3.0)
+    assert metrics.of(R3, 9.0) == Metrics(["R3"]).of(R3, 9.0)
 
 
 def test_time_goes_to_the_route_that_commands() -> None:
@@ -117,17 +103,17 @@ def test_time_goes_to_the_route_that_commands() -> None:
     routes = ["deliberative"] * 4 + ["reactive"] * 2 + ["idle"] + ["reactive"] + ["deliberative"]
     for i, route in enumerate(routes):
         metrics.emit(command(0.05 * i, route))
-    found = metrics.of("R2", 9.0)
-    assert found["time_deliberative"] == pytest.approx(0.2)
-    assert found["time_reactive"] == pytest.approx(0.15)
-    assert found["route_switches"] == 2
+    found = metrics.of(R2, 9.0)
+    assert found.time_deliberative == pytest.approx(0.2)
+    assert found.time_reactive == pytest.approx(0.15)
+    assert found.route_switches == 2
 
 
 def test_a_command_counts_no_longer_than_the_watchdog_lets_it() -> None:
     metrics = Metrics(["R2"])
     metrics.emit(command(0.0, "reactive"))
     metrics.emit(command(10.0, "reactive"))
-    assert metrics.of("R2", 9.0)["time_reactive"] == pytest.approx(0.2)
+    assert metrics.of(R2, 9.0).time_reactive == pytest.approx(0.2)
 
 
 def test_quantiles_are_values_that_occurred() -> None:
@@ -154,36 +140,36 @@ def followed(*rows: tuple[float, float, float], arrived: float | None = None, ri
         metrics.emit(BodyMoved(t=t, agent="R2", body="R2", x=leader, y=0.0, yaw=0.0))
         metrics.emit(BodyMoved(t=t, agent="R3", body="R3", x=follower, y=0.0, yaw=0.0, wheels=pack([0.0, -rim])))
     metrics.emit(Judged(t=9.0, agent="R2", outcome="success", time_to_goal=arrived))
-    assert metrics.of("R2", 9.0)["following"] is None
-    return metrics.of("R3", 9.0)["following"]
+    assert metrics.of(R2, 9.0).following is None
+    return metrics.of(R3, 9.0).following
 
 
 def test_a_follower_is_measured_from_when_it_has_caught_up_until_its_leader_has_arrived() -> None:
     rows = (0.0, 3.0, 0.0), (1.0, 3.0, 1.1), (2.0, 3.0, 1.5), (3.0, 3.0, 0.5), (4.0, 3.0, 2.9)
     # 3.0 m is not caught up yet; then the errors are 0.5, 0.1, 1.1 (too far) and -1.3 m (too near).
     found = followed(*rows)
-    assert found == {
-        "leader": "R2",
-        "periods": 4,
-        "mean_distance": pytest.approx((1.9 + 1.5 + 2.5 + 0.1) / 4),
-        "distance_error": pytest.approx((0.5 + 0.1 + 1.1 + 1.3) / 4),
-        "in_band": pytest.approx(2 / 4),
-        "too_far": pytest.approx(1 / 4),
-        "least_distance": pytest.approx(0.1),
-        "least_driving": None,
-        "safe": True,
-    }
+    assert found == Following(
+        leader="R2",
+        periods=4,
+        mean_distance=pytest.approx((1.9 + 1.5 + 2.5 + 0.1) / 4),
+        distance_error=pytest.approx((0.5 + 0.1 + 1.1 + 1.3) / 4),
+        in_band=pytest.approx(2 / 4),
+        too_far=pytest.approx(1 / 4),
+        least_distance=pytest.approx(0.1),
+        least_driving=None,
+        safe=True,
+    )
     arrived = followed(*rows, arrived=2.0)
-    assert (arrived["periods"], arrived["in_band"], arrived["too_far"]) == (2, 1.0, 0.0)
-    assert arrived["distance_error"] == pytest.approx(0.3)
+    assert (arrived.periods, arrived.in_band, arrived.too_far) == (2, 1.0, 0.0)
+    assert arrived.distance_error == pytest.approx(0.3)
 
 
 def test_a_follower_that_never_caught_up_has_no_error_but_is_told() -> None:
     found = followed((0.0, 3.0, 0.0))
-    assert (found["leader"], found["periods"]) == ("R2", 0)
-    assert {found[name] for name in ("mean_distance", "distance_error", "in_band", "too_far", "least_distance")} == {
-        None
-    }
+    assert (found.leader, found.periods) == ("R2", 0)
+    assert {
+        getattr(found, name) for name in ("mean_distance", "distance_error", "in_band", "too_far", "least_distance")
+    } == {None}
 
 
 @pytest.mark.parametrize(("rim", "least", "safe"), [(0.3, 0.5, False), (0.01, None, True)])
@@ -191,4 +177,4 @@ def test_too_near_counts_while_it_drives_and_not_while_it_is_pushed(
     rim: float, least: float | None, safe: bool
 ) -> None:
     found = followed((0.0, 3.0, 2.5), rim=rim)
-    assert (found["least_driving"], found["safe"]) == (least, safe)
+    assert (found.least_driving, found.safe) == (least, safe)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import KnowledgeChanged
 from rocs_bt.record import Recording
-from rocs_bt.simulation import run
 from rocs_bt.simulation.replay import replay
 
 MISSION = """<root BTCPP_format="4">
@@ -63,8 +63,8 @@ def test_a_door_that_closes_meanwhile_turns_the_robot_round_and_a_replay_tells_i
         (tmp_path / name).write_text(text, encoding="utf-8")
     catalog = Catalog(tmp_path)
     result = run("errand", catalog, out=tmp_path / "run", report=False)
-    assert result.summary["agents"]["R2"]["outcome"] == "success"
-    assert result.summary["agents"]["R2"]["path_length"] > 3.0, "it went back, and round by the corner"
+    assert result.summary.agents["R2"].outcome == "success"
+    assert result.summary.agents["R2"].path_length > 3.0, "it went back, and round by the corner"
     recording = Recording.open(tmp_path / "run")
     closed = [e for e in recording.events() if isinstance(e, KnowledgeChanged) and e.subject == "hatch" and e.t > 0.0]
     assert [(e.t, e.value) for e in closed] == [(1.0, False)]

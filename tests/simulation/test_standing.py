@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
+from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved
 from rocs_bt.geometry import Pose2
 from rocs_bt.record.recording import Recording
-from rocs_bt.simulation import run
 
 WALL = 2.475  # [m] the east wall's face, in scenarios/worlds/arena.xml
 LIMP = "0 m/s"  # what the rules say for robots that say nothing
@@ -60,7 +60,7 @@ yaw = "{yaw} deg"
 """
 
 
-def play(project: Path, resist: str, **scenario: Any) -> dict[str, Any]:
+def play(project: Path, resist: str, **scenario: Any) -> AgentResult:
     """R1 drives at 0.2 m/s into R2, which stands; R2's part of the summary."""
     leaves = {
         "push": '<SetWheelSpeed speeds="0.2 m/s; 0.2 m/s" duration="60 s"/>',
@@ -75,7 +75,7 @@ def play(project: Path, resist: str, **scenario: Any) -> dict[str, Any]:
     for file, text in files.items():
         (project / file).parent.mkdir(parents=True, exist_ok=True)
         (project / file).write_text(text, encoding="utf-8")
-    return dict(run("push", Catalog(project), out=project / "run", report=False).summary["agents"]["R2"])
+    return run("push", Catalog(project), out=project / "run", report=False).summary.agents["R2"]
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_who_is_pushed_ahead_or_back_gives_little_way(tmp_path: Path, yaw: float
 
     def pushed(resist: str) -> float:
         """How far it was ever from where it stood [m]."""
-        assert play(tmp_path, resist, **scene)["struck"] == 1
+        assert play(tmp_path, resist, **scene).struck == 1
         moves = [e for e in Recording.open(tmp_path / "run").events() if isinstance(e, BodyMoved) and e.body == "R2"]
         return max(Pose2(0.0, 0.0).distance(Pose2(e.x, e.y)) for e in moves)
 
@@ -102,7 +102,7 @@ def test_nobody_pushes_it_into_the_wall_behind_it(tmp_path: Path, gap: float, as
     scene |= {"mission": "wait", "rules": '["avoid_collision"]'}
 
     def touched(resist: str) -> dict[str, Any]:
-        return {kind: sorted(counts) for kind, counts in play(tmp_path, resist, **scene)["contacts"].items()}
+        return {kind: sorted(counts) for kind, counts in play(tmp_path, resist, **scene).contacts.items()}
 
     assert "wall_east" in touched(LIMP)["collision"]
     assert touched(SHIPPED) == {"struck": ["R1"]}

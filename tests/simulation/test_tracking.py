@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.knowledge.history import History
-from rocs_bt.simulation import run
 
 SCENARIO = 'format = "scenario/1"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "pioneer_p3dx_tracking"\n'
 
@@ -24,7 +24,7 @@ def test_what_it_believes_in_is_there_and_what_stands_is_not_said_to_move(tmp_pa
     path.parent.mkdir()
     path.write_text(SCENARIO, encoding="utf-8")
     result = run("track", Catalog(tmp_path), knowledge=tmp_path / "k.sqlite")
-    assert result.summary["agents"]["R2"]["outcome"] == "success"
+    assert result.summary.agents["R2"].outcome == "success"
     errors, moving = [], 0
     with History(str(tmp_path / "k.sqlite")) as history:
         for t in range(1, 15):

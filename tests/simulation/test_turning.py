@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved
 from rocs_bt.record.recording import Recording
-from rocs_bt.simulation import run
 
 MISSION = """<root BTCPP_format="4" main_tree_to_execute="turn"><BehaviorTree ID="turn"><Sequence>
 <TurnAngle angle="90 deg" rate="2.5 rad/s"/><Stop/><TurnAngle angle="-60 deg" rate="2.5 rad/s"/><Stop/>
@@ -34,7 +34,7 @@ def test_a_quick_turn_ends_where_it_should_and_goes_no_farther(tmp_path: Path, r
         (tmp_path / file).parent.mkdir(parents=True)
         (tmp_path / file).write_text(text, encoding="utf-8")
     result = run("turn", Catalog(tmp_path), out=tmp_path / "run", report=False)
-    assert result.summary["agents"]["R"]["outcome"] == "success"
+    assert result.summary.agents["R"].outcome == "success"
     moves = [e for e in Recording.open(tmp_path / "run").events() if isinstance(e, BodyMoved) and e.body == "R"]
     yaws = [math.degrees(e.yaw) for e in moves]
     assert 88.5 < max(yaws) < 91.5

@@ -1,0 +1,109 @@
+"""Options of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol, TypedDict
+
+import msgspec
+
+from ..errors import InputError
+from ..event import EventSink
+from ..record import RunHeader
+from .stage import Stage
+from .stop_signals import StopSignals
+
+MODES = ("lockstep", "threaded")
+
+Build = Callable[..., Any]
+"""Makes the tree, or the Plan, of a mission."""
+
+
+class LiveView(EventSink, Protocol):
+    """Shows a run while it goes on, such as `rocs_bt.record.live.LivePage`."""
+
+    def begin(self, header: RunHeader) -> None:
+        """Show the start of a run."""
+        ...
+
+
+class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
+    """Options of a run, for `run` and `drive`.
+
+    `drive` refuses `prepare`, `view` and `video`, which need a simulated world, and is always threaded.
+
+    Attributes:
+        seed: Seed of the episode.
+        mode: `lockstep` or `threaded`.
+        duration: Maximum duration [s]; the scenario's own if None.
+        out: Folder for summary.json, run.mcap and report.html; None writes nothing.
+        report: Whether to write report.html.
+        btlog: Whether to write AGENT.btlog, which Groot2 replays, for each agent whose mission is a tree.
+        missions: By agent, the `build` of a mission that replaces the scenario's.
+        prepare: Called with the world before the agents are built; it may replace devices, to break them in a test.
+        sinks: Sinks for all events.
+        progress: Called once per control period with the time [s].
+        watch_rules: Whether to read changed rule files again while the run goes on; such a run need not repeat.
+        knowledge: File of knowledge between runs: read before the run, and written during it.
+        view: Whether to show MuJoCo's viewer.
+        video: File for a video of the run.
+        live: Live page of the run, already entered; the run keeps the pace of the wall clock.
+        command: Command line that makes this run again, for the report; `rocs-bt run ...` if empty.
+        signals: Signals that end the run, for a caller that evaluates them afterwards: the run then returns. None
+            gives them their usual effect, such as a KeyboardInterrupt.
+    """
+
+    seed: int = 1
+    mode: str = "lockstep"
+    duration: float | None = None
+    out: Path | str | None = None
+    report: bool = True
+    btlog: bool = False
+    missions: Mapping[str, Build] | None = None
+    prepare: Callable[[Stage], None] | None = None
+    sinks: Sequence[EventSink] = ()
+    progress: Callable[[float], None] | None = None
+    watch_rules: bool = False
+    knowledge: Path | None = None
+    view: bool = False
+    video: Path | None = None
+    live: LiveView | None = None
+    command: str = ""
+    signals: StopSignals | None = None
+
+    def __post_init__(self) -> None:
+        if self.mode not in MODES:
+            raise InputError(f"no mode is named '{self.mode}'. There are: {', '.join(MODES)}.")
+
+    def refuse_simulation(self) -> None:
+        """Refuse the options that need a simulated world.
+
+        Raises:
+            InputError: One of them is given.
+        """
+        given = {"prepare": self.prepare is not None, "view": self.view, "video": self.video is not None}
+        if names := [name for name, is_given in given.items() if is_given]:
+            raise InputError(f"on hardware nothing is simulated, so there is no {' and no '.join(names)}.")
+
+
+class RunChanges(TypedDict, total=False):
+    """The attributes of `RunOptions` as keywords."""
+
+    seed: int
+    mode: str
+    duration: float | None
+    out: Path | str | None
+    report: bool
+    btlog: bool
+    missions: Mapping[str, Build] | None
+    prepare: Callable[[Stage], None] | None
+    sinks: Sequence[EventSink]
+    progress: Callable[[float], None] | None
+    watch_rules: bool
+    knowledge: Path | None
+    view: bool
+    video: Path | None
+    live: LiveView | None
+    command: str
+    signals: StopSignals | None

@@ -1,0 +1,77 @@
+"""Result of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+
+from ..errors import RecordingError
+from ..event import Event
+from ..record import Recording, Summary
+from ..record.tables import Table, event_table, signal_table
+from ..words import counted
+
+
+class RunResult(msgspec.Struct, frozen=True, kw_only=True):
+    """Result of a run.
+
+    Attributes:
+        summary: Summary, also written as summary.json.
+        recording: Path of run.mcap; None if nothing was recorded.
+        report: Path of report.html; None if none was written.
+        missing: Files that could not be written, as on a full disk, and why; a sentence each.
+    """
+
+    summary: Summary
+    recording: Path | None = None
+    report: Path | None = None
+    missing: tuple[str, ...] = ()
+
+    @property
+    def success(self) -> bool:
+        """Whether every agent succeeded."""
+        return all(outcome == "success" for outcome in self.outcomes.values())
+
+    @property
+    def outcomes(self) -> dict[str, str]:
+        """Outcomes by agent."""
+        return {name: agent.outcome for name, agent in self.summary.agents.items()}
+
+    def events(self, kind: str | type[Event] = "", agent: str | None = None) -> Table:
+        """Events of the recording as a structured array; see `rocs_bt.record.event_table`.
+
+        Raises:
+            InputError: There is no such type of event, or no such agent.
+            RecordingError: The run was not recorded.
+        """
+        return event_table(self._recorded(), kind, agent)
+
+    def signals(self, agent: str, names: Sequence[str] = ()) -> Table:
+        """Signals of an agent as a structured array; see `rocs_bt.record.signal_table`.
+
+        Raises:
+            InputError: There is no such agent or signal.
+            RecordingError: The run was not recorded.
+        """
+        return signal_table(self._recorded(), agent, names)
+
+    def __str__(self) -> str:
+        summary = self.summary
+        took = f"{summary.sim_time:.1f} s {'simulated' if summary.simulated else 'driven'}"
+        lines = [f"{summary.scenario}, seed {summary.seed}, {took}"]
+        for name, agent in summary.agents.items():
+            reason = f": {agent.reason}" if agent.reason else ""
+            collisions = "" if agent.collisions is None else f"{counted(agent.collisions, 'collision')}, "
+            lines.append(
+                f"{name} {agent.outcome}{reason}; {agent.path_length:.2f} m, {collisions}"
+                f"{counted(agent.reflex_activations, 'reflex', 'es')}, {counted(agent.replans, 're-plan')}"
+            )
+            lines += [f"  fault at {fault}" for fault in agent.faults]
+        return "\n".join([*lines, *self.missing])
+
+    def _recorded(self) -> Recording:
+        if self.recording is None:
+            raise RecordingError("the run was not recorded, so its events are gone. Give the run a folder: out=FOLDER.")
+        return Recording.open(self.recording)

@@ -1,0 +1,93 @@
+"""One simulated run: a scenario to its outcome and its files (docs/architecture.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+
+from ..catalog import Catalog, ScenarioSpec
+from .header import run_command, with_scenery
+from .memory import Memory
+from .options import RunOptions
+from .pace import Pace
+from .ready_run import ReadyRun, set_up
+from .run_end import RunEnd
+from .run_files import ReportWriter
+from .run_record import RunRecord
+from .run_result import RunResult
+from .stage import Stage
+
+
+def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_report: ReportWriter) -> RunResult:
+    """Simulate a scenario; see `rocs_bt.run`.
+
+    Args:
+        spec: The scenario.
+        catalog: Source of the content.
+        options: Options of the run.
+        write_report: Writes report.html.
+
+    Raises:
+        InputError: Something in the content is wrong; nothing was written.
+        RocsError: The engine failed.
+        KeyboardInterrupt: A signal ended the run.
+    """
+    end = RunEnd(options, write_report)
+    with end.guarded() as stack:  # what is pushed on it is closed before the report is written
+        end.listen()
+        ready = set_up(spec, catalog, options)
+        for agent in ready.agents:
+            stack.callback(agent.close)
+        memory = Memory(options.knowledge, ready.agents)
+        stack.callback(end.files.attempt, "the knowledge", memory.close)
+        # Whatever may still refuse this run does so before an earlier one in the same folder is replaced.
+        watch = _watchers(stack, ready.stage, options)
+        _begin(stack, end, ready, memory, options)
+        heard = [*([] if options.live is None else [options.live]), *options.sinks]
+        record = RunRecord(ready.header, end.files.recorder, heard, batched=ready.clock is None)
+        stack.callback(record.flush)
+        memory.keep(f"{spec.name}-{options.seed}", patient=ready.clock is None)
+        episode = ready.episode(options.duration, record.before(watch), lambda: end.signals.reason)
+        end.attempt(lambda: ready.play(episode, record.sink))
+        end.attempt(record.check)
+        end.files.attempt("the knowledge", memory.close)
+        end.summarise(ready.summary(record, episode, memory))
+    return end.result()
+
+
+def _begin(stack: ExitStack, end: RunEnd, ready: ReadyRun, memory: Memory, options: RunOptions) -> None:
+    """Begin the live page and the files of the run, where they are wanted."""
+    live = options.live
+    if live is None and options.out is None:
+        return
+    spec = ready.spec
+    again = options.command or run_command(spec.name, options.seed, options.mode, options.duration)
+    header = with_scenery(ready.header, spec, ready.stage, command=again, recalled=memory.recalled)
+    if live is not None:
+        live.begin(header)
+    end.files.begin(header, ready.agents if options.btlog else ())
+    stack.callback(end.files.abandon)
+
+
+def _watchers(stack: ExitStack, stage: Stage, options: RunOptions) -> Callable[[float], bool]:
+    """All observers of the run, called once per control period; False when the viewer's window was closed."""
+    watchers: list[Callable[[float], bool]] = []
+    if options.view:
+        from .viewer import Viewer
+
+        watchers.append(stack.enter_context(Viewer(stage.world)))
+    if options.video is not None:
+        from .video import Video
+
+        watchers.append(stack.enter_context(Video(stage.world, options.video)))
+    if options.live is not None:
+        watchers.append(Pace())
+    progress = options.progress
+
+    def watch(t: float) -> bool:
+        if progress is not None:
+            progress(t)
+        going = [watcher(t) for watcher in watchers]  # each of them looks, whatever the others say
+        return all(going)
+
+    return watch

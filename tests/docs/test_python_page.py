@@ -1,0 +1,86 @@
+"""docs/python.md: its code runs, and the calls that it names exist."""
+
+import importlib
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rocs_bt
+from rocs_bt.errors import InputError, RecordingError
+from rocs_bt.event import RuleChanged, SensorRead
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs/python.md").read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def names(tmp_path_factory):
+    """The names of the page after its code has run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("page"))
+        found = {}
+        for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+            exec(block, found)
+        found["result"] = found["result"].__class__(
+            summary=found["result"].summary, recording=found["result"].recording.resolve()
+        )
+        return found
+
+
+def test_every_call_of_the_table_exists():
+    calls = re.findall(r"`([\w.]+)\(", "".join(re.findall(r"^\|.*", PAGE, re.MULTILINE)))
+    assert len(calls) > 10
+    for call in calls:
+        package, _, name = call.rpartition(".")
+        if package != "Catalog.here":
+            assert callable(getattr(importlib.import_module(package or "rocs_bt"), name)), call
+
+
+def test_events_of_one_kind_have_the_fields_of_that_kind(names):
+    result = names["result"]
+    events = list(rocs_bt.Recording.open(result.recording).events())
+    fired = result.events(RuleChanged, agent="R2")
+    expected = [e for e in events if isinstance(e, RuleChanged)]
+    assert fired.dtype.names == (
+        "time",
+        "agent",
+        "event",
+        "rule",
+        "phase",
+        "priority",
+        "reading",
+        "parameters",
+        "refirings",
+    )
+    assert [tuple(row) for row in fired[["time", "rule", "priority"]]] == [(e.t, e.rule, e.priority) for e in expected]
+    assert len(result.events()) == len(events)
+    assert set(result.events(agent="R2")["agent"]) == {"R2"}
+    (sonar,) = {len(e.values) for e in events if isinstance(e, SensorRead) and e.sensor == "sonar"}
+    reads = result.events("SensorRead")["data"]
+    assert {len(row) for row in reads} >= {sonar}
+    goals = result.events("Judged")["time_to_goal"]
+    assert goals.dtype == np.float64
+
+
+def test_signals_have_a_row_for_each_period_and_units(names):
+    signals = names["signals"]
+    assert signals.dtype["front"].subdtype[0] == signals["speed"].dtype == np.float64
+    assert signals.dtype.metadata["units"] == {"time": "s", "front": "m", "speed": "m/s"}
+    assert np.allclose(np.diff(signals["time"]), 0.05)
+    assert len(names["result"].signals("R2").dtype.names) > 3
+
+
+def test_mistakes_are_told(names, tmp_path):
+    result = names["result"]
+    for ask, message in (
+        (lambda: result.events("Nonsense"), "no type of event is named 'Nonsense'"),
+        (lambda: result.events(agent="R9"), "no agent is named 'R9'"),
+        (lambda: result.signals("R2", ["nonsense"]), "no signal is named 'nonsense'"),
+        (lambda: rocs_bt.run("exp1", mode="nonsense"), "no mode is named 'nonsense'"),
+        (lambda: rocs_bt.drive("exp1", view=True), "there is no view"),
+    ):
+        with pytest.raises(InputError, match=message):
+            ask()
+    with pytest.raises(RecordingError, match="out=FOLDER"):
+        rocs_bt.RunResult(summary=result.summary).events()
