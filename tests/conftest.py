@@ -1,6 +1,7 @@
 """What several rooms' tests share: a robot without physics whose wheels do just what they are told, and a browser."""
 
 import math
+import signal
 
 import hypothesis
 import pytest
@@ -26,6 +27,9 @@ from . import chromium
 
 hypothesis.settings.register_profile("patient", deadline=None)  # no test is one of speed
 hypothesis.settings.load_profile("patient")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # inherited by a background job, and by what tests start
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 DRIVE = make_drive("differential", track=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 FOLLOWER = Follower(DRIVE)  # one for all tests: whoever uses it resets it first

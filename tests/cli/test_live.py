@@ -21,7 +21,6 @@ def test_the_page_stays_after_the_end_until_somebody_interrupts(tmp_path):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background job inherits that it is ignored
     ) as process:
         try:
             url = re.fullmatch(r"Live: (http://127\.0\.0\.1:\d+/\S+/)\n", process.stderr.readline())[1]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import resource
-import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -40,7 +39,6 @@ class Process(subprocess.Popen[str]):
 
     def __init__(self, *command: str, file_size: int | None = None) -> None:
         def prepare() -> None:
-            signal.signal(signal.SIGINT, signal.SIG_DFL)  # a background job inherits that it is ignored
             if file_size is not None:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (file_size, file_size))
 
