@@ -28,8 +28,10 @@ from . import chromium
 hypothesis.settings.register_profile("patient", deadline=None)  # no test is one of speed
 hypothesis.settings.load_profile("patient")
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # inherited by a background job, and by what tests start
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# A background job inherits ignored signals, and so does what tests start.
+for _number, _handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(_number) is signal.SIG_IGN:
+        signal.signal(_number, _handler)
 
 DRIVE = make_drive("differential", track=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 FOLLOWER = Follower(DRIVE)  # one for all tests: whoever uses it resets it first
