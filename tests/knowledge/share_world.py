@@ -13,10 +13,23 @@ from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Knowledge, Schema
 from rocs_bt.knowledge.share import Ageing, Entry, Scope, Sharing, SimulatedNetwork, Trouble
+from rocs_bt.knowledge.share.wire import Delta
 from rocs_bt.signal import Signal
 from rocs_bt.units import NONE
 
 TURN = 0.05  # [s]
+NOW = 10**12  # a stamp of today's, on the simulated calendar
+
+
+def entry(key: tuple[str, ...], value: Any, stamp: int = NOW, origin: str = "M#1", number: int = 1) -> Entry:
+    """A write of a peer M, which may be a liar."""
+    return Entry(key, value, stamp, origin, number)
+
+
+def delta(*entries: Entry, sync=1, part=0, whole=1, scope="x", upto=None, ages=None) -> Delta:
+    """Writes as they come over the line."""
+    ages = [0.0] * len(entries) if ages is None else ages
+    return Delta(sync, part, whole, scope, {}, upto or {}, list(entries), ages)
 
 
 class Peers:
@@ -111,4 +124,4 @@ def picture(knowledge: Knowledge, scope: Scope) -> Mapping[str, Any]:
     return dict(sorted(found.items()))
 
 
-__all__ = ["TURN", "Peers", "Pose2", "Trouble", "picture"]
+__all__ = ["NOW", "TURN", "Peers", "Pose2", "Trouble", "delta", "entry", "picture"]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import KnowledgeError
@@ -133,30 +133,6 @@ class GraphAgainstDicts(RuleBasedStateMachine):
     def no_revision_is_lost_or_told_out_of_order(self) -> None:
         assert [e.revision for e in self.heard] == list(range(1, self.graph.revision + 1))
         assert self.heard == self.sink.events
-
-    @precondition(lambda self: self.heard)
-    @invariant()
-    def the_events_alone_rebuild_the_graph(self) -> None:
-        kinds: dict[str, str] = {}
-        values: dict[tuple[str, str], Any] = {}
-        edges: dict[tuple[str, str, Any], Any] = {}
-        for event in self.heard:
-            if event.what == "node added":
-                kinds[event.subject] = event.name
-            elif event.what == "attribute":
-                values[event.subject, event.name] = event.value
-            elif event.what in ("edge added", "edge changed"):
-                edges[event.subject, event.name, event.value] = dict(event.attributes)
-            elif event.what == "edge removed":
-                del edges[event.subject, event.name, event.value]
-            else:
-                del kinds[event.subject]
-                values = {k: v for k, v in values.items() if k[0] != event.subject}
-        assert kinds == self.kinds
-        assert {k: v for k, v in values.items() if v is not None and k[1] != "pose"} == {
-            (n, a): v for n, of in self.values.items() for a, v in of.items() if v is not None and a != "pose"
-        }
-        assert edges == {(s, r, t): edge_of(r, d) for (s, r), targets in self.edges.items() for t, d in targets.items()}
 
 
 TestGraphAgainstDicts = GraphAgainstDicts.TestCase

@@ -199,7 +199,7 @@ def nearest(draw: st.DrawFn) -> Asked:
     return Asked((), (var,), (), where, order, draw(st.none() | st.integers(1, 9)), None, (var,))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(graph=graphs, asked=nearest(), here=st.none() | poses)
 def test_the_nearest_are_the_naive_interpreters(graph: KnowledgeGraph, asked: Asked, here: Pose2 | None) -> None:
     assert asked_of(graph, asked, here) == answers(asked, graph, here), str(asked)
@@ -246,7 +246,7 @@ WORDS = st.sampled_from(
 )
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.lists(WORDS, max_size=14).map(" ".join) | st.text(max_size=60))
 def test_a_text_is_a_query_or_is_refused_with_its_place(text: str) -> None:
     try:

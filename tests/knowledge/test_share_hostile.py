@@ -29,9 +29,9 @@ from rocs_bt.knowledge.share.wire import (
 )
 
 from . import share_world as world
+from .share_world import NOW, delta, entry
 
 KEY = b"k" * 32
-NOW = 10**12  # a stamp of today's, on the simulated calendar
 
 
 def two(key: bytes = KEY):
@@ -57,16 +57,6 @@ def throw(peers, *frames):
     peers.turn(5)
     assert everything(peers) == before
     return peers.sharing["R1"].counts
-
-
-def delta(*entries, ages=None, part=0, whole=1, scope="x"):
-    return Delta(
-        1, part, whole, scope, {}, {"M#1": 10**6}, list(entries), [0.0] * len(entries) if ages is None else ages
-    )
-
-
-def entry(key, value, stamp=NOW, origin="M#1", number=1):
-    return Entry(key, value, stamp, origin, number)
 
 
 def test_what_is_not_sealed_with_the_key_is_not_even_read():

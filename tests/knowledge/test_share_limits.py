@@ -14,15 +14,10 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA
 from rocs_bt.knowledge.share import Ageing, Counts, Entry, Letterbox, Scope, inbox, replica, sharing
 from rocs_bt.knowledge.share.replica import STAMP_LIMIT
-from rocs_bt.knowledge.share.wire import FRAME_LIMIT, Beat, Delta, Have, Say, encode, parts
+from rocs_bt.knowledge.share.wire import FRAME_LIMIT, Beat, Have, Say, encode, parts
 
 from . import share_world as world
-
-NOW = 10**12  # a stamp of today's, on the simulated calendar
-
-
-def delta(*entries, sync=1, part=0, whole=1, scope="x", upto=None, ages=None):
-    return Delta(sync, part, whole, scope, {}, upto or {}, list(entries), ages or [0.0] * len(entries))
+from .share_world import NOW, delta
 
 
 def told(peers, name, message, sender="M#1"):
@@ -320,7 +315,7 @@ _SIMPLE = st.one_of(
 _VALUES = st.one_of(_SIMPLE, st.dictionaries(st.sampled_from(["distance", "x"]), _SIMPLE, max_size=2))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.tuples(st.sampled_from(_KEYS), _VALUES), max_size=8), st.floats(allow_nan=False, allow_infinity=False)
 )

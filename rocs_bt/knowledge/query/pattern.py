@@ -12,7 +12,6 @@ goal, no peer pursues goal                what must not be
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ...errors import Fault, InputError, did_you_mean
@@ -297,10 +296,3 @@ class _Clause:
 
     def _fault(self, message: str, hint: str = "", at: int | None = None) -> InputError:
         return self._section.fault(message, hint, at)
-
-
-def all_links(pattern: Pattern) -> Iterator[Link]:
-    """The links that must be, and those that must not."""
-    yield from pattern.links
-    for _, links in pattern.absent:
-        yield from links

@@ -29,8 +29,7 @@ from ...geometry import Pose2
 from ...units import ANGLE, LENGTH, NONE, Dimension, convert, parse_unit
 from ..attribute import Attribute, Live
 from ..declaration import Kind, Relation
-from .link import faults_of, joined_kind, joined_relation
-from .schema import Schema
+from .schema import Schema, faults_of, joined_kind, joined_relation
 
 FORMAT = "schema/1"
 POSE = (LENGTH, LENGTH, ANGLE)

@@ -190,7 +190,7 @@ FIELDS = st.sampled_from(["name", "kind", "t", "revision", "attributes", "stamps
 ENTRY = st.dictionaries(FIELDS, JSON | st.sampled_from(["place", "home", "near", "a"]), max_size=6)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(nodes=st.lists(ENTRY | JSON, max_size=3), edges=st.lists(ENTRY | JSON, max_size=3), head=st.dictionaries(
     st.sampled_from(["agent", "t", "revision", "format"]), JSON, max_size=2))  # fmt: skip
 def test_no_document_raises_anything_but_its_faults(nodes: list[Any], edges: list[Any], head: dict[str, Any]) -> None:

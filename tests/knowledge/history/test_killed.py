@@ -52,7 +52,7 @@ def check_whole(state: State) -> int:
 @pytest.mark.parametrize("keep", [100, 100_000])
 def test_a_killed_process_leaves_whole_writes(tmp_path: Path, keep: int) -> None:
     moment = random.Random(keep)
-    for count in range(3):
+    for count in range(2):
         kill_one(tmp_path / f"{count}.sqlite", moment, keep)
 
 
