@@ -72,18 +72,7 @@ class Run:
         return [i for i, (_, log) in enumerate(self.periods) if ("act", label) in log]
 
 
-def runs(test):
-    @settings(max_examples=150, deadline=None)
-    @given(plan=schedule)
-    def wrapper(make_bench, make_do, make_chain, plan):
-        test(Run(make_bench(), make_do, make_chain, plan))
-
-    wrapper.__name__ = test.__name__
-    return wrapper
-
-
-@runs
-def test_every_ticket_ends_exactly_once(run):
+def every_ticket_ends_exactly_once(run):
     ends = Counter()
     for event in run.bench.sink.events:
         if isinstance(event, TicketChanged) and TicketState(event.state).done:
@@ -91,16 +80,14 @@ def test_every_ticket_ends_exactly_once(run):
     assert ends == {t.number: 1 for t in run.tickets}
 
 
-@runs
-def test_no_high_action_is_lost(run):
+def no_high_action_is_lost(run):
     for ticket in run.tickets:
         if ticket.priority is Priority.HIGH and ticket not in run.cancelled:
             assert ticket.state in (TicketState.SUCCEEDED, TicketState.FAILED)
             assert run.acts(ticket)
 
 
-@runs
-def test_a_high_action_acts_in_the_period_of_its_submission(run):
+def a_high_action_acts_in_the_period_of_its_submission(run):
     first = {}  # the period before which a HIGH ticket was submitted, or came to the head of the others
     for i, (queued, _) in enumerate(run.periods):
         if queued and queued[0].priority is Priority.HIGH:
@@ -109,23 +96,20 @@ def test_a_high_action_acts_in_the_period_of_its_submission(run):
         assert run.acts(ticket)[0] <= period
 
 
-@runs
-def test_no_normal_action_overtakes_a_high_one(run):
+def no_normal_action_overtakes_a_high_one(run):
     for _, log in run.periods:
         labels = [label for what, label, *_ in (e for e in log if e[0] == "act")]
         priorities = [run.tickets[int(label)].priority for label in labels]
         assert priorities == sorted(priorities, key=lambda p: -p.value)
 
 
-@runs
-def test_each_priority_is_first_in_first_out(run):
+def each_priority_is_first_in_first_out(run):
     for priority in Priority:
         order = [run.acts(t)[0] for t in run.tickets if t.priority is priority and run.acts(t)]
         assert order == sorted(order)
 
 
-@runs
-def test_stop_comes_exactly_once_and_before_anything_else_acts(run):
+def stop_comes_exactly_once_and_before_anything_else_acts(run):
     log = run.bench.log
     for number, ticket in enumerate(run.tickets):
         label = str(number)
@@ -140,8 +124,7 @@ def test_stop_comes_exactly_once_and_before_anything_else_acts(run):
             assert stops[0] < log.index(later[0], acts[-1] + 1)
 
 
-@runs
-def test_the_wheels_rest_when_nothing_commands(run):
+def the_wheels_rest_when_nothing_commands(run):
     moving = False
     for _, log in run.periods:
         commands = [e for e in log if e[0] == "command"]
@@ -154,7 +137,26 @@ def test_the_wheels_rest_when_nothing_commands(run):
     assert not run.bench.wheels.moving
 
 
-@runs
-def test_one_action_commands_in_a_period(run):
+def one_action_commands_in_a_period(run):
     for _, log in run.periods:
         assert [e[0] for e in log].count("command") <= 1
+
+
+GUARANTEES = (
+    every_ticket_ends_exactly_once,
+    no_high_action_is_lost,
+    a_high_action_acts_in_the_period_of_its_submission,
+    no_normal_action_overtakes_a_high_one,
+    each_priority_is_first_in_first_out,
+    stop_comes_exactly_once_and_before_anything_else_acts,
+    the_wheels_rest_when_nothing_commands,
+    one_action_commands_in_a_period,
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(plan=schedule)
+def test_the_guarantees_hold_on_any_schedule(make_bench, make_do, make_chain, plan):
+    run = Run(make_bench(), make_do, make_chain, plan)
+    for guarantee in GUARANTEES:
+        guarantee(run)

@@ -12,9 +12,19 @@ from rocs_bt.control.drive import make_drive
 from rocs_bt.device import Reading, Sensor
 from rocs_bt.errors import DeviceError, InputError, WiringError
 from rocs_bt.event import ListSink, SensorFailed, SensorRead, SignalsWritten
+from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.monitor import Monitor, PoseMonitor, RangeMonitor, Watched, WheelMonitor
+from rocs_bt.monitor import (
+    FixMonitor,
+    Monitor,
+    OdometryMonitor,
+    PeerMonitor,
+    PoseMonitor,
+    RangeMonitor,
+    Watched,
+    WheelMonitor,
+)
 from rocs_bt.signal import Signal
 
 PERIOD = 0.05
@@ -278,3 +288,96 @@ def test_a_users_monitor_needs_two_methods(robot):
     sensor.values = [12.5]
     robot.step()
     assert robot.read("charge") == [0.75]
+
+
+@pytest.fixture
+def odometry(robot):
+    sensors = robot.sensor("odometer", 2), robot.sensor("gyro", 1)
+    robot.watch(OdometryMonitor, *sensors)
+    robot.begin()
+    return sensors
+
+
+@pytest.fixture
+def fixes(robot):
+    sensors = robot.sensor("position", 3), robot.sensor("orientation", 1)
+    robot.watch(FixMonitor, *sensors, every=10)
+    robot.begin()
+    return sensors
+
+
+def test_a_gyro_is_there_or_not(robot, odometry):
+    odometry[0].values, odometry[1].values = [1.0, 2.0], [0.3]
+    robot.step()
+    assert (robot.read("wheel_travel"), robot.read("gyro_rate")) == ([1.0, 2.0], [0.3])
+    assert robot.monitors[0].expects() == {"odometer": 2, "gyro": 1}
+    other = Robot()
+    without = other.watch(OdometryMonitor, other.sensor("odometer", 2))
+    assert [signal.name for signal in without.signals()] == ["wheel_travel"]
+    assert without.expects() == {"odometer": 2}
+
+
+@pytest.mark.parametrize(
+    ("sensors", "silent", "heard"), [("odometry", 1, "wheel_travel"), ("fixes", 0, "compass"), ("fixes", 1, "fix")]
+)
+def test_one_that_refuses_does_not_silence_the_other(robot, request, sensors, silent, heard):
+    sensor = request.getfixturevalue(sensors)[silent]
+    sensor.values = DeviceError("no")
+    robot.step()
+    assert not any(robot.read(heard))
+    assert [e.sensor for e in robot.of(SensorFailed)] == [sensor.name]
+
+
+@pytest.mark.parametrize(("sensors", "signal"), [("odometry", "wheel_travel"), ("fixes", "fix")])
+def test_infinity_is_no_place_and_no_way(robot, request, sensors, signal):
+    sensor = request.getfixturevalue(sensors)[0]
+    sensor.values = [math.inf] * len(sensor.values)
+    robot.step()
+    assert all(map(math.isnan, robot.read(signal)))
+
+
+def test_fixes_are_slow_and_stay_valid_for_three_of_their_periods(robot, fixes):
+    fixes[0].values, fixes[1].values = [1.0, 2.0, 0.1], [4.0]
+    robot.step()
+    assert (robot.read("fix"), robot.read("compass")) == ([1.0, 2.0], [pytest.approx(4.0 - math.tau)])
+    fixes[0].values = [7.0] * 3
+    robot.step()
+    assert robot.read("fix") == [1.0, 2.0], "it is not read between"
+    assert robot.monitors[0].max_age == pytest.approx(1.5)
+
+
+@pytest.fixture
+def peers(robot, wheels):
+    sensor = robot.sensor("robots", 6)
+    robot.watch(PeerMonitor, sensor, slots=2)
+    robot.begin()
+    return sensor
+
+
+def test_each_slot_becomes_tag_range_and_bearing(robot, peers):
+    peers.values = [2.0, 1.2, -0.3, 0.0, math.inf, 0.0]
+    robot.step()
+    found = [robot.read(name) for name in ("peer_tag", "peer_range", "peer_bearing")]
+    assert found == [[2.0, 0.0], [1.2, math.inf], [-0.3, 0.0]]
+    assert robot.monitors[1].expects() == {"robots": 6}
+
+
+def test_rules_may_ask_how_near_anybody_is(robot, peers):
+    near = compile_expression("min(peer_range) < 0.5 m", Environment.of(robot.knowledge.signals))
+    for values, wanted in (([0.0, math.inf, 0.0] * 2, False), ([2.0, 0.4, 0.1, 0.0, math.inf, 0.0], True)):
+        peers.values = values
+        robot.step()
+        assert bool(near(robot.knowledge.signals.snapshot(robot.clock.now()).tolist(), 0.0)) is wanted
+
+
+def test_a_peer_that_cannot_be_is_nan_and_told(robot, peers):
+    peers.values = [2.0, -1.0, 9.0, 0.0, math.inf, 0.0]
+    robot.step()
+    assert math.isnan(robot.read("peer_range")[0])
+    assert math.isnan(robot.read("peer_bearing")[0])
+    assert [e.sensor for e in robot.of(SensorFailed)] == ["robots"]
+
+
+def test_a_robot_sensor_needs_a_slot(robot):
+    with pytest.raises(InputError, match="slots of monitor 'robots monitor' must be at least 1"):
+        robot.watch(PeerMonitor, robot.sensor("robots", 6), slots=0)
