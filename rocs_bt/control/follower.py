@@ -45,8 +45,6 @@ class FollowerSettings:
         wheel_delay: Dead time from a command until the wheels begin to follow it [s].
         wheel_lag: Time constant of the first-order lag with which the wheels then follow it [s].
         jump: A pose this much farther than the wheels can have driven means that the robot was carried [m].
-        jit: Compile with the machine's C compiler, which leaves files in the working directory while the follower
-            lives: seconds to build, then a solve takes a third.
     """
 
     blocks: tuple[int, ...] = (1, 1, 1, 2, 2, 3, 4, 6)
@@ -57,7 +55,6 @@ class FollowerSettings:
     wheel_delay: float = 0.0
     wheel_lag: float = 0.0
     jump: float = 0.5
-    jit: bool = False
 
     @property
     def late(self) -> float:
@@ -258,7 +255,7 @@ class _Program:
     """The compiled program with its buffers; calling it through them costs a microsecond instead of a hundred."""
 
     def __init__(self, layout: Layout, settings: FollowerSettings) -> None:
-        self._function = build(layout, settings.weights, settings.iterations, settings.jit)
+        self._function = build(layout, settings.weights, settings.iterations)
         n, size = layout.n, layout.size
         # CasADi keeps bare pointers into these arrays, so they live as long as the buffer does.
         self._input = np.zeros(self._function.numel_in(0))

@@ -132,8 +132,9 @@ class Layout:
         return np.column_stack([np.interp(times, self.ends, column) for column in unit])
 
 
-def build(layout: Layout, weights: Weights, iterations: int, jit: bool) -> Any:
-    """The program as a CasADi Function of one vector; the same Function for the same arguments, but for compiled ones.
+@lru_cache(maxsize=8)  # building takes as long as a hundred solves
+def build(layout: Layout, weights: Weights, iterations: int) -> Any:
+    """The program as a CasADi Function of one vector; the same Function for the same arguments.
 
     Its input is, one after the other: pose (3,), q now (n,), the plan to linearise at (blocks * n,), and for each stage
     the wanted x, y, yaw and q (stages * (3 + n)). Its output is the new plan (blocks * n,). Nothing tells whether the
@@ -143,18 +144,7 @@ def build(layout: Layout, weights: Weights, iterations: int, jit: bool) -> Any:
         layout: Sizes and limits.
         weights: The cost.
         iterations: The most steps of the active-set solver; a truncated solve breaks limits, which the check sees.
-        jit: Compile the linearisation with the machine's C compiler (seconds once, then faster).
     """
-    # A compiled program has files that go with it; any other is kept, for building takes as long as a hundred solves.
-    return _build(layout, weights, iterations, jit) if jit else _kept(layout, weights, iterations)
-
-
-@lru_cache(maxsize=8)
-def _kept(layout: Layout, weights: Weights, iterations: int) -> Any:
-    return _build(layout, weights, iterations, jit=False)
-
-
-def _build(layout: Layout, weights: Weights, iterations: int, jit: bool) -> Any:
     import casadi as ca
 
     p = ca.SX.sym("p", 3 + layout.n + layout.size + layout.stages * (3 + layout.n))
@@ -164,11 +154,8 @@ def _build(layout: Layout, weights: Weights, iterations: int, jit: bool) -> Any:
     offset = ca.DM(rows) @ ca.vertcat(now, plan)
     free = ca.DM(rows[:, layout.n :])
     speed = layout.drive.max_wheel_speed if boxed else np.inf
-    options: dict[str, Any] = {"cse": True}
-    if jit:
-        options |= {"jit": True, "compiler": "shell", "jit_options": {"flags": ["-O3", "-march=native"]}}
     bounds = [-speed - plan, speed - plan, -1.0 - offset, 1.0 - offset]
-    linearise = ca.Function("linearise", [p], [hessian, gradient, *bounds], options)
+    linearise = ca.Function("linearise", [p], [hessian, gradient, *bounds], {"cse": True})
     shape = {"h": hessian.sparsity(), "a": free.sparsity()}
     quiet: dict[str, Any] = {"error_on_fail": False, "daqp": {"iter_limit": iterations}}
     solver = ca.conic("solver", "daqp", shape, quiet)

@@ -1,9 +1,7 @@
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Callable
-from pathlib import Path as FilePath
 
 import numpy as np
 import numpy.typing as npt
@@ -242,20 +240,6 @@ def test_the_predicted_pose_is_that_of_a_plant_with_this_delay_and_lag(drive: Dr
     wheels, pose, t = move(delay, wheels, pose, t)
     assert tuple(found) == pytest.approx(tuple(pose), abs=2e-3)
     assert turning == pytest.approx(wheels, abs=2e-3)
-
-
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc, which the compiled linearisation is built with")
-def test_the_compiled_follower_commands_the_same(
-    drive: Drive, tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)  # where the compiler leaves its files
-    plants = [Plant(drive, Pose2(0.25, 0.25, 0.3)) for _ in range(2)]
-    compiled, plain = (
-        drive_on(Follower(drive, FollowerSettings(jit=jit)), plant, along(drive, tour(), 0.7), 40)
-        for jit, plant in zip((True, False), plants, strict=True)
-    )
-    for one, other in zip(compiled, plain, strict=True):
-        np.testing.assert_allclose(one.wheel_speeds, other.wheel_speeds, atol=1e-6)
 
 
 coordinates = st.floats(-6.0, 6.0)

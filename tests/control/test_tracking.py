@@ -95,7 +95,7 @@ def oracle(cost: Any, gradient: Any, start: Array, limits: LinearConstraint) -> 
 @pytest.mark.parametrize("seed", range(4))
 def test_one_solve_is_the_best_step_of_the_linearised_problem(any_drive: Drive, seed: int) -> None:
     problem = Problem(any_drive, seed)
-    plan = problem.solve(build(Layout(any_drive, BLOCKS, DT), WEIGHTS, 200, False), problem.linearised_at)
+    plan = problem.solve(build(Layout(any_drive, BLOCKS, DT), WEIGHTS, 200), problem.linearised_at)
     r, j, at = problem.residuals(problem.linearised_at), jacobian(problem, problem.linearised_at), problem.linearised_at
 
     def cost(z: Array) -> float:
@@ -113,7 +113,7 @@ def test_one_solve_is_the_best_step_of_the_linearised_problem(any_drive: Drive, 
 
 
 def test_the_limits_matter_in_these_problems(drive: Drive) -> None:
-    program = build(Layout(drive, BLOCKS, DT), WEIGHTS, 200, False)
+    program = build(Layout(drive, BLOCKS, DT), WEIGHTS, 200)
     active = 0
     for seed in range(4):
         problem = Problem(drive, seed)
@@ -126,7 +126,7 @@ def test_the_limits_matter_in_these_problems(drive: Drive) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_repeated_solves_reach_an_optimum_of_the_nonlinear_problem(any_drive: Drive, seed: int) -> None:
     problem = Problem(any_drive, seed)
-    program = build(Layout(any_drive, BLOCKS, DT), WEIGHTS, 200, False)
+    program = build(Layout(any_drive, BLOCKS, DT), WEIGHTS, 200)
     plan = problem.linearised_at
     for _ in range(60):
         plan = problem.solve(program, plan)
