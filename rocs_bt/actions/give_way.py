@@ -77,15 +77,6 @@ def nearest_moment(way: Array, other: Array) -> float:
     return float(np.hypot(way[:, 0] - other[:, 0], way[:, 1] - other[:, 1]).min())
 
 
-def bent_at(pose: Pose2, runs: Array, bends: Array, ways: Array) -> None:
-    """Fill ways (3, n, k), x, y and yaw, with where arcs of bends (n, 1) [rad/m] lead after runs (n, k) [m]."""
-    turned = bends * runs
-    half = 0.5 * turned
-    chord, middle = runs * sinc(half / math.pi), pose.yaw + half
-    ways[0], ways[1] = pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle)
-    ways[2] = pose.yaw + turned
-
-
 def braked(speed: Array | float, reach: Array, times: Array, braking: float) -> Array:
     """How far one has gone at some times [s], at a speed [m/s] from which one brakes [m/s2] to stand at a reach [m]."""
     fast = np.minimum(speed, np.sqrt(2.0 * braking * reach))
@@ -95,69 +86,9 @@ def braked(speed: Array | float, reach: Array, times: Array, braking: float) -> 
     return gone
 
 
-def turned_at(
-    pose: Pose2,
-    ahead: tuple[Array, Array, Array],
-    turning: tuple[float, float, float, float],
-    times: Array,
-    ways: Array,
-) -> None:
-    """Fill ways (3, m, k), x, y and yaw, with turns on the spot to some headings, and then straight there.
-
-    Args:
-        pose: From where.
-        ahead: (m,) each: the headings [rad], how far they are off [rad], and how far one may drive there [m].
-        turning: How fast it goes [m/s] and turns [rad/s], what is lost while it begins to turn, and ends [s], and how
-            hard it brakes [m/s2].
-        times: (k,) For when [s].
-        ways: Which to fill.
-    """
-    (speed, rate, lag, braking), (headings, errors, reach) = turning, ahead
-    took = np.abs(errors) / rate
-    took = (took + np.minimum(took, lag))[:, None]
-    runs = braked(speed, reach[:, None], np.maximum(times - took, 0.0), braking)
-    ways[0] = pose.x + runs * np.cos(headings)[:, None]
-    ways[1] = pose.y + runs * np.sin(headings)[:, None]
-    ways[2] = pose.yaw + errors[:, None] * np.minimum(times / np.maximum(took, 1e-6), 1.0)
-
-
 def least_apart(way: Array, other: Array, half: tuple[float, float]) -> float:
     """The least gap [m] between a hull on its way (k, 3), half so long and wide, and the middle of another (k, 3)."""
     return float(_apart(way.T[:, None], other, half).min())
-
-
-def costs_at(
-    ways: Array,
-    leader: Array,
-    others: Sequence[Array],
-    half: tuple[float, float],
-    limits: tuple[float, float, float, float, float],
-    soon: int,
-    costs: Array,
-) -> None:
-    """Fill in what ways cost (n,), as `GiveWay` judges them; those too near to the leader cost infinitely much.
-
-    Args:
-        ways: (3, n, k) x, y and yaw; the first of them is standing.
-        leader: (k, 3) Where the leader will be.
-        others: (soon, 3) each, where the others will be.
-        half: Half the hull's length and width [m].
-        limits: The string's length [m], what to leave to the leader [m] and to others [m], what a metre less costs,
-            and by how much a way may lead nearer to the leader than standing would by then [m].
-        soon: How many of the moments count for the string and for the others.
-        costs: (n,) As the square of the metres too far from the leader.
-    """
-    length, room, keep, lever, nearer = limits
-    far = np.hypot(ways[0] - leader[:, 0], ways[1] - leader[:, 1])
-    costs[:] = np.square(np.maximum(far[:, :soon] - length, 0.0)).sum(axis=1) / soon  # a little too far does no harm
-    costs += lever * (np.maximum(room - far, 0.0).sum(axis=1) / ways.shape[2])
-    limit = length
-    for other in others:
-        short = np.maximum(keep - _apart(ways[:, :, :soon], other, half), 0.0)
-        costs += lever * (short.sum(axis=1) / soon + short.max(axis=1))
-        if short[0].any():  # it cannot stay
-            limit = room
-    costs[(far < np.minimum(limit, np.minimum.accumulate(far[0]) - nearer)).any(axis=1)] = math.inf
 
 
 def _apart(ways: Array, other: Array, half: tuple[float, float]) -> Array:
@@ -212,7 +143,7 @@ class GiveWay:
         ways = [(sign * share * speed, bend) for sign in (1.0, -1.0) for share in SPEEDS for bend in BENDS]
         speeds, self._bends = np.array(list(zip((0.0, 0.0), *ways, strict=True)))[:, :, None]  # (n, 1) [m/s], [rad/m]
         self._signs, self._speeds, self._braking = np.sign(speeds), np.abs(speeds), braking
-        self._turning = SPEEDS[1] * speed, TURN_RATE, TURN_LAG, braking
+        self._speed = speed
         self._last = 0
 
     def needed(self, way: Array, leader: Array, others: Sequence[Array]) -> bool:
@@ -231,19 +162,55 @@ class GiveWay:
             others: (k, 3) each, where the others will be.
             room: How far it may drive.
         """
-        arcs, soon = len(self._bends), len(self.times)
-        ways = np.empty((3, arcs + len(HEADINGS), len(self.afar)))
-        bent_at(pose, self._runs_within(room), self._bends, ways[:, :arcs])
+        ways = np.concatenate([self._arcs(pose, room), self._turns(pose, room)], axis=1)
+        cost = self._costs(ways, leader, others)
+        cost[len(self._bends) :][room.turned <= 0.0] = math.inf
+        cost[self._last] -= STICK
+        self._last = int(cost.argmin())
+        return ways[:, self._last, : len(self.times)].T
+
+    def _arcs(self, pose: Pose2, room: Room) -> Array:
+        """Positions and yaws (3, n, k) when standing, then on each arc ahead and each back, at the times `afar`."""
+        runs = self._runs_within(room)
+        turned = self._bends * runs
+        half = 0.5 * turned
+        chord, middle = runs * sinc(half / math.pi), pose.yaw + half
+        return np.stack([pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), pose.yaw + turned])
+
+    def _turns(self, pose: Pose2, room: Room) -> Array:
+        """Positions and yaws (3, m, k) of a turn on the spot to each heading, then straight on, at the times `afar`."""
         off = HEADINGS - pose.yaw
         errors = np.arctan2(np.sin(off), np.cos(off))
         errors -= np.where(np.abs(errors) > 0.5 * math.pi, np.copysign(math.pi, errors), 0.0)  # the stern is nearer
-        turned_at(pose, (HEADINGS, errors, room.turned), self._turning, self.afar, ways[:, arcs:])
-        cost = np.empty(ways.shape[1])
-        costs_at(ways, leader, others, self._half, (self._length, self._room, KEEP, LEVER, NEARER), soon, cost)
-        cost[arcs:][room.turned <= 0.0] = math.inf
-        cost[self._last] -= STICK
-        self._last = int(cost.argmin())
-        return ways[:, self._last, :soon].T
+        took = np.abs(errors) / TURN_RATE
+        took = (took + np.minimum(took, TURN_LAG))[:, None]
+        driving = np.maximum(self.afar - took, 0.0)
+        runs = braked(SPEEDS[1] * self._speed, room.turned[:, None], driving, self._braking)
+        return np.stack(
+            [
+                pose.x + runs * np.cos(HEADINGS)[:, None],
+                pose.y + runs * np.sin(HEADINGS)[:, None],
+                pose.yaw + errors[:, None] * np.minimum(self.afar / np.maximum(took, 1e-6), 1.0),
+            ]
+        )
+
+    def _costs(self, ways: Array, leader: Array, others: Sequence[Array]) -> Array:
+        """Costs (n,) of ways (3, n, k), the first of which is standing; infinite where too near to the leader.
+
+        A cost is the square of the metres too far from the leader, and `LEVER` for each metre too near to a robot.
+        """
+        soon = len(self.times)
+        far = np.hypot(ways[0] - leader[:, 0], ways[1] - leader[:, 1])
+        costs: Array = np.square(np.maximum(far[:, :soon] - self._length, 0.0)).sum(axis=1) / soon
+        costs += LEVER * (np.maximum(self._room - far, 0.0).sum(axis=1) / ways.shape[2])
+        limit = self._length
+        for other in others:
+            short = np.maximum(KEEP - _apart(ways[:, :, :soon], other, self._half), 0.0)
+            costs += LEVER * (short.sum(axis=1) / soon + short.max(axis=1))
+            if short[0].any():  # it cannot stay
+                limit = self._room
+        costs[(far < np.minimum(limit, np.minimum.accumulate(far[0]) - NEARER)).any(axis=1)] = math.inf
+        return costs
 
     def _runs_within(self, room: Room) -> Array:
         """(n, k) How far standing leads, then each arc ahead and each back [m]."""
