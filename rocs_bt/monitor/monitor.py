@@ -199,24 +199,20 @@ class Monitor(ABC):
                 return None, raised
             reading = Reading(t, [math.nan] * watched.size)
             data = pack(reading.values)
-        watched.size = len(reading.values)
+        values = reading.values
+        watched.size = len(values)
         event = SensorRead(t=t, agent=self.knowledge.agent, sensor=sensor.name, stamp=reading.stamp, data=data)
         self._sink.emit(event)
-        reading, problem = self._plausible(watched, reading, data, t)
-        return reading, raised or problem
-
-    def _plausible(self, watched: Watched, reading: Reading, data: bytes, t: float) -> tuple[Reading, str]:
-        """A reading, NaN where it cannot be true, and what is wrong with it."""
-        values = reading.values
         if self._frozen_after < math.inf and self._frozen(watched, data, reading, t):
             problem = f"frozen: the same values for {watched.still:.2f} s while the wheels turned"
-        elif not (problem := self.doubt(watched.sensor.name, reading)):
+        elif not (problem := self.doubt(sensor.name, reading)):
             # What is wrong with a reading that speaks for itself, as NaN or by its stamp.
             if any(map(math.isnan, values)):
-                return reading, "it says NaN"
-            stale = t - reading.stamp > self.max_age + 5e-7
-            return reading, f"stale: its newest sample is {t - reading.stamp:.2f} s old" if stale else ""
-        return Reading(reading.stamp, [math.nan] * len(values)), problem
+                problem = "it says NaN"
+            elif t - reading.stamp > self.max_age + 5e-7:
+                problem = f"stale: its newest sample is {t - reading.stamp:.2f} s old"
+            return reading, raised or problem
+        return Reading(reading.stamp, [math.nan] * len(values)), raised or problem
 
     def _all_invalid(self) -> Signals:
         """All signals of the monitor as NaN."""

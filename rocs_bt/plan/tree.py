@@ -126,14 +126,16 @@ class TreePlan(Plan):
 
     def _run(self, t: float) -> None:
         self._mission.begin(t, self._paths)
-        self._restart()
+        if self._restarts:
+            self._restart()
         self._ticking = True
         try:
             outcome = self._tick()
         finally:
             self._ticking = False
             self._tell()
-            self._report()
+            if self._raised:
+                self._report()
         self.ticks += 1
         if outcome is Status.SUCCESS:
             self.status = SUCCESS
