@@ -29,7 +29,7 @@ from row import Row, size
 import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ActuatorCommanded, Event, NullSink
-from rocs_bt.simulation import RunResult, set_stage
+from rocs_bt.simulation import RunResult, build_world
 
 SEEDS = range(1, size(8, 2))
 DURATION = size(None, 1.0)  # [s] simulated; None is the scenario's
@@ -91,7 +91,7 @@ def alone(catalog: Catalog, seed: int, commands: Commands, periods: int, expecte
     scenario = catalog.load_scenario("exp1")
 
     def play(tick: Callable[[float], None]) -> str:
-        stage = set_stage(scenario, catalog, seed, NullSink())
+        stage = build_world(scenario, catalog, seed, NullSink())
         world, every, digest = stage.world, scenario.rate.control_rate.every, hashlib.sha256()
         sonar, wheels = stage.sensors[AGENT][RANGES], stage.actuators[AGENT][WHEELS]
         due = stage.sensor_rates[AGENT][RANGES].due

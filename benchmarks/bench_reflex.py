@@ -22,7 +22,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 from row import Row, size
 
-from rocs_bt.agent import Mind, ThreadedRunner
+from rocs_bt.agent import Mind, Runtime, ThreadedRunner
 from rocs_bt.catalog import Catalog, PlaceSpec
 from rocs_bt.clock import WallClock
 from rocs_bt.device import Actuator, Reading, Sensor
@@ -32,7 +32,7 @@ from rocs_bt.knowledge.share import Sharing
 from rocs_bt.plan import Mission
 from rocs_bt.record import Recorder, RunHeader
 from rocs_bt.simulation import SinkThread
-from rocs_bt.testing.mock_agent import MockStage, mock_agent
+from rocs_bt.testing.mock_agent import MockStage, mock_agent, mock_rates
 
 CROSSINGS = size(200, 2)
 P50, P99 = 2.0, 10.0  # [ms]
@@ -110,7 +110,9 @@ def measure(
         recorder = Recorder(Path(folder) / "run.mcap", RunHeader(scenario="reflex", seed=1, mode="threaded"))
         with SinkThread(recorder) as sink:
             robot = catalog.load_robot("pioneer_p3dx")
-            agent, _ = mock_agent(robot, mind, clock, sink, plan=plan, prepare=prepare, share=share)
+            agent, _ = mock_agent(
+                robot, mind, Runtime(clock, sink), rates=mock_rates(plan=plan), prepare=prepare, share=share
+            )
             clock.start()
             with ThreadedRunner(agent, clock):
                 found = cross(sonar, wheels, crossings)

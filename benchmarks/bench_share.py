@@ -90,7 +90,6 @@ def _sharing(knowledge: Knowledge, network: object) -> Sharing:
         Scope(knowledge.graph.schema),
         network,
         origin=f"{knowledge.agent}#{os.urandom(8).hex()}",
-        sink=NullSink(),
         calendar=time.time,
     )
 

@@ -24,7 +24,6 @@ from row import Row, size
 
 from rocs_bt import run as play
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share import Entry, Scope, Sharing
 from rocs_bt.knowledge.share.wire import Delta, Say, Want, encode
@@ -118,7 +117,7 @@ def _join(listen: str, found: list[Sharing]) -> Callable[[Knowledge], Sharing]:
     def join(knowledge: Knowledge) -> Sharing:
         scope, origin = Scope(knowledge.graph.schema), f"{knowledge.agent}#{os.urandom(8).hex()}"
         network = ZenohNetwork(listen)
-        found.append(Sharing(knowledge, scope, network, origin=origin, sink=NullSink(), calendar=time.time))
+        found.append(Sharing(knowledge, scope, network, origin=origin, calendar=time.time))
         return found[0]
 
     return join

@@ -40,7 +40,7 @@ from pathlib import Path
 import numpy as np
 
 import rocs_bt
-from rocs_bt.agent import Mind, Rates, build_agent, robot_drive
+from rocs_bt.agent import Mind, RobotDevices, Runtime, robot_drive
 from rocs_bt.catalog import load_robot
 from rocs_bt.channel import Signals, Stamped
 from rocs_bt.clock import Rate
@@ -324,16 +324,18 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
         strategy_model=Duty,
     )  # fmt: skip
     every_period = Rate(1, PERIOD)
-    agent = build_agent(
-        "R1",
+    devices = RobotDevices(
         spec,
-        mind,
         sensors={"echo": Echo(body), "battery": Battery(clock)},
         actuators={"wheels": gate},
         sensor_rates={"echo": every_period, "battery": every_period},
-        rates=Rates(control=every_period, plan=Rate(2, PERIOD)),
-        clock=clock,
-        sink=Teller(),
+    )
+    agent = rocs_bt.build_agent(
+        "R1",
+        devices,
+        mind,
+        rocs_bt.Rates(control=every_period, plan=Rate(2, PERIOD)),
+        Runtime(clock, Teller()),
         load_class=lambda file, name: globals()[name],  # the classes stand in this very file
     )
     return agent, body

@@ -23,11 +23,11 @@ Output:
 
 import rocs_bt
 from rocs_bt.event import ActuatorCommanded, Event, RuleChanged, SensorFailed
-from rocs_bt.simulation import Stage
+from rocs_bt.simulation import SimulatedWorld
 from rocs_bt.testing.faults import DeadSensor, break_sensor
 
 
-def prepare(stage: Stage) -> None:
+def prepare(stage: SimulatedWorld) -> None:
     """Break R2's sonars."""
     break_sensor(stage, "sonar", DeadSensor, agent="R2", at=2.0, until=4.0)
 

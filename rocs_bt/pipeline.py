@@ -95,8 +95,8 @@ class Pipeline:
     """
 
     def __init__(self, clock: Clock, sink: EventSink, agent: str = "", *, latency: float | None = 0.0) -> None:
-        self._clock = clock
-        self._sink = sink
+        self.clock = clock
+        self.sink = sink
         self._agent = agent
         self._lock = threading.RLock()
         self._urgent = threading.Condition(self._lock)
@@ -129,7 +129,7 @@ class Pipeline:
                     f"{action.name} was submitted by '{by}' while the same object is queued or running."
                 )
             self._count += 1
-            ticket = Ticket(self._count, action, priority, by, self._clock.now())
+            ticket = Ticket(self._count, action, priority, by, self.clock.now())
             if priority is Priority.HIGH:
                 self._cut_off += self._normal
                 self._preempt(by)
@@ -155,7 +155,7 @@ class Pipeline:
                 self._cut_off = [other for other in self._cut_off if other is not ticket]
                 return False
             if ticket.priority is Priority.NORMAL and self._latency != 0.0:
-                due = None if self._latency is None else self._clock.now() + self._latency
+                due = None if self._latency is None else self.clock.now() + self._latency
                 self._leaving.append((ticket, by, due))
                 return True
             self._end(ticket, TicketState.CANCELLED, by)
@@ -180,7 +180,7 @@ class Pipeline:
         Where one is impossible the ticket fails (CANNOT).
         """
         with self._lock:
-            due = None if self._latency is None else self._clock.now() + self._latency
+            due = None if self._latency is None else self.clock.now() + self._latency
             self._updating.append((ticket, parameters, due))
             if self._latency == 0.0:
                 self.settle()
@@ -190,7 +190,7 @@ class Pipeline:
         with self._lock:
             if not (self._uncharged or self._leaving or self._updating):
                 return
-            due = self._clock.now() + latency
+            due = self.clock.now() + latency
             for ticket in self._uncharged:
                 ticket.due = due
             self._uncharged.clear()
@@ -202,7 +202,7 @@ class Pipeline:
         if not self._leaving and not self._updating:
             return
         with self._lock:
-            now = self._clock.now() + _SLACK
+            now = self.clock.now() + _SLACK
             updates, leaves = self._updating, self._leaving
             self._updating = [each for each in updates if each[2] is None or each[2] > now]
             self._leaving = [each for each in leaves if each[2] is None or each[2] > now]
@@ -218,7 +218,7 @@ class Pipeline:
         with self._lock:
             if self._high:
                 return self._high[0]
-            if self._normal and not self._held and self._normal[0].due <= self._clock.now() + _SLACK:
+            if self._normal and not self._held and self._normal[0].due <= self.clock.now() + _SLACK:
                 return self._normal[0]
             return None
 
@@ -309,9 +309,9 @@ class Pipeline:
         return True
 
     def _emit(self, ticket: Ticket, by: str) -> None:
-        self._sink.emit(
+        self.sink.emit(
             TicketChanged(
-                t=self._clock.now(),
+                t=self.clock.now(),
                 agent=self._agent,
                 ticket=ticket.number,
                 action=ticket.action.name,

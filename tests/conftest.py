@@ -88,7 +88,6 @@ class Rig:
         limits = Limits((-DRIVE.max_wheel_speed,), (DRIVE.max_wheel_speed,), together=True)
         self.gate = SafetyGate(self.wheels, self.clock, limits, period=period, max_age=0.2, sink=self.sink, agent="R1")
         self.body = RobotBody(
-            agent="R1",
             knowledge=self.knowledge,
             drive=DRIVE,
             follower=FOLLOWER,

@@ -5,18 +5,22 @@ and the layers above import it.
 """
 
 from ..catalog import robot_drive
-from .agent import Agent, Rates
+from .agent import Agent
 from .build import Mind, build_agent
 from .facts import tell_facts
+from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile, RuleWatch
 from .threaded import ThreadedRunner
 
 __all__ = [
     "Agent",
+    "Blocks",
     "Mind",
     "Rates",
+    "RobotDevices",
     "RuleFile",
     "RuleWatch",
+    "Runtime",
     "ThreadedRunner",
     "build_agent",
     "robot_drive",

@@ -8,49 +8,37 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from ..analyze import Analyze
-from ..clock import Clock, Rate
-from ..device import Sensor
 from ..errors import ActuatorError, BlockError, interrupts
-from ..event import AgentStopped, BlockFailed, EventSink
-from ..execute import Execute
+from ..event import AgentStopped, BlockFailed
 from ..knowledge import Knowledge
 from ..knowledge.share import Sharing
-from ..monitor import Monitor
-from ..pipeline import Pipeline
-from ..plan import Plan
 from ..raised import describe, raised_at
-from ..reactive import ReflexArc
-from ..safety import SafetyGate
 from .exceptions import ContentExceptions
+from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile
 
 HALT = 3
 """Periods of the plan that its last turn may take before the agent stops without it."""
 
 
-@dataclass(frozen=True)
-class Rates:
-    """How often blocks run, counted in control periods.
-
-    Attributes:
-        control: Reflexes, Execute and the follower; the base of all others.
-        plan: Plan.
-    """
-
-    control: Rate
-    plan: Rate
-
-
 class Agent:
-    """One robot's mind, built by `build_agent`.
+    """One robot's MAPE-K loop, built by `build_agent`.
+
+    Args:
+        name: The agent, and its robot's node in Knowledge.
+        knowledge: K.
+        devices: The devices of its robot.
+        blocks: Its blocks.
+        rates: Rates of the blocks.
+        runtime: Clock and sink of the run.
+        rule_files: The rule files in force.
+        sharing: Keeps Knowledge the same as that of other agents; None where it is its own.
 
     Attributes:
         name: The agent, and its robot's node in Knowledge.
@@ -71,48 +59,40 @@ class Agent:
     def __init__(
         self,
         name: str,
-        *,
         knowledge: Knowledge,
-        sensors: Mapping[str, Sensor],
-        actuators: Mapping[str, SafetyGate],
-        monitors: Sequence[Monitor],
-        analyzes: Sequence[Analyze],
-        arc: ReflexArc,
-        pipeline: Pipeline,
-        plan: Plan,
-        execute: Execute,
-        clock: Clock,
-        sink: EventSink,
+        devices: RobotDevices,
+        blocks: Blocks,
         rates: Rates,
+        runtime: Runtime,
+        *,
         rule_files: Sequence[RuleFile] = (),
         sharing: Sharing | None = None,
-        timer: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self.name = name
         self.knowledge = knowledge
-        self.sensors = sensors
-        self.actuators = actuators
-        self.monitors = tuple(monitors)
-        self.analyzes = tuple(analyzes)
+        self.sensors = devices.sensors
+        self.actuators = devices.actuators
+        self.monitors = tuple(blocks.monitors)
+        self.analyzes = tuple(blocks.analyzes)
         self._monitors = [(f"monitor {m.name}", m) for m in self.monitors]
         self._analyzes = [(f"analyze {a.name}", a) for a in self.analyzes]
-        self.arc = arc
-        self.pipeline = pipeline
-        self.plan = plan
-        self.execute = execute
-        self.clock = clock
+        self.arc = blocks.arc
+        self.pipeline = blocks.pipeline
+        self.plan = blocks.plan
+        self.execute = blocks.execute
+        self.clock = runtime.clock
         self.rates = rates
         self.rule_files = tuple(rule_files)
         self.sharing = sharing
         self.failure: BlockError | None = None
         self.stopped = False
         self.reacted = -math.inf
-        self._sink = sink
-        self._exceptions = ContentExceptions(name, pipeline, plan, clock, sink)
-        for actuator in actuators.values():
+        self._sink = runtime.sink
+        self._exceptions = ContentExceptions(name, self.pipeline, self.plan, self.clock, self._sink)
+        for actuator in self.actuators.values():
             actuator.on_failure = partial(self._actuator_failed, actuator.name)
-        plan.on_exception = execute.on_exception = arc.on_exception = self._exceptions.take
-        self._timer = timer
+        self.plan.on_exception = self.execute.on_exception = self.arc.on_exception = self._exceptions.take
+        self._timer = runtime.planning_timer
         self._failing = threading.Lock()
         self._planning = threading.Lock()
         self._plan_closed = False

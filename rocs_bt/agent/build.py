@@ -10,13 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..action import Action
 from ..actions import action_table
 from ..catalog import ActuatorSpec, DriveSpec, FactSpec, PlaceSpec, RobotSpec, robot_drive
 from ..catalog import load_class as load_class_from_file
-from ..clock import Clock, Rate, SimulatedClock
+from ..clock import Clock
 from ..control.drive import Drive
 from ..control.follower import Follower, FollowerSettings
 from ..device import Sensor
@@ -30,8 +28,9 @@ from ..pipeline import Pipeline
 from ..plan import Mission, Plan, TreePlan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from ..safety import SafetyGate
-from .agent import Agent, Rates
+from .agent import Agent
 from .facts import examine_queries, tell_facts
+from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile
 from .wiring import LoadClass, declare_signals, make_analyzers, make_monitors
 
@@ -78,17 +77,11 @@ class Mind:
 
 def build_agent(
     name: str,
-    robot: RobotSpec,
+    devices: RobotDevices,
     mind: Mind,
-    *,
-    sensors: Mapping[str, Sensor],
-    actuators: Mapping[str, SafetyGate],
-    sensor_rates: Mapping[str, Rate],
     rates: Rates,
-    clock: Clock,
-    sink: EventSink,
-    timer: Callable[[], float] | None = None,
-    rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
+    runtime: Runtime,
+    *,
     load_class: LoadClass = load_class_from_file,
     keep: Keep = lambda key, make: make(),
     share: Callable[[Knowledge], Sharing] | None = None,
@@ -97,28 +90,22 @@ def build_agent(
 
     Args:
         name: The agent's name.
-        robot: Its robot; exactly this table is built.
-        mind: Mission, rules, and what it is told of the world.
-        sensors: The devices by name, one for each of robot.toml's.
-        actuators: The devices behind their limits by name, one for each of robot.toml's.
-        sensor_rates: How often each sensor is read, in control periods.
-        rates: How often the blocks run.
-        clock: Time.
-        sink: Where events go.
-        timer: Measures solve times of the follower, and how long a planner thinks whose latency is measured [s]; None
-            measures nothing. On wall time a planner's thinking takes its time anyway.
-        rng: The mission's streams of random numbers, by what they are for.
+        devices: Its robot's table, which is built exactly, and devices.
+        mind: Mission, rules and knowledge at the start.
+        rates: Rates of the blocks.
+        runtime: Clock, sink, timer and random streams.
         load_class: Loads a class that robot.toml names as `file.py:Class`.
-        keep: Shares what minds of the same content have in common (`Catalog.keep`).
+        keep: Shares what agents of the same content have in common (`Catalog.keep`).
         share: Makes it share its knowledge; None for one that shares nothing.
 
     Raises:
         InputError: A class, signal, action or parameter that is named does not exist, with every fault.
     """
+    robot, clock, sink = devices.robot, runtime.clock, runtime.sink
     drive = robot_drive(robot.drive)
     knowledge = _knowledge(name, robot, drive, mind, clock, sink)
-    _check_wheels(robot, drive, actuators)
-    monitors = make_monitors(robot, knowledge, sensors, sensor_rates, sink, load_class)
+    _check_wheels(robot, drive, devices.actuators)
+    monitors = make_monitors(robot, knowledge, devices.sensors, devices.sensor_rates, sink, load_class)
     analyzers = make_analyzers(robot, knowledge, monitors, sink, load_class)
     declare_signals(knowledge, [*monitors, *analyzers], robot)
     examine_queries(knowledge, mind.facts)
@@ -128,53 +115,42 @@ def build_agent(
     rule_files = _rule_files(mind, robot, environment, actions, knowledge, keep)
     knowledge.reactive_models.extend([*(file.model for file in rule_files), *mind.reflexes(knowledge)])
     _follow_mode(knowledge, [file.model for file in rule_files])
-    sharing = None if share is None else _with_mailbox(share(knowledge), sensors)
-    body = RobotBody(
-        agent=name,
-        knowledge=knowledge,
-        drive=drive,
-        follower=Follower(drive, _follower_settings(robot.drive), timer),
-        clock=clock,
-        period=rates.control.period,
-        actuators=actuators,
-        wheels=robot.drive.actuator,
-        sink=sink,
-        messenger=None if sharing is None else sharing.messenger,
-    )
+    sharing = None if share is None else _with_mailbox(share(knowledge), devices.sensors)
+    body = _body(devices, knowledge, drive, rates, runtime, sharing)
     arc = ReflexArc(knowledge.reactive_models, pipeline, actions, sink, name, clock)
     mission = Mission(
         mind.mission,
         knowledge=knowledge,
         pipeline=pipeline,
         actions=actions,
-        clock=clock,
-        sink=sink,
         compile_guard=lambda text: compile_expression(text, environment),
         rule_reading=arc.reading,
-        rng=rng,
+        rng=runtime.rng,
     )
     plan = _plan(mind, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")
     for analyze in analyzers:
         analyze.attach(plan)
-    return Agent(
-        name,
+    blocks = Blocks(monitors, analyzers, plan, Execute(pipeline, body), arc, pipeline)
+    return Agent(name, knowledge, devices, blocks, rates, runtime, rule_files=rule_files, sharing=sharing)
+
+
+def _body(
+    devices: RobotDevices, knowledge: Knowledge, drive: Drive, rates: Rates, runtime: Runtime, sharing: Sharing | None
+) -> RobotBody:
+    """What the agent's actions may use."""
+    body = RobotBody(
         knowledge=knowledge,
-        sensors=sensors,
-        actuators=actuators,
-        monitors=monitors,
-        analyzes=analyzers,
-        arc=arc,
-        pipeline=pipeline,
-        plan=plan,
-        execute=Execute(pipeline, body),
-        rule_files=rule_files,
-        clock=clock,
-        sink=sink,
-        rates=rates,
-        sharing=sharing,
-        timer=timer if timer is not None and isinstance(clock, SimulatedClock) else lambda: 0.0,
+        drive=drive,
+        follower=Follower(drive, _follower_settings(devices.robot.drive), runtime.timer),
+        clock=runtime.clock,
+        period=rates.control.period,
+        actuators=devices.actuators,
+        wheels=devices.robot.drive.actuator,
+        sink=runtime.sink,
     )
+    body.messenger = None if sharing is None else sharing.messenger
+    return body
 
 
 def _knowledge(name: str, robot: RobotSpec, drive: Drive, mind: Mind, clock: Clock, sink: EventSink) -> Knowledge:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from ..agent import Agent, Mind, Rates, build_agent
+from ..agent import Agent, Mind, Rates, Runtime, build_agent
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
 from ..errors import Fault
 from ..event import NullSink
 from ..geometry import Pose2
 from ..reactive import RuleModel
-from ..simulation import POSES_TRIED, FreePose, Stage, free_goal_poses, set_stage
+from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
 from .paper import idle
 from .trial import trial_faults
 
@@ -28,9 +28,9 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
     Raises:
         InputError: The world does not compile, or a robot cannot be at its start.
     """
-    yield from _beyond(scenario, set_stage(scenario, catalog, 1, NullSink()))
+    yield from _beyond(scenario, build_world(scenario, catalog, 1, NullSink()))
     for agent in scenario.agents:
-        stage = set_stage(replace(scenario, agents=(agent,), movers=()), catalog, 1, NullSink())
+        stage = build_world(replace(scenario, agents=(agent,), movers=()), catalog, 1, NullSink())
         built = _build(scenario, catalog, agent, stage)
         faults = list(trial_faults(built, stage.robots[agent.name], stage.sensors[agent.name]))
         yield from faults
@@ -43,7 +43,7 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
                     yield replace(fault, file=scenario.file, line=goal.line, warning=True)
 
 
-def _beyond(scenario: ScenarioSpec, stage: Stage) -> Iterable[Fault]:
+def _beyond(scenario: ScenarioSpec, stage: SimulatedWorld) -> Iterable[Fault]:
     """Places, and starts of things, beyond all that is in the world; a robot's start there is refused before."""
     left, low, right, high = stage.world.bounds()
     named = [(f"the start of {m.name}", m.pose, m.line) for m in scenario.movers]
@@ -60,29 +60,21 @@ def _beyond(scenario: ScenarioSpec, stage: Stage) -> Iterable[Fault]:
             )
 
 
-def _build(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, stage: Stage) -> Agent:
+def _build(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, stage: SimulatedWorld) -> Agent:
     """An agent alone in the world, without a mission."""
-    return build_agent(
-        agent.name,
-        stage.robots[agent.name],
-        Mind(
-            build=idle,
-            rules=[catalog.find("rules", name).path for name in agent.rules],
-            places=[p for p in scenario.places if agent.name in p.agents],
-            facts=scenario.facts_of(agent.name),
-            schema=catalog.load_schema(),
-        ),
-        sensors=stage.sensors[agent.name],
-        actuators=stage.actuators[agent.name],
-        sensor_rates=stage.sensor_rates[agent.name],
-        rates=Rates(scenario.rate.control_rate, scenario.rate.plan_rate),
-        clock=stage.clock,
-        sink=NullSink(),
-        load_class=catalog.load_class,
+    mind = Mind(
+        build=idle,
+        rules=[catalog.find("rules", name).path for name in agent.rules],
+        places=[p for p in scenario.places if agent.name in p.agents],
+        facts=scenario.facts_of(agent.name),
+        schema=catalog.load_schema(),
     )
+    rates = Rates(scenario.rate.control_rate, scenario.rate.plan_rate)
+    runtime = Runtime(stage.clock, NullSink())
+    return build_agent(agent.name, stage.devices(agent.name), mind, rates, runtime, load_class=catalog.load_class)
 
 
-def _doubt(stage: Stage, built: Agent, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
+def _doubt(stage: SimulatedWorld, built: Agent, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
     """Why an agent, alone in the world, cannot stand at a goal, or hardly; None when it can with ease."""
     world, what = stage.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
     poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance)

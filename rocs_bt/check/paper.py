@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..agent import Agent, Mind, Rates, build_agent
+from ..agent import Agent, Mind, Rates, RobotDevices, Runtime, build_agent
 from ..catalog import RateSpec, RobotSpec, command_size
 from ..clock import SimulatedClock
 from ..device import Actuator, Reading, Sensor
@@ -66,18 +66,14 @@ def paper_agent(
     """
     rate = RateSpec()
     clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
-    return build_agent(
-        name,
+    devices = RobotDevices(
         robot,
-        mind or Mind(build=idle),
-        sensors={s.name: _NoSensor(s.name) for s in robot.sensors},
-        actuators={
+        {s.name: _NoSensor(s.name) for s in robot.sensors},
+        {
             a.name: a.guard(_NoActuator(a.name, command_size(robot, a)), clock, rate.control_rate.period)
             for a in robot.actuators
         },
-        sensor_rates={s.name: RateSpec(sensors=rate.control).sensor_rate(None, s.name) for s in robot.sensors},
-        rates=rates,
-        clock=clock,
-        sink=NullSink(),
-        load_class=load_class,
+        {s.name: RateSpec(sensors=rate.control).sensor_rate(None, s.name) for s in robot.sensors},
     )
+    runtime = Runtime(clock, NullSink())
+    return build_agent(name, devices, mind or Mind(build=idle), rates, runtime, load_class=load_class)

@@ -18,6 +18,7 @@ from .terminal import echo, perhaps_closed
 
 if TYPE_CHECKING:
     from ..record.live import LivePage
+    from ..simulation import RunResult
 
 _NOTICE = "\n{signal}: the run ends and its report is written; a second signal ends it at once.\n"
 
@@ -45,9 +46,7 @@ _NOTICE = "\n{signal}: the run ends and its report is written; a second signal e
     help="Remember what is in this file, and go on in it.",
 )
 @click.option("--watch-rules", is_flag=True, help="Read rule files anew that change meanwhile.")
-@click.pass_context
 def command(
-    ctx: click.Context,
     scenario: str,
     seed: int,
     out: Path | None,
@@ -100,16 +99,21 @@ def command(
                 signals=signals,
             )
             result = run(spec, catalog, options)
-        summary = result.summary
-        with perhaps_closed():
-            echo(summary.to_json().rstrip() if as_json else outcome_text(summary, folder, result.report))
-            for line in result.missing:
-                echo(line, err=True)
+        _print(result, folder, as_json)
         if live is not None and signals.received is None:
             echo("The live page stays until Ctrl-C.", err=True)
             if not live.wait():
                 echo("The live page does not respond any more, so it was closed.", err=True)
-    return exit_code(summary, signal=signals.received, missing=bool(result.missing))
+    return exit_code(result.summary, signal=signals.received, missing=bool(result.missing))
+
+
+def _print(result: RunResult, folder: Path, as_json: bool) -> None:
+    """Print the summary, and the files that are missing."""
+    summary = result.summary
+    with perhaps_closed():
+        echo(summary.to_json().rstrip() if as_json else outcome_text(summary, folder, result.report))
+        for line in result.missing:
+            echo(line, err=True)
 
 
 @contextmanager

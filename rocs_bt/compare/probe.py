@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..drivers.mujoco import MujocoWorld
 from ..event import BodyMoved, Event, unpack
-from ..simulation import Stage
+from ..simulation import SimulatedWorld
 
 STEP = 0.05
 """How much of its way lies between two looks at the clearance, and two positions of the way [m]."""
@@ -39,7 +39,7 @@ class Probe:
         self._next = 0.0
         self._kinetic: float | None = None
 
-    def prepare(self, stage: Stage) -> None:
+    def prepare(self, stage: SimulatedWorld) -> None:
         """Take note of the world; for `run`'s argument of that name."""
         self._world = stage.world
 

@@ -89,7 +89,6 @@ class RobotBody:
     """The `Body` of one agent's actions.
 
     Args:
-        agent: The agent's name, for events.
         knowledge: All that the robot knows.
         drive: Kinematics of the wheels.
         follower: The trajectory follower.
@@ -98,6 +97,8 @@ class RobotBody:
         actuators: All actuators behind their limits, by name.
         wheels: The name of the one that takes wheel rim speeds.
         sink: Where events go.
+
+    Attributes:
         messenger: Sends messages to other robots; None where the robot shares nothing.
 
     Raises:
@@ -107,7 +108,6 @@ class RobotBody:
     def __init__(
         self,
         *,
-        agent: str,
         knowledge: Knowledge,
         drive: Drive,
         follower: Follower,
@@ -116,17 +116,16 @@ class RobotBody:
         actuators: Mapping[str, SafetyGate],
         wheels: str,
         sink: EventSink,
-        messenger: Messenger | None = None,
     ) -> None:
         if wheels not in actuators:
             raise WiringError(unknown("actuator", wheels, actuators, "The robot"))
-        self.agent = agent
+        self.agent = knowledge.agent
         self.knowledge = knowledge
         self.drive = drive
         self.follower = follower
         self.clock = clock
         self.period = period
-        self.messenger = messenger
+        self.messenger: Messenger | None = None
         self.turn = Turn()
         self._sink = sink
         self.actuators: Mapping[str, CommandedActuator] = {n: CommandedActuator(a, self) for n, a in actuators.items()}

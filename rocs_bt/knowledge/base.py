@@ -46,6 +46,7 @@ class KnowledgeBase(ABC):
     Attributes:
         agent: Name of the robot.
         clock: Source of time.
+        sink: Receives changes of the graph.
         graph: Nodes and relations.
         signals: Numbers that change every period.
         past: Where queries `as of` a time look; nowhere until somebody who keeps it is put there.
@@ -59,6 +60,7 @@ class KnowledgeBase(ABC):
             raise KnowledgeError("a Knowledge needs the name of its agent, found an empty one.")
         self.agent = agent
         self.clock = clock
+        self.sink = sink
         self.graph = KnowledgeGraph(clock, sink, agent, schema)
         self.signals: SignalTable = _Signals(self.graph)
         self.graph.add(agent, "robot")

@@ -25,7 +25,7 @@ from ..trees.nodes.tree import fault_at
 from ..units import SPEED, TURN_RATE, Dimension
 from .act import Act
 from .action_node import ActionNode
-from .context import MissionContext
+from .context import MissionContext, Survey
 from .mission import Mission, unseen_goal
 from .nav2.poses import PoseInput, PosesInput
 from .parameters import mission_parameters
@@ -199,13 +199,8 @@ def check_mission(
         knowledge=knowledge,
         pipeline=Pipeline(clock, sink),
         actions=actions,
-        clock=clock,
-        sink=sink,
         compile_guard=compile_guard,
-        survey=True,
-        fit=fit,
-        passed=[value for value in (parameters or {}).values() if isinstance(value, str)],
-        later=later,
+        survey=Survey(fit, [value for value in (parameters or {}).values() if isinstance(value, str)], later),
     )
     try:
         root = build(mission, **(parameters or {}))

@@ -78,6 +78,22 @@ class NoContent:
         )
 
 
+@dataclass(frozen=True)
+class Survey:
+    """Options of a check of a mission: leaves with faults are made all the same, and the faults collected.
+
+    Attributes:
+        fit: Whether the robot is the one that the mission is for, and not just any: only then actions must fit it.
+        passed: Values of the mission's parameters; a goal or leader among them is reported where the scenario sets the
+            parameter, not at the line of the mission.
+        later: Nodes that may become known during the run; None where any may.
+    """
+
+    fit: bool = True
+    passed: Collection[object] = ()
+    later: Collection[str] | None = None
+
+
 class MissionContext:
     """What leaves and nodes of one agent's mission need, however they were made.
 
@@ -86,15 +102,9 @@ class MissionContext:
         knowledge: All that the robot knows.
         pipeline: Where leaves submit their actions.
         actions: The action table.
-        clock: Time.
-        sink: Where events go.
         compile_guard: Compiles an expression over the signals; None where there are no expressions.
         rule_reading: Tells a rule's guard with its present readings, for the reason of a robot that is stuck.
-        survey: Whether this is a check: leaves with faults are made all the same, and the faults collected.
-        fit: Whether the robot is the one that the mission is for, and not just any: only then actions must fit it.
-        passed: In a survey, the values of the mission's parameters; a goal or leader among them is reported where the
-            scenario sets the parameter, not at the line of the mission.
-        later: In a survey, the nodes that may become known during the run; None where any may.
+        survey: Options of a check of the mission; None in a run.
         rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
             it, so that a planner that draws repeats.
 
@@ -102,7 +112,7 @@ class MissionContext:
         leaves: The leaves that `build` has made, in that order.
         faults: What was found in a survey.
         swap: Puts another subtree in the place of a named one while the mission runs (see `TreePlan.swap`).
-        survey: Whether this is a check.
+        survey: Options of a check; None in a run.
         passed: Parameters of the mission that are texts; only a check gives them.
         board: The board of the tree's root, where `build` may put what its nodes read.
         content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
@@ -117,22 +127,17 @@ class MissionContext:
         knowledge: Knowledge,
         pipeline: Pipeline,
         actions: Mapping[str, type[Action]],
-        clock: Clock,
-        sink: EventSink,
         compile_guard: Callable[[str], Expression] | None = None,
         rule_reading: Callable[[str], str] = lambda rule: "",
-        survey: bool = False,
-        fit: bool = True,
-        passed: Collection[object] = (),
-        later: Collection[str] | None = None,
+        survey: Survey | None = None,
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
     ) -> None:
         self.name = name
         self.knowledge = knowledge
         self.pipeline = pipeline
         self.actions = actions
-        self.clock = clock
-        self.sink = sink
+        self.clock: Clock = pipeline.clock
+        self.sink: EventSink = pipeline.sink
         self.rule_reading = rule_reading
         self.rng = rng
         self.leaves: list[Behaviour] = []
@@ -144,11 +149,11 @@ class MissionContext:
         self.told: Mapping[str, Any] = {}
         self._compile = compile_guard
         self.survey = survey
-        self.fit = fit
-        self.passed = passed
-        self._later = later
+        self.fit = survey is None or survey.fit
+        self.passed: Collection[object] = () if survey is None else survey.passed
+        self._later = None if survey is None else survey.later
         self._paths: Mapping[Any, str] = {}
-        self._time = clock.now()
+        self._time = self.clock.now()
         self._snapshot: list[float] | None = None
 
     def ask(self, expression: str) -> Question:

@@ -4,7 +4,6 @@ Imported by `compare`, `check`, the command line and the pytest plugin.
 """
 
 from ..drivers.host import Host
-from .carried import CARRIERS, Carrier, make_carrier
 from .devices import Driver, hardware_driver, mujoco_driver
 from .episode import Episode, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
@@ -16,28 +15,28 @@ from .options import MODES, Build, LiveView, RunChanges, RunOptions
 from .outcome import OUTCOMES, Goal, Judge, Verdict
 from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
+from .random_streams import stream
 from .replay import replay
 from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
 from .run_files import RECORDING, REPORT, SUMMARY
 from .run_result import RunResult
+from .scripted_objects import SCRIPTED_OBJECTS, ScriptedObject, make_scripted_object
 from .simulate import simulate
+from .simulated_world import SimulatedWorld, build_world, compose_scenario
 from .sink_thread import SinkThread
-from .stage import Stage, compose_scenario, set_stage
 from .stop_signals import EndedAtOnce, StopSignals
-from .streams import stream
 from .summary import summary_of
 
 __all__ = [
-    "CARRIERS",
     "MODES",
     "MOVERS",
     "OUTCOMES",
     "POSES_TRIED",
     "RECORDING",
     "REPORT",
+    "SCRIPTED_OBJECTS",
     "SUMMARY",
     "Build",
-    "Carrier",
     "Driver",
     "EndedAtOnce",
     "Episode",
@@ -55,24 +54,25 @@ __all__ = [
     "RunChanges",
     "RunOptions",
     "RunResult",
+    "ScriptedObject",
+    "SimulatedWorld",
     "SinkThread",
-    "Stage",
     "StopSignals",
     "Verdict",
+    "build_world",
     "check_recorded",
     "compose_scenario",
     "drive_robots",
     "free_goal_poses",
     "hardware_driver",
-    "make_carrier",
     "make_mover",
+    "make_scripted_object",
     "mujoco_driver",
     "place_all",
     "replay",
     "requirement_faults",
     "requirements_of",
     "run_physics",
-    "set_stage",
     "simulate",
     "stream",
     "summary_of",

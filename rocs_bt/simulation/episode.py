@@ -9,15 +9,14 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 
 from ..clock import Rate, WallClock
-from ..drivers.mujoco import Contact, MujocoWorld
+from ..drivers.mujoco import Contact
 from ..event import BodyMoved, EventSink, GoalEntered, Touched, pack
-from .carried import Carrier
 from .clearance import ClearanceWatch
+from .fact_schedule import FactSchedule
 from .judging import END, Judging, Mind, brake, wait_until
-from .mover import Mover
-from .news import News
-from .outcome import Goal, Judge, Verdict
+from .outcome import Verdict
 from .physics_thread import PhysicsThread
+from .simulated_world import SimulatedWorld
 
 CLOSED = "the viewer was closed"
 """Why a run ends whose watcher wants no more of it."""
@@ -51,12 +50,9 @@ class Episode:
     """One run of a scenario.
 
     Args:
-        world: Where it happens; its robots are placed.
+        stage: The world, its scripted actors and objects, and the judges of the agents.
         minds: The agents.
-        judges: Who watches each agent.
-        movers: Who else moves, and what is told meanwhile.
-        wheels: By robot, how fast its rims truly go [m/s]; robots that are not in it are drawn without.
-        goals: The goals that each agent may enter.
+        facts: Facts that agents learn during the run.
         control: The control rate, over physics steps.
         duration: The longest it may take [s].
         sink: Where events go.
@@ -69,13 +65,10 @@ class Episode:
 
     def __init__(
         self,
-        world: MujocoWorld,
+        stage: SimulatedWorld,
         minds: Sequence[Mind],
-        judges: Mapping[str, Judge],
         *,
-        movers: Sequence[Mover | Carrier | News] = (),
-        wheels: Mapping[str, Callable[[], list[float]]] | None = None,
-        goals: Mapping[str, Sequence[Goal]] | None = None,
+        facts: Sequence[FactSchedule] = (),
         control: Rate,
         duration: float,
         sink: EventSink,
@@ -83,19 +76,19 @@ class Episode:
         ended: Callable[[], str] = lambda: "",
     ) -> None:
         self.result: Result | None = None
-        self._world = world
+        self._world = stage.world
         self._minds = minds
-        self._judges = judges
-        self._judging = Judging(minds, judges, sink)
-        self._movers = movers
-        self._wheels = wheels or {}
-        self._goals = goals or {}
+        self._judges = stage.judges
+        self._judging = Judging(minds, stage.judges, sink)
+        self._movers = (*stage.movers, *facts)
+        self._wheels = stage.wheels
+        self._goals = stage.goals
         self._control = control
         self._duration = duration
         self._sink = sink
         self._watch = watch
         self._ended = ended
-        self._clearance = ClearanceWatch(world, [mind.name for mind in minds], sink)
+        self._clearance = ClearanceWatch(stage.world, [mind.name for mind in minds], sink)
         self._inside: set[tuple[str, str]] = set()
         self._hash = hashlib.sha256()
         self._t = 0.0

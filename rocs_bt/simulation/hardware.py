@@ -12,20 +12,20 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 
-from ..agent import Agent, RuleWatch, ThreadedRunner
+from ..agent import Agent, RobotDevices, RuleWatch, Runtime, ThreadedRunner
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec
-from ..clock import WallClock
-from ..device import Actuator, Sensor
+from ..clock import Rate, WallClock
+from ..device import Actuator
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
 from ..event import BodyMoved, EventSink, Stuck
 from ..record import RunHeader
 from ..safety import SafetyGate
+from .build_agents import build_agents
 from .devices import make_hardware, make_isolated
 from .header import plain_header, without_world
 from .judging import Judging, brake, wait_until
 from .memory import Memory
-from .minds import build_minds
 from .options import RunOptions
 from .outcome import Judge
 from .ready_run import Relay, refuse_requirements, sharing_counts
@@ -110,20 +110,10 @@ def _agents(
     """Open the devices and build the agents, which close them with the stack."""
     opened = stack.enter_context(ExitStack())
     for name, robot in robots.items():
-        devices.open(name, robot, catalog, stack, opened)
-    agents = build_minds(
-        spec,
-        catalog,
-        robots,
-        devices.sensors,
-        devices.gates,
-        {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()},
-        clock=devices.clock,
-        sink=devices.sink,
-        seed=options.seed,
-        timer=time.perf_counter,
-        missions=options.missions,
-    )
+        rates = {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
+        devices.open(name, robot, rates, catalog, stack, opened)
+    runtime = Runtime(devices.clock, devices.sink, time.perf_counter)
+    agents = build_agents(spec, catalog, devices.robots, runtime, seed=options.seed, missions=options.missions)
     opened.pop_all()  # from here on the agents close their devices
     for agent in agents:
         stack.callback(agent.close)
@@ -147,8 +137,7 @@ class HardwareDevices:
         sink: Takes the events of the safety gates.
 
     Attributes:
-        sensors: By agent, then by name.
-        gates: The gates of the actuators, likewise.
+        robots: Devices by agent.
         wheels: By agent, the gate of its wheels.
         links: By agent, the links to the actuators that live in processes of their own.
     """
@@ -157,24 +146,28 @@ class HardwareDevices:
         self.clock = clock
         self.sink = sink
         self._period = period
-        self.sensors: dict[str, dict[str, Sensor]] = {}
-        self.gates: dict[str, dict[str, SafetyGate]] = {}
+        self.robots: dict[str, RobotDevices] = {}
         self.wheels: dict[str, SafetyGate] = {}
         self.links: dict[str, list[IsolatedActuator]] = {}
 
-    def open(self, name: str, robot: RobotSpec, catalog: Catalog, shared: ExitStack, opened: ExitStack) -> None:
-        """Open an agent's devices; their host is closed with `shared`, they with `opened`."""
+    def open(
+        self,
+        name: str,
+        robot: RobotSpec,
+        rates: Mapping[str, Rate],
+        catalog: Catalog,
+        shared: ExitStack,
+        opened: ExitStack,
+    ) -> None:
+        """Open the devices of an agent's robot; their host is closed with `shared`, they with `opened`."""
         host = Host(self.clock)
         shared.callback(host.close)
-        self.sensors[name] = {
-            s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors
-        }
+        sensors = {s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors}
         made = {a.name: opened.enter_context(closing(_actuator(catalog, robot, a, host))) for a in robot.actuators}
+        gates = {a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators}
+        self.robots[name] = RobotDevices(robot, sensors, gates, rates)
+        self.wheels[name] = gates[robot.drive.actuator]
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
-        self.gates[name] = {
-            a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators
-        }
-        self.wheels[name] = self.gates[name][robot.drive.actuator]
 
 
 def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
@@ -216,7 +209,7 @@ class HardwareEpisode:
     ) -> None:
         self.t = 0.0
         self._agents = agents
-        self._gates = [gate for each in devices.gates.values() for gate in each.values()]
+        self._gates = [gate for each in devices.robots.values() for gate in each.actuators.values()]
         self._wheels = devices.wheels
         self._links = devices.links
         self._clock = clock

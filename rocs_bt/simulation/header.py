@@ -21,7 +21,7 @@ from ..plan import NodeOutline, TreePlan
 from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, TreeNode
 from ..version import __version__
 from .requirements import requirements_of
-from .stage import Stage
+from .simulated_world import SimulatedWorld
 
 _PACKAGES = ("mujoco", "casadi", "py-trees", "networkx", "numpy")
 
@@ -69,7 +69,7 @@ def plain_header(
 
 
 def with_scenery(
-    header: RunHeader, scenario: ScenarioSpec, stage: Stage, *, command: str, recalled: Mapping[str, str] = {}
+    header: RunHeader, scenario: ScenarioSpec, stage: SimulatedWorld, *, command: str, recalled: Mapping[str, str] = {}
 ) -> RunHeader:
     """Header of a run with what is drawn of it: `command` makes the run again, `recalled` is what it began with."""
     model = stage.world.model
@@ -136,7 +136,7 @@ def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:
     return tuple(TreeNode(path=n.path, type=n.kind, children=tuple(children[n.path])) for n in outline)
 
 
-def _body(model: object, stage: Stage, name: str) -> BodyInfo:
+def _body(model: object, stage: SimulatedWorld, name: str) -> BodyInfo:
     sensors = stage.sensors.get(name, {})
     beams = {s.name: s.beams() for s in sensors.values() if isinstance(s, RangeCone)}
     fans = {s.name: s.fan() for s in sensors.values() if isinstance(s, Lidar)}

@@ -18,7 +18,7 @@ from ..control.drive import Drive
 from ..errors import Fault, InputError
 from ..event import NullSink
 from ..geometry import Pose2, wrap_angle
-from .stage import set_stage
+from .simulated_world import build_world
 
 WORLD = "plane"
 """The world that it happens in, which the catalog finds."""
@@ -117,7 +117,7 @@ class _Bench:
             agents=(agent,),
             movers=(),
         )
-        stage = set_stage(scenario, catalog, 1, NullSink())
+        stage = build_world(scenario, catalog, 1, NullSink())
         self.world = stage.world
         self.period = rate.control_rate.period
         self._every = rate.control_rate.every

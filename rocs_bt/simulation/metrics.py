@@ -33,7 +33,7 @@ from ..event import (
 )
 from ..raised import reported
 from ..record import AgentInfo, AgentResult, Finding, SolveTime, TrackingError
-from .leash import Leash
+from .follow_metrics import FollowMetrics
 from .localisation import LocalisationError
 
 _HELD = 0.2  # [s] for which a command counts at most: after that the watchdog stops the wheels
@@ -64,7 +64,7 @@ class _Tally:
     goals: set[str] = field(default_factory=set)
     faults: list[str] = field(default_factory=list)
     exceptions: Counter[str] = field(default_factory=Counter)
-    leash: Leash | None = None
+    leash: FollowMetrics | None = None
     localisation: LocalisationError = field(default_factory=LocalisationError)
     collision: str = ""  # the first one
     failure: str = ""  # of the block that failed first
@@ -236,7 +236,7 @@ def _replanned(tally: _Tally, event: Replanned) -> None:
 
 def _ticket(tally: _Tally, event: TicketChanged) -> None:
     if tally.leash is None and event.parameters.keys() >= {"leader", "distance", "safety"}:
-        tally.leash = Leash(event.parameters)
+        tally.leash = FollowMetrics(event.parameters)
     if event.state in _ENDED:
         tally.actions.setdefault(event.action, Counter())[event.state] += 1
 

@@ -11,7 +11,7 @@ import msgspec
 from ..errors import InputError
 from ..event import EventSink
 from ..record import RunHeader
-from .stage import Stage
+from .simulated_world import SimulatedWorld
 from .stop_signals import StopSignals
 
 MODES = ("lockstep", "threaded")
@@ -61,7 +61,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     report: bool = True
     btlog: bool = False
     missions: Mapping[str, Build] | None = None
-    prepare: Callable[[Stage], None] | None = None
+    prepare: Callable[[SimulatedWorld], None] | None = None
     sinks: Sequence[EventSink] = ()
     progress: Callable[[float], None] | None = None
     watch_rules: bool = False
@@ -97,7 +97,7 @@ class RunChanges(TypedDict, total=False):
     report: bool
     btlog: bool
     missions: Mapping[str, Build] | None
-    prepare: Callable[[Stage], None] | None
+    prepare: Callable[[SimulatedWorld], None] | None
     sinks: Sequence[EventSink]
     progress: Callable[[float], None] | None
     watch_rules: bool

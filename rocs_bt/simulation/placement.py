@@ -11,7 +11,7 @@ import numpy as np
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError
 from ..geometry import Pose2, wrap_angle
-from .streams import START, stream
+from .random_streams import START, stream
 
 _DRAWS = 20  # until a start is called impossible
 

@@ -6,22 +6,22 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..agent import Agent, RuleWatch, ThreadedRunner
+from ..agent import Agent, RuleWatch, Runtime, ThreadedRunner
 from ..catalog import Catalog, ScenarioSpec
 from ..clock import WallClock
 from ..errors import InputError
 from ..event import Event, EventSink
 from ..record import AgentInfo, RunHeader, Summary, environment_of
+from .build_agents import build_agents
 from .episode import Episode
+from .fact_schedule import fact_schedules
 from .header import plain_header
 from .memory import Memory
-from .minds import build_minds
-from .news import news_of
 from .options import Build, RunOptions
 from .requirements import requirement_faults
 from .run_record import RunRecord
+from .simulated_world import SimulatedWorld, build_world
 from .sink_thread import SinkThread
-from .stage import Stage, set_stage
 from .summary import Unrecorded
 
 
@@ -54,7 +54,7 @@ class ReadyRun:
     """
 
     spec: ScenarioSpec
-    stage: Stage
+    stage: SimulatedWorld
     agents: Sequence[Agent]
     header: RunHeader
     relay: Relay
@@ -63,14 +63,10 @@ class ReadyRun:
 
     def episode(self, duration: float | None, watch: Callable[[float], bool], ended: Callable[[], str]) -> Episode:
         """The episode, at most `duration` long [s], or as long as the scenario says."""
-        stage = self.stage
         return Episode(
-            stage.world,
+            self.stage,
             self.agents,
-            stage.judges,
-            movers=[*stage.movers, *news_of(self.spec, self.agents, stage)],
-            wheels=stage.wheels,
-            goals=stage.goals,
+            facts=fact_schedules(self.spec, self.agents, self.stage),
             control=self.spec.rate.control_rate,
             duration=self.spec.duration if duration is None else duration,
             sink=self.relay,
@@ -105,10 +101,10 @@ def set_up(spec: ScenarioSpec, catalog: Catalog, options: RunOptions) -> ReadyRu
         InputError: Something in the content is wrong.
     """
     relay, clock = Relay(), WallClock(running=False) if options.mode == "threaded" else None
-    stage = set_stage(spec, catalog, options.seed, relay, clock=clock)
+    stage = build_world(spec, catalog, options.seed, relay, clock=clock)
     if options.prepare is not None:
         options.prepare(stage)
-    agents = stage_minds(spec, stage, catalog, relay, options.missions, options.seed)
+    agents = simulated_agents(spec, stage, catalog, relay, options.missions, options.seed)
     files = [(a.name, file) for a in agents for file in a.rule_files if options.watch_rules]
     header = plain_header(spec, agents, seed=options.seed, mode=options.mode, digest=catalog.digest(spec))
     refuse_requirements(spec, header.agents)
@@ -120,28 +116,18 @@ def sharing_counts(agents: Sequence[Agent]) -> dict[str, Mapping[str, float] | N
     return {agent.name: None if agent.sharing is None else agent.sharing.told() for agent in agents}
 
 
-def stage_minds(
+def simulated_agents(
     spec: ScenarioSpec,
-    stage: Stage,
+    stage: SimulatedWorld,
     catalog: Catalog,
     sink: EventSink,
     missions: Mapping[str, Build] | None = None,
     seed: int = 0,
 ) -> list[Agent]:
-    """The minds of those on a stage."""
-    return build_minds(
-        spec,
-        catalog,
-        stage.robots,
-        stage.sensors,
-        stage.actuators,
-        stage.sensor_rates,
-        clock=stage.clock,
-        sink=sink,
-        seed=seed,
-        timer=time.perf_counter,
-        missions=missions,
-    )
+    """The agents of a scenario in its simulated world."""
+    devices = {agent.name: stage.devices(agent.name) for agent in spec.agents}
+    runtime = Runtime(stage.clock, sink, time.perf_counter)
+    return build_agents(spec, catalog, devices, runtime, seed=seed, missions=missions)
 
 
 def refuse_requirements(spec: ScenarioSpec, agents: Sequence[AgentInfo]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace as replace_fault
 
+from ..agent import RobotDevices, Runtime
 from ..catalog import Catalog, RobotSpec, ScenarioSpec, command_size
 from ..clock import SimulatedClock
 from ..device import Sensor
@@ -12,10 +13,9 @@ from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..errors import InputError, RecordingError, UnknownName, unknown
 from ..event import AgentStopped, CommandExpired, Event, EventSink, ListSink, RulesReplaced
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, compare
-from ..safety import SafetyGate
+from .build_agents import build_agents
+from .fact_schedule import fact_schedules
 from .memory import recall
-from .minds import build_minds
-from .news import news_of
 from .options import Build
 
 _NOT_THE_MINDS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired, RulesReplaced)
@@ -96,27 +96,12 @@ def _decide(
     """What the scenario's minds do when their sensors say what they said."""
     control, sink = scenario.rate.control_rate, ListSink()
     clock = SimulatedClock(scenario.rate.physics)
-    robots = {a.name: catalog.load_robot(a.robot) for a in scenario.agents}
-    sensors: dict[str, Mapping[str, Sensor]] = {}
-    for name, robot in robots.items():
-        sensors[name] = {
-            **replay_sensors(recorded, name, [s.name for s in robot.sensors], clock),
-            **{s.name: ReplayMailbox(s.name, clock) for s in robot.sensors if s.driver == "mailbox"},
-        }
-    minds = build_minds(
-        scenario,
-        catalog,
-        robots,
-        sensors,
-        {name: _actuators(robot, name, control.period, clock, sink) for name, robot in robots.items()},
-        {n: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()},
-        clock=clock,
-        sink=sink,
-        seed=header.seed,
-        missions=missions,
-    )
+    devices = {
+        a.name: _devices(scenario, catalog.load_robot(a.robot), a.name, recorded, clock, sink) for a in scenario.agents
+    }
+    minds = build_agents(scenario, catalog, devices, Runtime(clock, sink), seed=header.seed, missions=missions)
     recall(header.recalled, minds)
-    news = news_of(scenario, minds)
+    news = fact_schedules(scenario, minds)
     stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}
     last = round(recorded[-1].t / control.period) if recorded else -1
     for count in range(last + 1):
@@ -132,10 +117,23 @@ def _decide(
     return sink.events
 
 
-def _actuators(
-    robot: RobotSpec, agent: str, period: float, clock: SimulatedClock, sink: EventSink
-) -> dict[str, SafetyGate]:
-    return {
+def _devices(
+    scenario: ScenarioSpec,
+    robot: RobotSpec,
+    agent: str,
+    recorded: Sequence[Event],
+    clock: SimulatedClock,
+    sink: EventSink,
+) -> RobotDevices:
+    """The devices of one agent: sensors that give what was recorded, actuators that move nothing."""
+    sensors: dict[str, Sensor] = {
+        **replay_sensors(recorded, agent, [s.name for s in robot.sensors], clock),
+        **{s.name: ReplayMailbox(s.name, clock) for s in robot.sensors if s.driver == "mailbox"},
+    }
+    period = scenario.rate.control_rate.period
+    actuators = {
         a.name: a.guard(ReplayActuator(a.name, command_size(robot, a), clock), clock, period, sink, agent)
         for a in robot.actuators
     }
+    rates = {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
+    return RobotDevices(robot, sensors, actuators, rates)

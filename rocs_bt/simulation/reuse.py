@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from ..actions import action_table
 from ..catalog import KINDS, AgentSpec, Catalog, Entry, MoverSpec, ScenarioSpec, content_hash
 from ..event import NullSink
-from .minds import load_mind
-from .ready_run import stage_minds
+from .build_agents import load_mind
+from .provenance import room_of, used_classes
+from .ready_run import simulated_agents
 from .settings import Setting, settings
-from .stage import set_stage
-from .used import room_of, used_classes
+from .simulated_world import build_world
 
 Robot = AgentSpec | MoverSpec
 
@@ -141,8 +141,8 @@ def _piece(entry: Entry) -> Piece:
 def _code(scenario: ScenarioSpec, catalog: Catalog) -> dict[str, tuple[type, ...]]:
     """The engine's classes that each agent's mind is made of."""
     sink = NullSink()
-    stage = set_stage(scenario, catalog, 1, sink)
-    agents = stage_minds(scenario, stage, catalog, sink)
+    stage = build_world(scenario, catalog, 1, sink)
+    agents = simulated_agents(scenario, stage, catalog, sink)
     found = {}
     for agent, spec in zip(agents, scenario.agents, strict=True):
         actions = action_table(*load_mind(scenario, spec, catalog).actions)

@@ -11,8 +11,8 @@ from ..catalog import AgentSpec, FactSpec, MoverSpec
 from ..document import Table
 from ..drivers import parameters_of_driver
 from ..geometry import Pose2
-from .carried import CARRIERS
 from .mover import MOVERS
+from .scripted_objects import SCRIPTED_OBJECTS
 
 UNSAID = ("name", "file", "doc", "bases", "line", "parameters_line", "place")
 """Fields that are no settings: words for people, and where things stand in which file. Names are told by the rows."""
@@ -85,7 +85,7 @@ def _parameters(robot: AgentSpec | MoverSpec, show: Show) -> dict[str, str]:
     """A mission's are as the file has them; a script's in SI units, which the script declares."""
     if isinstance(robot, AgentSpec):
         return {f"mission's {name}": _text(value, show) for name, value in robot.parameters.items()}
-    script = MOVERS.get(robot.script) or CARRIERS.get(robot.script)
+    script = MOVERS.get(robot.script) or SCRIPTED_OBJECTS.get(robot.script)
     declared = parameters_of_driver(script.Parameters) if script else {}
     units = {name: str(of.dimension) for name, of in declared.items() if of.dimension and str(of.dimension) != "1"}
     return {f"script's {name}": _text(value, show, units.get(name, "")) for name, value in robot.parameters.items()}

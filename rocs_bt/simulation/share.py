@@ -10,18 +10,17 @@ from functools import partial
 from ..catalog import ScenarioSpec, ShareSpec
 from ..clock import Clock, SimulatedClock
 from ..errors import Fault, InputError, blame
-from ..event import EventSink
 from ..knowledge import Knowledge, Schema
 from ..knowledge.share import Ageing, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork, Trouble
 from ..knowledge.share.keys import Keys
 from ..knowledge.share.zenoh_network import ZenohNetwork, check_address
-from .streams import NETWORK, stream
+from .random_streams import NETWORK, stream
 
 Join = Callable[[Knowledge], Sharing]
 """Makes an agent share its knowledge."""
 
 
-def sharing_of(scenario: ScenarioSpec, clock: Clock, sink: EventSink, seed: int) -> dict[str, Join]:
+def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Join]:
     """How each agent joins those that share; empty where nobody does.
 
     In lockstep agents of one process share alone, on a network that is simulated like the rest, so that a run repeats.
@@ -45,7 +44,6 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, sink: EventSink, seed: int)
             scope,
             network,
             origin=f"{knowledge.agent}#{'0' if repeats else secrets.token_hex(8)}",
-            sink=sink,
             calendar=clock.now if repeats else time.time,
             key=key,
             ageing=Ageing(spec.lost_after, spec.forget_after),

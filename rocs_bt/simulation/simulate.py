@@ -15,7 +15,7 @@ from .run_end import RunEnd
 from .run_files import ReportWriter
 from .run_record import RunRecord
 from .run_result import RunResult
-from .stage import Stage
+from .simulated_world import SimulatedWorld
 
 
 def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_report: ReportWriter) -> RunResult:
@@ -69,7 +69,7 @@ def _begin(stack: ExitStack, end: RunEnd, ready: ReadyRun, memory: Memory, optio
     stack.callback(end.files.abandon)
 
 
-def _watchers(stack: ExitStack, stage: Stage, options: RunOptions) -> Callable[[float], bool]:
+def _watchers(stack: ExitStack, stage: SimulatedWorld, options: RunOptions) -> Callable[[float], bool]:
     """All observers of the run, called once per control period; False when the viewer's window was closed."""
     watchers: list[Callable[[float], bool]] = []
     if options.view:

@@ -20,7 +20,7 @@ from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError, Fault, InputError, unknown
 
 if TYPE_CHECKING:
-    from ..simulation import Stage
+    from ..simulation import SimulatedWorld
 
 
 class FaultySensor(Sensor):
@@ -194,7 +194,9 @@ class HangingActuator(FaultyActuator):
         self.actuator.command(values)
 
 
-def break_sensor(stage: Stage, name: str, fault: Callable[..., Sensor], agent: str = "", **parameters: Any) -> None:
+def break_sensor(
+    stage: SimulatedWorld, name: str, fault: Callable[..., Sensor], agent: str = "", **parameters: Any
+) -> None:
     """Put a broken sensor in the place of a good one; for `rocs_bt.run(..., prepare=...)`.
 
     Args:
@@ -211,7 +213,9 @@ def break_sensor(stage: Stage, name: str, fault: Callable[..., Sensor], agent: s
     sensors[name] = fault(sensors[name], stage.clock, **parameters)
 
 
-def break_actuator(stage: Stage, name: str, fault: Callable[..., Actuator], agent: str = "", **parameters: Any) -> None:
+def break_actuator(
+    stage: SimulatedWorld, name: str, fault: Callable[..., Actuator], agent: str = "", **parameters: Any
+) -> None:
     """Put a broken actuator behind the safety gate in place of a good one; see `break_sensor`."""
     owner = _whose(agent, name, {a: list(found) for a, found in stage.actuators.items()}, "actuator")
     stage.actuators[owner][name].wrap(lambda device: fault(device, stage.clock, **parameters))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..agent import Agent, Mind, Rates, build_agent, robot_drive
+from ..agent import Agent, Mind, Rates, RobotDevices, Runtime, build_agent, robot_drive
 from ..agent.wiring import LoadClass
 from ..catalog import RobotSpec, load_class
 from ..clock import Clock, Rate
@@ -84,12 +84,10 @@ def mock_stage(
 def mock_agent(
     spec: RobotSpec,
     mind: Mind,
-    clock: Clock,
-    sink: EventSink,
+    runtime: Runtime,
     *,
     name: str = "R1",
-    control: float = 20.0,
-    plan: float = 10.0,
+    rates: Rates | None = None,
     prepare: Callable[[MockStage], None] = lambda stage: None,
     load: LoadClass = load_class,
     share: Callable[[Knowledge], Sharing] | None = None,
@@ -98,35 +96,29 @@ def mock_agent(
 
     Args:
         spec: Its robot.
-        mind: What it is to do.
-        clock: Time: a `SimulatedClock` whose step is the control period, or a `WallClock`.
-        sink: Where events go.
+        mind: Its mission, rules and knowledge at the start.
+        runtime: Its clock, a `SimulatedClock` whose step is the control period or a `WallClock`, and its sink.
         name: The agent's name.
-        control: Control rate [Hz].
-        plan: Rate of the plan [Hz].
-        prepare: Called with the stage before the agent is built; may replace devices.
+        rates: Rates of its blocks; control at 20 Hz and plan at 10 Hz by default.
+        prepare: Called with the mock devices before the agent is built; may replace them.
         load: Loads a class that robot.toml names as `file.py:Class`.
         share: Makes it share what it knows.
 
     Raises:
         InputError: Something does not fit together.
     """
-    period = 1.0 / control
-    stage = mock_stage(spec, clock, period=period, sink=sink, agent=name)
+    rates = rates or mock_rates()
+    period = rates.control.period
+    stage = mock_stage(spec, runtime.clock, period=period, sink=runtime.sink, agent=name)
     prepare(stage)
-    agent = build_agent(
-        name,
-        spec,
-        mind,
-        sensors=stage.sensors,
-        actuators=stage.actuators,
-        sensor_rates={
-            s.name: Rate.dividing(s.rate or control, period, f"the rate of sensor '{s.name}'") for s in spec.sensors
-        },
-        rates=Rates(control=Rate(1, period), plan=Rate.dividing(plan, period, "the plan's rate")),
-        clock=clock,
-        sink=sink,
-        load_class=load,
-        share=share,
-    )
-    return agent, stage
+    sensor_rates = {
+        s.name: Rate.dividing(s.rate or 1.0 / period, period, f"the rate of sensor '{s.name}'") for s in spec.sensors
+    }
+    devices = RobotDevices(spec, stage.sensors, stage.actuators, sensor_rates)
+    return build_agent(name, devices, mind, rates, runtime, load_class=load, share=share), stage
+
+
+def mock_rates(control: float = 20.0, plan: float = 10.0) -> Rates:
+    """Rates of an agent's blocks: control and plan [Hz]."""
+    period = 1.0 / control
+    return Rates(control=Rate(1, period), plan=Rate.dividing(plan, period, "the plan's rate"))

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rocs_bt.agent import Agent, Mind
+from rocs_bt.agent import Agent, Mind, Runtime
 from rocs_bt.catalog import Catalog, PlaceSpec
 from rocs_bt.clock import Clock
 from rocs_bt.event import ListSink
@@ -55,7 +55,7 @@ def make_agent(p3dx: Any, rules: list[Any]) -> Callable[..., tuple[Agent, MockSt
     def make(clock: Clock, build: Callable[..., Any] = go, **kwargs: Any) -> tuple[Agent, MockStage, ListSink, Ahead]:
         sink = ListSink()
         mind = Mind(build, rules=rules, places=[GOAL], **kwargs.pop("mind", {}))
-        agent, stage = mock_agent(p3dx, mind, clock, sink, **kwargs)
+        agent, stage = mock_agent(p3dx, mind, Runtime(clock, sink), **kwargs)
         return agent, stage, sink, Ahead(stage)
 
     return make

@@ -18,6 +18,7 @@ from rocs_bt.event import (
     SignalsWritten,
     TicketChanged,
 )
+from rocs_bt.testing.mock_agent import mock_rates
 
 PERIOD = 0.05
 ENDS = ("SUCCEEDED", "FAILED", "CANCELLED")
@@ -63,7 +64,7 @@ def test_plan_runs_when_it_is_due_or_called_and_not_between(make_agent):
         leaf.update = note
         return leaf
 
-    agent, stage, _, ahead = make_agent(SimulatedClock(PERIOD), build, plan=4.0)
+    agent, stage, _, ahead = make_agent(SimulatedClock(PERIOD), build, rates=mock_rates(plan=4.0))
     play(agent, stage, ahead, [math.inf] * 11)
     assert ticks == sorted(ticks)
     assert {0, 5, 10} <= set(ticks)

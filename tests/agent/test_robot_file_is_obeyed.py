@@ -6,8 +6,8 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ListSink
-from rocs_bt.simulation import set_stage
-from rocs_bt.simulation.ready_run import stage_minds
+from rocs_bt.simulation import build_world
+from rocs_bt.simulation.ready_run import simulated_agents
 
 
 @pytest.mark.parametrize(("line", "age"), [("", 0.15), ('max_age = "0.4 s"\n', 0.4)])
@@ -18,8 +18,8 @@ def test_a_reading_is_valid_for_its_max_age(line, age, tmp_path):
     file.write_text(file.read_text().replace('name = "encoders"\n', f'name = "encoders"\n{line}'))
     catalog, sink = Catalog(tmp_path), ListSink()
     scenario = catalog.load_scenario("exp1")
-    stage = set_stage(scenario, catalog, 1, sink)
-    (agent,) = stage_minds(scenario, stage, catalog, sink)
+    stage = build_world(scenario, catalog, 1, sink)
+    (agent,) = simulated_agents(scenario, stage, catalog, sink)
     agent.step(0)
     signals = agent.knowledge.signals
     assert signals.value("speed", age - 0.01) == signals.value("speed", 0.0)

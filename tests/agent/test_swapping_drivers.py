@@ -8,13 +8,14 @@ from typing import Any
 import pytest
 
 from rocs_bt import run
-from rocs_bt.agent import Agent
-from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.agent import Agent, RobotDevices, Runtime
+from rocs_bt.catalog import Catalog, RobotSpec, ScenarioSpec
+from rocs_bt.clock import Rate, SimulatedClock
 from rocs_bt.event import ActuatorCommanded, Event, ListSink, NullSink, SensorRead
 from rocs_bt.plan import TreePlan
-from rocs_bt.simulation import set_stage
-from rocs_bt.simulation.minds import build_minds
+from rocs_bt.simulation import build_world
+from rocs_bt.simulation.build_agents import build_agents
+from rocs_bt.simulation.ready_run import simulated_agents
 from rocs_bt.testing.mock_agent import MockStage, mock_stage
 
 CATALOG = Catalog()
@@ -43,26 +44,20 @@ def mocked(scenario: str, catalog: Catalog = CATALOG, sink: Any = None) -> tuple
     clock = SimulatedClock(spec.rate.physics)
     robots = {a.name: catalog.load_robot(a.robot) for a in spec.agents}
     stages = {name: mock_stage(robot, clock) for name, robot in robots.items()}
-    minds = build_minds(
-        spec,
-        catalog,
-        robots,
-        {name: stage.sensors for name, stage in stages.items()},
-        {name: stage.actuators for name, stage in stages.items()},
-        {n: {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in r.sensors} for n, r in robots.items()},
-        clock=clock,
-        sink=sink or NullSink(),
-    )
-    return minds, stages
+    devices = {
+        name: RobotDevices(robot, stages[name].sensors, stages[name].actuators, rates(spec, robot))
+        for name, robot in robots.items()
+    }
+    return build_agents(spec, catalog, devices, Runtime(clock, sink or NullSink())), stages
+
+
+def rates(spec: ScenarioSpec, robot: RobotSpec) -> dict[str, Rate]:
+    return {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
 
 
 def on_mujoco(scenario: str) -> list[Agent]:
     spec = CATALOG.load_scenario(scenario)
-    stage = set_stage(spec, CATALOG, 1, NullSink())
-    return build_minds(
-        spec, CATALOG, stage.robots, stage.sensors, stage.actuators, stage.sensor_rates, clock=stage.clock,
-        sink=NullSink(),
-    )  # fmt: skip
+    return simulated_agents(spec, build_world(spec, CATALOG, 1, NullSink()), CATALOG, NullSink())
 
 
 def graph(agent: Agent) -> dict[str, dict[str, Any]]:
@@ -115,11 +110,8 @@ def test_a_robot_with_drivers_of_its_own_differs_by_its_driver_table_alone(tmp_p
     spec, own = catalog.load_scenario("real"), catalog.load_robot("real_p3dx")
     devices = {s.name: catalog.load_class(folder / "own.py", "Told")(s.name) for s in own.sensors}
     stage = mock_stage(shipped, SimulatedClock(spec.rate.physics))
-    (mind,) = build_minds(
-        spec, catalog, {"R2": own}, {"R2": devices}, {"R2": stage.actuators},
-        {"R2": {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in own.sensors}},
-        clock=stage.clock, sink=NullSink(),
-    )  # fmt: skip
+    own_devices = RobotDevices(own, devices, stage.actuators, rates(spec, own))
+    (mind,) = build_agents(spec, catalog, {"R2": own_devices}, Runtime(stage.clock, NullSink()))
     (simulated,) = on_mujoco("exp1")
     assert blocks(mind) == blocks(simulated)
     differs = {

@@ -21,8 +21,8 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import load_rules
-from rocs_bt.simulation import set_stage
-from rocs_bt.simulation.ready_run import stage_minds
+from rocs_bt.simulation import build_world
+from rocs_bt.simulation.ready_run import simulated_agents
 
 SHIPPED = shipped_root()
 ROBOT = SHIPPED / "robots" / "pioneer_p3dx" / "robot.toml"
@@ -176,8 +176,8 @@ def fuzz_project(name: str, examples: int) -> None:
             catalog = Catalog(root)
             try:
                 scenario = catalog.load_scenario("exp1")
-                stage = set_stage(scenario, catalog, 1, NullSink())
-                agents = stage_minds(scenario, stage, catalog, NullSink())
+                stage = build_world(scenario, catalog, 1, NullSink())
+                agents = simulated_agents(scenario, stage, catalog, NullSink())
             except InputError as error:
                 assert all(fault.message and fault.file for fault in error.faults)
                 assert findings.wrong, f"a run refuses what check calls fine: {error}"

@@ -16,7 +16,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.drivers import DRIVER_PARAMETERS, mock, mujoco
 from rocs_bt.event import NullSink
 from rocs_bt.monitor import MONITORS
-from rocs_bt.simulation import set_stage
+from rocs_bt.simulation import build_world
 
 CATALOG = Catalog()
 ENTRIES = CATALOG.list()
@@ -44,7 +44,7 @@ def test_nothing_that_is_shipped_is_wrong():
 
 @pytest.fixture(scope="module")
 def stages():
-    return {name: set_stage(CATALOG.load_scenario(name), CATALOG, 1, NullSink()) for name in SCENARIOS}
+    return {name: build_world(CATALOG.load_scenario(name), CATALOG, 1, NullSink()) for name in SCENARIOS}
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -121,5 +121,5 @@ def test_an_action_takes_its_parameters_and_tells_them(name):
 def test_standing_robots_are_free_at_their_starts_for_many_seeds():
     spec = CATALOG.load_scenario("exp1")
     for seed in np.arange(1, 31).tolist():
-        stage = set_stage(spec, CATALOG, seed, NullSink(), clock=SimulatedClock(spec.rate.physics))
+        stage = build_world(spec, CATALOG, seed, NullSink(), clock=SimulatedClock(spec.rate.physics))
         assert all(stage.world.clearance(name)[0] > 0.0 for name in stage.world.robots)

@@ -20,7 +20,7 @@ from rocs_bt.knowledge.signals import SignalTable
 from rocs_bt.monitor import MONITORS, Monitor
 from rocs_bt.reactive import load_rules
 from rocs_bt.signal import Signal
-from rocs_bt.simulation import CARRIERS, MOVERS
+from rocs_bt.simulation import MOVERS, SCRIPTED_OBJECTS
 from rocs_bt.units import LENGTH
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "files.md").read_text("utf-8")
@@ -334,7 +334,9 @@ def test_every_actions_parameters_are_documented_with_unit_bounds_and_default():
 
 
 def test_every_movers_parameters_are_documented():
-    wanted = {name: set(inspect.signature(cls.Parameters).parameters) for name, cls in {**MOVERS, **CARRIERS}.items()}
+    wanted = {
+        name: set(inspect.signature(cls.Parameters).parameters) for name, cls in {**MOVERS, **SCRIPTED_OBJECTS}.items()
+    }
     assert by_owner("Mover scripts") == wanted
 
 

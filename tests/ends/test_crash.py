@@ -16,7 +16,7 @@ from rocs_bt.errors import BlockError
 from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, Judged
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.record import Recording, report
-from rocs_bt.simulation import EndedAtOnce, Stage, StopSignals
+from rocs_bt.simulation import EndedAtOnce, SimulatedWorld, StopSignals
 
 MODES = pytest.mark.parametrize("mode", ["lockstep", "threaded"])
 
@@ -91,7 +91,7 @@ def test_on_the_command_line_it_is_the_engine_that_failed(tmp_path, monkeypatch,
 
 
 def test_a_device_that_does_not_let_go_costs_no_report(tmp_path):
-    def prepare(stage: Stage) -> None:
+    def prepare(stage: SimulatedWorld) -> None:
         def close() -> None:
             raise Defect("stuck in the socket")
 

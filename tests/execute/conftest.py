@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import pytest
 
@@ -44,8 +45,7 @@ class Bench:
         self.wheels = Wheels(self.log)
         self.pipeline = Pipeline(self.clock, self.sink, "R1")
         self.body = RobotBody(
-            agent="R1",
-            knowledge=None,
+            knowledge=SimpleNamespace(agent="R1"),
             drive=None,
             follower=None,
             clock=self.clock,

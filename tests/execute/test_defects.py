@@ -2,6 +2,7 @@
 
 import contextlib
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import pytest
 
@@ -83,7 +84,7 @@ def test_a_macro_that_yields_the_same_object_twice_is_told_so(bench, do, chain):
 def test_a_body_whose_wheels_are_no_actuator_is_refused(bench):
     with pytest.raises(WiringError, match=r"no actuator is named 'wheel'\. Did you mean 'wheels'"):
         RobotBody(
-            agent="R1", knowledge=None, drive=None, follower=None, clock=bench.clock, period=0.05,
+            knowledge=SimpleNamespace(agent="R1"), drive=None, follower=None, clock=bench.clock, period=0.05,
             actuators={"wheels": wide_gate(bench.wheels, bench.clock)}, wheels="wheel", sink=bench.sink,
         )  # fmt: skip
 

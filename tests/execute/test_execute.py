@@ -3,6 +3,7 @@
 import contextlib
 from copy import copy
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 from rocs_bt.action import ActionFailed, AtomicAction, MacroAction, Progress, Reason
 from rocs_bt.event import ActuatorCommanded, AtomicStarted
@@ -281,7 +282,7 @@ def test_an_actuator_that_only_one_action_uses_rests_while_another_is_commanded(
     lamp = copy(bench.wheels)
     lamp.name, lamp.log = "lamp", []
     body = RobotBody(
-        agent="R1", knowledge=None, drive=None, follower=None, clock=bench.clock, period=0.05,
+        knowledge=SimpleNamespace(agent="R1"), drive=None, follower=None, clock=bench.clock, period=0.05,
         actuators={"wheels": wide_gate(bench.wheels, bench.clock), "lamp": wide_gate(lamp, bench.clock)},
         wheels="wheels", sink=bench.sink,
     )  # fmt: skip

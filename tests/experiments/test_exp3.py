@@ -14,7 +14,7 @@ from rocs_bt.device import Reading
 from rocs_bt.drivers.mujoco.sensors import RobotSensor
 from rocs_bt.event import BodyMoved, Change, ListSink, TicketChanged, Touched
 from rocs_bt.record import Recording
-from rocs_bt.simulation import Stage, replay, set_stage
+from rocs_bt.simulation import SimulatedWorld, build_world, replay
 from rocs_bt.testing.faults import FaultySensor, break_sensor
 
 SEEDS = (1, 2, 3)
@@ -81,7 +81,7 @@ def test_a_replay_decides_the_same(tmp_path: Path) -> None:
 
 def test_the_tags_that_minds_are_told_are_those_that_the_sensor_reads() -> None:
     spec = Catalog().load_scenario("exp3")
-    stage = set_stage(spec, Catalog(), 1, ListSink())
+    stage = build_world(spec, Catalog(), 1, ListSink())
     tags = {tag: name for name, tag in spec.tags.items()}
     values = stage.sensors["R3"]["robots"].read().values
     here = stage.world.pose("R3")
@@ -99,7 +99,7 @@ class Blind(FaultySensor):
         return Reading(reading.stamp, [0.0, math.inf, 0.0] * (len(reading.values) // 3))
 
 
-def blinded(stage: Stage) -> None:
+def blinded(stage: SimulatedWorld) -> None:
     break_sensor(stage, "robots", Blind, "R3", at=2.0)
 
 
@@ -128,5 +128,5 @@ def test_a_leader_that_never_moves_is_driven_up_to() -> None:
 
 @pytest.mark.parametrize("name", ["R2", "R3"])
 def test_only_who_carries_a_robot_sensor_has_one(name: str) -> None:
-    stage = set_stage(Catalog().load_scenario("exp3"), Catalog(), 1, ListSink())
+    stage = build_world(Catalog().load_scenario("exp3"), Catalog(), 1, ListSink())
     assert any(isinstance(s, RobotSensor) for s in stage.sensors[name].values()) is (name == "R3")

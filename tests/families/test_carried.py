@@ -14,7 +14,7 @@ from rocs_bt.check import check_content
 from rocs_bt.compare import Ground, Post, as_toml, load_family, walls_around
 from rocs_bt.drivers.mujoco import MujocoWorld, compose_world
 from rocs_bt.errors import InputError, UnknownName
-from rocs_bt.simulation import make_carrier
+from rocs_bt.simulation import make_scripted_object
 
 PERIOD = 0.05
 GROUND = Ground(
@@ -35,7 +35,7 @@ def world(tmp_path: Path) -> MujocoWorld:
 def carried(world: MujocoWorld, script: str, name: str = "P1", seed: int = 1, **parameters: Any) -> Any:
     start = Pose2(2.0, 4.0) if name == "P1" else Pose2(8.0, 4.1)
     rng = np.random.default_rng(seed)
-    return make_carrier(script, parameters, name=name, world=world, start=start, rng=rng, period=PERIOD)
+    return make_scripted_object(script, parameters, name=name, world=world, start=start, rng=rng, period=PERIOD)
 
 
 def track(world: MujocoWorld, *carriers: Any, seconds: float) -> Any:

@@ -11,7 +11,7 @@ import pytest
 from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BlockFailed, BodyMoved, Event, SensorFailed, Touched
-from rocs_bt.simulation import RunResult, Stage
+from rocs_bt.simulation import RunResult, SimulatedWorld
 
 
 @dataclass
@@ -25,7 +25,7 @@ class Outcome:
         driven: For each block that failed, whether the wheels were still asked to turn when that was told.
     """
 
-    stage: Stage | None = None
+    stage: SimulatedWorld | None = None
     result: RunResult | None = None
     events: list[Event] = field(default_factory=list)
     driven: list[bool] = field(default_factory=list)
@@ -70,11 +70,13 @@ def broken() -> Callable[..., Outcome]:
     """Runs EXP1 with a fault: `prepare` gets the stage, `rules` replaces R2's; the rest is for `run`."""
 
     def broken(
-        prepare: Callable[[Stage], None] = lambda stage: None, rules: tuple[str, ...] | None = None, **kwargs: Any
+        prepare: Callable[[SimulatedWorld], None] = lambda stage: None,
+        rules: tuple[str, ...] | None = None,
+        **kwargs: Any,
     ) -> Outcome:
         outcome = Outcome()
 
-        def begin(stage: Stage) -> None:
+        def begin(stage: SimulatedWorld) -> None:
             outcome.stage = stage
             prepare(stage)
 

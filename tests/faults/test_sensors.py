@@ -7,7 +7,7 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink, RuleChanged
-from rocs_bt.simulation import set_stage
+from rocs_bt.simulation import build_world
 from rocs_bt.testing.faults import DeadSensor, FrozenSensor, LyingSensor, break_sensor
 
 FAULTS = {
@@ -75,7 +75,7 @@ def test_a_sound_robot_raises_no_alarm(broken):
 @pytest.fixture
 def stage():
     catalog = Catalog()
-    return set_stage(catalog.load_scenario("exp1"), catalog, 3, NullSink())
+    return build_world(catalog.load_scenario("exp1"), catalog, 3, NullSink())
 
 
 def test_when_the_mind_dies_the_wheels_stand(stage):

@@ -17,7 +17,7 @@ from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, Change, Event, Touched
 from rocs_bt.geometry import Pose2
-from rocs_bt.simulation import Stage
+from rocs_bt.simulation import SimulatedWorld
 from rocs_bt.testing.faults import DeadSensor, break_sensor
 
 DISTANCE, SAFETY = 1.5, 0.8  # [m] of the scenario's follower
@@ -29,8 +29,8 @@ class Pair:
     """What came of R2, who leads, and R3, who follows; calls `at` once its time has come."""
 
     at: float = math.inf
-    act: Callable[[Stage], None] = lambda stage: None
-    stage: Stage | None = None
+    act: Callable[[SimulatedWorld], None] = lambda stage: None
+    stage: SimulatedWorld | None = None
     poses: dict[str, Pose2] = field(default_factory=dict)
     rows: list[tuple[float, float, bool]] = field(default_factory=list)  # [s], distance [m], whether R3 drives
     told: list[Event] = field(default_factory=list)
@@ -48,14 +48,14 @@ class Pair:
         elif isinstance(event, Change | Touched) and event.agent == "R3":
             self.told.append(event)
 
-    def prepare(self, stage: Stage) -> None:
+    def prepare(self, stage: SimulatedWorld) -> None:
         self.stage = stage
 
     def run(self, duration: float, **given: Any) -> AgentResult:
         """R3's part of the summary."""
         prepare = given.pop("prepare", lambda stage: None)
 
-        def both(stage: Stage) -> None:
+        def both(stage: SimulatedWorld) -> None:
             self.prepare(stage)
             prepare(stage)
 

@@ -30,7 +30,6 @@ def main(name: str, listen: str, keys_folder: str, error: str, *peers: str) -> N
         Scope(knowledge.graph.schema),
         ZenohNetwork(listen, peers, keys=keys),
         origin=f"{name}#{os.urandom(8).hex()}",
-        sink=NullSink(),
         calendar=lambda: time.time() + float(error),
         key=b"" if keys is None else keys.secret,
     )

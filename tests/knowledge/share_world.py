@@ -61,7 +61,6 @@ class Peers:
                 Scope(self.schema, **self.scope[name]),
                 self.network,
                 origin=f"{name}#{self.starts[name]}",
-                sink=self.sink,
                 calendar=lambda name=name: self.clock.now() + 1e4 + self.error[name],
                 key=self.key,
                 ageing=self.ageing,

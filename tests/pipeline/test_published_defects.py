@@ -5,6 +5,7 @@ Its `push` never updates the priority on top, so the queue is a mailbox of one s
 """
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import pytest
 
@@ -58,7 +59,7 @@ class Robot:
         self.clock, self.sink, self.wheels = SimulatedClock(0.05), ListSink(), Wheels()
         self.pipeline = Pipeline(self.clock, self.sink)
         body = RobotBody(
-            agent="R1", knowledge=None, drive=None, follower=None, clock=self.clock, period=0.05,
+            knowledge=SimpleNamespace(agent="R1"), drive=None, follower=None, clock=self.clock, period=0.05,
             actuators={"wheels": wide_gate(self.wheels, self.clock)}, wheels="wheels", sink=self.sink,
         )  # fmt: skip
         self.execute = Execute(self.pipeline, body)

@@ -16,8 +16,6 @@ class Mind:
             knowledge=rig.knowledge,
             pipeline=rig.pipeline,
             actions=rig.actions,
-            clock=rig.clock,
-            sink=rig.sink,
             compile_guard=lambda text: compile_expression(text, environment),
             rule_reading=lambda rule: "front = 0.21 m",
         )

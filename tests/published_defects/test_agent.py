@@ -25,8 +25,8 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.reactive import RuleModel, load_rules
 from rocs_bt.record import Recording
 from rocs_bt.signal import Signal
-from rocs_bt.simulation import OUTCOMES, set_stage
-from rocs_bt.simulation.ready_run import stage_minds
+from rocs_bt.simulation import OUTCOMES, build_world
+from rocs_bt.simulation.ready_run import simulated_agents
 from rocs_bt.units import LENGTH, SPEED
 
 CATALOG = Catalog()
@@ -44,8 +44,8 @@ def make_mind(exp1):
 
     def make(clock=None, build=None):
         sink = ListSink()
-        stage = set_stage(exp1, CATALOG, 1, sink, clock=clock)
-        (agent,) = stage_minds(exp1, stage, CATALOG, sink, {} if build is None else {"R2": build})
+        stage = build_world(exp1, CATALOG, 1, sink, clock=clock)
+        (agent,) = simulated_agents(exp1, stage, CATALOG, sink, {} if build is None else {"R2": build})
         return agent, stage, sink
 
     return make

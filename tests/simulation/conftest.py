@@ -10,7 +10,7 @@ import pytest
 from rocs_bt.catalog import Catalog, ScenarioSpec
 from rocs_bt.errors import BlockError
 from rocs_bt.event import EventSink
-from rocs_bt.simulation import Episode, Result, Stage, set_stage
+from rocs_bt.simulation import Episode, Result, SimulatedWorld, build_world
 
 Script = Callable[[float], Sequence[float] | None]
 
@@ -20,7 +20,7 @@ class Wheels:
     """A mind that drives by a script: the rim speeds at a time, or None for no command at all."""
 
     name: str
-    stage: Stage
+    stage: SimulatedWorld
     script: Script
     status: str = "RUNNING"
     reason: str = ""
@@ -61,7 +61,7 @@ def make_mind() -> type[Wheels]:
 
 
 @pytest.fixture(scope="session")
-def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, Stage]]:
+def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, SimulatedWorld]]:
     """Play a scenario with a mind that only drives."""
 
     def play(
@@ -72,20 +72,16 @@ def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, Stage]]:
         seed: int = 1,
         duration: float = 5.0,
         change: Callable[[Wheels, float], bool | None] = lambda mind, t: None,
-    ) -> tuple[Result, Wheels, Stage]:
-        stage = set_stage(scenario, catalog, seed, sink)
+    ) -> tuple[Result, Wheels, SimulatedWorld]:
+        stage = build_world(scenario, catalog, seed, sink)
         mind = Wheels("R2", stage, script)
 
         def watch(t: float) -> bool:
             return change(mind, t) is not False
 
         episode = Episode(
-            stage.world,
+            stage,
             [mind],
-            stage.judges,
-            movers=stage.movers,
-            wheels=stage.wheels,
-            goals=stage.goals,
             control=scenario.rate.control_rate,
             duration=duration,
             sink=sink,

@@ -9,12 +9,12 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import Approached, ListSink
-from rocs_bt.simulation import Stage
+from rocs_bt.simulation import SimulatedWorld
 
 
 @pytest.mark.parametrize(("scenario", "agents"), [("exp1", ("R2",)), ("exp3", ("R2", "R3"))])
 def test_it_tells_the_least_distance_of_all_periods(catalog: Catalog, scenario: str, agents: tuple[str, ...]) -> None:
-    stages: list[Stage] = []
+    stages: list[SimulatedWorld] = []
     least: dict[str, list[tuple[float, str]]] = {name: [] for name in agents}
 
     def look(t: float) -> None:

@@ -19,7 +19,7 @@ from rocs_bt.clock import WallClock
 from rocs_bt.errors import BlockError, InputError, RateError
 from rocs_bt.event import BodyMoved, CommandExpired, GoalEntered, Judged, ListSink, NullSink, Touched
 from rocs_bt.geometry import Pose2
-from rocs_bt.simulation import Episode, FreePose, PhysicsThread, free_goal_poses, set_stage, stream
+from rocs_bt.simulation import Episode, FreePose, PhysicsThread, build_world, free_goal_poses, stream
 from rocs_bt.simulation.placement import jittered
 
 Play = Callable[..., tuple]
@@ -48,9 +48,9 @@ def test_the_same_seed_is_the_same_run_and_another_is_not(exp1: ScenarioSpec, pl
 
 def test_the_same_seed_is_the_same_run_in_another_process(exp1: ScenarioSpec, catalog: Catalog) -> None:
     code = (
-        "from rocs_bt.catalog import Catalog\nfrom rocs_bt.simulation import set_stage\n"
+        "from rocs_bt.catalog import Catalog\nfrom rocs_bt.simulation import build_world\n"
         "from rocs_bt.event import NullSink\nimport hashlib\nc = Catalog()\n"
-        "s = set_stage(c.load_scenario('exp1'), c, 7, NullSink())\nh = hashlib.sha256()\n"
+        "s = build_world(c.load_scenario('exp1'), c, 7, NullSink())\nh = hashlib.sha256()\n"
         "for k in range(60):\n    s.world.digest(h)\n    [m.step(s.clock.now()) for m in s.movers]\n"
         "    s.world.advance(10)\nprint(h.hexdigest())"
     )
@@ -144,7 +144,7 @@ def test_the_walker_stays_off_walls_and_box_within_its_speed(exp1: ScenarioSpec,
 
 def test_a_robot_cannot_start_in_a_box(exp1: ScenarioSpec, catalog: Catalog) -> None:
     with pytest.raises(InputError) as error:
-        set_stage(at(exp1, -0.5, 1.0, 0.0), catalog, 1, NullSink())
+        build_world(at(exp1, -0.5, 1.0, 0.0), catalog, 1, NullSink())
     assert "R2 cannot start at x = -0.50 m, y = 1.00 m, yaw = 0 deg" in str(error.value)
     assert "inside 'box'" in str(error.value)
 
@@ -153,7 +153,7 @@ def test_a_start_is_drawn_anew_until_it_is_free(exp1: ScenarioSpec, catalog: Cat
     agent = dataclasses.replace(exp1.agents[0], pose=Pose2(-0.5, 1.5, 0.0), jitter=Pose2(0.0, 0.3, 0.0))
     scenario = dataclasses.replace(exp1, agents=(agent,))
     for seed in range(10):
-        stage = set_stage(scenario, catalog, seed, NullSink())
+        stage = build_world(scenario, catalog, seed, NullSink())
         assert stage.world.clearance("R2")[0] > 0.0
 
 
@@ -198,7 +198,7 @@ def test_fifty_hertz_works(exp1: ScenarioSpec, play: Play) -> None:
 def at_the_goal(catalog: Catalog, name: str) -> list[FreePose]:
     scenario = catalog.load_scenario(name)
     goal = scenario.places[0]
-    stage = set_stage(dataclasses.replace(scenario, movers=()), catalog, 1, NullSink())
+    stage = build_world(dataclasses.replace(scenario, movers=()), catalog, 1, NullSink())
     return free_goal_poses(stage.world, "R2", goal.pose, goal.tolerance, stage.sensors["R2"])
 
 
@@ -222,13 +222,12 @@ def test_the_published_box_leaves_few_poses_at_its_goal(catalog: Catalog) -> Non
 @pytest.mark.usefixtures("awake")
 def test_threaded_moves_the_world_with_the_wall_clock(exp1: ScenarioSpec, catalog: Catalog, make_mind) -> None:
     clock, sink = WallClock(), ListSink()
-    stage = set_stage(at(exp1, 0.0, 0.0, -1.5), catalog, 1, sink, clock=clock)
+    stage = build_world(at(exp1, 0.0, 0.0, -1.5), catalog, 1, sink, clock=clock)
     mind = make_mind("R2", stage, lambda t: (0.2, 0.2))
     mind.step(0)
     episode = Episode(
-        stage.world,
+        stage,
         [mind],
-        stage.judges,
         control=exp1.rate.control_rate,
         duration=clock.now() + 0.4,
         sink=sink,

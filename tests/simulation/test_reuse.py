@@ -13,9 +13,9 @@ from rocs_bt import run
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.event import AtomicStarted, ListSink, TicketChanged
+from rocs_bt.simulation.provenance import counts, room_of
 from rocs_bt.simulation.reuse import Reuse, Share, diff
 from rocs_bt.simulation.settings import Setting
-from rocs_bt.simulation.used import counts, room_of
 
 CATALOG = Catalog()
 

@@ -12,14 +12,14 @@ from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.simulation import set_stage
+from rocs_bt.simulation import build_world
 from rocs_bt.simulation.video import Video
 from rocs_bt.simulation.viewer import Viewer
 
 
 @pytest.fixture(scope="module")
 def world(exp1: ScenarioSpec, catalog: Catalog) -> MujocoWorld:
-    return set_stage(exp1, catalog, 1, NullSink()).world
+    return build_world(exp1, catalog, 1, NullSink()).world
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")

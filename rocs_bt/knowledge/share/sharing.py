@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ...event import EventSink, PeerCame, PeerVanished
+from ...event import PeerCame, PeerVanished
 from ..knowledge import Knowledge
 from .group_clock import GroupClock, PeerFaults
 from .inbox import Counts, Inbox
@@ -77,7 +77,6 @@ class Sharing:
         scope: What it shares.
         network: Through which.
         origin: `agent#start`; a start that no earlier one of this agent had.
-        sink: Where events go.
         calendar: Time since an epoch that all peers share [s]; it may be wrong, and is read once.
         key: The group's.
         ageing: What becomes of what vanished peers told.
@@ -98,7 +97,6 @@ class Sharing:
         network: Network,
         *,
         origin: str,
-        sink: EventSink,
         calendar: Callable[[], float],
         key: bytes = b"",
         ageing: Ageing = Ageing(),
@@ -110,11 +108,11 @@ class Sharing:
         self.awake = threading.Event()
         self._gap = gap
         self.presence = Presence()
-        self._faults = PeerFaults(knowledge.agent, self.presence, self.clock, sink)
+        self._faults = PeerFaults(knowledge.agent, self.presence, self.clock, knowledge.sink)
         self.messenger = Messenger(knowledge.agent, lambda: self.presence.starts)
         self._agent = knowledge.agent
         self._scope = scope
-        self._sink = sink
+        self._sink = knowledge.sink
         self._key = key
         self._ageing = ageing
         self._mirror = Mirror(knowledge, self.replica, scope, self.counts, self.awake.set)

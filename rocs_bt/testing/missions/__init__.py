@@ -3,7 +3,7 @@
 from .coverage import TreeCoverage
 from .inject import Breaks, Flaky, Raises, inject
 from .letters import Letters, Scripted
-from .play import play
+from .play import PlayOptions, play
 from .substitute import Rule, read_rules, substitute
 from .trace import Trace
 
@@ -11,6 +11,7 @@ __all__ = [
     "Breaks",
     "Flaky",
     "Letters",
+    "PlayOptions",
     "Raises",
     "Rule",
     "Scripted",

@@ -77,8 +77,6 @@ class Surroundings:
             knowledge=self.knowledge,
             pipeline=Pipeline(self.clock, self.sink, "R1"),
             actions=action_table(*actions),
-            clock=self.clock,
-            sink=self.sink,
             compile_guard=lambda text: compile_expression(text, environment),
         )
         self.mission.content = content

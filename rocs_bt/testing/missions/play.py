@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,24 +28,45 @@ if TYPE_CHECKING:
 LETTERS = {"RUNNING": "R", "SUCCESS": "S", "FAILURE": "F", "SKIPPED": "K", "IDLE": "H"}
 
 
-def play(
-    mission: str | Path | Callable[..., Any],
-    *,
-    leaves: Mapping[str, str | Letters] | None = None,
-    rules: Mapping[str, Rule] | None = None,
-    faults: Mapping[str, Callable[[Behaviour], Decorator]] | None = None,
-    knowledge: Known | None = None,
-    signals: Mapping[str, Any] | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    board: Mapping[str, Any] | None = None,
-    then: Mapping[int, Callable[[Mission], None]] | None = None,
-    ticks: int = 100,
-    step: float = 0.1,
-    settle: bool = False,
-    main: str = "",
-    catalog: Catalog | None = None,
-    coverage: TreeCoverage | None = None,
-) -> Trace:
+@dataclass(frozen=True, kw_only=True)
+class PlayOptions:
+    """What a mission meets while it is played, for `play`.
+
+    Attributes:
+        leaves: Outcomes of leaves, by filter: a letter per tick; see `substitute`. A leaf in XML whose class does not
+            exist is made up if it is named here.
+        rules: Other stubs, by filter.
+        faults: Decorators to put around nodes, by filter; see `inject`.
+        knowledge: Knowledge at the start.
+        signals: Values of the signals, such as `{"front": "0.4 m"}`.
+        parameters: The mission's parameters, as a scenario's file gives them.
+        board: Values on the root's board.
+        then: Functions that run before a tick, by its number, counted from 1.
+        ticks: Maximum number of ticks.
+        step: Time between ticks, on a clock that nothing else moves [s].
+        settle: Whether each tick goes on until nothing can be done without time passing.
+        main: The tree of the document that is played; its main tree if empty.
+        catalog: Source of content; the project around the current folder, and ours, by default.
+        coverage: Counts statuses of nodes.
+    """
+
+    leaves: Mapping[str, str | Letters] = field(default_factory=dict)
+    rules: Mapping[str, Rule] = field(default_factory=dict)
+    faults: Mapping[str, Callable[[Behaviour], Decorator]] = field(default_factory=dict)
+    knowledge: Known = field(default_factory=dict)
+    signals: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    board: Mapping[str, Any] = field(default_factory=dict)
+    then: Mapping[int, Callable[[Mission], None]] = field(default_factory=dict)
+    ticks: int = 100
+    step: float = 0.1
+    settle: bool = False
+    main: str = ""
+    catalog: Catalog | None = None
+    coverage: TreeCoverage | None = None
+
+
+def play(mission: str | Path | Callable[..., Any], options: PlayOptions = PlayOptions(), **changes: Any) -> Trace:
     """Tick a mission until it ends, without a robot.
 
         trace = play("patrol", leaves={"GoTo": "RRS", "Speak": "S"}, knowledge={"dock": (1.0, 2.0)})
@@ -53,45 +75,32 @@ def play(
 
     Args:
         mission: The name or path of a mission, the text of an XML document, or a Python mission's `build`.
-        leaves: What leaves come to, by filter: a letter a tick; see `substitute`. A leaf in XML whose class does not
-            exist is made up when it is named here.
-        rules: Other stand-ins, by filter.
-        faults: Decorators to put around nodes, by filter; see `inject`.
-        knowledge: What is known at the start.
-        signals: What the signals read, such as `{"front": "0.4 m"}`.
-        parameters: The mission's parameters, as a scenario's file gives them.
-        board: Values on the root's board.
-        then: What happens before a tick, by its number, counted from 1.
-        ticks: How often it is ticked at most.
-        step: How much time passes from tick to tick, on a clock that nothing else moves [s].
-        settle: Whether each tick goes on until nothing can be done without time passing.
-        main: The tree of the document that is played; its main tree by default.
-        catalog: Where content is found; the project's around the current folder, and ours.
-        coverage: Counts what was come to.
+        options: What it meets.
+        changes: Attributes of `PlayOptions` as keywords, which replace those of `options`.
 
     Returns:
-        What it did.
+        Statuses of all nodes, tick by tick.
 
     Raises:
-        InputError: The mission is wrong, a filter means no node, or a leaf would need a robot; or TreeError, where a
+        InputError: The mission is wrong, a filter matches no node, or a leaf would need a robot; or TreeError, where a
             node cannot go on.
     """
-    catalog, letters = catalog or Catalog.here(), _letters(leaves or {})
-    build, name = _build(mission, catalog, letters, main)
-    around = Surroundings(
-        knowledge or {}, signals or {}, step=step, actions=mission_actions(build), content=catalog, name=name
-    )
+    given = replace(options, **changes)
+    catalog, letters = given.catalog or Catalog.here(), _letters(given.leaves)
+    build, name = _build(mission, catalog, letters, given.main)
+    actions = mission_actions(build)
+    around = Surroundings(given.knowledge, given.signals, step=given.step, actions=actions, content=catalog, name=name)
     own = around.mission
-    root = build(own, **mission_arguments(build, parameters or {}))
-    if letters or rules:
+    root = build(own, **mission_arguments(build, given.parameters))
+    if letters or given.rules:
         every = mission_nodes(own.actions, catalog.load_nodes())
-        root = substitute(root, {**letters, **(rules or {})}, every)
-    if faults:
-        root = inject(root, faults)
+        root = substitute(root, {**letters, **given.rules}, every)
+    if given.faults:
+        root = inject(root, given.faults)
     _refuse_robots(root)
     tree = Tree(root, board=own.board, clock=around.clock, owner=own)
-    own.board.update(board or {})
-    return _Player(tree, around, coverage).play(checked_ticks(ticks), then or {}, settle)
+    own.board.update(given.board)
+    return _Player(tree, around, given.coverage).play(checked_ticks(given.ticks), given.then, given.settle)
 
 
 class _Player:

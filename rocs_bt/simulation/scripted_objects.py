@@ -1,4 +1,4 @@
-"""Carried things: doors, boxes and people, which scripts move along the floor; they feel no contact and yield to none.
+"""Scripted objects: doors, boxes and people that scripts move along the floor; contacts do not move them.
 
 A thing is a mocap body of the world. A script says each control period how fast it goes, and the world moves it on in
 each physics step, so that a robot is touched, and not jumped at.
@@ -23,15 +23,15 @@ from ..units import Metres, MetresPerSecond, Seconds
 Vector = tuple[float, float]
 
 
-class Carrier(ABC):
-    """A script that carries one thing.
+class ScriptedObject(ABC):
+    """A script that moves one object.
 
     Args:
-        name: The thing in the world.
-        world: Where it is; a script may look at the truth.
-        start: Where it stands at first.
+        name: Name of the object in the world.
+        world: The world; a script may read ground truth.
+        start: Start pose.
         rng: Its own random stream.
-        period: Of its steps [s].
+        period: Control period [s].
     """
 
     Parameters: ClassVar[type]
@@ -92,7 +92,7 @@ class SlideParameters:
             )
 
 
-class Slide(Carrier):
+class Slide(ScriptedObject):
     """A door or a box that goes straight from one place to another at a given time, and perhaps back."""
 
     Parameters = SlideParameters
@@ -142,7 +142,7 @@ class PolynomialParameters:
             )
 
 
-class Polynomial(Carrier):
+class Polynomial(ScriptedObject):
     """Goes to and fro on a curve that strays from a straight line by a random polynomial of the way covered.
 
     The kind of motion of DynaBARN's obstacles (Nair et al., DynaBARN: Benchmarking Metric Ground Navigation in Dynamic
@@ -207,7 +207,7 @@ class SocialForceParameters:
             )
 
 
-class SocialForce(Carrier):
+class SocialForce(ScriptedObject):
     """Walks to and fro, and makes way for people, robots and walls, as pedestrians do.
 
     The circular social force, seen less behind than ahead, with the numbers that were fitted to videos of pedestrians
@@ -284,10 +284,10 @@ class SocialForce(Carrier):
         return self._around(min(push, 20.0) * slope / size, ahead) if size > 0.0 else np.zeros(2)
 
 
-CARRIERS: Mapping[str, Any] = {"slide": Slide, "polynomial": Polynomial, "social_force": SocialForce}
+SCRIPTED_OBJECTS: Mapping[str, Any] = {"slide": Slide, "polynomial": Polynomial, "social_force": SocialForce}
 
 
-def make_carrier(
+def make_scripted_object(
     script: str,
     parameters: Mapping[str, Any],
     *,
@@ -296,15 +296,15 @@ def make_carrier(
     start: Pose2,
     rng: np.random.Generator,
     period: float,
-) -> Carrier:
-    """A carrier by its script's name.
+) -> ScriptedObject:
+    """A scripted object by its script's name.
 
     Raises:
         InputError: No such script, parameters that do not fit it, or no such thing in the world; with every fault.
     """
-    if script not in CARRIERS:
-        raise UnknownName(unknown("script for a thing", script, CARRIERS))
-    cls = CARRIERS[script]
+    if script not in SCRIPTED_OBJECTS:
+        raise UnknownName(unknown("script for a thing", script, SCRIPTED_OBJECTS))
+    cls = SCRIPTED_OBJECTS[script]
     wanted = read_parameters(cls.Parameters, parameters, f"{script} '{name}'")
-    made: Carrier = cls(name, world, start, rng, period, parameters=wanted)
+    made: ScriptedObject = cls(name, world, start, rng, period, parameters=wanted)
     return made

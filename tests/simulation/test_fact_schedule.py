@@ -1,4 +1,4 @@
-"""News: what agents are told during a run makes a plan go another way, and a replay tells it again."""
+"""Facts that come during a run make a plan go another way, and a replay has them too."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""News: facts that a scenario's agents are told during the run."""
+"""Scheduled facts: knowledge that a scenario gives its agents during the run."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from ..agent import Agent, tell_facts
 from ..catalog import FactSpec, ScenarioSpec
 from ..geometry import Pose2
 from .outcome import Goal, Judge
-from .stage import Stage
+from .simulated_world import SimulatedWorld
 
 _SAME = 1e-9  # [s]
 
 
-class News:
-    """Tells one agent each fact when its time has come.
+class FactSchedule:
+    """Writes each fact to the Knowledge of one agent at the time of the fact.
 
     Args:
-        agent: Who is told.
-        facts: What, in the order of their times.
-        placed: Called with each node that was told of and where it is from then on.
+        agent: The agent.
+        facts: Its facts, in the order of their times.
+        placed: Called with the node of each fact and its new pose.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class News:
         self._placed = placed
 
     def step(self, t: float) -> None:
-        """Tell what is due at time t [s]."""
+        """Write the facts that are due at time t [s]."""
         due = []
         while self._coming and self._coming[0].at <= t + _SAME:
             due.append(self._coming.popleft())
@@ -44,27 +44,29 @@ class News:
                 self._placed(fact.node, pose)
 
 
-def news_of(scenario: ScenarioSpec, agents: Sequence[Agent], stage: Stage | None = None) -> list[News]:
-    """The news of all agents that are told something during the run.
+def fact_schedules(
+    scenario: ScenarioSpec, agents: Sequence[Agent], stage: SimulatedWorld | None = None
+) -> list[FactSchedule]:
+    """Schedules of all agents with facts during the run.
 
     Args:
-        scenario: What they are told.
-        agents: Who may be told.
-        stage: Where goals are from then on to be entered; None where nobody judges, as in a replay.
+        scenario: The scenario.
+        agents: Its agents.
+        stage: The world whose goals move with the facts; None without judges, as in a replay.
     """
     found = []
     for agent in agents:
         later = sorted((fact for fact in scenario.facts_of(agent.name) if fact.at), key=lambda fact: fact.at)
         if later and stage is None:
-            found.append(News(agent, later))
+            found.append(FactSchedule(agent, later))
         elif later and stage is not None:
             goals: Mapping[str, list[Goal]] = stage.goals
-            found.append(News(agent, later, _mover(stage.judges[agent.name], goals[agent.name])))
+            found.append(FactSchedule(agent, later, _mover(stage.judges[agent.name], goals[agent.name])))
     return found
 
 
 def _mover(judge: Judge, goals: list[Goal]) -> Callable[[str, Pose2], None]:
-    """What tells the simulation where the goals of one agent are."""
+    """A function that moves a goal of one agent in the simulation."""
 
     def move(node: str, pose: Pose2) -> None:
         for i, goal in enumerate(goals):

@@ -1,21 +1,19 @@
-"""Giving the robots on a stage their minds: missions, rules and what they are told, from a scenario's names."""
+"""Build the agents of a scenario and connect them to its robots."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 
-from ..agent import Agent, Mind, Rates, build_agent
-from ..catalog import AgentSpec, Catalog, RobotSpec, ScenarioSpec
-from ..clock import Clock, Rate
-from ..device import Sensor
+from ..agent import Agent, Mind, Rates, RobotDevices, Runtime, build_agent
+from ..catalog import AgentSpec, Catalog, ScenarioSpec
+from ..clock import Rate
 from ..errors import InputError, blame
-from ..event import EventSink
 from ..plan import mission_actions, mission_arguments
-from ..safety import SafetyGate
 from .options import Build
+from .random_streams import stream
 from .share import sharing_of
-from .streams import stream
 
 
 def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None = None) -> Mind:
@@ -49,44 +47,41 @@ def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build:
     )
 
 
-def build_minds(
+def build_agents(
     scenario: ScenarioSpec,
     catalog: Catalog,
-    robots: Mapping[str, RobotSpec],
-    sensors: Mapping[str, Mapping[str, Sensor]],
-    actuators: Mapping[str, Mapping[str, SafetyGate]],
-    sensor_rates: Mapping[str, Mapping[str, Rate]],
+    devices: Mapping[str, RobotDevices],
+    runtime: Runtime,
     *,
-    clock: Clock,
-    sink: EventSink,
     seed: int = 0,
-    timer: Callable[[], float] | None = None,
     missions: Mapping[str, Build] | None = None,
 ) -> list[Agent]:
-    """All agents of a scenario, in its order; mappings are by agent, and the seed is for missions that draw.
+    """Build the agents of a scenario, in its order, and connect them to their robots.
+
+    Args:
+        scenario: The scenario.
+        catalog: Source of the content.
+        devices: Devices of the robots, by agent.
+        runtime: Clock, sink and timer of the run.
+        seed: Seed of the random streams of the missions.
+        missions: By agent, the `build` of a mission that replaces the scenario's.
 
     Raises:
         InputError: Something in a mission, a rule file or robot.toml does not fit, with every fault of that file.
     """
-    period = scenario.rate.control_rate.period
-    rates = Rates(control=Rate(1, period), plan=scenario.rate.plan_rate)
-    shares = sharing_of(scenario, clock, sink, seed)
+    rates = Rates(control=Rate(1, scenario.rate.control_rate.period), plan=scenario.rate.plan_rate)
+    shares = sharing_of(scenario, runtime.clock, seed)
     agents = []
     for agent in scenario.agents:
         mind = load_mind(scenario, agent, catalog, (missions or {}).get(agent.name))
+        own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
         with blame(scenario.file, agent.line):
             built = build_agent(
                 agent.name,
-                robots[agent.name],
+                devices[agent.name],
                 mind,
-                sensors=sensors[agent.name],
-                actuators=actuators[agent.name],
-                sensor_rates=sensor_rates[agent.name],
-                rates=rates,
-                clock=clock,
-                sink=sink,
-                timer=timer,
-                rng=partial(stream, scenario.name, seed, agent.name),
+                rates,
+                own,
                 load_class=catalog.load_class,
                 keep=catalog.keep,
                 share=shares.get(agent.name),

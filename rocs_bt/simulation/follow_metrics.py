@@ -1,4 +1,4 @@
-"""How a robot that follows another keeps its distance (paper, 6.5)."""
+"""Metrics of following: distance of a robot from its leader (paper, 6.5)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DRIVES = 0.02
 """The speed of a wheel's rim above which a robot drives [m/s]; one that is pushed while it stands does not."""
 
 
-class Leash:
+class FollowMetrics:
     """The true distance between a follower and its leader, as a run goes on.
 
     What is asked of a follower are its own parameters: it is within its band, `distance` +- (`distance` - `safety`),

@@ -5,8 +5,10 @@ import pytest
 from rocs_bt.event import BodyMoved, ListSink, Said
 from rocs_bt.record.header import AgentInfo, RunHeader
 from rocs_bt.record.recorder import Recorder
-from rocs_bt.simulation.gathering import Gathering
 from rocs_bt.simulation.metrics import Metrics
+from rocs_bt.simulation.run_record import EventBatch
+
+R2 = AgentInfo(name="R2", robot="pioneer_p3dx", mission="go_to")
 
 R2 = AgentInfo(name="R2", robot="pioneer_p3dx", mission="go_to")
 
@@ -31,12 +33,12 @@ def events(periods=40):
 
 def test_all_come_in_their_order_and_once():
     one, other = Batches(), Batches()
-    gathering, told = Gathering(one, other), list(events(2))
+    batch, told = EventBatch(one, other), list(events(2))
     for event in told:
-        gathering.emit(event)
+        batch.emit(event)
     assert not one.events
-    gathering.hand_on()
-    gathering.hand_on()
+    batch.flush()
+    batch.flush()
     assert one.events == other.events == told
     assert one.sizes == [len(told)]
 
@@ -46,20 +48,20 @@ def test_what_a_sink_refuses_is_not_handed_on_again():
         def take(self, events):
             raise OSError("no space left")
 
-    before, gathering = Batches(), None
-    gathering = Gathering(before, Broken())
-    gathering.emit(next(events()))
+    before, batch = Batches(), None
+    batch = EventBatch(before, Broken())
+    batch.emit(next(events()))
     with pytest.raises(OSError, match="no space"):
-        gathering.hand_on()
-    gathering.hand_on()
+        batch.flush()
+    batch.flush()
     assert before.sizes == [1]
 
 
 def test_it_hands_on_before_somebody_watches():
     sink, seen = Batches(), []
-    gathering = Gathering(sink)
-    watch = gathering.before(lambda t: seen.append((t, len(sink.events))) or t < 1.0)
-    gathering.emit(next(events()))
+    batch = EventBatch(sink)
+    watch = batch.before(lambda t: seen.append((t, len(sink.events))) or t < 1.0)
+    batch.emit(next(events()))
     assert watch(0.5)
     assert not watch(1.0)
     assert seen == [(0.5, 1), (1.0, 1)]
@@ -69,12 +71,12 @@ def test_a_recording_and_its_metrics_are_the_same(tmp_path):
     recorded, counted = [], []
     for together in (1, 3, 7, 1000):
         recorder, metrics = Recorder(tmp_path / f"{together}.mcap", RunHeader(scenario="one", seed=1)), Metrics(["R2"])
-        gathering, told = Gathering(metrics, recorder), list(events())
+        batch, told = EventBatch(metrics, recorder), list(events())
         for k, event in enumerate(told, 1):
-            gathering.emit(event)
+            batch.emit(event)
             if k % together == 0:
-                gathering.hand_on()
-        gathering.hand_on()
+                batch.flush()
+        batch.flush()
         recorder.close()
         recorded.append((tmp_path / f"{together}.mcap").read_bytes())
         counted.append(metrics.of(R2, 9.0))

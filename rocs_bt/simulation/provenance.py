@@ -1,4 +1,4 @@
-"""Which code a mind is made of: measured on the built agent, not written down."""
+"""Code provenance: the classes of the engine that a built agent consists of."""
 
 from __future__ import annotations
 

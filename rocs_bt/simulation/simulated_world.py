@@ -1,12 +1,12 @@
-"""Setting the stage: from a scenario's file to a world with robots that can sense and act, but do not think yet."""
+"""The simulated world of a scenario: robots that sense and act, scripted actors and objects, judges; no agents yet."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..agent import robot_drive
-from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
+from ..agent import RobotDevices, robot_drive
+from ..catalog import ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
 from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compile_model, make_actuator, make_sensor
@@ -14,17 +14,17 @@ from ..errors import Fault, InputError, blame
 from ..event import EventSink
 from ..geometry import Pose2
 from ..safety import SafetyGate
-from .carried import Carrier, make_carrier
 from .devices import mujoco_driver
 from .mover import Mover, make_mover
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
-from .streams import START, noise_of, stream
+from .random_streams import START, noise_of, stream
+from .scripted_objects import ScriptedObject, make_scripted_object
 
 
 @dataclass(frozen=True)
-class Stage:
-    """A world in which everybody stands at the start.
+class SimulatedWorld:
+    """A world with all robots and objects at their starts.
 
     Attributes:
         world: The world.
@@ -33,11 +33,11 @@ class Stage:
         sensors: By agent, then by name.
         actuators: Behind their limits; by agent, then by name.
         sensor_rates: By agent, then by name, over control periods.
-        movers: Who else moves.
-        wheels: By robot, how fast its rims truly go [m/s].
+        movers: Scripted actors and objects.
+        wheels: By robot, its true wheel speeds [m/s].
         judges: By agent.
-        goals: By agent, those that it may enter.
-        starts: Where everybody stands.
+        goals: By agent, the goals that it may enter.
+        starts: Start poses of the robots, world frame.
     """
 
     world: MujocoWorld
@@ -46,76 +46,89 @@ class Stage:
     sensors: Mapping[str, dict[str, Sensor]]
     actuators: Mapping[str, dict[str, SafetyGate]]
     sensor_rates: Mapping[str, Mapping[str, Rate]]
-    movers: Sequence[Mover | Carrier]
+    movers: Sequence[Mover | ScriptedObject]
     wheels: Mapping[str, Callable[[], list[float]]]
     judges: Mapping[str, Judge]
     goals: Mapping[str, list[Goal]]
     starts: Mapping[str, Pose2]
 
+    def devices(self, agent: str) -> RobotDevices:
+        """The devices of an agent's robot."""
+        return RobotDevices(self.robots[agent], self.sensors[agent], self.actuators[agent], self.sensor_rates[agent])
 
-def set_stage(
+
+def build_world(
     scenario: ScenarioSpec, catalog: Catalog, seed: int, sink: EventSink, *, clock: Clock | None = None
-) -> Stage:
-    """Compose the world, place everybody, and make all devices.
+) -> SimulatedWorld:
+    """Compose the world, place all robots and objects, and make all devices.
 
     Args:
-        scenario: What is to be played.
-        catalog: Where its robots and its world are found.
-        seed: The episode's seed.
-        sink: Where events go.
+        scenario: The scenario.
+        catalog: Source of its robots and its world.
+        seed: Seed of the episode.
+        sink: Takes the events of the devices.
         clock: Time; a simulated one by default.
 
     Raises:
-        InputError: Content is missing or does not fit together, or somebody would start inside of something.
+        InputError: Content is missing or does not fit together, or a robot would start inside of something.
     """
     time = clock or SimulatedClock(scenario.rate.physics)
     world, robots = _compose(scenario, catalog, time)
-    # Things first, since they stand where they stand: robots are drawn anew while they are inside of one.
-    carriers = _carriers(world, scenario, seed)
+    # Scripted objects first, since they have no choice of pose: robots are sampled again while they are inside of one.
+    objects = _scripted_objects(world, scenario, seed)
     with blame(scenario.file):
         starts = place_all(world, [*scenario.agents, *(m for m in scenario.movers if m.robot)], scenario.name, seed)
-    sensors: dict[str, dict[str, Sensor]] = {}
-    actuators: dict[str, dict[str, SafetyGate]] = {}
     wheels: dict[str, Callable[[], list[float]]] = {}
-    for agent in scenario.agents:
-        spec = robots[agent.name]
-        sensors[agent.name] = {}
-        for s in spec.sensors:
-            driver = mujoco_driver(catalog, spec, s)
-            with blame(spec.file, s.line), driver.running():
-                sensors[agent.name][s.name] = make_sensor(
-                    world,
-                    agent.name,
-                    s.name,
-                    driver.make,
-                    driver.parameters,
-                    noise=s.noise,
-                    rng=stream(scenario.name, seed, agent.name, noise_of(s.name)),
-                )
-        actuators[agent.name] = {
-            a.name: _actuator(world, catalog, agent.name, spec, a, scenario, sink, wheels) for a in spec.actuators
+    sensors, actuators = {}, {}
+    for name in (agent.name for agent in scenario.agents):
+        sensors[name] = _sensors(world, catalog, scenario, name, robots[name], seed)
+        actuators[name] = {
+            a.name: _actuator(world, catalog, name, robots[name], a, scenario, sink, wheels)
+            for a in robots[name].actuators
         }
-        for gate in actuators[agent.name].values():
+        for gate in actuators[name].values():
             world.guard(gate)
-    rates = {
-        a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
-        for a in scenario.agents
-    }
-    movers: list[Mover | Carrier] = [*carriers, *_movers(world, catalog, scenario, robots, seed, wheels)]
-    goals = {
-        a.name: [Goal(p.name, p.pose, p.tolerance) for p in scenario.places if p.kind == "goal" and a.name in p.agents]
-        for a in scenario.agents
-    }
-    judges = {
-        a.name: Judge(
-            next((g for g in _goals_of(scenario) if g.name == a.success), None),
-            at_end=a.at_end,
-            after=[(g, a.after[g.name]) for g in _goals_of(scenario) if g.name in a.after],
-            end_on_collision=scenario.end_on_collision,
-        )
-        for a in scenario.agents
-    }
-    return Stage(world, time, robots, sensors, actuators, rates, movers, wheels, judges, goals, starts)
+    return SimulatedWorld(
+        world=world,
+        clock=time,
+        robots=robots,
+        sensors=sensors,
+        actuators=actuators,
+        sensor_rates={
+            a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
+            for a in scenario.agents
+        },
+        movers=[*objects, *_movers(world, catalog, scenario, robots, seed, wheels)],
+        wheels=wheels,
+        judges={a.name: _judge(scenario, a) for a in scenario.agents},
+        goals={a.name: _goals_of(scenario, a.name) for a in scenario.agents},
+        starts=starts,
+    )
+
+
+def _sensors(
+    world: MujocoWorld, catalog: Catalog, scenario: ScenarioSpec, name: str, robot: RobotSpec, seed: int
+) -> dict[str, Sensor]:
+    """The sensors of an agent's robot."""
+    made: dict[str, Sensor] = {}
+    for spec in robot.sensors:
+        driver = mujoco_driver(catalog, robot, spec)
+        rng = stream(scenario.name, seed, name, noise_of(spec.name))
+        with blame(robot.file, spec.line), driver.running():
+            made[spec.name] = make_sensor(
+                world, name, spec.name, driver.make, driver.parameters, noise=spec.noise, rng=rng
+            )
+    return made
+
+
+def _judge(scenario: ScenarioSpec, agent: AgentSpec) -> Judge:
+    goals = _goals_of(scenario)
+    return Judge(
+        next((g for g in goals if g.name == agent.success), None),
+        at_end=agent.at_end,
+        after=[(g, agent.after[g.name]) for g in goals if g.name in agent.after],
+        end_on_collision=scenario.end_on_collision,
+    )
 
 
 def compose_scenario(scenario: ScenarioSpec, catalog: Catalog, clock: Clock | None = None) -> MujocoWorld:
@@ -198,13 +211,13 @@ def _movers(
     return movers
 
 
-def _carriers(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> list[Carrier]:
+def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> list[ScriptedObject]:
     made = []
     for mover in (m for m in scenario.movers if not m.robot):
         rng = stream(scenario.name, seed, mover.name, START)
         with blame(scenario.file, mover.line):
             made.append(
-                make_carrier(
+                make_scripted_object(
                     mover.script,
                     mover.parameters,
                     name=mover.name,
@@ -217,5 +230,10 @@ def _carriers(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> list[Car
     return made
 
 
-def _goals_of(scenario: ScenarioSpec) -> list[Goal]:
-    return [Goal(p.name, p.pose, p.tolerance) for p in scenario.places if p.kind == "goal"]
+def _goals_of(scenario: ScenarioSpec, agent: str | None = None) -> list[Goal]:
+    """The goals of the scenario; those of one agent only if it is given."""
+    return [
+        Goal(p.name, p.pose, p.tolerance)
+        for p in scenario.places
+        if p.kind == "goal" and (agent is None or agent in p.agents)
+    ]
