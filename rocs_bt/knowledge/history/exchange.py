@@ -36,12 +36,12 @@ def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> State:
     """The state that a JSON text holds, checked against a schema.
 
     Args:
-        text: What `to_json_text` made, or somebody else.
-        file: Where it stands, for messages.
-        schema: What may stand in it.
+        text: JSON, from `to_json_text` or another program.
+        file: Its file, for messages.
+        schema: Kinds and relations that are allowed.
 
     Raises:
-        InputError: With everything that is wrong, each at its line and column.
+        InputError: All faults, each at its line and column.
     """
     values = _read(text, file)
     t, revision = _head(values, file)

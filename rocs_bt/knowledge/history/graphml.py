@@ -46,12 +46,12 @@ def from_graphml(text: str, file: Path, schema: Schema = SCHEMA) -> State:
     """The state that a GraphML text holds, checked against a schema; attributes are as old as their nodes.
 
     Args:
-        text: What `to_graphml` made, or another program.
-        file: Where it stands, for messages.
-        schema: What may stand in it; it says which texts are JSON of a list or a pose.
+        text: GraphML, from `to_graphml` or another program.
+        file: Its file, for messages.
+        schema: Kinds and relations that are allowed; its types tell which texts are JSON of a list or a pose.
 
     Raises:
-        InputError: With everything that is wrong.
+        InputError: All faults.
     """
     import networkx
 

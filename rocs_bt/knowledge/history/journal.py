@@ -1,4 +1,4 @@
-"""Journal: keeps every change of knowledge graphs in a file, on a thread of its own."""
+"""Journal: writes every change of knowledge graphs to a file, on a thread of its own."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .history import History
 from .state import State
 
 KEEP = 100_000
-"""Changes of one agent that stay, each with its moment; older ones are folded into the state they led to."""
+"""Changes of one agent that are kept, each with its time; older ones are folded into the state they led to."""
 LIMIT = 1 << 16
-"""Writes of one agent that may wait for the file."""
+"""Writes of one agent that may wait in the queue."""
 FLUSH = 0.1
-"""How often what waits is written [s of wall time]: what a process that is killed may miss."""
+"""Time between two flushes [s of wall time]: what a killed process may miss."""
 _PATIENCE = 100  # [ms] for a write that takes long, when the state is taken anew
 Part: TypeAlias = tuple[State | None, list[KnowledgeChanged]]  # a new stretch's base, and changes
 
@@ -39,12 +39,12 @@ class Journal:
     right, and a control loop never waits.
 
     Args:
-        path: The file; added to where it exists.
-        label: What people call this run, such as `exp1-7`.
-        keep: Changes of one agent that stay.
+        path: The file; a new run is added if it exists.
+        label: Name of the run for people, such as `exp1-7`.
+        keep: Changes of one agent that are kept.
         limit: Writes of one agent that may wait.
-        patient: Whether a writer waits where that many wait already.
-        every: How often to flush [s of wall time].
+        patient: Whether a writer waits while the queue is full.
+        every: Time between two flushes [s of wall time].
 
     Raises:
         RecordingError: The file cannot be written, or is none of ours.
@@ -62,7 +62,7 @@ class Journal:
     ) -> None:
         self.path = path
         self._label, self._keep, self._limit, self._patient, self._every = label, keep, limit, patient, every
-        self._tapes: tuple[_Tape, ...] = ()
+        self._tapes: tuple[_WriterQueue, ...] = ()
         self._connection = open_to_write(path)
         self._writing = threading.Lock()
         self._wake = threading.Event()
@@ -78,19 +78,19 @@ class Journal:
         return sum(tape.lost for tape in self._tapes)
 
     def attach(self, graph: KnowledgeGraph) -> None:
-        """Keep what this graph holds now, and every change from now on.
+        """Write the present state of a graph, and every change from now on.
 
         Raises:
             RecordingError: The file cannot be written.
         """
         with graph.held():
-            tape = _Tape(graph, State.of(graph), self._limit, self._patient, self._wake)
+            tape = _WriterQueue(graph, State.of(graph), self._limit, self._patient, self._wake)
             graph.followers.add(tape.take)
         self._tapes = (*self._tapes, tape)
         self.flush()
 
     def flush(self) -> None:
-        """Write all that was told until now.
+        """Write all changes up to now.
 
         Raises:
             RecordingError: It could not be written, now or before.
@@ -100,7 +100,7 @@ class Journal:
             raise RecordingError(f"the knowledge '{self.path}' ends early: {self._failure}.") from self._failure
 
     def close(self) -> None:
-        """Write what is left, and let go of the graphs and of the file; the second call does nothing.
+        """Write what is left, detach the graphs and close the file; a second call does nothing.
 
         Raises:
             RecordingError: Something could not be written, now or before; the file holds what came before it.
@@ -162,13 +162,13 @@ class Journal:
             raise
 
 
-class _Tape:
-    """One graph's writes on their way to the file.
+class _WriterQueue:
+    """Queue of one graph's writes on their way to the file.
 
     Attributes:
         graph: The graph.
-        stretch: The stretch in the file that they belong to.
-        lost: Changes that were left out.
+        stretch: Number of their stretch in the file.
+        lost: Number of changes that were left out.
     """
 
     def __init__(self, graph: KnowledgeGraph, base: State, limit: int, patient: bool, wake: threading.Event) -> None:
@@ -294,7 +294,7 @@ class JournalPast:
 
 
 def write_state(path: Path, state: State, label: str = "") -> None:
-    """Write a state into a journal's file as a run of its own, of which nothing changed: a later run remembers it.
+    """Write a state into a journal's file as a run without changes: a later run remembers it.
 
     Raises:
         RecordingError: The file cannot be written, or is none of ours.

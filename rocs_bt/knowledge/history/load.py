@@ -12,18 +12,18 @@ from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
 from .values import plain
 
-#: What each run tells anew, or what was so at a moment only, and all kinds that extend these.
+#: Kinds that each run declares itself, or that hold for a moment only, and all kinds that extend these.
 NOT_REMEMBERED = ("robot", "part", "monitor", "analyze", "rule_set", "peer", "person", "observation")
 
 
 @dataclass(frozen=True)
 class Loaded:
-    """What a graph took in.
+    """What a graph accepted.
 
     Attributes:
-        nodes: How many nodes, new ones and such that learned an attribute.
-        edges: How many edges.
-        refused: What the graph would not take, and why.
+        nodes: Number of nodes, new ones and those that gained an attribute.
+        edges: Number of edges.
+        refused: Reasons of what the graph refused.
     """
 
     nodes: int
@@ -32,16 +32,16 @@ class Loaded:
 
 
 def lasting(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault]]:
-    """What of a state is worth remembering, and what of that a schema does not know, with the reason.
+    """The part of a state that is worth remembering, and the faults of what the schema refuses.
 
     Left out is what belongs to a run and not to the world: the robot itself, its parts and blocks and the edges that
     start from it; observations; uses of strategies that the run's end cut off; and what may be elsewhere by now: other
     robots, people, objects that move, and objects whose place was not known.
 
     Args:
-        state: What was known.
-        schema: What may be known now.
-        file: Where it came from, for the faults.
+        state: The state at the end of an earlier run.
+        schema: Kinds and relations of the present run.
+        file: Its file, for the faults.
     """
     importer = Importer(file, state.agent, schema)
     importer.state.t, importer.state.revision = state.t, state.revision
