@@ -1,4 +1,4 @@
-"""Files that content names: they must be inside the project, or what we ship, wherever links lead."""
+"""Files that content names: whether they exist; and inside the project, or what we ship, wherever links lead."""
 
 from __future__ import annotations
 
@@ -33,3 +33,8 @@ def confined(named: str | Path, folder: Path, roots: Iterable[Path]) -> Path:
         leads = "" if str(path) == os.path.normpath(folder.resolve() / named) else f", which leads to '{path}',"
         raise InputError(Fault(f"'{named}'{leads} is outside of {where}.", hint="Put the file into the project."))
     return path
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a file of this path; False too if its name is too long, for which `Path.is_file` raises."""
+    return os.path.isfile(path)

@@ -11,11 +11,11 @@ A `Table` is read key by key; keys that were not read are unknown keys.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+from .confine import is_file
 from .errors import Fault, InputError, did_you_mean
 from .toml_text import Key, parse_toml
 from .units import Dimension, convert
@@ -77,7 +77,7 @@ class Table:
     def beside(self, name: str) -> Path:
         """The file of this name beside the document, or else beside one that it is based on."""
         found = [file.parent / name for file in (self.file, *self.bases)]
-        return next((path for path in found if os.path.isfile(path)), found[0])
+        return next((path for path in found if is_file(path)), found[0])
 
     def fault(self, key: str | None, message: str, hint: str = "", warning: bool = False) -> None:
         """Note a fault at a key of this table, or at the table itself."""

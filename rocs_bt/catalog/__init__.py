@@ -5,12 +5,9 @@ above; blocks get what was found.
 """
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
-from .catalog import Catalog
-from .entry import KINDS, Entry, content_hash, kind_of, make_entry
-from .facts import FactSpec
-from .keeping import KeepingCatalog
+from .catalog import Catalog, KeepingCatalog
+from .entry import KINDS, Entry, content_hash, find_project, is_path, kind_of, make_entry, shipped_root
 from .planner_file import PlannerSpec, at_parameters, read_planner
-from .rates import RateSpec
 from .robot_file import load_robot
 from .robot_spec import (
     ActuatorSpec,
@@ -22,9 +19,8 @@ from .robot_spec import (
     command_size,
     robot_drive,
 )
-from .roots import find_project, is_path, shipped_root
 from .scenario_file import AgentSpec, MoverSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
-from .share_table import ShareSpec
+from .scenario_tables import FactSpec, RateSpec, ShareSpec
 
 __all__ = [
     "KINDS",

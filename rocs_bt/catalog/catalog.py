@@ -4,24 +4,34 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Callable, Collection, Hashable, Iterable
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator
 from functools import partial, wraps
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Self, TypeVar, cast
 
-from ..confine import confined
+from ..confine import confined, is_file
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from ..reactive import included_files
-from .entry import KINDS, Entry, by_name, content_hash, make_entry, scan
-from .fit import misfits
+from .entry import (
+    KINDS,
+    Entry,
+    by_name,
+    confine_name,
+    content_hash,
+    find_project,
+    is_path,
+    make_entry,
+    scan,
+    shipped_root,
+)
 from .inherit import read_inheriting
 from .planner_file import PlannerSpec, read_planner
 from .robot_file import load_robot
 from .robot_spec import RobotSpec
-from .roots import confine_name, find_project, is_path, shipped_root
 from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
 
 T = TypeVar("T")
@@ -230,7 +240,7 @@ class Catalog:
     def _python_planner(self, file: str) -> Entry:
         """The file of a PythonPlanner."""
         for root in filter(None, (self.project, self.shipped)):
-            if not Path(file).is_absolute() and os.path.isfile(place := root / "planners" / file):
+            if not Path(file).is_absolute() and is_file(place := root / "planners" / file):
                 return make_entry(place, "planner", "file")
         return self._by_path("planner", Path(file))
 
@@ -342,23 +352,6 @@ class Catalog:
         self._allow(path)
         return load_class(path, name)
 
-    def find_class(self, kind: str, name: str) -> type:
-        """The class of that name in any Python file of a kind, such as `node`; only the file that has it is run.
-
-        Raises:
-            InputError: No file has it, more than one has it, or `--no-code` forbids it.
-        """
-        entries = [e for e in self.list(kind) if e.path.suffix == ".py"]
-        classes = {entry: classes_in(entry.path) for entry in entries}
-        having = [entry for entry, found in classes.items() if name in found]
-        if not having:
-            raise UnknownName(unknown("class", name, [n for found in classes.values() for n in found]))
-        if len(having) > 1:
-            places = ", ".join(str(e.path) for e in having)
-            raise InputError(Fault(f"{len(having)} files have a class '{name}': {places}.", hint="Rename one."))
-        self.load_python(having[0])
-        return load_class(having[0].path, name)
-
     def _allow(self, *paths: Path) -> None:
         """Refuse the Python files among these where no code may run."""
         code = [path for path in paths if path.suffix == ".py"]
@@ -390,6 +383,79 @@ class Catalog:
     def _by_path(self, kind: str, path: Path) -> Entry:
         if kind == "robot" and os.path.isdir(path):
             path /= "robot.toml"
-        if not os.path.isfile(path):
+        if not is_file(path):
             raise UnknownName(unknown(_SPOKEN.get(kind, f"{kind} file"), str(path), self._entries(kind)))
         return make_entry(path.resolve(), kind, "file")
+
+
+def misfits(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterator[Fault]:
+    """What keeps a robot from being an agent of a scenario, each fault in the file that has to change.
+
+    An agent, its devices and the places that it is told of are nodes of one graph, so they cannot share a name; and
+    its actuators must wait for a command as long as the scenario's control period is.
+
+    Args:
+        scenario: The scenario.
+        name: What it calls the robot.
+        robot: The robot.
+    """
+    agents = [agent for agent in scenario.agents if agent.robot == name]
+    devices = {d.name: kind for kind, of in (("sensor", robot.sensors), ("actuator", robot.actuators)) for d in of}
+    named = [(agent.name, agent.line) for agent in agents]
+    told = {agent.name for agent in agents}
+    named += [(place.name, place.line) for place in scenario.places if told.intersection(place.agents)]
+    for taken, line in named:
+        if taken in devices:
+            message = f"the name '{taken}' is taken by the {devices[taken]} '{taken}' of {robot.name}."
+            yield Fault(message, scenario.file, line, hint="Choose another name.")
+    period = scenario.rate.control_rate.period
+    for actuator in robot.actuators if agents else ():
+        if actuator.max_command_age < period - 1e-9:
+            yield Fault(
+                f"the actuator '{actuator.name}' goes to neutral {actuator.max_command_age:g} s after a command, but "
+                f"{scenario.name} commands it only every {period:g} s.",
+                robot.file,
+                actuator.line,
+                hint=f'Write max_command_age = "{4.0 * period:g} s", or a faster control rate.',
+            )
+
+
+LIMIT = 64
+"""How many things are kept; what was not used for longest is let go."""
+
+
+class KeepingCatalog(Catalog):
+    """A catalog that keeps what it has read and what was made of it. Files must not change while it is in use.
+
+    Args:
+        project: The project's root; None for shipped content only.
+        code: Whether Python content may run.
+    """
+
+    def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
+        super().__init__(project, code=code)
+        self._kept: OrderedDict[Hashable, Any] = OrderedDict()
+
+    def keep(self, key: Hashable, make: Callable[[], T]) -> T:
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return cast("T", self._kept[key])
+        made = self._kept[key] = make()
+        if len(self._kept) > LIMIT:
+            self._kept.popitem(last=False)
+        return made
+
+    def load_robot(self, name: str) -> RobotSpec:
+        return self.keep(("robot", name), lambda: super(KeepingCatalog, self).load_robot(name))
+
+    def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
+        key = "mission", name, dialect
+        return self.keep(key, lambda: super(KeepingCatalog, self).load_mission(name, dialect))
+
+    def content_of_mind(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
+        key = "mind", mind.mission, mind.rules, repr(mind.parameters), mind.nodes
+        return self.keep(key, lambda: super(KeepingCatalog, self).content_of_mind(mind))
+
+    def digest(self, scenario: ScenarioSpec) -> str:
+        minds = tuple((a.name, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
+        return self.keep(("digest", scenario.file, minds), lambda: super(KeepingCatalog, self).digest(scenario))

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import os
 import re
+import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import Fault, InputError
+from ..confine import confined, is_file
+from ..errors import Fault, InputError, RocsError
+from ..python_content import is_reference
 from ..toml_text import parse_toml
 
 # Where each kind stands in a project, in the order in which people read of them.
@@ -137,10 +139,60 @@ def content_hash(entries: Iterable[Entry]) -> str:
 def _with_references(path: Path, seen: set[Path]) -> set[Path]:
     """An XML file and the files that it names, and theirs."""
     path = path.resolve()
-    if path in seen or not os.path.isfile(path):
+    if path in seen or not is_file(path):
         return seen
     seen.add(path)
     if path.suffix == ".xml":
         for name in _XML_FILE.findall(path.read_text(encoding="utf-8", errors="replace")):
             _with_references(path.parent / name, seen)
     return seen
+
+
+def shipped_root() -> Path:
+    """The folder that holds the content we ship: inside a wheel's package, or a checkout's root.
+
+    Raises:
+        RocsError: This installation has no content.
+    """
+    package = Path(__file__).resolve().parent.parent
+    if (inside := package / "_content").is_dir():
+        return inside
+    # Never trust what lies beside the package before its pyproject says that this is our checkout.
+    pyproject = package.parent / "pyproject.toml"
+    if pyproject.is_file() and tomllib.loads(pyproject.read_text("utf-8")).get("project", {}).get("name") == "rocs_bt":
+        return package.parent
+    raise RocsError(f"no content was found in {inside}, and {package.parent} is no checkout. Install rocs_bt again.")
+
+
+def find_project(start: Path) -> Path | None:
+    """The nearest folder, from `start` upwards, that has content of its own; None where there is none."""
+    start = start.resolve()
+    for folder in (start, *start.parents):
+        if any(next(folder.glob(pattern), None) for patterns in KINDS.values() for pattern in patterns):
+            return folder
+    return None
+
+
+def is_path(name: str) -> bool:
+    """Whether a person means a file by this rather than a name."""
+    return "/" in name or name.endswith((".toml", ".xml", ".py"))
+
+
+def confine_name(name: str, roots: tuple[Path, ...], own: Path) -> None:
+    """Refuse the path of other content in a content file, unless it is inside the project.
+
+    Args:
+        name: A path, or `file.py:Class`, which is looked for in the folders' `planners` first.
+        roots: The folders whose content may be named.
+        own: The folder of the project of the naming file.
+
+    Raises:
+        InputError: It is outside.
+    """
+    path = name.partition(":")[0]
+    if is_reference(name) and not Path(path).is_absolute():
+        for root in roots:
+            if is_file(root / "planners" / path):
+                confined(path, root / "planners", (root,))
+                return
+    confined(path, Path(), (*roots, own))

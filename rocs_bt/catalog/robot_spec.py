@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ..clock import Clock
+from ..confine import is_file
 from ..control.drive import Drive, make_drive
 from ..device import Actuator
 from ..event import EventSink
@@ -199,7 +199,7 @@ class RobotSpec:
     def beside(self, name: str) -> Path:
         """A file that robot.toml names: beside it, or else beside one that it is based on."""
         found = [file.parent / name for file in (self.file, *self.bases)]
-        return next((path for path in found if os.path.isfile(path)), found[0])
+        return next((path for path in found if is_file(path)), found[0])
 
     @property
     def code(self) -> tuple[Path, ...]:

@@ -12,9 +12,7 @@ from ..document import Table
 from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, LENGTH, TIME
-from .facts import FactSpec, read_facts
-from .rates import RateSpec, read_rate
-from .share_table import ShareSpec, read_share
+from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
 from .values import free_parameters, given_name, latency_of
 
 FORMAT = "scenario/1"
@@ -247,6 +245,7 @@ def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
 
 def _agent(table: Table, missing: Missing) -> AgentSpec:
     success = table.table("success")
+    goal = success.text("goal") if "success" in table else None
     parameters = table.table("parameters")
     return AgentSpec(
         name=_name(table),
@@ -255,7 +254,7 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
         rules=_rules(table, missing),
         pose=_pose(table),
         jitter=_jitter(table),
-        success=success.text("goal") if "success" in table else None,
+        success=goal if "goal" in success else None,
         at_end=success.choice("at", ("once", "end"), "once") == "end",
         after=_after(success.table("after")),
         shortest=success.quantity("shortest", LENGTH, low=1e-3) if "shortest" in success else None,

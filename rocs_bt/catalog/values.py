@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+import typing
 from collections.abc import Collection
 from typing import Any
 
 from ..control.drive import DRIVES, LIMITS
 from ..document import Table
-from ..drivers import DRIVER_PARAMETERS, DriverParameter, parameters_of_driver, read_parameters
+from ..drivers import DRIVER_PARAMETERS, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
 from ..knowledge.declaration import is_name
+from ..parameter import Parameter
 from ..python_content import is_reference
 from ..units import ACCELERATION, LENGTH, SPEED, TIME, parse_quantity
 
@@ -84,7 +86,7 @@ def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
 def driver_parameters(table: Table, known: Collection[str], driver: str) -> tuple[dict[str, Any], int | None]:
     """The parameters of a device's driver, checked against what a shipped driver declares.
 
-    Those of a user's own driver are checked when its class is loaded (`drivers.own`): no code runs here.
+    Those of a user's own driver are checked when its class is loaded (`drivers.parameters`): no code runs here.
 
     Args:
         table: The device's table.
@@ -117,13 +119,13 @@ def driver_parameters(table: Table, known: Collection[str], driver: str) -> tupl
     return given, None
 
 
-def _parameter(table: Table, spec: DriverParameter) -> Any:
-    if spec.type is float and spec.dimension is not None:
-        of = spec.dimension
-        return table.quantities(spec.name, of) if spec.many else table.quantity(spec.name, of, high=math.inf)
-    if spec.type is int:
-        return table.integers(spec.name) if spec.many else table.integer(spec.name)
-    return table.texts(spec.name) if spec.many else table.text(spec.name)
+def _parameter(table: Table, spec: Parameter) -> Any:
+    many = typing.get_origin(spec.type) is tuple
+    if (of := spec.dimension) is not None:
+        return table.quantities(spec.name, of) if many else table.quantity(spec.name, of, high=math.inf)
+    if spec.type is int or int in typing.get_args(spec.type):
+        return table.integers(spec.name) if many else table.integer(spec.name)
+    return table.texts(spec.name) if many else table.text(spec.name)
 
 
 def to_si(value: Any) -> Any:

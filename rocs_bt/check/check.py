@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from ..catalog import KINDS, Catalog, Entry, find_project, kind_of, make_entry
+from ..catalog import KINDS, Catalog, Entry, at_parameters, classes_in, find_project, functions_in, kind_of, make_entry
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
+from ..knowledge import SCHEMA, load_schema
+from ..plan import mission_arguments
 from ..raised import content_line, describe
+from ..trees.examine import blocking_faults
 from ..trees.xml import survey
 from .mission import check_mission_file
-from .model import check_world
-from .planner import check_planner_file
-from .python_file import check_python
-from .robot import check_robot
+from .robot import check_robot, check_world
 from .rules import check_rule_file
 from .scenario import check_scenario_file
-from .schema import check_schema_file
-from .xml_kind import xml_kind
 from .xml_mission import MissionOptions, read_palettes
 
 Checker = Callable[[Entry, Catalog], Iterable[Fault]]
@@ -32,7 +31,7 @@ class Findings:
 
     Attributes:
         files: The files that were checked.
-        faults: Everything that is wrong or doubtful, each fault once.
+        faults: Everything that is wrong or doubtful, each fault once, by file and line.
         defect: An exception of the engine's own that cut the check of a file short; None for none.
     """
 
@@ -90,7 +89,8 @@ def check_content(
         found, ended = _faults(entry, catalog, checkers)
         faults += found
         defect = defect or ended
-    return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(dict.fromkeys(faults)), defect)
+    ordered = sorted(dict.fromkeys(faults), key=lambda f: (str(f.file or ""), f.line, f.column))
+    return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(ordered), defect)
 
 
 def _faults(
@@ -166,6 +166,75 @@ def _kind_inside(path: Path) -> str | None:
 def _layout() -> str:
     places = ", ".join(pattern for patterns in KINDS.values() for pattern in patterns)
     return f"Content stands in: {places}."
+
+
+def check_planner_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """All that is wrong with a planner; its parameters only where Python content may run."""
+    planner = catalog.load_planner(str(entry.path))
+    if not catalog.code and catalog.find("mission", planner.mission).path.suffix == ".py":
+        return
+    try:
+        mission_arguments(catalog.load_mission(planner.mission, planner.nodes), planner.parameters)
+    except InputError as error:
+        yield from at_parameters(planner, error).faults
+
+
+def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """That a Python file is Python, has something that content can name, and has no leaf that would block."""
+    if not classes_in(entry.path) and not functions_in(entry.path):
+        yield Fault("the file has no class and no function, so nothing can name it.", entry.path, warning=True)
+    yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+
+
+def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """All that is wrong with a schema file; what is wrong with the others is told where they are checked."""
+    others = [other.path for other in catalog.list("schema") if other.path.resolve() != entry.path.resolve()]
+    try:
+        load_schema([*others, entry.path], SCHEMA)
+    except InputError as error:
+        return [fault for fault in error.faults if fault.file == entry.path]
+    return ()
+
+
+_LEADING = re.compile(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\]\s*)?>", re.DOTALL)
+_ROOT = re.compile(r"<([A-Za-z_][\w.:\-]*)")
+_TREES = re.compile(r"BTCPP_format|main_tree_to_execute|<(?:BehaviorTree|TreeNodesModel|TreeNodeModel|include)\b")
+_READ = 1_000_000
+"""How much of a file is looked at [bytes]."""
+
+_CHECKABLE = "Behaviour trees (<root BTCPP_format=...>) and MJCF models (<mujoco>) can be checked."
+_OTHER = {
+    "robot": "a URDF model. MuJoCo's compile tool turns it into MJCF.",
+    "sdf": "an SDF model of Gazebo.",
+    "launch": "a ROS launch file.",
+    "package": "a ROS package manifest.",
+    "svg": "a picture.",
+}
+
+
+def xml_kind(file: Path) -> str:
+    """The kind of content that an XML file holds: `mission` for behaviour trees, `world` for MJCF.
+
+    Raises:
+        InputError: The file holds neither, or cannot be read.
+    """
+    try:
+        with file.open("rb") as opened:
+            text = opened.read(_READ).decode("utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
+    found = _ROOT.search(_LEADING.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text))
+    if found is None:
+        raise InputError(Fault("the file holds no XML element.", file, 1, hint=_CHECKABLE))
+    root = found[1]
+    if root == "mujoco":
+        return "world"
+    if root == "BehaviorTree" or (root == "root" and _TREES.search(text)):
+        return "mission"
+    what = "neither trees nor models of nodes" if root == "root" else _OTHER.get(root, "nothing that is known here.")
+    message = f"the file begins with <{root}>, which is {what}" if root != "root" else f"its <root> holds {what}."
+    line, column = text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())
+    raise InputError(Fault(message, file, line, column, hint=_CHECKABLE))
 
 
 _CHECKERS: Mapping[str, Checker] = {

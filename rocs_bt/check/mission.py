@@ -17,9 +17,8 @@ from ..errors import Fault
 from ..expression import Environment, compile_expression
 from ..plan import check_mission, mission_actions, mission_parameters
 from ..trees.examine import blocking_faults
-from .dialect import dialect_of
 from .paper import idle, paper_agent
-from .xml_mission import MissionOptions, check_xml
+from .xml_mission import MissionOptions, check_xml, dialect_of
 
 _GOALS = ("goal", "leader")
 """Parameters that name a place or a robot to go to."""

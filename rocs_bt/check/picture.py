@@ -14,13 +14,13 @@ from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.check import mission_faults
 from ..plan.nav2 import ELSEWHERE
 from ..plan.xml_mission import mission_nodes, shipped_nodes, tags_of
-from ..record.tree_page import page
+from ..record.page import render_page
 from ..trees.draw import Picture, picture_of, svg, text
 from ..trees.nodes import Tree
 from ..trees.xml import Document, make_nodes, read_document, verify, write_tree
 from ..units import NONE
-from .dialect import dialect_of
 from .paper import paper_agent
+from .xml_mission import dialect_of
 
 FORMATS = ("text", "svg", "html", "xml")
 
@@ -85,7 +85,13 @@ def _drawn(picture: Picture, tree: Tree, form: str, document: Document | None) -
     if form == "xml":
         own = document is not None and picture.title not in document.trees
         return write_tree(tree.root, main="" if own else picture.title, document=document)
-    return {"text": text, "svg": svg, "html": page}[form](picture)
+    return {"text": text, "svg": svg, "html": _page}[form](picture)
+
+
+def _page(picture: Picture) -> str:
+    return render_page(
+        "tree.html", picture=picture, drawing=svg(picture), stand_ins=sum(c.stand_in for c in picture.cards)
+    )
 
 
 def _any_value(parameter: Parameter) -> Any:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..actions import action_table
-from ..catalog import Catalog, kind_of
+from ..catalog import Catalog, Entry, kind_of
 from ..errors import Fault, InputError
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
 from ..plan.nav2 import ELSEWHERE
@@ -139,3 +139,25 @@ class _Missions:
 
 def _stub(mission: Mission) -> Stub:
     return Stub("a tree that is not here")
+
+
+def dialect_of(mission: Entry, catalog: Catalog) -> str:
+    """The `nodes` of the scenarios and planners that use a mission: `nav2` if any of them declares it, else empty.
+
+    Args:
+        mission: The mission.
+        catalog: Catalog of the scenarios and planners; files that do not name Nav2 are not read.
+    """
+    if mission.path.suffix != ".xml":
+        return ""
+    entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if b"nav2" in e.path.read_bytes()]
+    for entry in entries:
+        try:
+            place = str(entry.path)
+            scenario = entry.kind == "scenario"
+            users = catalog.load_scenario(place).agents if scenario else [catalog.load_planner(place)]
+        except InputError:
+            continue  # reported where the scenario or the planner is checked
+        if any(a.nodes and catalog.find("mission", a.mission).path.samefile(mission.path) for a in users):
+            return "nav2"
+    return ""

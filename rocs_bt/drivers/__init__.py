@@ -4,10 +4,8 @@ robot.toml names a driver; each backend has its own class of that name, with the
 `simulation` and by `catalog`, which knows their parameters; blocks know `Sensor` and `Actuator` only.
 """
 
-from .own import constructor_parameters
 from .parameters import (
     DRIVER_PARAMETERS,
-    DriverParameter,
     GyroParameters,
     LidarParameters,
     MailboxParameters,
@@ -18,14 +16,14 @@ from .parameters import (
     VelocityParameters,
     WheelSpeedParameters,
     WheelTravelParameters,
+    constructor_parameters,
     parameters_of_driver,
+    pick,
     read_parameters,
 )
-from .table import pick
 
 __all__ = [
     "DRIVER_PARAMETERS",
-    "DriverParameter",
     "GyroParameters",
     "LidarParameters",
     "MailboxParameters",

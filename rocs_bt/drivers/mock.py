@@ -23,6 +23,7 @@ from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
 from ..knowledge.share import Letterbox, packed
 from ..safety import SafetyGate
+from .common import Sightings, Turning
 from .parameters import (
     DRIVER_PARAMETERS,
     GyroParameters,
@@ -31,11 +32,9 @@ from .parameters import (
     RobotSensorParameters,
     VelocityParameters,
     WheelTravelParameters,
+    pick,
     read_parameters,
 )
-from .sightings import Sightings
-from .table import pick
-from .turning import Turning
 
 Point: TypeAlias = tuple[float, float]
 

@@ -1,16 +1,27 @@
-"""What each driver takes from robot.toml, the same in every backend."""
+"""Drivers: the keys of robot.toml that each takes, the same in every backend, and the class of a name.
+
+The keyword-only parameters of the `__init__` of a user's own driver are its keys; their annotations are the units:
+
+    class Beacon(MujocoSensor):
+        def __init__(self, name, mount, *, reach: Metres = 10.0):
+            super().__init__(name, mount)
+            self.reach = reach
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 import typing
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
-from ..errors import Fault, InputError, unknown
-from ..units import NONE, Dimension, Metres, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
+from ..arguments import keyword_parameters
+from ..errors import Fault, InputError, UnknownName, unknown
+from ..parameter import Parameter, misfit
+from ..units import Bounds, Metres, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
 
 T = TypeVar("T")
 
@@ -266,38 +277,17 @@ DRIVER_PARAMETERS: Mapping[str, type] = {
 }
 
 
-@dataclass(frozen=True)
-class DriverParameter:
-    """One parameter of a driver.
-
-    Attributes:
-        name: Its key in robot.toml.
-        type: `float`, `int` or `str`, of each value.
-        many: Whether it is a list.
-        dimension: Of numbers; None for texts and whole numbers.
-        required: Whether it must be given.
-    """
-
-    name: str
-    type: type
-    many: bool
-    dimension: Dimension | None
-    required: bool
-
-
-def parameters_of_driver(declared: type) -> dict[str, DriverParameter]:
-    """The parameters that a driver's dataclass declares, in their order."""
+def parameters_of_driver(declared: type) -> dict[str, Parameter]:
+    """The keys that a driver's dataclass declares, by name, in their order; what is infinite it judges itself."""
     hints = typing.get_type_hints(declared, include_extras=True)
     found = {}
     for field in dataclasses.fields(declared):
-        hint = hints[field.name]
-        many = typing.get_origin(hint) is tuple
-        each = typing.get_args(hint)[0] if many else hint
-        extras = getattr(each, "__metadata__", ())
-        plain = typing.get_args(each)[0] if extras else each
-        dimension = next((e for e in extras if isinstance(e, Dimension)), NONE if plain is float else None)
-        required = field.default is dataclasses.MISSING
-        found[field.name] = DriverParameter(field.name, plain, many, dimension, required)
+        hint, required = hints[field.name], field.default is dataclasses.MISSING
+        each = typing.get_args(hint)[0] if typing.get_origin(hint) is tuple else hint
+        dimension = Parameter.annotated(field.name, each, required, None).dimension
+        kind = Parameter.annotated(field.name, hint, required, None).type
+        default = None if required else field.default
+        found[field.name] = Parameter(field.name, kind, dimension, required, default, Bounds(infinite=True))
     return found
 
 
@@ -319,30 +309,15 @@ def read_parameters(declared: type[T], values: Mapping[str, Any], what: str, *, 
     missing = [s.name for s in specs.values() if s.required and s.name not in values]
     if missing:
         faults.append(Fault(f"{what} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(specs)}."))
-    given = {name: _convert(specs[name], value, what, faults) for name, value in values.items() if name in specs}
+    given = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items() if name in specs}
+    wrong = {name: misfit(specs[name].type, value) for name, value in given.items()}
+    faults += [Fault(f"{n} of {what} must be {w}, found {values[n]!r}.") for n, w in wrong.items() if w is not None]
     if faults:
         raise InputError(*faults)
     try:
         return declared(**given)
     except InputError as error:
         raise InputError(*(dataclasses.replace(f, message=f"{what}: {f.message}") for f in error.faults)) from error
-
-
-def _convert(spec: DriverParameter, value: Any, what: str, faults: list[Fault]) -> Any:
-    values = value if spec.many else [value]
-    if isinstance(values, (list, tuple)) and all(_is(v, spec.type) for v in values):
-        converted = tuple(spec.type(v) for v in values)
-        return converted if spec.many else converted[0]
-    words = {float: "number", int: "whole number", str: "text"}[spec.type]
-    words = f"a list of {words}s" if spec.many else f"a {words}"
-    faults.append(Fault(f"{spec.name} of {what} must be {words}, found {value!r}."))
-    return None
-
-
-def _is(value: Any, kind: type) -> bool:
-    if kind is float:
-        return isinstance(value, (int, float)) and not isinstance(value, bool)
-    return isinstance(value, kind) and not isinstance(value, bool)
 
 
 def _check_motors(motors: tuple[str, ...], signs: tuple[int, ...], wheel_radius: float) -> None:
@@ -359,3 +334,50 @@ def _check_distinct(what: str, names: tuple[str, ...]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(Fault(f"{what} must name each of the model's once, found {', '.join(twice)} twice."))
+
+
+def constructor_parameters(cls: type, place: str) -> dict[str, Parameter]:
+    """The keys that a driver's class takes, by name.
+
+    A constructor that ends in `**rest` takes the keys of the class that it extends, too; a class that extends a
+    shipped driver without a constructor of its own takes that driver's keys.
+
+    Args:
+        cls: The class.
+        place: The constructor's second argument: `mount` in MuJoCo, `host` on hardware.
+
+    Raises:
+        InputError: A constructor has another form than `(self, name, mount, *, ...)`; all that is wrong with it.
+    """
+    found: dict[str, Parameter] = {}
+    for base in cls.__mro__:
+        if declared := vars(base).get("declares"):
+            return found | {k: p for k, p in parameters_of_driver(declared).items() if k not in found}
+        make = vars(base).get("__init__")
+        if not inspect.isfunction(make):
+            continue
+        what, form = f"{base.__name__}.__init__", f"Write: def __init__(self, name, {place}, *, ...)."
+        own, more = keyword_parameters(make, ("name", place), what, form)
+        found |= {name: parameter for name, parameter in own.items() if name not in found}
+        if not more:
+            return found
+    return found
+
+
+def pick(drivers: Mapping[str, type[T]], driver: str | type[T], kind: str, backend: str) -> type[T]:
+    """A driver's class.
+
+    Args:
+        drivers: The backend's classes by name.
+        driver: What robot.toml names, or the class itself, for one of a user's own.
+        kind: `sensor` or `actuator`.
+        backend: Whose drivers these are.
+
+    Raises:
+        UnknownName: The backend has no such driver; lists those that it has.
+    """
+    if isinstance(driver, type):
+        return driver
+    if driver not in drivers:
+        raise UnknownName(unknown(f"{kind} driver", driver, drivers, f"The {backend} backend"))
+    return drivers[driver]

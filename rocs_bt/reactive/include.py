@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..confine import confined
+from ..confine import confined, is_file
 from ..document import Table, read_toml
 from ..errors import InputError
 
@@ -81,7 +80,7 @@ def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, Do
     try:
         included = read_toml(target)
     except InputError as error:
-        if os.path.isfile(target):
+        if is_file(target):
             table.faults.extend(error.faults)
         else:
             table.fault("include", f"there is no file '{target}' to include.", "Give its path from this file.")

@@ -4,7 +4,7 @@ import pytest
 
 from rocs_bt.agent.facts import examine_queries, tell_facts
 from rocs_bt.catalog import Catalog
-from rocs_bt.catalog.facts import read_facts
+from rocs_bt.catalog.scenario_tables import read_facts
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.document import read_toml
 from rocs_bt.errors import InputError

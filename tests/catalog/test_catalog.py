@@ -91,25 +91,6 @@ def test_python_content_is_run_once_and_can_be_pickled(project):
     assert pickle.loads(pickle.dumps(module.Leaf())) == module.Leaf()
 
 
-def test_a_class_is_found_by_name_running_only_its_file(project):
-    nodes = project / "planners" / "nodes"
-    nodes.mkdir()
-    (nodes / "leaf.py").write_text("class Leaf:\n    pass\n")
-    (nodes / "bomb.py").write_text("class Bomb:\n    pass\nraise RuntimeError('it ran')\n")
-    assert Catalog(project).find_class("node", "Leaf").__name__ == "Leaf"
-    with pytest.raises(UnknownName, match=r"no class is named 'Laef'. Did you mean 'Leaf'\?"):
-        Catalog(project).find_class("node", "Laef")
-
-
-def test_a_class_in_two_files_is_a_clash(project):
-    nodes = project / "planners" / "nodes"
-    nodes.mkdir()
-    for name in ("one", "two"):
-        (nodes / f"{name}.py").write_text("class Leaf:\n    pass\n")
-    with pytest.raises(InputError, match="2 files have a class 'Leaf'"):
-        Catalog(project).find_class("node", "Leaf")
-
-
 def test_no_code_refuses_python_content(project):
     catalog = Catalog(project, code=False)
     with pytest.raises(InputError, match=r"go\.py: this Python content may not run"):

@@ -220,6 +220,14 @@ def test_a_wrong_scenario_is_told_with_its_place(scenario_file, project, old, ne
         Catalog(project).load_scenario("walk")
 
 
+def test_a_misspelt_key_of_success_is_no_goal_without_a_name(scenario_file, project):
+    edit(scenario_file, 'goal = "dock" }', 'gaol = "dock" }')
+    with pytest.raises(InputError) as caught:
+        Catalog(project).load_scenario("walk")
+    found = [fault.message for fault in caught.value.faults]
+    assert found == ["agent.0.success has no 'goal'.", "agent.0.success has no use for 'gaol'."]
+
+
 def test_a_robot_that_is_wrong_is_told_with_its_own_file(robot_file, project):
     edit(robot_file, '"0.4 m"', '"0.4 s"')
     with pytest.raises(InputError, match=r"robot\.toml:12:1: length must be in m"):

@@ -74,6 +74,12 @@ def test_a_wrong_parameter_of_an_own_action_is_told(project):
     assert "rate of Whirl must be in rad/s, found '30 m/s' which is in m/s" in text
 
 
+def test_faults_come_by_file_and_line(project):
+    file = project / "scenarios" / "whirl.toml"
+    file.write_text(SCENARIO.replace("doc =", "dog =").replace('x = "1 m"', 'x = "1 s"'))
+    assert [(f.file, f.line) for f in check_content([project]).faults] == [(file, 2), (file, 9)]
+
+
 def test_the_published_place_of_the_box_leaves_little_room_at_the_goal():
     shipped = Catalog().shipped
     tight = [str(f) for f in check_content([shipped / "scenarios" / "exp1_published.toml"]).faults]

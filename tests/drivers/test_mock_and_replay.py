@@ -112,7 +112,6 @@ def test_unknown_drivers_and_mounts_list_what_exists() -> None:
 def test_drivers_declare_dimensions() -> None:
     declared = parameters_of_driver(RangeConeParameters)
     assert declared["range"].dimension == LENGTH
-    assert declared["range"].many
     assert declared["half_angle"].dimension == ANGLE
     assert not declared["half_angle"].required
     assert declared["sites"].dimension is None

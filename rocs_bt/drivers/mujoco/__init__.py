@@ -1,8 +1,8 @@
 """MuJoCo: a world of one arena and its robots, and the devices that live in it. MuJoCo is imported when one is made."""
 
 from .actuators import ACTUATORS, MujocoActuator, make_actuator
+from .body import Motors
 from .compose import Placed, SensorMount, compile_model, compose_world
-from .motors import Motors
 from .mount import DriverWorld, Mount
 from .sensor import MujocoSensor
 from .sensors import SENSORS, make_sensor

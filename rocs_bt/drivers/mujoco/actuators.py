@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 
 from ...device import Actuator
 from ...errors import DeviceError
-from ..parameters import VelocityParameters, read_parameters
-from ..table import pick
+from ..parameters import VelocityParameters, pick, read_parameters
 from .mount import Mount
 from .world import MujocoWorld
 

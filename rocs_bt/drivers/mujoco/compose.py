@@ -11,7 +11,7 @@ from typing import Any
 
 from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, blame
-from ..table import pick
+from ..parameters import pick
 from .mjcf import examine_model
 from .sensor import MujocoSensor
 from .sensors import SENSORS

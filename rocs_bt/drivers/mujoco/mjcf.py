@@ -7,13 +7,12 @@ read here first: every file must be inside the project, and every count within a
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from ...confine import confined
+from ...confine import confined, is_file
 from ...errors import Fault, InputError
 
 MOST_ELEMENTS = 20_000
@@ -166,7 +165,7 @@ class _Model:
         """Read an included file, each once; MuJoCo looks for it beside the main file."""
         for folder in dict.fromkeys((*self.folders, place.file.parent)):
             path = self._confined(named, folder, place)
-            if os.path.isfile(path) and path not in self.files:
+            if is_file(path) and path not in self.files:
                 if len(self.files) >= MOST_FILES:
                     raise place.fault(f"the model is made of more than {MOST_FILES} files.", "Join some.")
                 self.files.add(path)
@@ -177,7 +176,7 @@ class _Model:
             path = self._confined(model.named, folder, model.place)
             if path in self.above or len(self.above) > MOST_FILES:
                 raise model.place.fault(f"'{model.named}' attaches itself.", "Take one model out.")
-            if os.path.isfile(path):
+            if is_file(path):
                 if path not in self.limits.models:
                     self.limits.models[path] = _Model(path, self.limits, self.above).read()
                 return self.limits.models[path]
@@ -190,7 +189,7 @@ class _Model:
         for folder in self.folders:
             for sub in dict.fromkeys([*subs, *([""] if "" in keys else [])]):
                 path = self._confined(str(Path(sub, named)), folder, asset.place)
-                if os.path.isfile(path) and path not in self.limits.assets_read:
+                if is_file(path) and path not in self.limits.assets_read:
                     self.limits.assets_read.add(path)
                     self._open(path, asset.place)
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...geometry import Pose2, Twist2
-from .motors import Motors
+from .body import Motors
 
 
 class DriverWorld(Protocol):

@@ -11,6 +11,7 @@ import numpy as np
 from ...errors import InputError, unknown
 from ...knowledge.share import Letterbox, packed
 from ...record.header import Beam
+from ..common import Sightings, Turning
 from ..parameters import (
     GyroParameters,
     MailboxParameters,
@@ -20,11 +21,9 @@ from ..parameters import (
     RobotSensorParameters,
     WheelSpeedParameters,
     WheelTravelParameters,
+    pick,
     read_parameters,
 )
-from ..sightings import Sightings
-from ..table import pick
-from ..turning import Turning
 from .lidar import Lidar
 from .mount import Mount
 from .sensor import MujocoSensor

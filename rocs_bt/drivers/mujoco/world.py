@@ -15,8 +15,7 @@ from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Twist2, pose2, wrap_angle
 from ...safety import SafetyGate
-from .body import RobotBody, Thing, bounds, find_bodies, find_things
-from .motors import Motors
+from .body import Motors, RobotBody, Thing, bounds, find_bodies, find_things
 from .nearness import Among, Nearness
 from .sight import Sight
 from .touch import Contact, TouchWatch

@@ -1,18 +1,99 @@
-"""All figures of a run as files."""
+"""Figures of a run: what was active when, coordinates over time, and all figures as files."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...errors import Fault, InputError, RecordingError
-from ..history import History
+from ..history import History, Span
 from ..recording import Recording
-from .activation import Activation
 from .arena import Arena
-from .coordinates import Coordinates
-from .figure import Figure
+from .figure import INK, MUTED, OTHER, ROUTES, Figure, by_route, line_style, mark_worst, route_legend
 from .wheels import Wheels
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+
+class Activation(Figure):
+    """A row for the route, one for each rule that fired, one for each action that ran; bars where it was active."""
+
+    name = "activation"
+    title = "Activation over time"
+    size = (7.2, 3.0)
+
+    def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
+        pairs = [(i, run, name) for i, run in enumerate(runs) for name in run.agents]
+        if not pairs:
+            return
+        counts = [max(1, len(_rows(run, name))) for _, run, name in pairs]
+        canvas.set_figheight(0.7 + 0.34 * sum(counts) + 0.3 * len(pairs))
+        grid = canvas.subplots(len(pairs), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": counts})
+        for axes, (i, run, name) in zip(grid[:, 0], pairs, strict=True):
+            self._rows(axes, run, name, f"{self.name}-{i}-{name}")
+            axes.set_title(f"{name} in {run.label}" if len(runs) > 1 else name)
+            axes.set_xlim(run.header.start, max(*(r.end for r in runs), run.header.start + 0.1))
+        grid[-1, 0].set_xlabel("t [s]")
+
+    def _rows(self, axes: Axes, run: History, name: str, gid: str) -> None:
+        rows = _rows(run, name)
+        for y, (label, spans) in enumerate(rows.items()):
+            bars = [(s.begin, max(s.end - s.begin, 0.02)) for s in spans]
+            if label == "route":
+                colors = [ROUTES.get(s.name, INK) for s in spans]
+            else:
+                colors = [ROUTES["reactive"] if label.startswith("rule ") else MUTED] * len(spans)
+            drawn = axes.broken_barh(bars, (y - 0.32, 0.64), facecolors=colors, edgecolors="none")
+            drawn.set_gid(f"{gid}-{y}")
+        axes.set_yticks(range(len(rows)), list(rows))
+        axes.set_ylim(len(rows) - 0.4, -0.6)
+        axes.grid(axis="y", visible=False)
+        axes.tick_params(axis="y", length=0)
+
+
+def _rows(run: History, name: str) -> dict[str, list[Span]]:
+    agent = run.agents[name]
+    rows: dict[str, list[Span]] = {"route": agent.routes}
+    for reflex in agent.reflexes(run.end):
+        rows.setdefault(f"rule {reflex.name.rpartition('/')[2]}", []).append(reflex)
+    for span in agent.runs(run.end):
+        rows.setdefault(f"{span.name.partition(' #')[0]}()", []).append(span)
+    return rows
+
+
+class Coordinates(Figure):
+    """Both coordinates over time, coloured by route; goals as thin lines, others in black."""
+
+    name = "coordinates"
+    title = "Position over time"
+    size = (7.2, 4.4)
+
+    def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
+        rows = canvas.subplots(2, 1, sharex=True)
+        for i, (axes, what) in enumerate(zip(rows, "xy", strict=True)):
+            for place in runs[0].header.places:
+                axes.axhline((place.x, place.y)[i], color=MUTED, lw=0.8, ls=":", gid=f"{self.name}-{what}-{place.name}")
+            for r, run in enumerate(runs):
+                for name, body in run.bodies.items():
+                    gid = f"{self.name}-{r}-{what}-{name}"
+                    if name not in run.agents:
+                        style = {**line_style(r), "linewidth": 0.9}
+                        axes.plot(body.t, body.pose[:, i], color=OTHER, gid=gid, **style)
+                        continue
+                    for k, (route, at) in enumerate(by_route(body, run.agents[name])):
+                        color = ROUTES.get(route, INK)
+                        axes.plot(body.t[at], body.pose[at, i], color=color, gid=f"{gid}-{k}", **line_style(r))
+            axes.set_ylabel(f"{what} [m]")
+            axes.margins(x=0.0)
+            for name, agent in runs[0].agents.items():
+                mark_worst(axes, agent, f"{self.name}-{what}-{name}", named=i == 0)
+        rows[-1].set_xlabel("t [s]")
+        columns = 5 + len(runs)
+        route_legend(rows[0], runs, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
+
 
 FIGURES: tuple[Figure, ...] = (Arena(), Coordinates(), Activation(), Wheels())
 _FORMATS = ("png", "svg", "pdf")

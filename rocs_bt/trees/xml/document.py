@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...confine import confined
+from ...confine import confined, is_file
 from ...errors import Fault, InputError, did_you_mean, unknown
 from .element import EXPLICIT, Element, Source
 from .model import Model, read_models
@@ -305,7 +305,7 @@ class _Reader:
             raise InputError(Fault(f"'{path}' includes itself: {chain}.", hint="Take one include out."))
         if len(self.done) >= MAX_FILES:
             raise InputError(Fault(f"the document is made of more than {MAX_FILES} files."))
-        if not os.path.isfile(file):
+        if not is_file(file):
             beside = sorted(p.name for p in file.parent.glob("*.xml")) if os.path.isdir(file.parent) else []
             raise InputError(unknown("file", path, beside))
         text = read_text(file)

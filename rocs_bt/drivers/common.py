@@ -1,4 +1,4 @@
-"""What a robot sensor makes of the robots around it, the same in every backend."""
+"""Readings of robot sensors and gyros from poses, the same in every backend."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ..geometry import Pose2, wrap_angle
-from .parameters import RobotSensorParameters
+from .parameters import GyroParameters, RobotSensorParameters
 
 _NOBODY = (0.0, math.inf, 0.0)
 
@@ -52,3 +52,35 @@ class Sightings:
         found.sort(key=lambda sighting: sighting[1])
         slots = (found + [_NOBODY] * given.slots)[: given.slots]
         return [value for slot in slots for value in slot]
+
+
+class Turning:
+    """Turns headings into readings of a gyro: the mean turn rate since the reading before, with its bias.
+
+    The mean, not the rate at an instant: such a device samples itself a thousand times a second and adds up, so what
+    a robot shakes between two readings is in it.
+
+    Args:
+        parameters: The gyro's.
+        rng: Where its bias comes from.
+    """
+
+    def __init__(self, parameters: GyroParameters, rng: np.random.Generator) -> None:
+        self._bias = parameters.bias * float(rng.normal())
+        self._stamp = math.nan
+        self._yaw = math.nan
+        self._told = 0.0
+
+    def look(self, stamp: float, yaw: float) -> float:
+        """One reading [rad/s]; a second look at the same instant says the same.
+
+        Args:
+            stamp: When [s].
+            yaw: Where the robot heads [rad]; less than half a turn from the reading before.
+        """
+        if stamp != self._stamp:
+            passed = stamp - self._stamp
+            rate = wrap_angle(yaw - self._yaw) / passed if passed > 0.0 else 0.0  # nothing came before the first
+            self._stamp, self._yaw = stamp, yaw
+            self._told = rate + self._bias
+        return self._told
