@@ -19,7 +19,7 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from mcap.writer import MCAP0_MAGIC
 
 from ..errors import RecordingError, unknown
-from ..event import Event, SensorFailed, SensorRead
+from ..event import Event
 from ..nesting import check_nesting
 from . import codec
 from .header import RunHeader
@@ -125,14 +125,6 @@ class Recording:
                 elif opcode == Opcode.CHANNEL:
                     channel = _parsed(Channel, body, self.path)
                     ours[channel.id] = schemas.get(channel.schema_id) in known
-
-    def readings(self, agent: str) -> dict[str, list[SensorRead | SensorFailed]]:
-        """What each sensor of an agent gave, by the sensor's name, in order: the source of a replay."""
-        tapes: dict[str, list[SensorRead | SensorFailed]] = {}
-        for event in self.events():
-            if isinstance(event, (SensorRead, SensorFailed)) and event.agent == agent:
-                tapes.setdefault(event.sensor, []).append(event)
-        return tapes
 
 
 def _walk(data: bytes, file: Path) -> _Contents:

@@ -62,11 +62,6 @@ def test_all_faults_are_found_at_once_and_placed():
     assert str(error.value.faults[0]).startswith("robot.toml:3:1: ")
 
 
-def test_the_closest_key_is_suggested():
-    with pytest.raises(InputError, match=r"Did you mean 'name'\?"):
-        read().done()
-
-
 @pytest.mark.parametrize(
     ("text", "place"),
     [

@@ -140,15 +140,12 @@ def fuzz(source: Path, read, examples: int) -> None:
     holds()
 
 
-@pytest.mark.parametrize(("source", "read", "examples"), CASES, ids=lambda v: v.name if isinstance(v, Path) else "")
+LONG = [pytest.param(source, read, 30 * examples, marks=pytest.mark.soak) for source, read, examples in CASES]
+
+
+@pytest.mark.parametrize(("source", "read", "examples"), CASES + LONG)
 def test_mutated_content_is_read_or_refused(source, read, examples):
     fuzz(source, read, examples)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize(("source", "read", "examples"), CASES, ids=lambda v: v.name if isinstance(v, Path) else "")
-def test_mutated_content_is_read_or_refused_for_long(source, read, examples):
-    fuzz(source, read, 30 * examples)
 
 
 PROJECT = [
@@ -187,12 +184,7 @@ def fuzz_project(name: str, examples: int) -> None:
     holds()
 
 
+@pytest.mark.parametrize("examples", [4, pytest.param(1100, marks=pytest.mark.soak)])
 @pytest.mark.parametrize("name", MUTATED)
-def test_a_mutated_project_is_built_or_refused_as_check_says(name):
-    fuzz_project(name, 4)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", MUTATED)
-def test_a_mutated_project_is_built_or_refused_as_check_says_for_long(name):
-    fuzz_project(name, 1100)
+def test_a_mutated_project_is_built_or_refused_as_check_says(name, examples):
+    fuzz_project(name, examples)

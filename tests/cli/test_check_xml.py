@@ -81,7 +81,7 @@ def test_subtrees_of_files_that_are_checked_together_are_found(rocs_bt, folder):
 def test_stubs_take_the_place_of_what_is_unknown_with_one_warning_each(rocs_bt, folder):
     code, lines, summary = check(rocs_bt, folder, "--stub-unknown", "main.xml", "attack.xml")
     assert (code, summary) == (0, "2 files checked: 0 wrong, 2 doubtful.")
-    assert lines[0].startswith("main.xml:4:19: warning: no node is named 'FindBall'; a stub takes its place (2 uses).")
+    assert lines[1].startswith("main.xml:4:19: warning: no node is named 'FindBall'; a stub takes its place (2 uses).")
     assert [line for line in lines if "no tree is named 'Deep' in the files that are checked" in line]
 
 

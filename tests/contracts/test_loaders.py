@@ -78,7 +78,6 @@ def made(folder: Path, kind: str) -> Path:
 def read_recording(path: Path) -> None:
     recording = Recording.open(path)
     list(recording.events())
-    recording.readings("R2")
 
 
 def read_history(path: Path) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.drive import differential_drive
-from rocs_bt.drivers import DRIVER_PARAMETERS, mock, parameters_of_driver, read_parameters
+from rocs_bt.drivers import DRIVER_PARAMETERS, mock, read_parameters
 from rocs_bt.drivers.mock import MockRobot, MockSensor, MockWorld, along_arc, make_actuator, make_sensor
 from rocs_bt.drivers.mujoco import ACTUATORS, SENSORS
 from rocs_bt.drivers.parameters import RangeConeParameters
@@ -20,7 +20,6 @@ from rocs_bt.errors import DeviceError, InputError, UnknownName
 from rocs_bt.event import SensorFailed, SensorRead, pack
 from rocs_bt.geometry import Pose2, Twist2
 from rocs_bt.safety import Limits, SafetyGate
-from rocs_bt.units import ANGLE, LENGTH
 
 DRIVE = differential_drive(track=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 WHEELS = {"motors": ["l", "r"], "wheel_radius": 0.1}
@@ -107,14 +106,6 @@ def test_unknown_drivers_and_mounts_list_what_exists() -> None:
         make_sensor(body, "s", "range_cone", {"sites": ["rear"], "range": [0.1, 1.0]})
     with pytest.raises(InputError, match="has 1 motors, the robot's drive 2 wheels"):
         make_actuator(body, "wheels", "velocity", {"motors": ["l"], "wheel_radius": 0.1})
-
-
-def test_drivers_declare_dimensions() -> None:
-    declared = parameters_of_driver(RangeConeParameters)
-    assert declared["range"].dimension == LENGTH
-    assert declared["half_angle"].dimension == ANGLE
-    assert not declared["half_angle"].required
-    assert declared["sites"].dimension is None
 
 
 def test_all_faults_of_parameters_are_told_at_once() -> None:

@@ -119,7 +119,13 @@ def test_one_noise_for_tag_range_and_bearing_is_refused(world: MujocoWorld) -> N
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"reach": 0.0}, {"reach": 1.0, "slots": 0}, {"reach": 1.0, "half_angle": 4.0}, {"reach": 1.0, "height": 0.0}],
+    [
+        {"reach": 0.0},
+        {"reach": 1.0, "slots": 0},
+        {"reach": 1.0, "slots": 1001},
+        {"reach": 1.0, "half_angle": 4.0},
+        {"reach": 1.0, "height": 0.0},
+    ],
 )
 def test_parameters_that_make_no_sense_are_refused(world: MujocoWorld, wrong: dict[str, float]) -> None:
     with pytest.raises(InputError, match="eye"):

@@ -26,16 +26,12 @@ def test_in_a_reflex_everything_is_there(recording):
     assert why.graph.kind("origin") == "goal"
     assert set(why.bodies) == {"R1", "R2"}
     text = str(why)
-    for part in (
-        "known",
-        "planned",
-        "fired",
-        "sent",
-        "truth",
+    for part in [
+        *["known", "planned", "fired", "sent", "truth"],
         FIRED.reading,
         "0.10 s ago",
         "AvoidCollision(turn=1.047)",
-    ):
+    ]:
         assert part in text
 
 
