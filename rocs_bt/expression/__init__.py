@@ -6,7 +6,7 @@ It knows signals and units, and no block. Whoever reads a condition from a file 
 from .compiler import Expression, compile_expression, compile_node, compile_plain
 from .environment import Environment, Forms
 from .functions import FUNCTIONS, Misuse
-from .interpreter import Trace, evaluate
+from .interpreter import evaluate
 from .lower import lower
 from .node import PLAIN, TRUTH, Kind, Node
 from .parser import MAX_DEPTH, MAX_LENGTH, MAX_SIZE, parse
@@ -31,7 +31,6 @@ __all__ = [
     "Op",
     "Program",
     "Requirement",
-    "Trace",
     "blank_texts",
     "compile_expression",
     "compile_node",

@@ -8,9 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.errors import InputError
-from rocs_bt.expression import Environment, Trace, compile_expression, compile_node, parse, reading
+from rocs_bt.expression import Environment, compile_expression, compile_node, parse, reading
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, NONE, SPEED
+
+from .trace import Trace
 
 ENVIRONMENT = Environment.packed([Signal("a", 4), Signal("b", 4), Signal("c"), Signal("d"), Signal("e", 2)])
 SIZE = 12

@@ -6,8 +6,10 @@ import random
 import pytest
 
 from rocs_bt.errors import InputError
-from rocs_bt.expression import Environment, Trace, compile_node, evaluate, parse, parse_requirement
+from rocs_bt.expression import Environment, compile_node, evaluate, parse, parse_requirement
 from rocs_bt.signal import Signal
+
+from .trace import Trace
 
 ENVIRONMENT = Environment.packed([Signal("a"), Signal("b"), Signal("g", 3)])
 

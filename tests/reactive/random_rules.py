@@ -15,10 +15,11 @@ from rocs_bt.document import read_toml
 from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import RuleSet, load_rules
-from rocs_bt.reactive.reference_backend import ReferenceBackend
 from rocs_bt.reactive.rule_table import RuleTable, lower_rules
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED, MetresPerSecond
+
+from .reference_backend import ReferenceBackend
 
 ENVIRONMENT = Environment.packed(
     [

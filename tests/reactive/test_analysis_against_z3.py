@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.expression import Environment, Trace, compile_expression, parse
+from rocs_bt.expression import Environment, compile_expression, parse
 from rocs_bt.reactive import OnInvalid, Rule
 from rocs_bt.reactive.analysis import analyse_rules
 from rocs_bt.reactive.analysis.formula import Effort, Row
@@ -24,6 +24,7 @@ from rocs_bt.reactive.analysis.translate import conjunction, negation
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED
 
+from ..expression.trace import Trace
 from .oracle import Oracle, z3
 
 ENVIRONMENT = Environment.packed(

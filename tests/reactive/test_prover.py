@@ -8,12 +8,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rocs_bt.expression import Trace, parse
+from rocs_bt.expression import parse
 from rocs_bt.reactive.analysis.interval import range_of
 from rocs_bt.reactive.analysis.prover import Prover
 from rocs_bt.reactive.analysis.simplex import Span
 from rocs_bt.reactive.analysis.translate import conjunction, negation
 
+from ..expression.trace import Trace
 from .examined import ENVIRONMENT, INF
 
 FOREVER = [

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...expression import Environment, Node, Trace
+from ...expression import Environment, Node, compile_node, evaluate
 from .formula import Effort, Undecided
 from .interval import Range
 from .sample import Array, Samples, draw_rows
@@ -77,12 +77,13 @@ class Prover:
         return found
 
     def confirmed(self, node: Node, x: Array) -> bool:
-        """Whether the interpreter finds an expression true on a snapshot that has stood for a while."""
-        trace, row = Trace(), x.tolist()
-        trace.append(row, 0.0)
-        if node.temporal:
-            trace.append(row, 1.0 + 2.0 * sum(n.value for n in node.walk() if n.temporal))
-        return trace.value(node) is True
+        """Whether an expression is true on a snapshot that has stood for a while."""
+        row = x.tolist()
+        if not node.temporal:
+            return evaluate(node, row) is True
+        expression = compile_node(node)
+        expression(row, 0.0)
+        return expression(row, 1.0 + 2.0 * sum(n.value for n in node.walk() if n.temporal)) is True
 
     def _range(self, index: int) -> Range:
         return self.bounds[index]

@@ -1,19 +1,14 @@
-"""The semantics of rules, as plainly as they can be told: typed trees over a history of all snapshots.
-
-Slow on purpose; nothing runs on it but tests and whoever wants to know what a table should have done.
-"""
-
-from __future__ import annotations
+"""Oracle of the rule back ends: the rules' typed trees, evaluated over a history of all snapshots; slow on purpose."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from ..expression import Trace
-from .backend import Floats, Machine, OneByOne
-from .rule import OnInvalid, Rule
-from .rule_table import COLUMNS, RuleTable
+from rocs_bt.reactive.backend import OneByOne
+from rocs_bt.reactive.rule import OnInvalid
+from rocs_bt.reactive.rule_table import COLUMNS
+
+from ..expression.trace import Trace
 
 _TOLERANCE = 1e-9  # [s]
 
@@ -30,29 +25,29 @@ class ReferenceBackend(OneByOne):
 
     name = "reference"
 
-    def __init__(self, rules: Sequence[Rule]) -> None:
+    def __init__(self, rules):
         self._rules = rules
 
-    def machine(self, table: RuleTable) -> Machine:
+    def machine(self, table):
         return ReferenceMachine(table, self._rules)
 
 
 class _Life:
     """One rule's life."""
 
-    def __init__(self, rule: Rule) -> None:
+    def __init__(self, rule):
         self.rule = rule
         self.enabled = True
         self.begin()
 
-    def begin(self) -> None:
+    def begin(self):
         self.latched = False
-        self.risen: float | None = None
+        self.risen = None
         self.ready = -math.inf
-        self.unknown: float | None = None
+        self.unknown = None
         self.blind = False
 
-    def step(self, trace: Trace, t: float) -> None:
+    def step(self, trace, t):
         if not self.enabled:
             self.risen, self.unknown, self.blind = None, None, False
             self._release(t)
@@ -76,22 +71,21 @@ class _Life:
         else:
             self._rise(t)
 
-    def _decides(self, guard: bool | None, trace: Trace) -> bool | None:
+    def _decides(self, guard, trace):
         if not self.latched:
             return guard
         if self.rule.until is not None:
-            decided: bool | None = trace.value(self.rule.until.node)
-            return decided
+            return trace.value(self.rule.until.node)
         return None if guard is None else not guard
 
-    def _rise(self, t: float) -> None:
+    def _rise(self, t):
         self.risen = t if self.risen is None else self.risen
         if t - self.risen >= self.rule.hold - _TOLERANCE and t >= self.ready - _TOLERANCE:
             self.latched, self.risen = True, None
             if not self.rule.level:
                 self.ready = t + self.rule.cooldown
 
-    def _release(self, t: float) -> None:
+    def _release(self, t):
         if self.latched and self.rule.level:
             self.ready = t + self.rule.cooldown
         self.latched = False
@@ -100,7 +94,7 @@ class _Life:
 class ReferenceMachine:
     """One robot's rules; see Machine."""
 
-    def __init__(self, table: RuleTable, rules: Sequence[Rule]) -> None:
+    def __init__(self, table, rules):
         self.table = table
         self._trace = Trace()
         self._lives = [_Life(rule) for rule in rules]
@@ -108,24 +102,24 @@ class ReferenceMachine:
         self._stepped = False
 
     @property
-    def mask(self) -> list[bool]:
+    def mask(self):
         """Which rules are latched."""
         return [life.latched for life in self._lives]
 
     @property
-    def blind(self) -> list[bool]:
+    def blind(self):
         """Where the guard, or what decided, was invalid."""
         return [life.blind for life in self._lives]
 
     @property
-    def margins(self) -> list[float]:
+    def margins(self):
         """The guards' margins."""
         if not self._stepped or not self.table.margins.size:
             return [math.nan] * self.table.margins.size
         margins = [self._trace.margin(life.rule.when.node) for life in self._lives]
         return [math.nan if margin is None else margin for margin in margins]
 
-    def step(self, x: Floats, t: float) -> int:
+    def step(self, x, t):
         """Advance every rule; see Machine."""
         if t < self._time:
             self._trace = Trace()
@@ -138,13 +132,13 @@ class ReferenceMachine:
         latched = [(life.rule.priority, -i) for i, life in enumerate(self._lives) if life.latched]
         return -max(latched)[1] if latched else -1
 
-    def register(self, index: int) -> float:
+    def register(self, index):
         """A register of the program; of temporal nodes alone."""
         node = next(n for n, register in self.table.program.temporal.items() if register == index)
         value = self._trace.value(node)
         return math.nan if value is None else float(value)
 
-    def values(self) -> Floats:
+    def values(self):
         """A copy of the state; its cells are as at first."""
         values = self.table.start()
         values[0] = self._time
@@ -162,7 +156,7 @@ class ReferenceMachine:
         values[self.table.part("margin")] = self.margins
         return values
 
-    def restore(self, values: Floats) -> None:
+    def restore(self, values):
         """Go on from a state, without its history."""
         self._trace, self._stepped = Trace(), False
         self._time = float(values[0])
@@ -173,10 +167,10 @@ class ReferenceMachine:
             life.unknown = _time(columns["unknown"][i])
             life.enabled, life.blind = bool(columns["enabled"][i]), bool(columns["blind"][i])
 
-    def enable(self, rule: int, on: bool) -> None:
+    def enable(self, rule, on):
         """Let a rule live, or not."""
         self._lives[rule].enabled = on
 
 
-def _time(value: float) -> float | None:
+def _time(value):
     return None if np.isinf(value) else value
