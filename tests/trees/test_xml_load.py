@@ -13,7 +13,7 @@ import pytest
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError
 from rocs_bt.trees.nodes import BUILTIN, Input, Instant, Leaf, Output, Tree
-from rocs_bt.trees.script import compiler, form
+from rocs_bt.trees.script import form
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS, outcome_name
 from rocs_bt.trees.xml import load_xml, read_document
 
@@ -250,7 +250,7 @@ def test_ten_thousand_nodes_load_and_tick():
     ],
     ids=["same", "other names", "two attributes", "node"],
 )
-def test_scripts_of_one_form_are_parsed_and_generated_once_in_a_load(attributes, forms, monkeypatch):
+def test_scripts_of_one_form_are_parsed_once_in_a_load(attributes, forms, monkeypatch):
     counts = Counter()
 
     def count(module, name):
@@ -263,13 +263,11 @@ def test_scripts_of_one_form_are_parsed_and_generated_once_in_a_load(attributes,
         monkeypatch.setattr(module, name, counting)
 
     form._form.cache_clear()
-    compiler._maker.cache_clear()
     count(form, "parse_statements")
-    count(compiler, "_made")
     inside = "".join(attributes.format(i) for i in range(1, 301))
     tree = Tree(load_xml(document(f"<Sequence>{inside}</Sequence>"), NODES))
     assert len(tree.nodes) == 301
-    assert counts == {"parse_statements": forms, "_made": forms}
+    assert counts == {"parse_statements": forms}
 
 
 def test_two_hundred_subtrees_in_each_other_load_and_tick():

@@ -136,9 +136,6 @@ BINARY: dict[str, Callable[[Any, Any], Any]] = {
     "&": _with_numbers(_bits(operator.and_)),
     "|": _with_numbers(_bits(operator.or_)),
     "^": _with_numbers(_bits(operator.xor)),
-    # Both sides are evaluated always: BehaviorTree.CPP does not stop early.
-    "&&": _with_numbers(lambda a, b: float(truth(a) & truth(b))),
-    "||": _with_numbers(lambda a, b: float(truth(a) | truth(b))),
 }
 
 # The negated forms are those of the source; with NaN they are not the same as the plain ones.
@@ -164,13 +161,6 @@ def comparable(left: Any, right: Any, enums: Enums) -> tuple[Any, Any]:
     raise Refused(f"{shown(left)} and {shown(right)} cannot be compared")
 
 
-def quotient(value: float, *divisors: float) -> float:
-    """The value of a chain of divisions."""
-    for divisor in divisors:
-        value = divided(value, divisor)
-    return value
-
-
 def compared(operator: str, left: Any, right: Any, enums: Enums) -> bool:
     """Whether a comparison holds.
 
@@ -178,13 +168,6 @@ def compared(operator: str, left: Any, right: Any, enums: Enums) -> bool:
         Refused: The values cannot be compared.
     """
     return COMPARE[operator](*comparable(left, right, enums))
-
-
-def folded(operators: tuple[str, ...], value: Any, *operands: Any) -> Any:
-    """The value of a chain of binary operators, from left to right."""
-    for each, operand in zip(operators, operands, strict=True):
-        value = BINARY[each](value, operand)
-    return value
 
 
 def negated(operator_: str, value: Any) -> float:
@@ -195,8 +178,8 @@ def negated(operator_: str, value: Any) -> float:
         return -float(value)
     if operator_ == "!":
         return float(not value)
-    if abs(value) >= 2.0**63:
-        raise Refused(f"{value} has more than 64 bits")
+    if not abs(value) < 2.0**63:
+        raise Refused(f"{value} does not fit into 64 bits")
     return float(~int(value))
 
 
@@ -233,17 +216,6 @@ def assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -
         return _assigned(board, name, entry, operator, value)
     except Refused as refused:
         raise Refused(f"'{name}' cannot become {shown(value)}: {refused}") from None
-
-
-def assign(board: Board, name: str, operator: str, value: Any) -> Any:
-    """Assign to a key, and give its new value back.
-
-    Raises:
-        Refused: There is no such key, or it cannot take the value.
-    """
-    entry = (board.entry(name) or board.declare(name)) if operator == ":=" else existing(board, name)
-    entry.store(assigned(board, name, entry, operator, value))
-    return entry.value
 
 
 def _assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -> Any:

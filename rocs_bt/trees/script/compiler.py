@@ -1,134 +1,312 @@
-"""From a parsed script to a Python function over one board. The code of a form is made once (see `writer`)."""
+"""From a parsed script to functions over one board: one closure per operator, which calls those of its operands.
+
+What most scripts do with numbers (comparisons, sums, products) has a short way for floats and ints; all else goes
+through the functions of `arithmetic`, which take any value and raise Refused with the reason.
+"""
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
+import operator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ...errors import Fault
 from ..board import Board, Entry
-from .arithmetic import (
-    BITS,
-    EPSILON,
-    Refused,
-    assign,
-    assigned,
-    chosen,
-    compared,
-    existing,
-    folded,
-    known,
-    negated,
-    quotient,
-    real,
-    truth,
+from .arithmetic import BINARY, EPSILON, Refused, assigned, chosen, compared, existing, known, negated, real, truth
+from .form import Script
+from .parser import (
+    Assignment,
+    Binary,
+    Comparison,
+    Conditional,
+    Expression,
+    Literal,
+    Name,
+    ScriptError,
+    Unary,
+    short,
 )
-from .form import Form, Script, Slots
-from .parser import Expression, ScriptError, short
-from .writer import write_statement
 
 Run = Callable[[], Any]
-_NONE = Entry()
-_NONE.alive = False  # stands for entries that were not looked up yet
+_Pair = Callable[[Any, Any], Any]
 
-_Make = Callable[[Board, str, tuple[Any, ...]], Run]
+_GONE = Entry()
+_GONE.alive = False  # stands for entries that were not looked up yet
 
-MAX_NESTING = 190
-"""How deeply the parentheses of generated code may nest; Python itself takes 200."""
+
+def _apart(left: float, right: float) -> bool:
+    return not abs(left - right) <= EPSILON
+
+
+def _close(left: float, right: float) -> bool:
+    return abs(left - right) <= EPSILON
+
+
+_UNLESS: Mapping[str, _Pair] = {
+    "==": _apart, "!=": _close, "<": operator.ge, ">": operator.le, "<=": operator.gt, ">=": operator.lt,
+}  # fmt: skip
+"""When a comparison of numbers does not hold; as in the C++ source, which counts with NaN."""
+
+_TEXT_UNLESS: Mapping[str, _Pair] = {**_UNLESS, "==": operator.ne, "!=": operator.eq}
+
+_LOGIC = ("&&", "||")
+_FLOATS: Mapping[str, _Pair] = {"+": operator.add, "-": operator.sub, "*": operator.mul}
 
 
 def compile_script(script: Script, board: Board) -> Run:
     """A function that runs a script on a board and returns the value of its last statement, None for an empty one.
 
     Names are enums of the board first, then its keys. The function raises a ScriptError where the script cannot go on.
-
-    Raises:
-        ScriptError: The script nests too deeply.
     """
-    return _compiled(script, board, False)
+    runs = _Compiler(script, board).statements()
+    if len(runs) == 1:
+        (only,) = runs
+    else:
+
+        def only() -> Any:
+            value = None
+            for run in runs:
+                value = run()
+            return value
+
+    return _stopping(script, only)
 
 
 def compile_condition(script: Script, board: Board) -> Callable[[], bool]:
     """The same for a script whose value is true or false."""
-    return _compiled(script, board, True)
+    *runs, last = _Compiler(script, board).statements(condition=True) or [lambda: truth(None)]
+    if not runs:
+        return _stopping(script, last)
+
+    def holds() -> Any:
+        for run in runs:
+            run()
+        return last()
+
+    return _stopping(script, holds)
 
 
-def _compiled(script: Script, board: Board, condition: bool) -> Run:
-    enums = frozenset(i for i, s in enumerate(script.slots) if s in board.enums) if board.enums else frozenset[int]()
-    if script.form is not None:
-        make = _maker(script.form, enums, condition)
-    else:
-        make = _made(script.statements, enums, condition)
-    if make is None:
-        hint = "Use several statements."
-        raise ScriptError(script.text, 0, Fault(f"the script '{short(script.text)}' nests too deeply.", hint=hint))
-    return make(board, script.text, script.slots)
+def _stopping(script: Script, run: Run) -> Run:
+    """A function whose refusals are ScriptErrors."""
+
+    def runs(run: Run = run) -> Any:  # a default is faster than a closure
+        try:
+            return run()
+        except (Refused, OverflowError) as error:
+            what = error if isinstance(error, Refused) else "a number is too large"
+            message = f"the script '{short(script.text)}' cannot go on: {what}."
+            raise ScriptError(script.text, 0, Fault(message)) from None
+
+    return runs
 
 
-@functools.lru_cache(maxsize=1024)
-def _maker(form: Form, enums: frozenset[int], condition: bool) -> _Make | None:
-    return _made(form.statements, enums, condition)
+class _Compiler:
+    """Makes the functions of one script.
+
+    The statements may be those of another script of the same form; names and literals come from the script's slots,
+    one after the other, so expressions are compiled from left to right.
+    """
+
+    def __init__(self, script: Script, board: Board) -> None:
+        self._statements = script.statements if script.form is None else script.form.statements
+        self._slots: Iterator[Any] = iter(script.slots)
+        self._board = board
+
+    def statements(self, condition: bool = False) -> list[Run]:
+        """The functions of the statements; the last one gives true or false if it is a condition."""
+        last = len(self._statements) - 1
+        return [self._truth(s) if condition and i == last else self._value(s) for i, s in enumerate(self._statements)]
+
+    def _value(self, expression: Expression) -> Run:
+        match expression:
+            case Literal():
+                value = next(self._slots)
+                return lambda: value
+            case Name():
+                return self._name()
+            case Unary():
+                inner, sign = self._value(expression.operand), expression.operator
+                return lambda: negated(sign, inner())
+            case Binary("&&" | "||") | Comparison():
+                holds = self._truth(expression)
+                return lambda: 1.0 if holds() else 0.0
+            case Binary():
+                return self._chain(expression)
+            case Conditional():
+                condition = self._choice(expression.condition)
+                then, other = self._value(expression.then), self._value(expression.otherwise)
+                return lambda: then() if condition() else other()
+            case Assignment():
+                return self._assignment(expression)
+
+    def _truth(self, expression: Expression) -> Run:
+        """The function of an expression that is asked as a condition."""
+        if isinstance(expression, Comparison):
+            return self._comparison(expression)
+        if isinstance(expression, Binary) and expression.operator in _LOGIC:
+            return self._logic(expression)
+        value = self._value(expression)
+        return lambda: truth(value())
+
+    def _choice(self, condition: Expression) -> Run:
+        """The function of the condition of `?`, which takes more values than other conditions."""
+        if isinstance(condition, Comparison):
+            return self._comparison(condition)
+        value = self._value(condition)
+        return lambda: chosen(value())
+
+    def _logic(self, expression: Binary) -> Run:
+        """The function of `a && b && c` or of `a || b || c`; all are evaluated, as BehaviorTree.CPP does."""
+        parts, left = list[Expression](), expression.left
+        parts.append(expression.right)
+        while isinstance(left, Binary) and left.operator == expression.operator:
+            parts.append(left.right)
+            left = left.left
+        truths = [self._truth(part) for part in (left, *reversed(parts))]
+        if len(truths) > 2:
+            combine = all if expression.operator == "&&" else any
+            return lambda: combine([holds() for holds in truths])
+        first, second = truths
+
+        def both() -> Any:
+            a, b = first(), second()
+            return a and b
+
+        def either() -> Any:
+            a, b = first(), second()
+            return a or b
+
+        return both if expression.operator == "&&" else either
+
+    def _name(self) -> Run:
+        name, board = next(self._slots), self._board
+        if name in board.enums:
+            number = float(board.enums[name])
+            return lambda: number
+        entry = _GONE
+
+        def get() -> Any:
+            nonlocal entry
+            if not entry.alive:
+                entry = board.entry(name) or _GONE
+            value = entry.value
+            return known(value, name) if value is None else value
+
+        return get
+
+    def _chain(self, expression: Binary) -> Run:
+        """The function of a chain such as `a + b - c`, which may be longer than Python nests."""
+        links, left = list[Binary](), expression
+        while True:
+            links.append(left)
+            if not isinstance(left.left, Binary) or left.left.operator in _LOGIC:
+                break
+            left = left.left
+        first = self._value(left.left)
+        pairs = [(link.operator, link.right, self._value(link.right)) for link in reversed(links)]
+        if len(pairs) == 1:
+            ((sign, operand, right),) = pairs
+            return _sum(sign, first, right, _number(operand, right))
+        steps = [(BINARY[sign], right) for sign, _, right in pairs]
+
+        def chained() -> Any:
+            value = first()
+            for combine, right in steps:
+                value = combine(value, right())
+            return value
+
+        return chained
+
+    def _comparison(self, expression: Comparison) -> Run:
+        enums = self._board.enums
+        first = self._value(expression.operands[0])
+        rights = [self._value(operand) for operand in expression.operands[1:]]
+        if len(rights) == 1 and isinstance(expression.operands[1], Literal):
+            return _limited(first, expression.operators[0], rights[0](), enums)
+        pairs = [(sign, _UNLESS[sign], right) for sign, right in zip(expression.operators, rights, strict=True)]
+
+        def holds() -> bool:
+            left = first()
+            for sign, unless, right in pairs:
+                value = right()
+                if left.__class__ is float and value.__class__ is float:
+                    if unless(left, value):
+                        return False
+                elif not compared(sign, left, value, enums):
+                    return False
+                left = value
+            return True
+
+        return holds
+
+    def _assignment(self, expression: Assignment) -> Run:
+        name, board, sign = next(self._slots), self._board, expression.operator
+        value = self._value(expression.value)
+
+        def find() -> Entry:
+            return (board.entry(name) or board.declare(name)) if sign == ":=" else existing(board, name)
+
+        sets, combine = sign in (":=", "="), _FLOATS.get(sign[0])
+        entry = _GONE
+
+        def assign() -> Any:
+            nonlocal entry
+            if not entry.alive:
+                entry = find()
+            given = value()
+            old = entry.value
+            if sets and old.__class__ is given.__class__ and old is not None:
+                new = given
+            elif combine is not None and old.__class__ is float and given.__class__ in (float, int):
+                new = combine(old, float(given))
+            else:
+                new = assigned(board, name, entry, sign, given)
+            entry.value = new
+            entry.sequence += 1
+            return new
+
+        return assign
 
 
-def _made(statements: tuple[Expression, ...], enums: frozenset[int], condition: bool) -> _Make | None:
-    """The function that makes a script's function; None if its code nests too deeply for Python."""
-    text = _source(statements, Slots(statements, enums), condition)
-    if _nesting(text) > MAX_NESTING:
-        return None
-    space: dict[str, Any] = dict(_SPACE)
-    exec(text, space)
-    make: _Make = space["make"]
-    return make
+def _number(expression: Expression, value: Run) -> float | None:
+    """The number that a literal is; None for anything else."""
+    if isinstance(expression, Literal) and not isinstance(expression.value, str):
+        return real(value())
+    return None
 
 
-def _nesting(text: str) -> int:
-    deepest = depth = 0
-    for character in text:
-        depth += (character in "([") - (character in ")]")
-        deepest = max(deepest, depth)
-    return deepest
+def _sum(sign: str, left: Run, right: Run, number: float | None) -> Run:
+    """The function of one binary operator; `number` is the right operand, where that is a literal."""
+    combine, quick = BINARY[sign], _FLOATS.get(sign)
+    if quick is None:
+        return lambda: combine(left(), right())
+    if number is None:
+
+        def of_two() -> Any:
+            a, b = left(), right()
+            return quick(a, b) if a.__class__ is float and b.__class__ is float else combine(a, b)
+
+        return of_two
+
+    def of_one() -> Any:
+        value = left()
+        return quick(value, number) if value.__class__ is float else combine(value, number)
+
+    return of_one
 
 
-def _source(statements: tuple[Expression, ...], slots: Slots, condition: bool) -> str:
-    *others, last = statements or (None,)
-    body = [line for statement in others for line in write_statement(statement, slots, "")]
-    if last is None:
-        body = ["return truth(None)" if condition else "return None"]
-    else:
-        body += write_statement(last, slots, "truth" if condition else "value")
-    names = [f"s{i}" for i in range(slots.count)]
-    lines = ["def make(board, text, slots):", *(f" s{i} = slots[{i}]" for i in range(slots.count))]
-    lines += [f" f{i} = " + (f"float(board.enums[s{i}])" if i in slots.enums else f"real(s{i})") for i in slots.floats]
-    lines += [f" entries = [NONE] * {slots.count}"]
-    constants = ["board", "text", "entries", *names, *(f"f{i}" for i in slots.floats)]
-    lines += [f" def run({', '.join(f'{name}={name}' for name in constants)}):"]  # faster, and smaller, than a closure
-    lines += ["  try:", *(f"   {line}" for line in body)]
-    lines += ["  except (Refused, OverflowError) as error:", "   raise stopped(text, error) from None", " return run"]
-    return "\n".join(lines)
+def _limited(left: Run, sign: str, limit: float | str, enums: Mapping[str, int]) -> Run:
+    """The function of a comparison with a literal."""
+    text = isinstance(limit, str)
+    one, other = (str, str) if text else (float, int)
+    unless = _TEXT_UNLESS[sign] if text else _UNLESS[sign]
+    if not isinstance(limit, str):
+        limit = real(limit)
 
+    def holds() -> bool:
+        value = left()
+        if value.__class__ is one or value.__class__ is other:
+            return not unless(value, limit)
+        return compared(sign, value, limit, enums)
 
-def _stopped(text: str, error: Exception) -> ScriptError:
-    what = error if isinstance(error, Refused) else "a number is too large"
-    return ScriptError(text, 0, Fault(f"the script '{short(text)}' cannot go on: {what}."))
-
-
-_SPACE = {
-    "E": EPSILON,
-    "BITS": BITS,
-    "NONE": _NONE,
-    "Refused": Refused,
-    "assign": assign,
-    "assigned": assigned,
-    "chosen": chosen,
-    "compared": compared,
-    "existing": existing,
-    "folded": folded,
-    "known": known,
-    "negated": negated,
-    "quotient": quotient,
-    "real": real,
-    "stopped": _stopped,
-    "truth": truth,
-}
-"""The names that generated code uses."""
+    return holds
