@@ -65,11 +65,13 @@ def test_batches_do_what_steps_do(random_rules, name):
             assert _same(steps.margin[k], np.array(machine.margins))
         assert _same(values, machine.values())
         lanes = case.table.start(len(x))
-        at_once = backend.batch_lanes(case.table, x, 5.0, lanes)
-        for k, row in enumerate(x):
-            machine.restore(case.table.initial)
-            assert at_once.winner[k] == machine.step(row, 5.0)
-            assert _same(lanes[k], machine.values())
+        for time in (5.0, 5.1):
+            before = lanes.copy()
+            at_once = backend.batch_lanes(case.table, x, time, lanes)
+            for k, row in enumerate(x):
+                machine.restore(before[k])
+                assert at_once.winner[k] == machine.step(row, time)
+                assert _same(lanes[k], machine.values())
 
 
 @pytest.mark.parametrize("name", BACKENDS)

@@ -1,4 +1,4 @@
-"""The life of a rule: a plain reference, random rule sets on random traces, and each law by example."""
+"""The life of a rule: random rule sets on random traces beside the oracle, and each law by example."""
 
 import math
 from dataclasses import dataclass
@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 
 from rocs_bt.action import AtomicAction, Progress
 from rocs_bt.document import read_toml
-from rocs_bt.expression import Environment, evaluate
-from rocs_bt.reactive import OnInvalid, RuleModel, choose_backend, load_rules
+from rocs_bt.expression import Environment
+from rocs_bt.reactive import OnInvalid, RuleModel, choose_backend, load_rules, lower_rules
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED, MetresPerSecond
+
+from .reference_backend import ReferenceBackend
 
 ENVIRONMENT = Environment.packed(
     [Signal("front", 3, (LENGTH,)), Signal("rear", 1, (LENGTH,)), Signal("speed", 1, (SPEED,))]
@@ -52,50 +54,6 @@ def trace(model, rows):
         model.react(np.array([1.0, 1.0, 1.0, 1.0, speed]), t)
         found.append(bool(model.latched))
     return found
-
-
-class Reference:
-    """One rule's life, as plainly as it can be told."""
-
-    def __init__(self, rule):
-        self.rule = rule
-        self.reset()
-
-    def reset(self):
-        self.latched, self.rise, self.ready, self.blind = False, None, -math.inf, None
-        self.blinded = False
-
-    def step(self, x, t):
-        rule = self.rule
-        if not self.latched:
-            holds = evaluate(rule.when.node, x)
-        elif rule.until is not None:
-            holds = evaluate(rule.until.node, x)
-        else:
-            when = evaluate(rule.when.node, x)
-            holds = None if when is None else not when
-        self.blinded = None in (evaluate(rule.when.node, x), holds)
-        if holds is not None:
-            self.blind = None
-        else:
-            self.blind = t if self.blind is None else self.blind
-            policy = rule.on_invalid.value
-            if policy == "hold" and t - self.blind < rule.max_hold - 1e-9:
-                return
-            danger = policy in ("trip", "hold")
-            holds = danger if not self.latched else not danger
-        if self.latched and holds:
-            self.latched = False
-            if rule.level:
-                self.ready = t + rule.cooldown
-        elif not self.latched and not holds:
-            self.rise = None
-        elif not self.latched:
-            self.rise = t if self.rise is None else self.rise
-            if t - self.rise >= rule.hold - 1e-9 and t >= self.ready - 1e-9:
-                self.latched, self.rise = True, None
-                if not rule.level:
-                    self.ready = t + rule.cooldown
 
 
 guards = st.sampled_from(
@@ -140,34 +98,31 @@ rows = st.tuples(
 @settings(max_examples=120, deadline=None)
 @given(rule_sets(), st.lists(rows, max_size=40))
 def test_it_lives_as_the_plain_reference_does(rules, steps):
-    model, reference, t = RuleModel(rules), [Reference(rule) for rule in rules.rules], 10.0
-    kept = {}
+    model, t, kept = RuleModel(rules), 10.0, {}
+    reference = ReferenceBackend(rules.rules).machine(lower_rules(rules.rules))
     for distances, speed, dt in steps:
-        x = [*distances, speed]
+        x = np.array([*distances, speed])
         t += dt
-        before = [r.latched for r in reference]
-        for state in reference:
-            if dt < 0.0:
-                state.reset()
-            state.step(x, t)
-        told = {reflex.rule: reflex for reflex in model.react(np.array(x), t)}
-        assert set(model.latched) == {r.rule.name for r in reference if r.latched}
-        for was, state in zip(before, reference, strict=True):
-            reflex = told.pop(state.rule.name, None)
+        before = reference.mask
+        reference.step(x, t)
+        told = {reflex.rule: reflex for reflex in model.react(x, t)}
+        assert set(model.latched) == {r.name for r, on in zip(rules.rules, reference.mask, strict=True) if on}
+        for rule, was, latched, blind in zip(rules.rules, before, reference.mask, reference.blind, strict=True):
+            reflex = told.pop(rule.name, None)
             if reflex is None:
-                assert not state.latched
+                assert not latched
                 assert not was or dt < 0.0
                 continue
-            assert reflex.latched is state.latched
-            assert reflex.priority == state.rule.priority
-            argument = state.rule.arguments["speed"]
-            fallback = argument.blind and (state.blinded or speed != speed)
-            wanted = 7.0 if fallback else state.rule.priority + speed if speed == speed else 0.5
-            if not reflex.latched or not was or dt < 0.0:
-                kept.pop(reflex.rule, None)
-            if reflex.latched and state.rule.keep and not state.blinded:
-                wanted = kept.setdefault(reflex.rule, wanted)
-            if reflex.latched:
+            assert reflex.latched is latched
+            assert reflex.priority == rule.priority
+            argument = rule.arguments["speed"]
+            fallback = argument.blind and (blind or speed != speed)
+            wanted = 7.0 if fallback else rule.priority + speed if speed == speed else 0.5
+            if not latched or not was or dt < 0.0:
+                kept.pop(rule.name, None)
+            if latched and rule.keep and not blind:
+                wanted = kept.setdefault(rule.name, wanted)
+            if latched:
                 assert reflex.parameters["speed"] == wanted
         assert not told
 
