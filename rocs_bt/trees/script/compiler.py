@@ -57,40 +57,25 @@ def compile_script(script: Script, board: Board) -> Run:
     """A function that runs a script on a board and returns the value of its last statement, None for an empty one.
 
     Names are enums of the board first, then its keys. The function raises a ScriptError where the script cannot go on.
+    It is compiled when it is first called, as most of a large document's scripts rarely run.
     """
-    runs = _Compiler(script, board).statements()
-    if len(runs) == 1:
-        (only,) = runs
-    else:
-
-        def only() -> Any:
-            value = None
-            for run in runs:
-                value = run()
-            return value
-
-    return _stopping(script, only)
+    return _stopping(script, board, condition=False)
 
 
 def compile_condition(script: Script, board: Board) -> Callable[[], bool]:
     """The same for a script whose value is true or false."""
-    *runs, last = _Compiler(script, board).statements(condition=True) or [lambda: truth(None)]
-    if not runs:
-        return _stopping(script, last)
-
-    def holds() -> Any:
-        for run in runs:
-            run()
-        return last()
-
-    return _stopping(script, holds)
+    return _stopping(script, board, condition=True)
 
 
-def _stopping(script: Script, run: Run) -> Run:
+def _stopping(script: Script, board: Board, condition: bool) -> Run:
     """A function whose refusals are ScriptErrors."""
+    run: Run | None = None
 
-    def runs(run: Run = run) -> Any:  # a default is faster than a closure
+    def runs() -> Any:
+        nonlocal run
         try:
+            if run is None:
+                run = _Compiler(script, board).run(condition)
             return run()
         except (Refused, OverflowError) as error:
             what = error if isinstance(error, Refused) else "a number is too large"
@@ -112,10 +97,22 @@ class _Compiler:
         self._slots: Iterator[Any] = iter(script.slots)
         self._board = board
 
-    def statements(self, condition: bool = False) -> list[Run]:
-        """The functions of the statements; the last one gives true or false if it is a condition."""
-        last = len(self._statements) - 1
-        return [self._truth(s) if condition and i == last else self._value(s) for i, s in enumerate(self._statements)]
+    def run(self, condition: bool) -> Run:
+        """The function of all statements; it gives true or false if the script is a condition."""
+        if not self._statements:
+            return lambda: truth(None) if condition else None
+        *others, end = self._statements
+        first = [self._value(statement) for statement in others]
+        last = self._truth(end) if condition else self._value(end)
+        if not first:
+            return last
+
+        def run() -> Any:
+            for statement in first:
+                statement()
+            return last()
+
+        return run
 
     def _value(self, expression: Expression) -> Run:
         match expression:
@@ -218,23 +215,24 @@ class _Compiler:
         return chained
 
     def _comparison(self, expression: Comparison) -> Run:
-        enums = self._board.enums
-        first = self._value(expression.operands[0])
-        rights = [self._value(operand) for operand in expression.operands[1:]]
-        if len(rights) == 1 and isinstance(expression.operands[1], Literal):
-            return _limited(first, expression.operators[0], rights[0](), enums)
-        pairs = [(sign, _UNLESS[sign], right) for sign, right in zip(expression.operators, rights, strict=True)]
+        enums, (sign, *signs) = self._board.enums, expression.operators
+        first, (operand, *operands) = self._value(expression.operands[0]), expression.operands[1:]
+        if isinstance(operand, Literal) and not operands:
+            return _limited(first, sign, next(self._slots), enums)
+        right, unless = self._value(operand), _UNLESS[sign]
+        rest = [(sign, self._value(operand)) for sign, operand in zip(signs, operands, strict=True)]
 
         def holds() -> bool:
-            left = first()
-            for sign, unless, right in pairs:
-                value = right()
-                if left.__class__ is float and value.__class__ is float:
-                    if unless(left, value):
-                        return False
-                elif not compared(sign, left, value, enums):
+            a, b = first(), right()
+            if a.__class__ is float and b.__class__ is float:
+                if unless(a, b):
                     return False
-                left = value
+            elif not compared(sign, a, b, enums):
+                return False
+            for link, operand in rest:
+                a, b = b, operand()
+                if not compared(link, a, b, enums):
+                    return False
             return True
 
         return holds
@@ -242,17 +240,13 @@ class _Compiler:
     def _assignment(self, expression: Assignment) -> Run:
         name, board, sign = next(self._slots), self._board, expression.operator
         value = self._value(expression.value)
-
-        def find() -> Entry:
-            return (board.entry(name) or board.declare(name)) if sign == ":=" else existing(board, name)
-
         sets, combine = sign in (":=", "="), _FLOATS.get(sign[0])
         entry = _GONE
 
         def assign() -> Any:
             nonlocal entry
             if not entry.alive:
-                entry = find()
+                entry = (board.entry(name) or board.declare(name)) if sign == ":=" else existing(board, name)
             given = value()
             old = entry.value
             if sets and old.__class__ is given.__class__ and old is not None:
