@@ -313,16 +313,13 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
     gate = spec.actuators[0].guard(Wheels(body), clock, PERIOD)
     body.gates.append(gate)
     mind = Mind(
-        build=lambda mission: Shuttle(
-            "shuttle", knowledge=mission.knowledge, pipeline=mission.pipeline, actions=mission.actions,
-            clock=mission.clock, sink=mission.sink,
-        ),
+        build=lambda mission: Shuttle("shuttle", **mission.parts),
         reflexes=lambda knowledge: [KeepOff(knowledge)],
         actions=[Creep, Spin, TurnBack, BackOff],
         world_model=Corridor,
         robot_model=Charged,
         strategy_model=Duty,
-    )  # fmt: skip
+    )
     every_period = Rate(1, PERIOD)
     devices = RobotDevices(
         spec,

@@ -37,14 +37,7 @@ class _Idle(Plan):
 
 def idle(mission: Mission) -> Plan:
     """A mission that wants nothing."""
-    return _Idle(
-        mission.name,
-        knowledge=mission.knowledge,
-        pipeline=mission.pipeline,
-        actions=mission.actions,
-        clock=mission.clock,
-        sink=mission.sink,
-    )
+    return _Idle(mission.name, **mission.parts)
 
 
 def paper_agent(

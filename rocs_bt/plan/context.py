@@ -156,6 +156,11 @@ class MissionContext:
         self._time = self.clock.now()
         self._snapshot: list[float] | None = None
 
+    @property
+    def parts(self) -> dict[str, Any]:
+        """Keyword arguments for a `Plan` of the mission's agent: `Patrol("patrol", **mission.parts)`."""
+        return {name: getattr(self, name) for name in ("knowledge", "pipeline", "actions", "clock", "sink")}
+
     def ask(self, expression: str) -> Question:
         """An expression over the signals, such as `min(front) > 0.5 m`, to be asked whenever a leaf wants to know.
 

@@ -116,14 +116,7 @@ class PythonPlan(Plan):
     """
 
     def __init__(self, planner: PythonPlanner, mission: Mission) -> None:
-        super().__init__(
-            mission.name,
-            knowledge=mission.knowledge,
-            pipeline=mission.pipeline,
-            actions=mission.actions,
-            clock=mission.clock,
-            sink=mission.sink,
-        )
+        super().__init__(mission.name, **mission.parts)
         self._planner = planner
         self._mission = mission
         self._ticket: Ticket | None = None

@@ -94,14 +94,7 @@ class TreePlan(Plan):
     def __init__(self, root: Behaviour, mission: Mission) -> None:
         if faults := shape_faults(root):
             raise InputError(*faults)
-        super().__init__(
-            mission.name,
-            knowledge=mission.knowledge,
-            pipeline=mission.pipeline,
-            actions=mission.actions,
-            clock=mission.clock,
-            sink=mission.sink,
-        )
+        super().__init__(mission.name, **mission.parts)
         self.root = root
         self.tree = Tree(root, board=mission.board, clock=mission.clock, owner=mission)
         _refuse_faults(self.tree)

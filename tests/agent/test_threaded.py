@@ -171,14 +171,7 @@ def test_a_plan_that_never_reads_its_changes_does_not_spin(make_agent):
             self.turns += 1
 
     def build(mission):
-        return Deaf(
-            "deaf",
-            knowledge=mission.knowledge,
-            pipeline=mission.pipeline,
-            actions=mission.actions,
-            clock=mission.clock,
-            sink=mission.sink,
-        )
+        return Deaf("deaf", **mission.parts)
 
     clock, agent, *_ = started(make_agent, build)
     with ThreadedRunner(agent, clock):

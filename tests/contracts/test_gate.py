@@ -127,10 +127,7 @@ class Havoc(rocs_bt.Plan):
 
 def build(mission):
     mission.knowledge.reactive_models.append(Fury())
-    return Havoc(
-        "havoc", knowledge=mission.knowledge, pipeline=mission.pipeline, actions=mission.actions,
-        clock=mission.clock, sink=mission.sink,
-    )  # fmt: skip
+    return Havoc("havoc", **mission.parts)
 
 
 @cache

@@ -162,8 +162,7 @@ def beside(leaf):
 
 
 def own_plan(mission, times):
-    context = {n: getattr(mission, n) for n in ("knowledge", "pipeline", "actions", "clock", "sink")}
-    plan = Own("mine", **context)
+    plan = Own("mine", **mission.parts)
     plan.times = times
     return plan
 

@@ -179,31 +179,7 @@ SEED = """<?xml version="1.0"?>
   <BehaviorTree ID="Sub"><Precondition if="a &lt; 3.5e2 || !b" else="RUNNING"><Sleep msec="10"/></Precondition></BehaviorTree>
   <TreeNodesModel><SubTree ID="Sub"><input_port name="key" default="{=}">what</input_port></SubTree></TreeNodesModel>
 </root>"""
-PIECES = [
-    "<",
-    ">",
-    "/",
-    '"',
-    "'",
-    "&",
-    "{",
-    "}",
-    "=",
-    "@",
-    ";",
-    ":=",
-    "<!--",
-    "]]>",
-    "<a>",
-    "</",
-    "\n",
-    "ID",
-    "1",
-    "\u00e9",
-    "(",
-]
-
-
+PIECES = [*"<>/\"'&{}=@;\n1\u00e9(", ":=", "<!--", "]]>", "<a>", "</", "ID"]
 WORDS = [
     "a",
     "b",

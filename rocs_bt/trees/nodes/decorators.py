@@ -149,36 +149,15 @@ class _Loop(Decorator):
         raise TreeError(Fault(f"the queue of '{self.name}' must be a list or a text, found {source!r}."))
 
 
-class LoopString(_Loop):
-    """A loop over texts."""
-
-    __doc__ = f"A loop over texts. {_Loop.__doc__}"
-    item = str
-    value = Output(str, "the present item")
-
-
-class LoopInt(_Loop):
-    """A loop over whole numbers."""
-
-    __doc__ = f"A loop over whole numbers. {_Loop.__doc__}"
-    item = int
-    value = Output(int, "the present item")
+def _loop(name: str, item: type[Any], what: str) -> type[_Loop]:
+    """The loop over items of a type."""
+    value = Output(item, "the present item")
+    doc = f"A loop over {what}. {_Loop.__doc__}"
+    return type(name, (_Loop,), {"item": item, "value": value, "__doc__": doc, "__module__": __name__})
 
 
-class LoopDouble(_Loop):
-    """A loop over numbers."""
-
-    __doc__ = f"A loop over numbers. {_Loop.__doc__}"
-    item = float
-    value = Output(float, "the present item")
-
-
-class LoopBool(_Loop):
-    """A loop over truths."""
-
-    __doc__ = f"A loop over truths. {_Loop.__doc__}"
-    item = bool
-    value = Output(bool, "the present item")
+LoopString, LoopInt = _loop("LoopString", str, "texts"), _loop("LoopInt", int, "whole numbers")
+LoopDouble, LoopBool = _loop("LoopDouble", float, "numbers"), _loop("LoopBool", bool, "truths")
 
 
 class _Mapping(Decorator):
