@@ -124,9 +124,13 @@ class _Lowering:
             wide, size = _wide(left, right), max(left.kind.size, right.kind.size)
             register = self._emit(_COMPARE[sign], node, self.node(left), self.node(right), wide=wide, n=size)
             found.append((register, size))
+        return self._joined(Op.AND, node, found)
+
+    def _joined(self, op: Op, node: Node, found: Sequence[tuple[int, int]]) -> int:
+        """The register of several parts of a chain, each a register and its size, joined by an operation."""
         (register, size), *others = found
         for other, more in others:
-            register = self._emit(Op.AND, node, register, other, wide=(size > 0) | (more > 0) << 1, n=max(size, more))
+            register = self._emit(op, node, register, other, wide=(size > 0) | (more > 0) << 1, n=max(size, more))
             size = max(size, more)
         return register
 
@@ -237,11 +241,7 @@ class _Lowering:
             if sign == "!=":
                 gap = self._emit(Op.NEG, node, gap, wide=size > 0, n=size)
             found.append((gap, size))
-        (register, size), *others = found
-        for other, more in others:
-            register = self._emit(Op.WORST, node, register, other, wide=(size > 0) | (more > 0) << 1, n=max(size, more))
-            size = max(size, more)
-        return register
+        return self._joined(Op.WORST, node, found)
 
     def _constant(self, value: float | tuple[float, ...], truth: bool = False) -> int:
         values = value if isinstance(value, tuple) else (value,)

@@ -1,13 +1,12 @@
 """The nodes of behaviour trees: BehaviorTree.CPP's meanings, py_trees' classes, ticked by direct calls."""
 
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Outcome
-from .builtin import BUILTIN
 from .changes import Changes
 from .family import Control, Decorator, Instant, Leaf, halt
 from .guard import CONDITIONS
 from .node import Node
 from .port import REQUIRED, Code, Direction, InOut, Input, Output, Port, pointed, pointer
-from .registry import Registry, children_faults, nodes_of
+from .registry import BUILTIN, Registry, children_faults, nodes_of
 from .runtime import Runtime, Watch
 from .subtree import SubTree
 from .tree import Tree, descendants

@@ -1,16 +1,19 @@
-"""Registry: the node classes that a document may name."""
+"""Registry: the node classes that a document may name; BUILTIN has those that every document may."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import ModuleType
-from typing import Any
+from typing import Any, Final
 
 from py_trees.behaviour import Behaviour
 
 from ...errors import Fault, InputError, unknown
+from . import actions, decorators
+from .control import branch, navigation, ordered, parallel
 from .node import Node
+from .subtree import SubTree
 
 
 class Registry(Mapping[str, type[Node]]):
@@ -100,3 +103,8 @@ def _base(node: type[Node]) -> bool:
 
 def _origin(node: type[Node]) -> str:
     return f"{node.__module__}.{node.__qualname__}"
+
+
+_MODULES = (actions, branch, navigation, ordered, parallel, decorators)
+BUILTIN: Final = Registry([*(node for module in _MODULES for node in nodes_of(module)), SubTree])
+"""BehaviorTree.CPP 4.10's own nodes, and the control nodes of Nav2."""
