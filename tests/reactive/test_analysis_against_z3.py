@@ -107,10 +107,10 @@ def compare(seed, counts):
 
 def test_answers_are_z3s_or_cannot_decide():
     counts = Counter()
-    for seed in range(80):
+    for seed in range(40):
         compare(seed, counts)
     unknown = sum(count for (answer, _), count in counts.items() if answer == "unknown")
-    assert counts["never", False] > 50, counts
+    assert counts["never", False] > 25, counts
     assert unknown < 0.1 * counts.total(), counts
 
 
@@ -143,9 +143,9 @@ def compare_with_infinities(seed, counts):
 
 def test_infinite_values_are_not_forgotten():
     counts = Counter()
-    for seed in range(100):
+    for seed in range(50):
         compare_with_infinities(seed, counts)
-    assert counts["never", False] > 20, counts
+    assert counts["never", False] > 10, counts
     assert counts["unknown", True] + counts["unknown", False] < 0.1 * counts.total(), counts
 
 
@@ -244,7 +244,7 @@ PATTERNS = {
 def test_findings_about_rules_are_z3s():
     """Each finding has to be so; each that z3 has is found, unless the checker says that it cannot decide."""
     seen = Counter()
-    for seed in range(40):
+    for seed in range(20):
         rules = rules_of(seed)
         faults = analyse_rules(rules, ENVIRONMENT, {})
         undecided = any(fault.note for fault in faults)
