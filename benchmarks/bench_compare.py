@@ -21,7 +21,10 @@ from pathlib import Path
 from row import Row, size
 
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import Bench, Place, ScenarioScene, Store, Trial, cores, scenes_of, sweep
+from rocs_bt.compare import ScenarioScene, Store, SweepOptions, scenes_of, sweep
+from rocs_bt.compare.bench import Bench
+from rocs_bt.compare.sweep import cores
+from rocs_bt.compare.trial import Place, Trial
 
 SEEDS = range(1, size(25, 2))
 FIELDS, FIELD_SEEDS = size((8, (1, 2)), (1, (1,)))
@@ -44,7 +47,6 @@ def playing(name: str, places: Sequence[Place], seeds: Sequence[int]) -> float:
     bench, planner = Bench(), Catalog().load_planner(name)
     trials = [Trial("", planner, place, seed) for place in places for seed in seeds]
     bench.play(trials[0])  # what is loaded once
-    bench.close()
     begun = time.process_time()
     for trial in trials:
         bench.play(trial)
@@ -67,8 +69,8 @@ def rate(workers: int) -> float:
     marks: list[tuple[float, float]] = []
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder)) as store:
         sweep(
-            ["tree"], ["exp1"], range(1, 1 + 4 * len(SEEDS)), catalog=Catalog(), store=store, workers=workers,
-            progress=lambda done: marks.append((time.perf_counter(), done)),
+            ["tree"], ["exp1"], range(1, 1 + 4 * len(SEEDS)), catalog=Catalog(), store=store,
+            options=SweepOptions(workers=workers), progress=lambda done: marks.append((time.perf_counter(), done)),
         )  # fmt: skip
     warm = [mark for mark in marks if mark[1] >= len(SEEDS)]
     (begun, first), (ended, last) = warm[0], warm[-1]
@@ -89,7 +91,13 @@ def growth(episodes: int) -> float:
         (project / "scenarios").mkdir()
         (project / "scenarios" / "blink.toml").write_text(text, "utf-8")
         sweep(
-            ["none"], ["blink"], range(episodes), catalog=Catalog(project), store=store, workers=WORKERS, progress=look
+            ["none"],
+            ["blink"],
+            range(episodes),
+            catalog=Catalog(project),
+            store=store,
+            options=SweepOptions(workers=WORKERS),
+            progress=look,
         )
     return (peaks[1] - peaks[0]) / 1024.0 / (0.9 * episodes / 1000.0)
 

@@ -6,6 +6,7 @@ integers are therefore bounded here, so that a file of any content is read or re
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -57,6 +58,41 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
     places = _positions(text)
     _refuse_values(data, places, file)
     return data, places
+
+
+def as_toml(document: Mapping[str, Any]) -> str:
+    """A document as TOML text: the root's keys, then its lists of tables as `[[name]]`. None is left out."""
+    tables = {name: value for name, value in document.items() if _are_tables(value)}
+    lines = _assignments({name: value for name, value in document.items() if name not in tables})
+    for name, each in tables.items():
+        for table in each:
+            lines += ["", f"[[{name}]]", *_assignments(table)]
+    return "\n".join([*lines, ""])
+
+
+def as_data(value: Any) -> Any:
+    """A value as reading its TOML text gives it: dicts without None, and lists."""
+    if isinstance(value, Mapping):
+        return {name: as_data(each) for name, each in value.items() if each is not None}
+    return [as_data(each) for each in value] if isinstance(value, (list, tuple)) else value
+
+
+def _are_tables(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(each, dict) for each in value)
+
+
+def _assignments(table: Mapping[str, Any]) -> list[str]:
+    return [f"{name} = {_as_value(value)}" for name, value in table.items() if value is not None]
+
+
+def _as_value(value: object) -> str:
+    if isinstance(value, Mapping):
+        inner = ", ".join(_assignments(value))
+        return f"{{ {inner} }}" if inner else "{}"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_as_value, value))}]"
+    # TOML writes texts, numbers and flags as JSON does, but for surrogate pairs and the character DEL.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _refuse_deep(text: str, file: Path) -> None:

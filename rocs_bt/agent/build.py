@@ -57,6 +57,7 @@ class Mind:
         robot_model: The class of `knowledge.robot`.
         strategy_model: The class of `knowledge.strategy`.
         schema: What may stand in its Knowledge.
+        told: What only an oracle may know (`Mission.told`).
     """
 
     build: Callable[..., Any]
@@ -73,6 +74,7 @@ class Mind:
     robot_model: type[RobotModel] = RobotModel
     strategy_model: type[StrategyModel] = StrategyModel
     schema: Schema = SCHEMA
+    told: Mapping[str, Any] = field(default_factory=dict)
 
 
 def build_agent(
@@ -126,6 +128,7 @@ def build_agent(
         compile_guard=lambda text: compile_expression(text, environment),
         rule_reading=arc.reading,
         rng=runtime.rng,
+        told=mind.told,
     )
     plan = _plan(mind, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")

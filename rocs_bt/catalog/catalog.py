@@ -5,17 +5,19 @@ from __future__ import annotations
 import copy
 import os
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Hashable, Iterable, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping
 from functools import partial, wraps
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Self, TypeVar, cast
 
 from ..confine import confined, is_file
+from ..document import Table, read_toml
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from ..reactive import included_files
+from ..toml_text import as_data, as_toml
 from .entry import (
     KINDS,
     Entry,
@@ -28,7 +30,7 @@ from .entry import (
     scan,
     shipped_root,
 )
-from .inherit import read_inheriting
+from .inherit import laid_over_base
 from .planner_file import PlannerSpec, read_planner
 from .robot_file import load_robot
 from .robot_spec import RobotSpec
@@ -56,20 +58,29 @@ class Catalog:
             raise InputError(Fault(f"there is no project folder '{project}'.", hint="Name one that exists."))
         self.project = None if project is None or project.resolve() == self.shipped else project.resolve()
         self.code = code
-        self.scenes: Path | None = None  # a folder of scenes that a program made, which are found first
-        self._standing: dict[str, dict[str, Entry]] = {}  # by kind, what the project and we have
-        self._found: dict[str, dict[str, Entry]] = {}  # and the scenes with it
+        self._entries_of: dict[str, dict[str, Entry]] = {}  # by kind, what the project and we have
+        self._made: dict[str, Entry] = {}  # by kind, a scenario and its world that a program made, found first
+        self._made_scenario: dict[str, Any] = {}
 
     @staticmethod
     def here(start: Path | None = None, *, code: bool = True) -> Catalog:
         """The catalog of the project around a folder, the current one if none is given."""
         return Catalog(find_project(start or Path.cwd()), code=code)
 
-    def with_scenes(self, folder: Path) -> Self:
-        """The same catalog, what it keeps included, that finds the scenes in a folder first."""
+    def with_scene(self, name: str, scenario: Mapping[str, Any], world: str) -> Self:
+        """The same catalog, what it keeps included, with a scenario and its world that a program made.
+
+        Args:
+            name: Name of both; each hides one of the project.
+            scenario: Content of the scenario's file: dicts, lists, texts, numbers and flags.
+            world: The world as MJCF.
+        """
         other = copy.copy(self)
-        other.scenes = folder
-        other._found = {}
+        other._made_scenario = as_data(scenario)
+        other._made = {
+            "scenario": Entry(name, "scenario", Path(f"{name}.toml"), text=as_toml(scenario)),
+            "world": Entry(name, "world", Path(f"{name}.xml"), text=world),
+        }
         return other
 
     def list(self, kind: str | None = None) -> list[Entry]:
@@ -83,8 +94,8 @@ class Catalog:
 
     @property
     def roots(self) -> tuple[Path, ...]:
-        """The folders whose files content may name: the project, what we ship, and scenes that a program made."""
-        return tuple(root for root in (self.project, self.shipped, self.scenes) if root is not None)
+        """The folders whose files content may name: the project, and what we ship."""
+        return tuple(root for root in (self.project, self.shipped) if root is not None)
 
     def find(self, kind: str, name: str, *, named_in: Path | None = None) -> Entry:
         """One entry by its name, or by its path.
@@ -116,7 +127,7 @@ class Catalog:
         Raises:
             InputError: It is outside.
         """
-        if entry.origin == "project":
+        if entry.origin == "project" and entry.text is None:
             confined(entry.path, Path(), self.roots)
 
     def load_robot(self, name: str) -> RobotSpec:
@@ -134,8 +145,10 @@ class Catalog:
         Raises:
             InputError: With every fault, each at its line.
         """
-        file = self.find("scenario", name).path
-        table = read_inheriting(file, lambda base: self.find("scenario", base, named_in=file).path)
+        entry = self.find("scenario", name)
+        file = entry.path
+        own = read_toml(file) if entry.text is None else Table(file, self._made_scenario, (), {})
+        table = laid_over_base(own, lambda base: self.find("scenario", base, named_in=file).path)
         scenario = read_scenario(table, partial(self._missing, file))
         faults: list[Fault] = []
         for each in scenario.robots:
@@ -159,7 +172,9 @@ class Catalog:
         Raises:
             InputError: Something that it names does not exist.
         """
-        entries = [make_entry(scenario.file, "scenario", "file"), self.find("world", scenario.world)]
+        made = self._made.get("scenario")
+        own = made if made and made.path == scenario.file else make_entry(scenario.file, "scenario", "file")
+        entries = [own, self.find("world", scenario.world)]
         entries += [self.find("scenario", path.stem) for path in scenario.bases]
         for name in scenario.robots:
             entries += [self.find("robot", name)]
@@ -371,14 +386,12 @@ class Catalog:
     def _entries(self, kind: str) -> dict[str, Entry]:
         if kind not in KINDS:
             raise UnknownName(unknown("kind of content", kind, KINDS))
-        if kind not in self._standing:
+        if kind not in self._entries_of:
             shipped = by_name(scan(self.shipped, kind, "shipped"))
             own = {} if self.project is None else by_name(scan(self.project, kind, "project"))
-            self._standing[kind] = {**shipped, **own}
-        if kind not in self._found:
-            made = {} if self.scenes is None else by_name(scan(self.scenes, kind, "project"))
-            self._found[kind] = {**self._standing[kind], **made}
-        return self._found[kind]
+            self._entries_of[kind] = {**shipped, **own}
+        found, made = self._entries_of[kind], self._made.get(kind)
+        return found if made is None else {**found, made.name: made}
 
     def _by_path(self, kind: str, path: Path) -> Entry:
         if kind == "robot" and os.path.isdir(path):
@@ -458,4 +471,5 @@ class KeepingCatalog(Catalog):
 
     def digest(self, scenario: ScenarioSpec) -> str:
         minds = tuple((a.name, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
-        return self.keep(("digest", scenario.file, minds), lambda: super(KeepingCatalog, self).digest(scenario))
+        made = self._made.get("scenario"), self._made.get("world")
+        return self.keep(("digest", scenario.file, made, minds), lambda: super(KeepingCatalog, self).digest(scenario))

@@ -42,6 +42,7 @@ class Entry:
         path: Its file; a robot's is `robot.toml`.
         doc: One sentence: TOML's `doc`, Python's docstring, XML's first comment.
         origin: `project`, `shipped`, or `file` where it was named by its path.
+        text: Content of an entry that a program made and no file has; None for a file's.
     """
 
     name: str
@@ -49,6 +50,16 @@ class Entry:
     path: Path
     doc: str = ""
     origin: str = "project"
+    text: str | None = None
+
+    def contents(self) -> Iterator[tuple[str, bytes]]:
+        """Relative path and bytes of each of its files, sorted."""
+        if self.text is not None:
+            yield self.path.name, self.text.encode()
+            return
+        for file in self.files():
+            inside = file.is_relative_to(self.path.parent)
+            yield file.relative_to(self.path.parent).as_posix() if inside else file.name, file.read_bytes()
 
     def files(self) -> list[Path]:
         """Every file that it is made of, sorted: a robot is its folder, an XML file what it refers to as well."""
@@ -125,12 +136,7 @@ def content_hash(entries: Iterable[Entry]) -> str:
     """sha256 over all files of some content: kind, name, relative path and bytes; the same on every machine."""
     digest = hashlib.sha256()
     for entry in sorted(set(entries), key=lambda e: (e.kind, e.name)):
-        for file in entry.files():
-            try:
-                place = file.relative_to(entry.path.parent).as_posix()
-            except ValueError:
-                place = file.name
-            data = file.read_bytes()
+        for place, data in entry.contents():
             digest.update(f"{entry.kind}\0{entry.name}\0{place}\0{len(data)}\0".encode())
             digest.update(data)
     return digest.hexdigest()

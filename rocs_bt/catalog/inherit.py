@@ -47,19 +47,26 @@ def read_inheriting(file: Path, find: FindBase = no_base) -> Table:
     Raises:
         InputError: A file cannot be read, there is no such base, or a file is based on itself.
     """
-    return _read(file, find, (file.resolve(),))
+    return laid_over_base(read_toml(file), find)
 
 
-def _read(file: Path, find: FindBase, readers: tuple[Path, ...]) -> Table:
-    own = read_toml(file)
-    name = own.text("base", "")
+def laid_over_base(own: Table, find: FindBase = no_base, readers: tuple[Path, ...] = ()) -> Table:
+    """A root table laid over the file that its `base` names, and that one's; see `read_inheriting`.
+
+    Args:
+        own: The root table.
+        find: Finds a base by its name.
+        readers: Files that are based on this one.
+    """
+    name, file = own.text("base", ""), own.file
+    readers = (*readers, file.resolve())
     if "base" not in own:
         return own
     try:
         path = find(name)
         if path.resolve() in readers:
             raise InputError(f"'{name}' is based on this very file. Take one 'base' out.")
-        base = _read(path, find, (*readers, path.resolve()))
+        base = laid_over_base(read_toml(path), find, readers)
     except InputError as error:
         raise error.at(file, *own.place("base")) from error
     places: Places = {(): own.place("base")}

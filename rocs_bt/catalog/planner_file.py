@@ -45,17 +45,19 @@ class PlannerSpec:
     source: str = ""
     file: Path | None = None
 
-    def drives(self, scenario: ScenarioSpec, agent: str) -> ScenarioSpec:
+    def drives(self, scenario: ScenarioSpec, agent: str, told: Mapping[str, Any] | None = None) -> ScenarioSpec:
         """A scenario in which this planner is the mind of an agent. The file, and so every random draw, stays.
 
         Args:
             scenario: The scenario.
             agent: The name of one of its agents.
+            told: What an oracle is told; other planners are not.
         """
-        agents = [self._instead_of(each) if each.name == agent else each for each in scenario.agents]
+        known = (told or {}) if self.oracle else {}
+        agents = [self._instead_of(each, known) if each.name == agent else each for each in scenario.agents]
         return replace(scenario, agents=tuple(agents))
 
-    def _instead_of(self, agent: AgentSpec) -> AgentSpec:
+    def _instead_of(self, agent: AgentSpec, told: Mapping[str, Any]) -> AgentSpec:
         return replace(
             agent,
             mission=self.mission,
@@ -63,6 +65,7 @@ class PlannerSpec:
             parameters=dict(self.parameters),
             latency=self.latency,
             nodes=self.nodes,
+            told=told,
         )
 
 

@@ -61,6 +61,7 @@ class AgentSpec:
         parameters: The mission's parameters as the file has them; the mission's annotations type them.
         line: Where its table stands in the file.
         parameters_line: Where its parameters stand in the file.
+        told: What only an oracle may know; a program sets it, no file (`Mission.told`).
     """
 
     name: str
@@ -78,6 +79,7 @@ class AgentSpec:
     line: int = 0
     parameters_line: int = 0
     nodes: str = ""
+    told: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,12 @@ from .progress import Progress
 from .terminal import echo, show_table
 
 if TYPE_CHECKING:
-    from ..compare import Comparison, EpisodeRecord, Metric, Place, Verdict
+    from ..compare import Comparison
+    from ..compare.metric import Metric
+    from ..compare.record import EpisodeRecord
     from ..compare.statistics import Estimate
+    from ..compare.trial import Place
+    from ..compare.verdict import Verdict
 
 _ERRORS = 3  # that are told on the screen
 _WIDE = 1000  # columns, more than any table has
@@ -87,7 +91,9 @@ def command(
     Killed at any moment and called again, it goes on where it was. Exits with 1 if an episode ended in an error, or
     content raised an exception in it.
     """
-    from ..compare import JUDGED, Comparison, Store, dask_executor, metric, sweep
+    from ..compare import Comparison, Store, SweepOptions, sweep
+    from ..compare.cluster import dask_executor
+    from ..compare.metric import JUDGED, metric
 
     catalog = Catalog.here(code=not no_code)
     judged = metrics or JUDGED
@@ -111,10 +117,12 @@ def command(
             catalog=catalog,
             store=kept,
             executor=executor,
-            workers=workers,
-            wall_limit=wall_limit,
-            retry_errors=retry_errors,
-            enough=(lambda records: Comparison(records).settled(judged)) if early else None,
+            options=SweepOptions(
+                workers=workers,
+                wall_limit=wall_limit,
+                retry_errors=retry_errors,
+                enough=(lambda records: Comparison(records).settled(judged)) if early else None,
+            ),
             progress=progress,
         )
         if export is not None:
@@ -136,7 +144,8 @@ def command(
 
 def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[Place]:
     """The scenes of some families."""
-    from ..compare import parameters_given, scenes_of
+    from ..compare import scenes_of
+    from ..compare.replay import parameters_given
 
     parameters = parameters_given(given)
     return [scene for name in names for scene in scenes_of(name, indices, parameters)]
@@ -144,7 +153,8 @@ def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> 
 
 def _by_hand(names: Sequence[str], agent: str, catalog: Catalog) -> list[Place]:
     """Scenes by their names; those that were written by hand are for an agent."""
-    from ..compare import ScenarioScene, place_named
+    from ..compare import ScenarioScene
+    from ..compare.replay import place_named
 
     places = [place_named(name, catalog) for name in names]
     return [replace(place, agent=agent) if isinstance(place, ScenarioScene) else place for place in places]
@@ -204,7 +214,7 @@ def _tell(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Ver
     """A table of how each planner did, the best first; then the verdicts on the pairs."""
     from rich.box import SIMPLE
 
-    from ..compare import metric
+    from ..compare.metric import metric
     from ..compare.report import BEST_FIRST, extent, pairs, standings
 
     echo(f"{extent(comparison)}; {played} played now, {len(comparison.records) - played} before")
@@ -228,7 +238,7 @@ def _tell(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Ver
 
 def _interval(found: Estimate, of: Metric) -> str:
     """An estimate and its interval, where there is one; shares in percent."""
-    from ..compare import SHARES
+    from ..compare.metric import SHARES
     from ..compare.report import number
 
     if of.name in SHARES:
@@ -241,7 +251,7 @@ def _interval(found: Estimate, of: Metric) -> str:
 
 
 def _head(of: Metric) -> str:
-    from ..compare import SHARES
+    from ..compare.metric import SHARES
 
     unit = "%" if of.name in SHARES else of.unit
     return f"{of.name} [{unit}]" if unit else of.name
@@ -249,7 +259,7 @@ def _head(of: Metric) -> str:
 
 def _tell_errors(records: Sequence[EpisodeRecord]) -> None:
     """The first episodes that ended in an error or in which content raised, each with the command that repeats it."""
-    from ..compare import replay_command
+    from ..compare.replay import replay_command
 
     broken = [record for record in records if _is_broken(record)]
     for record in broken[:_ERRORS]:

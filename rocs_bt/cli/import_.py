@@ -16,7 +16,8 @@ from ..words import counted
 from .terminal import echo
 
 if TYPE_CHECKING:
-    from ..compare import Driver, Scene
+    from ..compare import Scene
+    from ..compare.family import Driver
 
 
 @click.command()
@@ -49,7 +50,7 @@ def command(
     barn: a clone of the BARN challenge. mrpb: a clone of the local planning benchmark MRPB, or any maps of ROS's map
     server. movingai: .map and .scen files.
     """
-    from ..compare import Driver
+    from ..compare.family import Driver
 
     if not folder.exists():
         raise InputError(Fault(f"there is no folder '{folder}'.", hint="Name your own copy of the benchmark."))

@@ -26,7 +26,6 @@ COMMANDS = {
     "replay": "Feed a recorded run to the same mind; or tell why something happened.",
     "report": "Make summary and report of a recording, also of one that was cut off.",
     "plot": "Draw the figures of a run, or of two runs over each other.",
-    "figures": "Re-run the paper's experiments over many seeds, and draw its figures.",
     "episode": "Play one episode of a comparison again, with its recording and report.",
     "compare": "Compare planners over many scenes and seeds, and say which is better, and how sure that is.",
     "search": "Search for a scene in which a planner fails, and make it as small as can be.",

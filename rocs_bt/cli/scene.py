@@ -29,7 +29,8 @@ def command(family: str, index: int, count: int, values: tuple[str, ...], out: P
 
     The same family, parameters and index make the same scene everywhere.
     """
-    from ..compare import load_family, parameters_given
+    from ..compare import load_family
+    from ..compare.replay import parameters_given
 
     made = load_family(Catalog.here(), family, parameters_given(values))
     scenes = [made.scene(i) for i in range(index, index + count)]

@@ -18,7 +18,7 @@ from .progress import Progress
 from .terminal import echo
 
 if TYPE_CHECKING:
-    from ..compare import EpisodeRecord
+    from ..compare.record import EpisodeRecord
     from ..compare.search import Draft, Space, Trouble
 
 _LISTED = 12  # things that are told of a scene
@@ -73,7 +73,7 @@ def command(
     """
     from ..compare import Store, load_family
     from ..compare.replay import parameter_value
-    from ..compare.search import FAILURES, Space, default_name, keep, refuse_taken, search
+    from ..compare.search import FAILURES, SearchOptions, Space, default_name, keep, refuse_taken, search
 
     catalog = Catalog.here(code=not no_code)
     who = catalog.load_planner(planner)
@@ -82,20 +82,16 @@ def command(
     called = name or default_name(who, space)
     if folder is not None:
         refuse_taken(folder, called)
+    options = SearchOptions(
+        name=called,
+        failures=FAILURES if failure == "any" else (failure,),
+        budget=budget,
+        seed=seed,
+        workers=workers,
+        wall_limit=wall_limit,
+    )
     with Store(store) as kept, Progress(f"{who.name} in {family}", budget, "episodes") as progress:
-        trouble = search(
-            who,
-            space,
-            name=called,
-            failures=FAILURES if failure == "any" else (failure,),
-            budget=budget,
-            seed=seed,
-            catalog=catalog,
-            store=kept,
-            workers=workers,
-            wall_limit=wall_limit,
-            progress=progress,
-        )
+        trouble = search(who, space, options, catalog=catalog, store=kept, progress=progress)
     files = None
     if folder is not None and trouble.smallest is not None:
         files = keep(trouble.smallest, planner, folder)
@@ -203,7 +199,7 @@ def _plain(planner: str, space: Space, trouble: Trouble) -> Mapping[str, Any]:
                 "trajectory_hash": record.trajectory_hash,
                 "things": len(draft.things),
                 "distance": math.dist(draft.start, draft.goal),
-                "scenario": draft.scenario,
-                "world": draft.world,
+                "scenario": draft.scene.toml,
+                "world": draft.scene.world,
             }
     return told

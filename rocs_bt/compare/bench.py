@@ -1,24 +1,33 @@
-"""Bench: where episodes are played, one after the other, with everything kept that they share."""
+"""Bench: where episodes are played one after the other, with all that they share kept; and what a worker does."""
 
 from __future__ import annotations
 
-import tempfile
+import faulthandler
+import math
+import multiprocessing
+import threading
+import time
 from collections import OrderedDict
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from .._run import run
 from ..catalog import AgentSpec, KeepingCatalog, PlannerSpec, RequirementSpec, ScenarioSpec
+from ..drivers.mujoco import MujocoWorld
 from ..errors import InputError, unknown
-from ..plan import Mission, mission_arguments
-from ..simulation import Build
+from ..event import BodyMoved, Event, unpack
+from ..simulation import SimulatedWorld
 from .family import AGENT, load_family
-from .metric import Measured, measure_all
-from .probe import Probe
+from .metric import LOST, METRICS, Measured, measure_all
 from .record import EpisodeRecord
+from .store import Cost
 from .trial import FamilyScene, Place, ScenarioScene, Trial
 
 SCENES = 4
@@ -35,7 +44,7 @@ class Setting:
         agent: Whose planner is compared.
         reference_length: How long a shortest way from start to goal is, as far as is known [m].
         difficulty: How hard it is, by measure.
-        told: What only an oracle is told.
+        told: What only an oracle may know.
     """
 
     catalog: KeepingCatalog
@@ -45,18 +54,9 @@ class Setting:
     difficulty: Mapping[str, float] = field(default_factory=dict)
     told: Mapping[str, Any] = field(default_factory=dict)
 
-    def missions(self, planner: PlannerSpec) -> dict[str, Build] | None:
-        """The mission of an oracle, which is told what only an oracle is told, for `run`; None for other planners."""
-        if not planner.oracle:
-            return None
-        build = self.catalog.load_mission(planner.mission, planner.nodes)
-        arguments = mission_arguments(build, planner.parameters)
-
-        def told_build(mission: Mission) -> Any:
-            mission.told = self.told
-            return build(mission, **arguments)
-
-        return {self.agent: told_build}
+    def driven_by(self, planner: PlannerSpec) -> ScenarioSpec:
+        """The scenario in which a planner is the mind of the agent; an oracle is told what it may know."""
+        return planner.drives(self.scenario, self.agent, self.told)
 
 
 class Bench:
@@ -69,7 +69,7 @@ class Bench:
 
     def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
         self.catalog = KeepingCatalog(project, code=code)
-        self._settings: OrderedDict[Place, tuple[Setting, ExitStack]] = OrderedDict()
+        self._settings: OrderedDict[Place, Setting] = OrderedDict()
 
     def setting(self, place: Place) -> Setting:
         """A scene, made or found.
@@ -77,15 +77,12 @@ class Bench:
         Raises:
             InputError: There is no such scenario, family or agent, or something in it is wrong.
         """
-        if place in self._settings:
-            self._settings.move_to_end(place)
-            return self._settings[place][0]
-        stack = ExitStack()
-        made = self._of_family(place, stack) if isinstance(place, FamilyScene) else self._of_scenario(place)
-        self._settings[place] = made, stack
-        if len(self._settings) > SCENES:
-            self._settings.popitem(last=False)[1][1].close()
-        return made
+        if place not in self._settings:
+            self._settings[place] = self._made(place)
+            if len(self._settings) > SCENES:
+                self._settings.popitem(last=False)
+        self._settings.move_to_end(place)
+        return self._settings[place]
 
     def play(self, trial: Trial) -> EpisodeRecord:
         """Play one episode in lockstep, without a recording.
@@ -95,7 +92,7 @@ class Bench:
             RocsError: The engine failed.
         """
         setting, planner = self.setting(trial.place), trial.planner
-        scenario, agent = planner.drives(setting.scenario, setting.agent), setting.agent
+        scenario, agent = setting.driven_by(planner), setting.agent
         if trial.require:
             asked = RequirementSpec(trial.require, trial.require, (agent,))
             scenario = replace(scenario, requirements=(*scenario.requirements, asked))
@@ -105,7 +102,6 @@ class Bench:
             setting.catalog,
             seed=trial.seed,
             report=False,
-            missions=setting.missions(planner),
             prepare=probe.prepare,
             sinks=[probe],
         ).summary
@@ -137,29 +133,31 @@ class Bench:
             reproducible=planner.latency is not None,
         )
 
-    def close(self) -> None:
-        """Let go of the scenes."""
-        while self._settings:
-            self._settings.popitem()[1][1].close()
-
-    def _of_family(self, place: FamilyScene, stack: ExitStack) -> Setting:
-        family = load_family(self.catalog, place.family, dict(place.parameters))
-        scene = family.scene(place.index)
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rocs_bt-scene-")))
-        catalog = self.catalog.with_scenes(folder)
-        scenario = catalog.load_scenario(str(scene.write(folder)))
-        told = {**scene.extras, "reference": scene.reference}
-        return Setting(catalog, scenario, AGENT, scene.reference_length, scene.difficulty, told)
+    def _made(self, place: Place) -> Setting:
+        if isinstance(place, ScenarioScene):
+            return self._of_scenario(place)
+        if isinstance(place, FamilyScene):
+            scene = load_family(self.catalog, place.family, dict(place.parameters)).scene(place.index)
+        else:
+            scene = place.scene
+        catalog = scene.found_in(self.catalog)
+        scenario = catalog.load_scenario(scene.name)
+        length = scene.reference_length or _shortest(scenario, _agent(scenario, AGENT))
+        return Setting(catalog, scenario, AGENT, length, scene.difficulty, scene.told)
 
     def _of_scenario(self, place: ScenarioScene) -> Setting:
-        catalog = self.catalog if place.folder is None else self.catalog.with_scenes(place.folder)
-        scenario = catalog.load_scenario(place.scenario)
-        names = [agent.name for agent in scenario.agents]
-        name = place.agent or names[0]
-        if name not in names:
-            raise InputError(unknown("agent", name, names, f"The scenario '{scenario.name}'"))
-        (agent,) = (each for each in scenario.agents if each.name == name)
-        return Setting(catalog, scenario, name, _shortest(scenario, agent))
+        scenario = self.catalog.load_scenario(place.scenario)
+        agent = _agent(scenario, place.agent)
+        return Setting(self.catalog, scenario, agent.name, _shortest(scenario, agent))
+
+
+def _agent(scenario: ScenarioSpec, name: str) -> AgentSpec:
+    """An agent of a scenario by its name; the first one where the name is empty."""
+    agents = {agent.name: agent for agent in scenario.agents}
+    wanted = name or scenario.agents[0].name
+    if wanted not in agents:
+        raise InputError(unknown("agent", wanted, agents, f"The scenario '{scenario.name}'"))
+    return agents[wanted]
 
 
 def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
@@ -168,3 +166,137 @@ def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
         return agent.shortest
     goals = [place.pose for place in scenario.places if place.name == agent.success]
     return agent.pose.distance(goals[0]) if goals else 0.0
+
+
+STEP = 0.05
+"""How much of its way lies between two looks at the clearance, and two positions of the way [m]."""
+
+TRACK = 0.1
+"""How much of its way lies between two positions that are kept for pictures [m]."""
+
+
+class Probe:
+    """Watches one agent of a run in lockstep.
+
+    Args:
+        agent: Its name.
+
+    Attributes:
+        clearances: How near its hull was to anything but the floor, at each STEP of its way [m].
+        energy: What it spent on gathering speed [J/kg]; None for a robot whose wheels nobody measures.
+    """
+
+    def __init__(self, agent: str) -> None:
+        self.agent = agent
+        self.clearances: list[float] = []
+        self.energy: float | None = None
+        self._world: MujocoWorld | None = None
+        self._points: list[tuple[float, float]] = []
+        self._driven = 0.0
+        self._next = 0.0
+        self._kinetic: float | None = None
+
+    def prepare(self, stage: SimulatedWorld) -> None:
+        """Take note of the world; for `run`'s argument of that name."""
+        self._world = stage.world
+
+    def emit(self, event: Event) -> None:
+        """Look, where the event says that the agent was moved."""
+        if not isinstance(event, BodyMoved) or event.agent != self.agent:
+            return
+        if self._points:
+            self._driven += math.dist(self._points[-1], (event.x, event.y))
+        self._points.append((event.x, event.y))
+        if self._world is not None and self._driven >= self._next:
+            self.clearances.append(self._world.clearance(self.agent)[0])
+            self._next = self._driven + STEP
+        if event.wheels:
+            self._weigh(unpack(event.wheels))
+
+    def way(self, step: float = STEP) -> npt.NDArray[np.float64]:
+        """(n, 2) Where it was, at equal steps of its way [m]: the same way gives the same, however it was sampled."""
+        points = np.array(self._points, dtype=float).reshape(-1, 2)
+        if len(points) < 2:
+            return points
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        at = np.arange(0.0, along[-1], step)
+        return np.column_stack([np.interp(at, along, points[:, axis]) for axis in (0, 1)])
+
+    def track(self) -> bytes:
+        """Where it was about every TRACK of its way, and at the end: (n, 2) float32 as bytes."""
+        return np.vstack([self.way(TRACK), *self._points[-1:]]).astype(np.float32).tobytes()
+
+    def _weigh(self, rims: list[float]) -> None:
+        """Add what the drive's speed gained since the last look: half the mean square of its rims' speeds."""
+        kinetic = sum(v * v for v in rims) / (2.0 * len(rims))
+        self.energy = (self.energy or 0.0) + max(kinetic - (kinetic if self._kinetic is None else self._kinetic), 0.0)
+        self._kinetic = kinetic
+
+
+_ONE = threading.Lock()  # a process plays one episode at a time, however many threads an executor has in it
+
+
+def work(trial: Trial) -> tuple[EpisodeRecord, Cost]:
+    """Play a trial. An episode that breaks down is a record as well, with the outcome `error`.
+
+    In a process that an executor started a trial that takes longer than its wall limit ends that process, even where
+    it hangs in C code that holds the interpreter: whoever started it does the rest.
+
+    Raises:
+        InputError: Something in the content is wrong, so that no other episode would do better.
+    """
+    with _ONE, _limited(trial.wall_limit):
+        wall, cpu = time.perf_counter(), time.process_time()
+        bench = _bench(trial.project, trial.code)
+        limit = bench.setting(trial.place).scenario.duration
+        try:
+            record = bench.play(trial)
+        except InputError:
+            raise
+        except Exception as error:  # noqa: BLE001 - the process's boundary: one broken episode must not end a sweep
+            record = broken(trial, f"{type(error).__name__}: {error}", limit, reproducible=True)
+        return record, Cost(time.perf_counter() - wall, time.process_time() - cpu)
+
+
+def broken(trial: Trial, reason: str, time_limit: float, *, reproducible: bool) -> EpisodeRecord:
+    """The record of an episode that did not come to an end: a failure, of which nothing else is known.
+
+    Args:
+        trial: What was to be played.
+        reason: Why it broke down.
+        time_limit: T_max [s]; 0 where that is not known either.
+        reproducible: Whether it would break down again.
+    """
+    time = time_limit if time_limit > 0.0 else None
+    return EpisodeRecord(
+        key=trial.key,
+        planner=trial.planner.name,
+        family=trial.place.group,
+        scene=trial.place.name,
+        seed=trial.seed,
+        outcome="error",
+        reason=reason,
+        metrics={**dict.fromkeys(METRICS), **dict.fromkeys(LOST, 0.0), "time": time},
+        time_limit=time_limit,
+        reproducible=reproducible,
+    )
+
+
+@lru_cache(maxsize=1)
+def _bench(project: Path | None, code: bool) -> Bench:
+    """This process's bench."""
+    return Bench(project, code=code)
+
+
+@contextmanager
+def _limited(seconds: float) -> Iterator[None]:
+    """End this process, where it is nobody's main one, unless the block is done in time [s]."""
+    if multiprocessing.parent_process() is None:
+        yield
+        return
+    # faulthandler's clock is a thread in C that needs no interpreter lock; it tells on stderr where the process hung.
+    faulthandler.dump_traceback_later(seconds, exit=True)
+    try:
+        yield
+    finally:
+        faulthandler.cancel_dump_traceback_later()

@@ -1,21 +1,28 @@
-"""Building: rooms in a grid, with doors between them, for tasks in which a robot must think."""
+"""Building: rooms in a grid, with doors between them; and TaskFamily, scenes in which a robot must think there."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any, ClassVar
 
 import numpy as np
 
+from ..errors import InputError
+from ..geometry import Pose2
+from ..units import PositiveCount, PositiveMetres
+from .family import Family, goal_scenario, position, quantity
 from .ground import Ground
-from .scene_text import Table, metres, seconds
 from .thing import Block, Point, Post, walls_around
 
 THICK, LEAF = 0.1, 0.06
 """Of walls, and of door leaves, which open into the wall [m]."""
 
+_TRIES = 300  # buildings that are drawn until one fits a task
+
+Table = dict[str, Any]
 Door = tuple[int, int]
 """The rooms on its two sides, the lower number first."""
 
@@ -82,6 +89,21 @@ class Building:
         aside = self.offsets.get(door, 0.0)
         return (0.5 * (x + u), y + aside) if y == v else (x + aside, 0.5 * (y + v))
 
+    @staticmethod
+    def room_name(room: int) -> str:
+        """The place in the middle of a room."""
+        return f"room_{room}"
+
+    @staticmethod
+    def gate_name(door: Door) -> str:
+        """The place in a doorway."""
+        return f"gate_{door[0]}_{door[1]}"
+
+    @staticmethod
+    def door_name(door: Door) -> str:
+        """The door of a doorway."""
+        return f"door_{door[0]}_{door[1]}"
+
     def ground(self) -> Ground:
         """The walls with their doorways; doors are the scene's."""
         wide, deep = self.columns * self.side, self.rows * self.side
@@ -96,8 +118,8 @@ class Building:
         x, y = self.doorway(door)
         aside = 0.0 if shut else self.opening + 0.05
         if self._upright(door):
-            return Block(door_name(door), x, y + aside, LEAF, self.opening)
-        return Block(door_name(door), x + aside, y, self.opening, LEAF)
+            return Block(self.door_name(door), x, y + aside, LEAF, self.opening)
+        return Block(self.door_name(door), x + aside, y, self.opening, LEAF)
 
     def closing(self, door: Door, at: float, lasts: float = 1.0) -> Table:
         """The mover table of a door that shuts at a time [s], or as soon as no robot is in its way."""
@@ -105,25 +127,30 @@ class Building:
         return {
             "name": begin.name,
             "script": "slide",
-            "x": metres(begin.x),
-            "y": metres(begin.y),
-            "to_x": metres(end.x),
-            "to_y": metres(end.y),
-            "at": seconds(at),
-            "lasts": seconds(lasts),
-            "yields": metres(0.5 * self.opening + 0.5),
+            **position((begin.x, begin.y)),
+            "to_x": quantity(end.x, "m"),
+            "to_y": quantity(end.y, "m"),
+            "at": quantity(at, "s"),
+            "lasts": quantity(lasts, "s"),
+            "yields": quantity(0.5 * self.opening + 0.5, "m"),
         }
 
-    def facts(self) -> Iterator[tuple[str, Table]]:
-        """What agents know of it: tables of places, roads and doors."""
-        for room in self.rooms:
-            yield "fact", {"node": room_name(room), "kind": "place", "pose": position(self.middle(room))}
+    def facts(self) -> list[Table]:
+        """What agents know of it: `[[fact]]` tables of places, roads and doors."""
+        found: list[Table] = [
+            {"node": self.room_name(room), "kind": "place", "pose": position(self.middle(room))} for room in self.rooms
+        ]
         for door in self.doors():
-            roads = [{"to": room_name(room), "both_ways": True} for room in door]
-            node = {"node": gate_name(door), "kind": "place", "pose": position(self.doorway(door)), "connects": roads}
-            yield "fact", node
-            leads = [gate_name(door), *(room_name(room) for room in door)]
-            yield "fact", {"node": door_name(door), "kind": "door", "open": True, "leads_to": leads}
+            roads = [{"to": self.room_name(room), "both_ways": True} for room in door]
+            gate = {
+                "node": self.gate_name(door),
+                "kind": "place",
+                "pose": position(self.doorway(door)),
+                "connects": roads,
+            }
+            leads = [self.gate_name(door), *(self.room_name(room) for room in door)]
+            found += [gate, {"node": self.door_name(door), "kind": "door", "open": True, "leads_to": leads}]
+        return found
 
     def way(self, rooms: Iterable[int]) -> list[Point]:
         """The corners of a way from room to room: their middles and the doorways between."""
@@ -169,32 +196,91 @@ class Building:
         begin = (v if self._upright(door) else u) - 0.5 * self.side
         parts = [(begin, along - 0.5 * self.opening), (along + 0.5 * self.opening, begin + self.side)]
         return [
-            Block(f"{door_name(door)}_wall{i}", x, 0.5 * (a + b), THICK, b - a)
+            Block(f"{self.door_name(door)}_wall{i}", x, 0.5 * (a + b), THICK, b - a)
             if self._upright(door)
-            else Block(f"{door_name(door)}_wall{i}", 0.5 * (a + b), y, b - a, THICK)
+            else Block(f"{self.door_name(door)}_wall{i}", 0.5 * (a + b), y, b - a, THICK)
             for i, (a, b) in enumerate(parts)
         ]
 
 
-def room_name(room: int) -> str:
-    """The place in the middle of a room."""
-    return f"room_{room}"
-
-
-def gate_name(door: Door) -> str:
-    """The place in a doorway."""
-    return f"gate_{door[0]}_{door[1]}"
-
-
-def door_name(door: Door) -> str:
-    """The door of a doorway."""
-    return f"door_{door[0]}_{door[1]}"
-
-
-def position(point: Point) -> Table:
-    """A point as a table has it."""
-    return {"x": metres(point[0]), "y": metres(point[1])}
-
-
 def _between(room: int, other: int) -> Door:
     return min(room, other), max(room, other)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskFamily(Family):
+    """Tasks in a building: from room to room by roads that the agent knows.
+
+    Attributes:
+        planner: The route planner that the family's own mission is given; another mission is given the goal alone.
+        rows: Of rooms.
+        columns: Of rooms.
+        side: Of a room.
+        opening: Of a doorway.
+    """
+
+    ASIDE: ClassVar[tuple[str, ...]] = (*Family.ASIDE, "planner")
+
+    mission: str = "navigate"
+    rules: str = ""
+    planner: str = "astar"
+    rows: PositiveCount = 3
+    columns: PositiveCount = 3
+    side: PositiveMetres = 3.6
+    opening: PositiveMetres = 1.1
+
+    def drawn(self, rng: np.random.Generator, rooms: int) -> tuple[Building, list[int]]:
+        """A building, and some of its rooms, no two alike.
+
+        Raises:
+            InputError: It has fewer rooms.
+        """
+        if self.rows * self.columns < rooms:
+            raise InputError(f"{self.rows} x {self.columns} rooms are too few: this task needs {rooms}.")
+        building = Building.drawn(rng, self.rows, self.columns, self.side, self.opening)
+        return building, rng.permutation(len(building.rooms))[:rooms].tolist()
+
+    def draws(self, index: int, rooms: int) -> Iterator[tuple[np.random.Generator, Building, list[int]]]:
+        """Buildings with some of their rooms, until one fits the task; each with the stream that it was drawn from.
+
+        Raises:
+            InputError: There are fewer rooms, or none of many buildings fits.
+        """
+        for attempt in range(_TRIES):
+            rng = self.rng(index, f"attempt {attempt}")
+            yield rng, *self.drawn(rng, rooms)
+        raise InputError(f"none of {_TRIES} buildings of {self.rows} x {self.columns} rooms fits this task.")
+
+    def task(
+        self,
+        index: int,
+        doc: str,
+        way: Sequence[Point],
+        *,
+        ahead: Point | None = None,
+        goal: Point | None = None,
+        agent: Mapping[str, Any] | None = None,
+    ) -> dict[str, Any]:
+        """The scenario of a task, to which a family adds what agents know and hear of, doors that move, and places.
+
+        Args:
+            index: Its index.
+            doc: One sentence for people.
+            way: The reference, from start to goal [m].
+            ahead: What the robot looks at in the beginning [m]; the reference's first corner by default.
+            goal: Where the goal is in the beginning [m]; the reference's end by default.
+            agent: Other values of the agent's table.
+        """
+        (x, y), corner = way[0], ahead or way[1]
+        start = Pose2(x, y, math.atan2(corner[1] - y, corner[0] - x))
+        own = {"parameters": {"goal": "goal", "planner": self.planner}} if self.mission == type(self).mission else {}
+        return goal_scenario(
+            self,
+            self.scene_name(index),
+            doc,
+            start,
+            goal or way[-1],
+            tolerance=0.5,
+            duration=120.0,
+            agent={**own, **(agent or {})},
+        )

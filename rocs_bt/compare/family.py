@@ -1,25 +1,32 @@
-"""Family: unlimited scenes of one kind, each an ordinary scenario and its world."""
+"""Family: unlimited scenes of one kind, each an ordinary scenario and its world, as values."""
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
 import json
+import math
 import re
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from ..action import Parameter
 from ..catalog import Catalog
 from ..errors import Fault, InputError, unknown
+from ..geometry import Pose2
+from ..toml_text import as_toml
 from ..units import convert
-from .thing import Point
+from .ground import Ground
+from .thing import Point, length_of
+
+C = TypeVar("C", bound=Catalog)
 
 AGENT = "R"
 """The agent under test in every family's scenes."""
@@ -27,25 +34,49 @@ AGENT = "R"
 
 @dataclass(frozen=True)
 class Scene:
-    """One scene: a scenario and its world as texts, and what is known of them.
+    """One scene: a scenario and its world as values, and what is known of them.
 
     Attributes:
-        name: Its family's name and its index, such as `barn_like-17`; the stem of both files.
-        scenario: The scenario, as TOML; its world is named as the scene is.
-        world: The world, as MJCF.
+        scenario: Content of the scenario's file: dicts, lists, texts, numbers and flags, quantities with their unit.
+            Its `world` is the scene's name, such as `barn_like-17`.
+        ground: The floor and what stands on it, of which the world is made.
         difficulty: How hard it is, by measure; the family's class says what each is, in which unit.
         reference: Corners of a shortest way from start to goal of the robot's inscribed circle [m].
-        reference_length: How long that way is [m].
-        extras: What only an oracle may know.
     """
 
-    name: str
-    scenario: str
-    world: str
+    scenario: Mapping[str, Any]
+    ground: Ground
     difficulty: Mapping[str, float] = field(default_factory=dict)
-    reference: tuple[Point, ...] = ()
-    reference_length: float = 0.0
-    extras: Mapping[str, Any] = field(default_factory=dict)
+    reference: Sequence[Point] = ()
+
+    @property
+    def name(self) -> str:
+        """Its family's name and its index; the stem of both files."""
+        return str(self.scenario["world"])
+
+    @property
+    def reference_length(self) -> float:
+        """Length of the reference [m]; 0 where there is none."""
+        return length_of(self.reference)
+
+    @cached_property
+    def toml(self) -> str:
+        """The scenario as TOML."""
+        return as_toml(self.scenario)
+
+    @cached_property
+    def world(self) -> str:
+        """The world as MJCF."""
+        return self.ground.world(self.name, str(self.scenario.get("doc", "")))
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """What only an oracle may know."""
+        return {"ground": self.ground, "reference": self.reference}
+
+    def found_in(self, catalog: C) -> C:
+        """A catalog with all that another has and this scene."""
+        return catalog.with_scene(self.name, self.scenario, self.world)
 
     def write(self, folder: Path) -> Path:
         """Write it into a project folder, as `scenarios/<name>.toml` and `scenarios/worlds/<name>.xml`.
@@ -57,7 +88,7 @@ class Scene:
         world = folder / "scenarios" / "worlds" / f"{self.name}.xml"
         world.parent.mkdir(parents=True, exist_ok=True)
         world.write_text(self.world, encoding="utf-8")
-        file.write_text(self.scenario, encoding="utf-8")
+        file.write_text(self.toml, encoding="utf-8")
         return file
 
 
@@ -120,6 +151,62 @@ class Family(Driver, ABC):
         key = json.dumps([self.name, own, index, what], sort_keys=True)
         digest = hashlib.sha256(key.encode()).digest()
         return np.random.default_rng(np.random.SeedSequence(int.from_bytes(digest, "big")))
+
+
+def quantity(value: float, unit: str) -> str:
+    """A quantity as a file has it, to four decimals; an angle [rad] becomes one in `deg`."""
+    return f"{round(math.degrees(value) if unit == 'deg' else value, 4):g} {unit}"
+
+
+def position(point: Point, yaw: float | None = None) -> dict[str, str]:
+    """A point [m], or a pose [m, rad], as a table has it."""
+    pose = {"x": quantity(point[0], "m"), "y": quantity(point[1], "m")}
+    return pose if yaw is None else {**pose, "yaw": quantity(yaw, "deg")}
+
+
+def goal_scenario(
+    driver: Driver,
+    name: str,
+    doc: str,
+    start: Pose2,
+    goal: Point,
+    *,
+    tolerance: float,
+    duration: float,
+    agent: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """A scenario in which the agent under test must come to one place; add tables to it, such as movers, by `|`.
+
+    Args:
+        driver: Whose robot, mission and rules it has; a family is one.
+        name: Of the scene, and so of its world.
+        doc: One sentence for people.
+        start: Where the agent stands; the seed moves it by 5 cm and 5 deg.
+        goal: Where it must come to [m].
+        tolerance: How near [m].
+        duration: How long it has [s].
+        agent: Other values of the agent's table, such as its `parameters` and when it is a `success`.
+    """
+    target = {"name": "goal", "kind": "goal", **position(goal), "tolerance": quantity(tolerance, "m")}
+    under_test = {
+        "name": AGENT,
+        "robot": driver.robot,
+        "mission": driver.mission,
+        "rules": [driver.rules] if driver.rules else [],
+        **position((start.x, start.y), start.yaw),
+        "jitter": {"x": "0.05 m", "y": "0.05 m", "yaw": "5 deg"},
+        "success": {"goal": "goal"},
+        "parameters": {"goal": "goal"},
+    }
+    return {
+        "format": "scenario/1",
+        "doc": doc,
+        "world": name,
+        "duration": quantity(duration, "s"),
+        "end_on_collision": True,
+        "place": [target],
+        "agent": [{**under_test, **(agent or {})}],
+    }
 
 
 def family_parameters(family: type[Family]) -> dict[str, Parameter]:

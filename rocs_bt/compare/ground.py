@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,12 +20,14 @@ class Ground:
         low, high: The floor's corners [m].
         things: What stands there.
         movers: Things that a scenario's movers carry about: bodies of their own in the world, no part of the grid.
+        mjcf: More elements of the world's body, as MJCF; no part of the grid.
     """
 
     low: Point
     high: Point
     things: list[Post | Block] = field(default_factory=list)
     movers: list[Post | Block] = field(default_factory=list)
+    mjcf: str = ""
 
     def world(self, name: str, doc: str) -> str:
         """The world as MJCF."""
@@ -45,7 +48,8 @@ class Ground:
         for mover in self.movers:
             lines.append(f'    <body name="{mover.name}" mocap="true" pos="{_n(mover.x)} {_n(mover.y)} 0">')
             lines += [f"      {_geom(mover, 0.0, 0.0)}", "    </body>"]
-        return "\n".join([*lines, "  </worldbody>", "</mujoco>", ""])
+        more = [self.mjcf] if self.mjcf else []
+        return "\n".join([*lines, *more, "  </worldbody>", "</mujoco>", ""])
 
     def grid(self, cell: float) -> FloorGrid:
         """The ground as cells of a size [m]: a cell is taken where its centre is in something."""
@@ -55,6 +59,17 @@ class Ground:
         for thing in self.things:
             grid.add(thing)
         return grid
+
+    def clearance(self, points: Sequence[Point]) -> float:
+        """How near a polygon comes to the surface of any post [m]; +inf without posts."""
+        discs = np.array([(p.x, p.y, p.radius) for p in self.things if isinstance(p, Post)]).reshape(-1, 3)
+        corners = np.array(points)
+        begin, along = corners[:-1, None, :], np.diff(corners, axis=0)[:, None, :]
+        away = discs[None, :, :2] - begin
+        squared = np.maximum((along * along).sum(axis=2), 1e-18)
+        share = np.clip((away * along).sum(axis=2) / squared, 0.0, 1.0)
+        gap = away - share[:, :, None] * along
+        return float((np.sqrt((gap * gap).sum(axis=2)) - discs[:, 2]).min(initial=math.inf))
 
 
 def _geom(thing: Post | Block, x: float, y: float) -> str:

@@ -18,7 +18,7 @@ from ..catalog import Catalog, Entry, PlannerSpec, content_hash
 from ..python_content import texts_in
 from ..simulation.header import versions
 from .family import load_family
-from .trial import FamilyScene, Place, ScenarioScene
+from .trial import FamilyScene, MadeScene, Place, ScenarioScene
 
 SCHEMA = "episode/1"
 """Of what a record holds and how its metrics are told; another one makes all keys new."""
@@ -26,8 +26,7 @@ SCHEMA = "episode/1"
 _NOT_PLAYED = (
     *("cli", "check", "testing", "record/live"),
     *("compare/report", "compare/statistics", "compare/comparison", "compare/verdict", "compare/replay"),
-    *("compare/campaign", "compare/paper", "compare/imports", "compare/cluster", "compare/pool", "compare/sweep"),
-    "compare/search",
+    *("compare/imports", "compare/cluster", "compare/pool", "compare/sweep", "compare/search"),
 )
 """What of the engine has no part in an episode."""
 
@@ -67,7 +66,7 @@ class Keys:
         return _digest([*told, *filter(None, [planner.nodes]), content_hash(content), versions])
 
     def _place(self, place: Place) -> str:
-        if isinstance(place, ScenarioScene):
+        if not isinstance(place, FamilyScene):
             if place not in self._places:
                 self._places[place] = self._scenario(place)
             return self._places[place]
@@ -76,11 +75,13 @@ class Keys:
             self._places[family] = self._family(family)
         return _digest([self._places[family], place.name, place.index])
 
-    def _scenario(self, place: ScenarioScene) -> str:
+    def _scenario(self, place: ScenarioScene | MadeScene) -> str:
         """Everything that a scenario uses; the mind that the planner replaces is its word for the agent only."""
-        catalog = self._catalog if place.folder is None else self._catalog.with_scenes(place.folder)
-        scenario = catalog.load_scenario(place.scenario)
-        return _digest([place.name, place.agent, catalog.digest(scenario)])
+        if isinstance(place, ScenarioScene):
+            catalog, named, agent = self._catalog, place.scenario, place.agent
+        else:
+            catalog, named, agent = place.scene.found_in(self._catalog), place.name, ""
+        return _digest([place.name, agent, catalog.digest(catalog.load_scenario(named))])
 
     def _family(self, place: FamilyScene) -> str:
         family = load_family(self._catalog, place.family, dict(place.parameters))

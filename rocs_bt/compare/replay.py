@@ -60,15 +60,10 @@ def play_again(planner: PlannerSpec | str, scene: str, seed: int, catalog: Catal
     Raises:
         InputError: There is no such planner or scene, or something in it is wrong.
     """
-    bench = Bench(catalog.project)
-    try:
-        chosen = bench.catalog.load_planner(planner) if isinstance(planner, str) else planner
-        setting = bench.setting(place_named(scene, catalog))
-        scenario = chosen.drives(setting.scenario, setting.agent)
-        again = episode_command(chosen.name, scene, seed)
-        return run(scenario, setting.catalog, seed=seed, out=out, missions=setting.missions(chosen), command=again)
-    finally:
-        bench.close()
+    chosen = catalog.load_planner(planner) if isinstance(planner, str) else planner
+    setting = Bench(catalog.project).setting(place_named(scene, catalog))
+    again = episode_command(chosen.name, scene, seed)
+    return run(setting.driven_by(chosen), setting.catalog, seed=seed, out=out, command=again)
 
 
 def parameters_given(texts: Sequence[str]) -> dict[str, Any]:

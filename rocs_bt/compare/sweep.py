@@ -11,17 +11,37 @@ from dataclasses import dataclass
 from ..catalog import Catalog, PlannerSpec, at_parameters
 from ..errors import InputError, RocsError
 from ..plan import mission_arguments
+from .bench import broken, work
 from .key import Keys
 from .pool import HUNG, WorkerDied, WorkerPool
 from .record import EpisodeRecord
 from .store import Cost, Store
 from .trial import Place, ScenarioScene, Trial
-from .work import broken, work
 
 WALL_LIMIT = 300.0
 """How long an episode may take to compute [s]."""
 
 _AHEAD = 4  # tasks that wait for each worker: enough to keep it busy, few enough to hold 10,000 episodes in no memory
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions:
+    """How a sweep is played.
+
+    Attributes:
+        workers: Number of local processes; None for one for each core.
+        wall_limit: Longest time to compute an episode [s]; then its process is ended, and it is tried once more.
+        retry_errors: Whether to play again what ended in `error` before.
+        require: One more requirement on the agents; such episodes are others than those without.
+        enough: Asked after each scene, in their order, with all episodes so far: True ends the sweep there. It is the
+            same scene however fast who plays what, so a sweep that ends early repeats too.
+    """
+
+    workers: int | None = None
+    wall_limit: float = WALL_LIMIT
+    retry_errors: bool = False
+    require: str = ""
+    enough: Callable[[Sequence[EpisodeRecord]], bool] | None = None
 
 
 @dataclass(frozen=True)
@@ -51,11 +71,7 @@ def sweep(
     catalog: Catalog | None = None,
     store: Store | None = None,
     executor: Executor | None = None,
-    workers: int | None = None,
-    wall_limit: float = WALL_LIMIT,
-    retry_errors: bool = False,
-    require: str = "",
-    enough: Callable[[Sequence[EpisodeRecord]], bool] | None = None,
+    options: SweepOptions | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> Sweep:
     """Play every planner in every scene with every seed, but for what the store has already.
@@ -69,45 +85,26 @@ def sweep(
         catalog: Where content is found; the project around the current folder by default.
         store: Where episodes are kept; in memory by default.
         executor: Who plays them, such as `dask.distributed.Client(...).get_executor()`; local processes by default.
-        workers: How many local processes; one for each core by default.
-        wall_limit: How long an episode may take to compute [s], before its process is ended and it is tried once more.
-        retry_errors: Whether to play again what came to `error` before.
-        require: One more requirement, whose margin is told too; such episodes are others than those without.
-        enough: Asked after each scene, in their order, with all episodes so far: True ends the sweep there. It is the
-            same scene however fast who plays what, so a sweep that ends early repeats too.
+        options: How they are played.
         progress: Told how many of the episodes are there.
 
     Raises:
         InputError: Content is wrong; what was played so far is in the store.
         RocsError: The executor broke down.
     """
-    catalog = catalog or Catalog.here()
+    catalog, options = catalog or Catalog.here(), options or SweepOptions()
     store = Store() if store is None else store
-    chosen = [catalog.load_planner(p) if isinstance(p, str) else p for p in planners]
-    _refuse_twins(chosen)
-    for planner in chosen:
-        _refuse_wrong_parameters(planner, catalog)
-    places = [ScenarioScene(scene) if isinstance(scene, str) else scene for scene in scenes]
-    numbers, keys = tuple(seeds), Keys(catalog)
-    # Scene by scene, since a worker keeps the scene that it has set up.
-    course = [
-        [
-            Trial(keys.of(p, place, seed, require), p, place, seed, catalog.project, wall_limit, require, catalog.code)
-            for p in chosen
-            for seed in numbers
-        ]
-        for place in places
-    ]
-    again = ("", "error") if retry_errors else ("",)
+    course = _course(planners, scenes, tuple(seeds), catalog, options)
+    again = ("", "error") if options.retry_errors else ("",)
     done = {trial.key for trials in course for trial in trials if store.outcome(trial.key) not in again}
-    finished = _Finished(course, store, enough)
+    finished = _Finished(course, store, options.enough)
     found = len(done)
     progress(found)
     if not finished.over(done):
         with ExitStack() as stack:
             todo = [trial for trials in course for trial in trials if trial.key not in done]
             if executor is None:
-                executor = stack.enter_context(local_pool(min(workers or cores(), len(todo))))
+                executor = stack.enter_context(local_pool(min(options.workers or cores(), len(todo))))
             for record, cost in stack.enter_context(closing(_play(executor, iter(todo)))):
                 store.put(record, cost)
                 done.add(record.key)
@@ -115,6 +112,26 @@ def sweep(
                 if finished.over(done):
                     break
     return Sweep(store, finished.keys, len(done) - found)
+
+
+def _course(
+    planners: Sequence[PlannerSpec | str],
+    scenes: Iterable[Place | str],
+    seeds: Sequence[int],
+    catalog: Catalog,
+    options: SweepOptions,
+) -> list[list[Trial]]:
+    """All trials scene by scene, since a worker keeps the scene that it has set up."""
+    chosen = [catalog.load_planner(p) if isinstance(p, str) else p for p in planners]
+    _refuse_twins(chosen)
+    for planner in chosen:
+        _refuse_wrong_parameters(planner, catalog)
+    places = [ScenarioScene(scene) if isinstance(scene, str) else scene for scene in scenes]
+    keys, extra = Keys(catalog), (catalog.project, options.wall_limit, options.require, catalog.code)
+    return [
+        [Trial(keys.of(p, place, seed, options.require), p, place, seed, *extra) for p in chosen for seed in seeds]
+        for place in places
+    ]
 
 
 class _Finished:

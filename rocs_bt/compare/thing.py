@@ -1,13 +1,11 @@
-"""What stands on a floor: posts and blocks, and how far it is between and past them."""
+"""What stands on a floor: posts and blocks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-
-import numpy as np
 
 Point = tuple[float, float]
 
@@ -51,15 +49,3 @@ def walls_around(low: Point, high: Point, *, thick: float = 0.1, height: float =
 def length_of(points: Sequence[Point]) -> float:
     """How long a polygon is [m]."""
     return sum(math.dist(a, b) for a, b in pairwise(points))
-
-
-def clearance_of(points: Sequence[Point], posts: Iterable[Post]) -> float:
-    """How near a polygon comes to the surface of any post [m]; +inf without posts."""
-    discs = np.array([(post.x, post.y, post.radius) for post in posts]).reshape(-1, 3)
-    corners = np.array(points)
-    begin, along = corners[:-1, None, :], np.diff(corners, axis=0)[:, None, :]
-    away = discs[None, :, :2] - begin
-    squared = np.maximum((along * along).sum(axis=2), 1e-18)
-    share = np.clip((away * along).sum(axis=2) / squared, 0.0, 1.0)
-    gap = away - share[:, :, None] * along
-    return float((np.sqrt((gap * gap).sum(axis=2)) - discs[:, 2]).min(initial=math.inf))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..catalog import PlannerSpec
+from .family import Scene
 
 
 @dataclass(frozen=True)
@@ -43,12 +45,10 @@ class ScenarioScene:
     Attributes:
         scenario: Its name or its file.
         agent: Whose planner is compared; the first one by default.
-        folder: A folder of scenes that a program made, which are found first, its world among them.
     """
 
     scenario: str
     agent: str = ""
-    folder: Path | None = None
 
     @property
     def group(self) -> str:
@@ -61,7 +61,35 @@ class ScenarioScene:
         return self.group
 
 
-Place: TypeAlias = FamilyScene | ScenarioScene
+@dataclass(frozen=True)
+class MadeScene:
+    """A scene that a program made; whoever plays it is sent its values.
+
+    Attributes:
+        digest: sha256 of its texts, by which two are the same.
+        scene: The scene.
+    """
+
+    digest: str
+    scene: Scene = field(compare=False, repr=False)
+
+    @staticmethod
+    def of(scene: Scene) -> MadeScene:
+        """The place of a scene."""
+        return MadeScene(hashlib.sha256(f"{scene.toml}\0{scene.world}".encode()).hexdigest(), scene)
+
+    @property
+    def group(self) -> str:
+        """What its results are told under."""
+        return self.scene.name
+
+    @property
+    def name(self) -> str:
+        """The cluster that its seeds belong to."""
+        return self.scene.name
+
+
+Place: TypeAlias = FamilyScene | ScenarioScene | MadeScene
 
 
 @dataclass(frozen=True)

@@ -107,6 +107,7 @@ class MissionContext:
         survey: Options of a check of the mission; None in a run.
         rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
             it, so that a planner that draws repeats.
+        told: What only an oracle is told, such as the map of a scene; None for every other planner.
 
     Attributes:
         leaves: The leaves that `build` has made, in that order.
@@ -131,6 +132,7 @@ class MissionContext:
         rule_reading: Callable[[str], str] = lambda rule: "",
         survey: Survey | None = None,
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
+        told: Mapping[str, Any] | None = None,
     ) -> None:
         self.name = name
         self.knowledge = knowledge
@@ -146,7 +148,7 @@ class MissionContext:
         self.board = Board(name=name)
         self.content: Content = NoContent()
         self.shared: dict[str, Any] = {}
-        self.told: Mapping[str, Any] = {}
+        self.told: Mapping[str, Any] = told or {}
         self._compile = compile_guard
         self.survey = survey
         self.fit = survey is None or survey.fit

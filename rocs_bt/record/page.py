@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from .figures import figure
-from .figures.paper import ROBOTS
 
 # The figures' colours become the page's, so that they follow its light or dark theme.
 THEME = {
@@ -21,7 +20,7 @@ THEME = {
     figure.ROUTES["deliberative"]: "var(--deliberative)",
     figure.ROUTES["reactive"]: "var(--reactive)",
     figure.ROUTES["idle"]: "var(--idle)",
-    **{color: f"var(--robot-{i})" for i, color in enumerate(ROBOTS, 1)},
+    **{color: f"var(--robot-{i})" for i, color in enumerate(figure.ROBOTS, 1)},
 }
 
 

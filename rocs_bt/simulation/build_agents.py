@@ -43,6 +43,7 @@ def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build:
         peers={name: tag for name, tag in scenario.tags.items() if name != agent.name},
         actions=mission_actions(mission),
         latency=agent.latency,
+        told=agent.told,
         schema=catalog.load_schema(),
     )
 

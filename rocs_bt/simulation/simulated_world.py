@@ -153,9 +153,11 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
             )
         mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in minds else []
         placed.append(Placed(name, spec.model, mounts))
-    arena, step = catalog.find("world", scenario.world).path, scenario.rate.physics
+    arena, step = catalog.find("world", scenario.world), scenario.rate.physics
     key = ("model", arena, step, *((name, spec.file, name in minds) for name, spec in robots.items()))
-    model = catalog.keep(key, lambda: compile_model(arena, placed, step=step, within=catalog.roots))
+    model = catalog.keep(
+        key, lambda: compile_model(arena.path, placed, step=step, within=catalog.roots, text=arena.text)
+    )
     return MujocoWorld(model, list(robots), clock), robots
 
 

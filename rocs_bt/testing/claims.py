@@ -8,9 +8,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from ..compare import Comparison, EpisodeRecord, Verdict, metric, replay_command
-from ..compare.metric import HOLDS, MARGIN
+from ..compare import Comparison
+from ..compare.metric import HOLDS, MARGIN, metric
+from ..compare.record import EpisodeRecord
+from ..compare.replay import replay_command
 from ..compare.statistics import LEVEL, Floats, upper_bound
+from ..compare.verdict import Verdict
 from ..words import counted
 
 _TOLD = 5  # episodes that are listed

@@ -22,7 +22,9 @@ import pytest
 
 if TYPE_CHECKING:
     from ..catalog import Catalog
-    from ..compare import Comparison, EpisodeRecord, Place
+    from ..compare import Comparison
+    from ..compare.record import EpisodeRecord
+    from ..compare.trial import Place
     from .claims import Claims
 
 _RANGE = re.compile(r"(?P<family>\w+)\[(?P<first>\d+):(?P<end>\d+)\]")
@@ -106,7 +108,8 @@ class Sweeps:
         Raises:
             InputError: There is no such scenario or family.
         """
-        from ..compare import place_named, scenes_of
+        from ..compare import scenes_of
+        from ..compare.replay import place_named
 
         found: list[Place] = []
         for name in names:
@@ -123,7 +126,7 @@ class Sweeps:
         self, planners: tuple[str, ...], places: tuple[Place, ...], seeds: int, catalog: Catalog, require: str = ""
     ) -> tuple[EpisodeRecord, ...]:
         """The episodes, played now where the store does not have them."""
-        from ..compare import Store, sweep
+        from ..compare import Store, SweepOptions, sweep
 
         key = (planners, places, seeds, catalog.project, require)
         if key not in self._found:
@@ -134,8 +137,7 @@ class Sweeps:
                     range(1, seeds + 1),
                     catalog=catalog,
                     store=store,
-                    workers=self._workers,
-                    require=require,
+                    options=SweepOptions(workers=self._workers, require=require),
                 )
                 self._found[key] = tuple(done.records())
         return self._found[key]

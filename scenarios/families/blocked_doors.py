@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import ClassVar
 
-from rocs_bt.compare import Scene, TaskFamily, door_name, length_of, seconds
+from rocs_bt.compare import Scene, TaskFamily, length_of, quantity
 from rocs_bt.units import Count, Seconds
 
 
@@ -35,12 +35,14 @@ class BlockedDoors(TaskFamily):
         closing = list(zip(shut, times, strict=True))
         ground, way = building.ground(), building.way(last.rooms)
         ground.movers += [building.leaf(door, shut=False) for door in shut]
-        tables = [("mover", building.closing(door, at)) for door, at in closing]
-        tables += building.facts()
-        if self.told:
-            tables += [("fact", {"node": door_name(d), "at": seconds(at), "open": False}) for d, at in closing]
+        told = [
+            {"node": building.door_name(d), "at": quantity(at, "s"), "open": False} for d, at in closing if self.told
+        ]
         doc = f"From room {start} to room {goal} while {len(shut)} doors shut."
-        detour = length_of(way) / first.length
-        return self.task(
-            index, doc, ground, way, tables, {"detour": detour, "doors": float(len(shut)), "first": times[0]}
-        )
+        scenario = self.task(index, doc, way) | {
+            "mover": [building.closing(door, at) for door, at in closing],
+            "fact": [*building.facts(), *told],
+        }
+        length = length_of(way)
+        difficulty = {"detour": length / first.length, "doors": float(len(shut)), "first": times[0]}
+        return Scene(scenario, ground, {"length": length, **difficulty}, way)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import inf
 
-from rocs_bt.compare import Building, Scene, TaskFamily, gate_name, length_of, room_name, seconds
+from rocs_bt.compare import Building, Scene, TaskFamily, length_of, quantity
 from rocs_bt.units import Count, Seconds
 
 
@@ -26,15 +26,17 @@ class ClosedEdges(TaskFamily):
             first, last = building.shortest(start, goal), building.shortest(start, goal, shut)
             if 1.2 * first.length < last.length < inf:
                 break
-        tables = [*building.facts()]
+        facts = building.facts()
         for door in shut:
-            roads = [{"to": room_name(room), "open": False, "both_ways": True} for room in door]
-            tables.append(("fact", {"node": gate_name(door), "at": seconds(self.at), "connects": roads}))
-        tables.append(("requirement", {"name": "obeys", "require": forbidden(building, shut)}))
+            roads = [{"to": building.room_name(room), "open": False, "both_ways": True} for room in door]
+            facts.append({"node": building.gate_name(door), "at": quantity(self.at, "s"), "connects": roads})
         doc = f"From room {start} to room {goal} with {len(shut)} roads closed by order."
         way = building.way(last.rooms)
-        difficulty = {"detour": length_of(way) / first.length, "closed": float(len(shut))}
-        return self.task(index, doc, building.ground(), way, tables, difficulty)
+        obeys = {"name": "obeys", "require": forbidden(building, shut)}
+        scenario = self.task(index, doc, way) | {"fact": facts, "requirement": [obeys]}
+        length = length_of(way)
+        difficulty = {"length": length, "detour": length / first.length, "closed": float(len(shut))}
+        return Scene(scenario, building.ground(), difficulty, way)
 
 
 def forbidden(building: Building, shut: list[tuple[int, int]]) -> str:

@@ -6,7 +6,7 @@ from math import dist
 import numpy as np
 
 from rocs_bt import Pose2
-from rocs_bt.compare import Block, Family, Ground, Post, Scene, as_speed, goal_scenario, metres, walls_around
+from rocs_bt.compare import Block, Family, Ground, Post, Scene, goal_scenario, position, quantity, walls_around
 from rocs_bt.errors import InputError
 from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 
@@ -47,15 +47,15 @@ class Crowd(Family):
         if way is None:
             raise InputError(f"a hall of {self.long} x {self.wide} m is too small.")
         name, doc = self.scene_name(index), f"Through a hall in which {self.people} people walk about."
-        tables = [("mover", walk) for walk, _ in walks]
-        text = goal_scenario(self, name, doc, Pose2(*start, 0.0), goal, tolerance=0.5, duration=90.0, tables=tables)
+        scenario = goal_scenario(self, name, doc, Pose2(*start, 0.0), goal, tolerance=0.5, duration=90.0)
+        scenario |= {"mover": [walk for walk, _ in walks]}
         difficulty = {
             "people": float(self.people),
             "density": self.people / (self.long * self.wide),
             "speed": self.speed,
             "length": way.length,
         }
-        return Scene(name, text, ground.world(name, doc), difficulty, way.points, way.length, {"ground": ground})
+        return Scene(scenario, ground, difficulty, way.points)
 
     def hall(self, rng: np.random.Generator) -> list[Block | Post]:
         """Four walls and a few pillars."""
@@ -80,13 +80,16 @@ class Crowd(Family):
         table: dict[str, object] = {
             "name": f"P{index}",
             "script": script,
-            "x": metres(x),
-            "y": metres(y),
-            "to_x": metres(to_x),
-            "to_y": metres(to_y),
-            "speed": as_speed(self.speed * float(rng.uniform(0.7, 1.3))),
+            **position((x, y)),
+            "to_x": quantity(to_x, "m"),
+            "to_y": quantity(to_y, "m"),
+            "speed": quantity(self.speed * float(rng.uniform(0.7, 1.3)), "m/s"),
         }
-        own = {"radius": metres(RADIUS), "sees_robots": self.polite} if script == "social_force" else {"bend": "0.6 m"}
+        own = (
+            {"radius": quantity(RADIUS, "m"), "sees_robots": self.polite}
+            if script == "social_force"
+            else {"bend": "0.6 m"}
+        )
         return {**table, **own}, (x, y)
 
 

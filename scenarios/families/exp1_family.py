@@ -6,7 +6,7 @@ from math import atan2, dist, pi
 import numpy as np
 
 from rocs_bt import Pose2
-from rocs_bt.compare import Block, Family, Ground, Scene, as_speed, degrees, goal_scenario, metres, walls_around
+from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, position, quantity, walls_around
 from rocs_bt.errors import InputError
 from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 
@@ -47,19 +47,12 @@ class Exp1Family(Family):
             raise InputError(f"{self.boxes} boxes and {self.wanderers} wanderers find no room on {self.side} m.")
         name, doc = self.scene_name(index), f"EXP1 with {self.boxes} unknown boxes, start and goal drawn."
         heading = atan2(goal[1] - start[1], goal[0] - start[0])
-        tables = [("mover", self.wanderer(i, place, rng)) for i, place in enumerate(others)]
         pose = Pose2(start[0], start[1], heading)
-        text = goal_scenario(
-            self,
-            name,
-            doc,
-            pose,
-            (goal[0], goal[1]),
-            tolerance=0.1,
-            duration=60.0,
-            tables=tables,
-            end_on_collision=False,
-        )
+        scenario = goal_scenario(self, name, doc, pose, (goal[0], goal[1]), tolerance=0.1, duration=60.0)
+        scenario |= {
+            "end_on_collision": False,
+            "mover": [self.wanderer(i, place, rng) for i, place in enumerate(others)],
+        }
         difficulty = {
             "length": way.length,
             "clearance": way.clearance,
@@ -67,7 +60,7 @@ class Exp1Family(Family):
             "boxes": float(self.boxes),
             "wanderers": float(self.wanderers),
         }
-        return Scene(name, text, ground.world(name, doc), difficulty, way.points, way.length, {"ground": ground})
+        return Scene(scenario, ground, difficulty, way.points)
 
     def stand(
         self, ground: Ground, rng: np.random.Generator, start: tuple[float, ...], goal: tuple[float, ...]
@@ -98,9 +91,7 @@ class Exp1Family(Family):
             "name": f"W{index + 1}",
             "robot": "pioneer_p3dx",
             "script": "random_walk",
-            "x": metres(place[0]),
-            "y": metres(place[1]),
-            "yaw": degrees(float(rng.uniform(-pi, pi))),
+            **position(place, float(rng.uniform(-pi, pi))),
             "jitter": {"x": "0.1 m", "y": "0.1 m", "yaw": "180 deg"},
-            "max_speed": as_speed(self.speed),
+            "max_speed": quantity(self.speed, "m/s"),
         }

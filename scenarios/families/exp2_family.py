@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import atan2, dist, pi
 
 from rocs_bt import Pose2
-from rocs_bt.compare import Family, Ground, Scene, as_speed, degrees, goal_scenario, metres, walls_around
+from rocs_bt.compare import Family, Ground, Scene, goal_scenario, position, quantity, walls_around
 from rocs_bt.errors import InputError
 from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 
@@ -37,23 +37,19 @@ class Exp2Family(Family):
         ground = Ground(
             (-half, -half), (half, half), walls_around((-half, -half), (half, half), thick=0.05, height=0.5)
         )
-        tables = [
-            (
-                "mover",
-                {
-                    "name": f"W{i + 1}",
-                    "robot": "pioneer_p3dx",
-                    "script": "random_walk",
-                    "x": metres(x),
-                    "y": metres(y),
-                    "yaw": degrees(float(rng.uniform(-pi, pi))),
-                    "jitter": {"x": "0.1 m", "y": "0.1 m", "yaw": "180 deg"},
-                    "max_speed": as_speed(self.speed),
-                },
-            )
+        wanderers = [
+            {
+                "name": f"W{i + 1}",
+                "robot": "pioneer_p3dx",
+                "script": "random_walk",
+                **position((x, y), float(rng.uniform(-pi, pi))),
+                "jitter": {"x": "0.1 m", "y": "0.1 m", "yaw": "180 deg"},
+                "max_speed": quantity(self.speed, "m/s"),
+            }
             for i, (x, y) in enumerate(others)
         ]
-        text = goal_scenario(
+        facing = quantity(atan2(-goal[1], -goal[0]), "deg")
+        scenario = goal_scenario(
             self,
             name,
             doc,
@@ -61,12 +57,13 @@ class Exp2Family(Family):
             (goal[0], goal[1]),
             tolerance=0.15,
             duration=60.0,
-            tables=tables,
-            parameters={"goal": "goal", "hold": True, "facing": degrees(atan2(-goal[1], -goal[0]))},
-            success={"goal": "goal", "at": "end"},
-            end_on_collision=False,
+            agent={
+                "success": {"goal": "goal", "at": "end"},
+                "parameters": {"goal": "goal", "hold": True, "facing": facing},
+            },
         )
+        scenario |= {"end_on_collision": False, "mover": wanderers}
         length = dist(start, goal)
         difficulty = {"length": length, "wanderers": float(self.wanderers), "density": self.wanderers / self.side**2}
         way = ((start[0], start[1]), (goal[0], goal[1]))
-        return Scene(name, text, ground.world(name, doc), difficulty, way, length, {"ground": ground})
+        return Scene(scenario, ground, difficulty, way)

@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 from math import atan2, dist, pi
+from typing import Any
 
-from rocs_bt.compare import Family, Ground, Scene, as_speed, as_toml, degrees, length_of, metres, walls_around
+from rocs_bt.compare import Family, Ground, Scene, length_of, position, quantity, walls_around
 from rocs_bt.errors import InputError
 from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond
 
@@ -47,29 +48,25 @@ class Exp3Family(Family):
             for a, b, c in zip(way, way[1:], way[2:], strict=False)
         ]
         difficulty = {"length": length_of(way), "turning": sum(turns)}
-        text = self.text(name, doc, way, follower, wanderer, float(rng.uniform(-pi, pi)))
-        return Scene(name, text, ground.world(name, doc), difficulty, way, length_of(way), {"ground": ground})
+        root = {"format": "scenario/1", "doc": doc, "world": name, "duration": "90 s", "end_on_collision": False}
+        scenario = root | self.tables(way, follower, wanderer, float(rng.uniform(-pi, pi)))
+        return Scene(scenario, ground, difficulty, way)
 
-    def text(
+    def tables(
         self,
-        name: str,
-        doc: str,
         way: tuple[tuple[float, float], ...],
         follower: tuple[float, float],
         wanderer: tuple[float, float],
         heading: float,
-    ) -> str:
-        """The scenario."""
+    ) -> dict[str, Any]:
+        """Places, agents and movers."""
         jitter = {"x": "0.05 m", "y": "0.05 m", "yaw": "10 deg"}
 
         def stands(at: tuple[float, float], towards: tuple[float, float]) -> dict[str, object]:
             yaw = atan2(towards[1] - at[1], towards[0] - at[0])
-            return {"x": metres(at[0]), "y": metres(at[1]), "yaw": degrees(yaw), "jitter": jitter}
+            return {**position(at, yaw), "jitter": jitter}
 
-        places = [
-            ("place", {"name": n, "x": metres(x), "y": metres(y), "agents": ["R"]})
-            for n, (x, y) in zip(NAMES, way[1:], strict=True)
-        ]
+        places = [{"name": n, **position(at), "agents": ["R"]} for n, at in zip(NAMES, way[1:], strict=True)]
         visitor = {
             "name": "R",
             "robot": self.robot,
@@ -91,11 +88,8 @@ class Exp3Family(Family):
             "name": "W1",
             "robot": "pioneer_p3dx",
             "script": "random_walk",
-            "max_speed": as_speed(self.speed),
-            "x": metres(wanderer[0]),
-            "y": metres(wanderer[1]),
-            "yaw": degrees(heading),
+            "max_speed": quantity(self.speed, "m/s"),
+            **position(wanderer, heading),
             "jitter": jitter,
         }
-        root = {"format": "scenario/1", "doc": doc, "world": name, "duration": "90 s", "end_on_collision": False}
-        return as_toml(root, [*places, ("agent", visitor), ("agent", behind), ("mover", wanders)])
+        return {"place": places, "agent": [visitor, behind], "mover": [wanders]}

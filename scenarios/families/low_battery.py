@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from rocs_bt.compare import Scene, TaskFamily, length_of, position, seconds
+from rocs_bt.compare import Scene, TaskFamily, length_of, position, quantity
 from rocs_bt.units import POSITIVE, PositiveMetresPerSecond
 
 
@@ -32,18 +32,15 @@ class LowBattery(TaskFamily):
             if direct.length > 2.0 * self.side - 0.1:
                 break
         lasts = self.spare * (there.length + 2.0 * told) / self.pace
-        by = seconds(told + lasts)
+        by = quantity(told + lasts, "s")
         way = building.way(there.rooms) + building.way(on.rooms)[1:]
-        task = {"node": "charge", "kind": "task", "at": seconds(told), "priority": 9, "serves": ["charger"]}
-        return self.task(
-            index,
-            "From room to room, over the charger once the battery runs low.",
-            building.ground(),
-            way,
-            [*building.facts(), ("fact", {**task, "deadline": by})],
-            {"detour": length_of(way) / direct.length, "told": told, "lasts": lasts},
-            ahead=way[-1],
-            duration=180.0,
-            places=[{"name": "charger", **position(building.middle(charger)), "tolerance": "0.5 m"}],
-            success={"goal": "goal", "after": {"charger": by}},
-        )
+        task = {"node": "charge", "kind": "task", "at": quantity(told, "s"), "priority": 9, "serves": ["charger"]}
+        place = {"name": "charger", **position(building.middle(charger)), "tolerance": "0.5 m"}
+        doc = "From room to room, over the charger once the battery runs low."
+        success = {"goal": "goal", "after": {"charger": by}}
+        scenario = self.task(index, doc, way, ahead=way[-1], agent={"success": success}) | {"duration": "180 s"}
+        scenario["place"].append(place)
+        scenario["fact"] = [*building.facts(), {**task, "deadline": by}]
+        length = length_of(way)
+        difficulty = {"length": length, "detour": length / direct.length, "told": told, "lasts": lasts}
+        return Scene(scenario, building.ground(), difficulty, way)

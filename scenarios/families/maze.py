@@ -38,7 +38,7 @@ class Maze(Family):
             raise InputError(f"cells of {self.cell} m are too narrow for a robot of radius 0.32 m.")
         name, doc = self.scene_name(index), f"A maze of {self.columns} x {self.rows} cells, without a map."
         heading = 0.0 if ((0, 0), (0, 1)) in open_ else pi / 2.0
-        text = goal_scenario(self, name, doc, Pose2(*start, heading), goal, tolerance=0.4, duration=120.0)
+        scenario = goal_scenario(self, name, doc, Pose2(*start, heading), goal, tolerance=0.4, duration=120.0)
         cells = [(r, c) for r in range(self.rows) for c in range(self.columns)]
         exits = [sum(((r, c), (r + a, c + b)) in open_ for a, b in STEPS) for r, c in cells]
         difficulty = {
@@ -48,7 +48,7 @@ class Maze(Family):
             "dead_ends": float(exits.count(1)),
             "turns": float(len(way.points) - 2),
         }
-        return Scene(name, text, ground.world(name, doc), difficulty, way.points, way.length, {"ground": ground})
+        return Scene(scenario, ground, difficulty, way.points)
 
     def passages(self, rng: np.random.Generator) -> set[tuple[tuple[int, int], tuple[int, int]]]:
         """Between which cells one can pass, both ways round."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from itertools import pairwise
 
-from rocs_bt.compare import Scene, TaskFamily, length_of, position, seconds
+from rocs_bt.compare import Scene, TaskFamily, length_of, position, quantity
 from rocs_bt.units import Count, PositiveMetresPerSecond
 
 
@@ -28,14 +28,16 @@ class MovedGoals(TaskFamily):
             if all(b - a > 0.5 for a, b in pairwise([0.0, *times])):
                 break
         way = building.way(building.shortest(start, goals[-1]).rooms)
-        tables = [*building.facts()]
+        facts = building.facts()
         for at, room in zip(times, goals[1:], strict=True):
-            tables.append(("fact", {"node": "goal", "at": seconds(at), "pose": position(building.middle(room))}))
+            facts.append({"node": "goal", "at": quantity(at, "s"), "pose": position(building.middle(room))})
         doc = f"From room {start} to a goal that moves {self.moves} times."
         difficulty = {
+            "length": length_of(way),
             "moves": float(self.moves),
             "astray": sum(building.shortest(a, b).length for a, b in pairwise([start, *goals])) / length_of(way),
             "last": max(times, default=0.0),
         }
         goal = building.middle(goals[0])
-        return self.task(index, doc, building.ground(), way, tables, difficulty, ahead=goal, goal=goal)
+        scenario = self.task(index, doc, way, ahead=goal, goal=goal) | {"fact": facts}
+        return Scene(scenario, building.ground(), difficulty, way)

@@ -42,7 +42,7 @@ class Office(Family):
             raise InputError(f"no office of these sizes has a way for a robot of radius {ROOMY} m.")
         name, doc = self.scene_name(index), "From one room of an office to another, without a map."
         heading = pi / 2.0 if start[1] < 0.0 else -pi / 2.0
-        text = goal_scenario(self, name, doc, Pose2(*start, heading), goal, tolerance=0.5, duration=90.0)
+        scenario = goal_scenario(self, name, doc, Pose2(*start, heading), goal, tolerance=0.5, duration=90.0)
         difficulty = {
             "length": way.length,
             "clearance": way.clearance,
@@ -50,7 +50,7 @@ class Office(Family):
             "things": float(len(ground.things)),
             "doorway": min(doors[side], doors[other]),
         }
-        return Scene(name, text, ground.world(name, doc), difficulty, way.points, way.length, {"ground": ground})
+        return Scene(scenario, ground, difficulty, way.points)
 
     def walls(self, rng: np.random.Generator) -> tuple[Ground, list[float]]:
         """The empty office, and how wide each room's doorway is [m]; rooms count along the south side first."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from itertools import pairwise, permutations
 
-from rocs_bt.compare import Building, Scene, TaskFamily, position, seconds
+from rocs_bt.compare import Building, Scene, TaskFamily, length_of, position, quantity
 from rocs_bt.errors import InputError
 from rocs_bt.units import Count, PositiveMetresPerSecond
 
@@ -33,30 +33,24 @@ class Priorities(TaskFamily):
         told = round(float(rng.uniform(1.0, 4.0)), 2)
         least = building.shortest(start, urgent).length
         deadline = told + 2.0 * (least + 2.0 * told) / self.pace + 2.0
-        tables, places = [*building.facts()], list[dict[str, object]]()
+        facts, places = building.facts(), list[dict[str, object]]()
         for i, room in enumerate(spots):
             places.append({"name": f"spot_{i}", **position(building.middle(room)), "tolerance": "0.5 m"})
-            tables.append(("fact", {"node": f"task_{i}", "kind": "task", "priority": 1, "serves": [f"spot_{i}"]}))
-        at, pose = {"at": seconds(told)}, position(building.middle(urgent))
+            facts.append({"node": f"task_{i}", "kind": "task", "priority": 1, "serves": [f"spot_{i}"]})
+        at, pose, by = {"at": quantity(told, "s")}, position(building.middle(urgent)), quantity(deadline, "s")
         # Where it is stands in the scenario for the judge; the agent hears of it later.
         places.append({"name": "urgent", **pose, "tolerance": "0.5 m", "agents": []})
-        tables.append(("fact", {"node": "urgent", "kind": "goal", **at, "pose": pose, "tolerance": "0.5 m"}))
-        news = {"node": "task_urgent", "kind": "task", **at, "priority": 5, "deadline": seconds(deadline)}
-        tables.append(("fact", {**news, "serves": ["urgent"]}))
-        after = {"urgent": seconds(deadline)} | {f"spot_{i}": "inf s" for i in range(len(spots))}
+        facts.append({"node": "urgent", "kind": "goal", **at, "pose": pose, "tolerance": "0.5 m"})
+        task = {"node": "task_urgent", "kind": "task", **at, "priority": 5, "deadline": by}
+        facts.append({**task, "serves": ["urgent"]})
+        after = {"urgent": by} | {f"spot_{i}": "inf s" for i in range(len(spots))}
         slack = (deadline - told) / (least / 2.0)
-        return self.task(
-            index,
-            f"{self.errands} errands, and an urgent one that turns up, then home.",
-            building.ground(),
-            way,
-            tables,
-            {"errands": float(self.errands + 1), "told": told, "slack": slack},
-            ahead=building.middle(spots[0]),
-            duration=180.0,
-            places=places,
-            success={"goal": "goal", "after": after},
-        )
+        doc = f"{self.errands} errands, and an urgent one that turns up, then home."
+        success = {"goal": "goal", "after": after}
+        scenario = self.task(index, doc, way, ahead=building.middle(spots[0]), agent={"success": success})
+        scenario |= {"duration": "180 s", "place": [*scenario["place"], *places], "fact": facts}
+        difficulty = {"length": length_of(way), "errands": float(self.errands + 1), "told": told, "slack": slack}
+        return Scene(scenario, building.ground(), difficulty, way)
 
 
 def best_tour(building: Building, start: int, rooms: list[int], home: int) -> tuple[int, ...]:

@@ -1,10 +1,16 @@
 """KeepingCatalog: what it keeps is what a plain catalog would find."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rocs_bt.catalog import Catalog, KeepingCatalog
+from rocs_bt.document import read_toml
+from rocs_bt.errors import InputError
+from rocs_bt.toml_text import as_data, as_toml, parse_toml
 
 
 @pytest.mark.parametrize("parameters", [{}, {"planner": "lattice"}, {"planner": "any_angle"}])
@@ -17,13 +23,35 @@ def test_the_content_of_a_mind_is_that_of_its_own_parameters(parameters):
         assert catalog.content_of_mind(mind) == plain.content_of_mind(mind)
 
 
-def test_scenes_in_a_folder_hide_those_of_the_project_and_the_rest_stays(tmp_path):
-    catalog = KeepingCatalog()
+def test_a_scene_that_a_program_made_hides_one_of_the_project_and_the_rest_stays():
+    catalog, world = KeepingCatalog(), "<mujoco/>"
     shipped = catalog.find("scenario", "exp1")
-    (tmp_path / "scenarios").mkdir()
-    (tmp_path / "scenarios" / "exp1.toml").write_text(shipped.path.read_text("utf-8"), "utf-8")
-    scenes = catalog.with_scenes(tmp_path)
-    assert scenes.find("scenario", "exp1").path == tmp_path / "scenarios" / "exp1.toml"
+    document = read_toml(shipped.path).data | {"duration": "7 s", "world": "exp1"}
+    made = catalog.with_scene("exp1", document, world)
+    assert made.load_scenario("exp1").duration == 7.0
+    assert made.find("world", "exp1").text == world
     assert catalog.find("scenario", "exp1") == shipped
-    assert scenes.list("rules") == catalog.list("rules") == Catalog().list("rules")
-    assert scenes.with_scenes(tmp_path / "none").find("scenario", "exp1") == shipped
+    assert made.list("rules") == catalog.list("rules") == Catalog().list("rules")
+
+
+def test_what_is_wrong_in_a_scene_that_a_program_made_is_an_input_error():
+    made = Catalog().with_scene("odd", {"format": "scenario/1", "world": "odd", "duration": "7 m"}, "<mujoco/>")
+    with pytest.raises(InputError, match="the scenario has no agent") as caught:
+        made.load_scenario("odd")
+    assert {str(fault.file) for fault in caught.value.faults} == {"odd.toml"}
+
+
+VALUES = st.one_of(
+    st.booleans(), st.integers(-(2**60), 2**60), st.floats(allow_nan=False, allow_infinity=False), st.text(max_size=8)
+)
+TABLES = st.dictionaries(
+    st.from_regex(r"\A[a-z_]{1,6}\Z"),
+    st.one_of(VALUES, st.none(), st.lists(VALUES, max_size=3).map(tuple), st.dictionaries(st.just("k"), VALUES)),
+    max_size=4,
+)
+
+
+@given(TABLES, st.lists(TABLES, min_size=1, max_size=3))
+def test_a_document_is_read_from_its_text_as_it_is_as_a_value(root, tables):
+    document = root | {"table": tables}
+    assert parse_toml(as_toml(document), Path("made.toml"))[0] == as_data(document)

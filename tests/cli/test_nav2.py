@@ -5,7 +5,9 @@ import json
 import pytest
 
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import Bench, ScenarioScene, Trial
+from rocs_bt.compare import ScenarioScene
+from rocs_bt.compare.bench import Bench
+from rocs_bt.compare.trial import Trial
 from rocs_bt.event import NodeTicked
 from rocs_bt.record import Recording
 

@@ -25,8 +25,8 @@ class Bare(Family):
     def scene(self, index):
         ground = Ground((-2.0, -2.0), (2.0, 2.0), [Post("post", 1.5, 1.5, 0.1)])
         name = self.scene_name(index)
-        text = goal_scenario(self, name, "Bare.", Pose2(0.0, 0.0), (1.5, 0.0), tolerance=0.2, duration=1.0)
-        return Scene(name, text, ground.world(name, "Bare."))
+        scenario = goal_scenario(self, name, "Bare.", Pose2(0.0, 0.0), (1.5, 0.0), tolerance=0.2, duration=1.0)
+        return Scene(scenario, ground)
 '''
 
 

@@ -7,7 +7,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import replace
 from typing import Any
 
-from rocs_bt.compare import Trial
+from rocs_bt.compare.trial import Trial
 
 from ..waiting import GUARD
 

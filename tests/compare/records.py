@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rocs_bt.compare import EpisodeRecord
+from rocs_bt.compare.record import EpisodeRecord
 
 LIMIT = 60.0
 

@@ -7,7 +7,9 @@ import signal
 
 import pytest
 
-from rocs_bt.compare import Store, dask_executor, encode_record, sweep
+from rocs_bt.compare import Store, SweepOptions, sweep
+from rocs_bt.compare.cluster import dask_executor
+from rocs_bt.compare.record import encode_record
 from rocs_bt.errors import InputError
 
 from ..waiting import GUARD
@@ -36,7 +38,10 @@ def patience(monkeypatch):
 
 
 def here(catalog, seeds):
-    return [encode_record(r) for r in sweep(["none", "tree"], ["short"], seeds, catalog=catalog, workers=1).records()]
+    return [
+        encode_record(r)
+        for r in sweep(["none", "tree"], ["short"], seeds, catalog=catalog, options=SweepOptions(workers=1)).records()
+    ]
 
 
 def test_a_cluster_plays_what_this_machine_plays(cluster, catalog):
@@ -67,7 +72,9 @@ def test_an_episode_that_hangs_on_a_cluster_ends_its_worker_and_is_a_record(clus
     planner("hung", "re.match('(a+)+$', 'a' * 60 + 'b'); return 0.0, 0.0", top="import re")
     with dask_executor(cluster.scheduler_address) as executor:
         patient = Patient(executor, lambda trial: trial.planner.name == "hung")
-        found = sweep(["hung", "none"], ["short"], catalog=catalog, executor=patient, wall_limit=2.0)
+        found = sweep(
+            ["hung", "none"], ["short"], catalog=catalog, executor=patient, options=SweepOptions(wall_limit=2.0)
+        )
     assert [record.outcome for record in found.records()] == ["error", "timeout"]
 
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from rocs_bt import run
-from rocs_bt.catalog import Catalog
-from rocs_bt.compare import PlannerSpec
+from rocs_bt.catalog import Catalog, PlannerSpec
 from rocs_bt.errors import RecordingError
 from rocs_bt.event import ActuatorCommanded, BodyMoved, ListSink, RuleChanged, SensorRead, TicketChanged
 from rocs_bt.record import Recording
@@ -119,32 +118,31 @@ def test_a_robot_goes_on_while_its_planner_thinks():
         assert driven == pytest.approx([0.05 * k for k in range(round(latency / 0.05), 40)])
 
 
-def test_a_declared_latency_repeats_and_can_be_replayed(tmp_path):
-    slow = dataclasses.replace(TREE, latency=0.2)
-    hashes = []
-    text = CATALOG.find("scenario", "exp1").path.read_text()
-    (tmp_path / "scenarios").mkdir()
-    (tmp_path / "scenarios" / "slow.toml").write_text(
-        text.replace('rules = ["avoid_collision"]', 'rules = ["avoid_collision"]\nlatency = "0.2 s"')
-    )
-    catalog = Catalog(tmp_path)
-    for out in ("a", "b"):
-        result = run("slow", catalog, seed=2, out=tmp_path / out, report=False, duration=4.0)
-        hashes.append(result.summary.trajectory_hash)
-    assert hashes[0] == hashes[1]
+@pytest.fixture
+def thinking(tmp_path):
+    """A catalog with EXP1, named 'slow', whose planner thinks as long as is given."""
+
+    def write(latency):
+        text, rules = CATALOG.find("scenario", "exp1").path.read_text(), 'rules = ["avoid_collision"]'
+        (tmp_path / "scenarios").mkdir()
+        (tmp_path / "scenarios" / "slow.toml").write_text(text.replace(rules, f'{rules}\nlatency = "{latency}"'))
+        return Catalog(tmp_path)
+
+    return write
+
+
+def test_a_declared_latency_repeats_and_can_be_replayed(tmp_path, thinking):
+    catalog = thinking("0.2 s")
+    runs = [run("slow", catalog, seed=2, out=tmp_path / out, report=False, duration=4.0) for out in ("a", "b")]
+    assert runs[0].summary.trajectory_hash == runs[1].summary.trajectory_hash
     assert replay(Recording.open(tmp_path / "a"), catalog) is None
-    assert catalog.load_scenario("slow").agents[0].latency == slow.latency
+    assert catalog.load_scenario("slow").agents[0].latency == 0.2
 
 
-def test_a_measured_latency_cannot_be_replayed_and_says_so(tmp_path):
-    text = CATALOG.find("scenario", "exp1").path.read_text()
-    (tmp_path / "scenarios").mkdir()
-    (tmp_path / "scenarios" / "wall.toml").write_text(
-        text.replace('rules = ["avoid_collision"]', 'rules = ["avoid_collision"]\nlatency = "measured"')
-    )
-    catalog = Catalog(tmp_path)
-    assert catalog.load_scenario("wall").agents[0].latency is None
-    run("wall", catalog, out=tmp_path / "run", report=False, duration=1.0)
+def test_a_measured_latency_cannot_be_replayed_and_says_so(tmp_path, thinking):
+    catalog = thinking("measured")
+    assert catalog.load_scenario("slow").agents[0].latency is None
+    run("slow", catalog, out=tmp_path / "run", report=False, duration=1.0)
     with pytest.raises(RecordingError, match="was measured"):
         replay(Recording.open(tmp_path / "run"), catalog)
 

@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from rocs_bt.compare import METRICS, Measured, measure_all, metric
-from rocs_bt.compare.metric import barn_score, cvar, turning
-from rocs_bt.compare.probe import Probe
+from rocs_bt.compare.bench import Probe
+from rocs_bt.compare.metric import METRICS, Measured, barn_score, cvar, measure_all, metric, turning
 from rocs_bt.errors import UnknownName
 from rocs_bt.event import BodyMoved, pack
 from rocs_bt.record import AgentResult, Finding, TrackingError

@@ -12,7 +12,7 @@ from concurrent.futures import wait
 
 import pytest
 
-from rocs_bt.compare import WorkerDied, WorkerPool
+from rocs_bt.compare.pool import WorkerDied, WorkerPool
 from rocs_bt.errors import InputError
 
 from ..waiting import GUARD, until
@@ -89,7 +89,7 @@ def test_a_hurried_end_kills_what_hangs_and_cancels_what_waits():
 
 ORPHAN = """
 import os, sys
-from rocs_bt.compare import WorkerPool
+from rocs_bt.compare.pool import WorkerPool
 
 def spin(path):
     with open(path, "w") as opened:

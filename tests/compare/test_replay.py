@@ -11,7 +11,10 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.compare import Bench, Comparison, FamilyScene, ScenarioScene, Trial, place_named, replay_command
+from rocs_bt.compare import Comparison, FamilyScene, ScenarioScene
+from rocs_bt.compare.bench import Bench
+from rocs_bt.compare.replay import place_named, replay_command
+from rocs_bt.compare.trial import Trial
 from rocs_bt.errors import InputError
 
 PLACES = [
@@ -57,7 +60,6 @@ def test_its_command_plays_the_same_episode_and_shows_it(place, tmp_path, monkey
     bench = Bench()
     planner = bench.catalog.load_planner("tree_no_reflexes")
     record = bench.play(Trial("key", planner, place, 2))
-    bench.close()
     monkeypatch.chdir(tmp_path)
     command = shlex.split(replay_command(record))
     assert command[0] == "rocs-bt"

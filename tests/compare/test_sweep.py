@@ -15,21 +15,14 @@ from dataclasses import replace
 import pytest
 
 from rocs_bt import run
-from rocs_bt.catalog import Catalog
-from rocs_bt.compare import (
-    Bench,
-    Cost,
-    EpisodeRecord,
-    Keys,
-    PlannerSpec,
-    ScenarioScene,
-    Store,
-    Trial,
-    WorkerPool,
-    decode_record,
-    encode_record,
-    sweep,
-)
+from rocs_bt.catalog import Catalog, PlannerSpec
+from rocs_bt.compare import ScenarioScene, Store, SweepOptions, sweep
+from rocs_bt.compare.bench import Bench
+from rocs_bt.compare.key import Keys
+from rocs_bt.compare.pool import WorkerPool
+from rocs_bt.compare.record import EpisodeRecord, decode_record, encode_record
+from rocs_bt.compare.store import Cost
+from rocs_bt.compare.trial import Trial
 from rocs_bt.errors import InputError, RocsError
 
 from .patient import Patient
@@ -121,7 +114,7 @@ class _Short:
     def play(self, trial):
         setting = self._bench.setting(trial.place)
         short = replace(setting, scenario=replace(setting.scenario, duration=3.0))
-        self._bench._settings[trial.place] = short, self._bench._settings[trial.place][1]
+        self._bench._settings[trial.place] = short
         return self._bench.play(trial)
 
 
@@ -203,7 +196,8 @@ def test_an_episode_that_breaks_is_a_record_and_is_tried_again_only_when_asked(p
     assert all(r.metrics["success"] == 0.0 and r.metrics["min_clearance"] is None for r in first.records())
     second = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=here, store=first.store)
     assert second.played == 0
-    third = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=here, store=first.store, retry_errors=True)
+    again = SweepOptions(retry_errors=True)
+    third = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=here, store=first.store, options=again)
     assert [r.outcome for r in third.records()] == ["timeout", "timeout"]
 
 
@@ -230,7 +224,7 @@ def test_wrong_content_ends_a_sweep_and_says_what(project, catalog):
 def test_without_code_no_worker_runs_any(project, planner):
     planner("told", "return 0.0, 0.0")
     with pytest.raises(InputError, match="--no-code"):
-        sweep(["told"], ["short"], catalog=Catalog(project, code=False), workers=1)
+        sweep(["told"], ["short"], catalog=Catalog(project, code=False), options=SweepOptions(workers=1))
 
 
 def test_an_executor_that_is_shut_down_is_said_so(catalog):
@@ -256,9 +250,10 @@ def test_a_sweep_ends_after_the_first_scene_that_is_enough_and_repeats(project, 
         asked.append(len(records))
         return len(records) >= 6
 
-    found = [sweep(["none", "tree"], names, catalog=Catalog(project), executor=Here(), enough=enough)]
+    catalog, options = Catalog(project), SweepOptions(enough=enough)
     with ThreadPoolExecutor(3) as threads:
-        found.append(sweep(["none", "tree"], names, catalog=Catalog(project), executor=threads, enough=enough))
+        executors = Here(), threads
+        found = [sweep(["none", "tree"], names, catalog=catalog, executor=e, options=options) for e in executors]
     assert asked == [2, 4, 6, 2, 4, 6]
     assert [r.scene for r in found[0].records()] == names[:3] * 2
     assert bytes_of(found[0]) == bytes_of(found[1])
@@ -287,7 +282,8 @@ def test_a_hung_c_call_is_ended_by_the_wall_limit_and_the_sweep_goes_on(project,
     file.write_text(str(rng.integers(0, 2**62)))
     with WorkerPool(2) as pool:
         patient = Patient(pool, lambda trial: (trial.planner.name, trial.seed) == ("hung", 2))
-        found = sweep(["hung", "none"], ["short"], (1, 2, 3), catalog=catalog, executor=patient, wall_limit=2.0)
+        options = SweepOptions(wall_limit=2.0)
+        found = sweep(["hung", "none"], ["short"], (1, 2, 3), catalog=catalog, executor=patient, options=options)
     outcomes = {(r.planner, r.seed): r.outcome for r in found.records()}
     assert outcomes.pop(("hung", 2)) == "error"
     assert set(outcomes.values()) == {"timeout"}
@@ -301,12 +297,13 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import Store, sweep
+from rocs_bt.compare import Store, SweepOptions, sweep
 
 if __name__ == "__main__":
     project, store, seeds, planners = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]), sys.argv[4].split(",")
     with Store(store) as kept:
-        found = sweep(planners, ["short"], range(1, seeds + 1), catalog=Catalog(project), store=kept, workers=2)
+        options = SweepOptions(workers=2)
+        found = sweep(planners, ["short"], range(1, seeds + 1), catalog=Catalog(project), store=kept, options=options)
         print(found.played)
         kept.export(store / "lines.jsonl", found.keys)
 """
@@ -339,7 +336,9 @@ def kill_often(project, tmp_path, kills, seeds, planners):
 
 
 def undisturbed(project, tmp_path, seeds, planners):
-    found = sweep(planners.split(","), ["short"], range(1, seeds + 1), catalog=Catalog(project), workers=2)
+    found = sweep(
+        planners.split(","), ["short"], range(1, seeds + 1), catalog=Catalog(project), options=SweepOptions(workers=2)
+    )
     found.store.export(tmp_path / "lines.jsonl", found.keys)
     return (tmp_path / "lines.jsonl").read_bytes()
 

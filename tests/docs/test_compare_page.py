@@ -7,12 +7,22 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt import run
+from rocs_bt import compare, run
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import METRICS
+from rocs_bt.compare.metric import METRICS
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "compare.md").read_text("utf-8")
+PUBLIC = {
+    "Block", "Building", "Comparison", "Family", "FamilyScene", "Ground", "Post", "ScenarioScene", "Scene", "Store",
+    "SweepOptions", "TaskFamily", "goal_scenario", "length_of", "load_family", "position", "quantity", "scenes_of",
+    "shortest_cells", "sweep", "walls_around",
+}  # fmt: skip
 PYTHON = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_what_families_and_comparisons_need_is_public_and_nothing_else():
+    assert set(compare.__all__) == PUBLIC
+    assert all(hasattr(compare, name) for name in PUBLIC)
 
 
 def test_every_metric_is_told_with_its_unit_and_its_direction():

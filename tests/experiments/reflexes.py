@@ -1,4 +1,4 @@
-"""What the defects of the published reflexes cost, in EXP1: `python tests/experiments/reflexes.py --seeds 60`.
+"""What the defects of the published reflexes cost, in EXP1: `python -m tests.experiments.reflexes --seeds 60`.
 
 Plays EXP1 with each of four rule files in turn, the same starts and the same R1 for all, and prints the table of
 docs/reflexes.md; with `--write` it goes there.
@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from benchmarks.paper.campaign import Job, play_all
 from rocs_bt import AgentResult
-from rocs_bt.compare.campaign import Job, play_all
 from rocs_bt.compare.statistics import Estimate, mean, share
 
 REFLEXES = ("braitenberg_published", "braitenberg", "avoid_collision_published", "avoid_collision")

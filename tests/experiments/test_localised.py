@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.paper.campaign import Job, play_all
 from rocs_bt import Summary, run
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare.campaign import Job, play_all
 from rocs_bt.event import BodyMoved, ListSink, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.paper.campaign import Job, play
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.check.paper import paper_agent
-from rocs_bt.compare.campaign import Job, play
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import Reflex, RuleModel, load_rules
 
@@ -123,11 +123,11 @@ def test_the_page_has_the_commands_table_for_every_reflex():
         (rules, cruise) for rules in reflexes.REFLEXES for cruise in reflexes.CRUISES
     }
     assert "| " + " | ".join(reflexes.HEADS) + " |" in PAGE
-    assert re.search(r"python tests/experiments/reflexes\.py --seeds (\d+)", PAGE)
+    assert re.search(r"python -m tests\.experiments\.reflexes --seeds (\d+)", PAGE)
 
 
 @pytest.mark.soak
 def test_the_command_gives_the_pages_table_again():
-    seeds = int(re.search(r"python tests/experiments/reflexes\.py --seeds (\d+)", PAGE)[1])
+    seeds = int(re.search(r"python -m tests\.experiments\.reflexes --seeds (\d+)", PAGE)[1])
     assert seeds >= 50
     assert reflexes.table(range(1, seeds + 1)) in PAGE

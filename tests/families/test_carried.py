@@ -11,10 +11,11 @@ import pytest
 
 from rocs_bt import Catalog, Pose2, run
 from rocs_bt.check import check_content
-from rocs_bt.compare import Ground, Post, as_toml, load_family, walls_around
+from rocs_bt.compare import Ground, Post, load_family, walls_around
 from rocs_bt.drivers.mujoco import MujocoWorld, compose_world
 from rocs_bt.errors import InputError, UnknownName
 from rocs_bt.simulation import make_scripted_object
+from rocs_bt.toml_text import as_toml
 
 PERIOD = 0.05
 GROUND = Ground(
@@ -121,8 +122,7 @@ def hall(tmp_path: Path, *movers: dict[str, object], x: str = "1 m") -> Catalog:
     root = {"format": "scenario/1", "doc": "A test.", "world": "hall", "duration": "8 s", "end_on_collision": False}
     agent = {"name": "R", "robot": "jackal", "mission": "go_to", "x": x, "y": "2 m", "parameters": {"goal": "goal"}}
     goal = {"name": "goal", "x": "8 m", "y": "2 m"}
-    tables = [("place", goal), ("agent", agent), *(("mover", mover) for mover in movers)]
-    (folder / "hall.toml").write_text(as_toml(root, tables))
+    (folder / "hall.toml").write_text(as_toml(root | {"place": [goal], "agent": [agent], "mover": [*movers]}))
     return Catalog(tmp_path)
 
 

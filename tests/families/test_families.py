@@ -14,7 +14,8 @@ from scipy.stats import fisher_exact
 
 from rocs_bt import Catalog, run
 from rocs_bt.check import check_content
-from rocs_bt.compare import Family, Scene, clearance_of, family_parameters, length_of, load_family
+from rocs_bt.compare import Family, Scene, length_of, load_family
+from rocs_bt.compare.family import family_parameters
 from rocs_bt.errors import InputError
 
 CATALOG = Catalog()
@@ -44,7 +45,7 @@ def test_scenes_are_the_same_wherever_they_are_made() -> None:
         "from hashlib import sha256\nfrom rocs_bt import Catalog\nfrom rocs_bt.compare import load_family\n"
         "c = Catalog()\n"
         "for e in c.list('family'):\n"
-        "    s = load_family(c, e.name).scene(3); print(e.name, sha256((s.scenario + s.world).encode()).hexdigest())"
+        "    s = load_family(c, e.name).scene(3); print(e.name, sha256((s.toml + s.world).encode()).hexdigest())"
     )
     seeds = [
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=env).stdout
@@ -122,9 +123,7 @@ def test_barn_like_is_as_hard_as_barn(count: int) -> None:
     found = {
         "cylinders": np.array([scene.difficulty["cylinders"] for scene in made]),
         "length": np.array([length_of(way) for way in ways]),
-        "clearance": np.array(
-            [clearance_of(way, scene.extras["ground"].things) for way, scene in zip(ways, made, strict=True)]
-        ),
+        "clearance": np.array([scene.ground.clearance(way) for way, scene in zip(ways, made, strict=True)]),
     }
     for name, (least, median, most) in published.items():
         assert np.median(found[name]) == pytest.approx(median, rel=0.05), name

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.compare import Block, Ground, Post, clearance_of, length_of, shortest_cells
+from rocs_bt.compare import Block, Ground, Post, length_of, shortest_cells
 
 CELLS = st.integers(3, 9)
 
@@ -55,7 +55,7 @@ def test_a_way_goes_straight_where_it_can_and_around_what_is_there() -> None:
     )
     best = 2.0 * leg + 0.2 + 2.0 * 0.25 * max(turn, 0.0)
     assert best - 0.06 <= around.length <= best * 1.06 + 0.15
-    assert clearance_of(around.points, []) == math.inf
+    assert ground.clearance(around.points) == math.inf
     ground.things.append(Block("more", 3.0, 3.0, 0.2, 2.0))
     assert ground.grid(0.05).shortest((1.0, 1.0), (5.0, 1.0), 0.25) is None
 
@@ -77,5 +77,5 @@ def test_the_grid_is_taken_where_things_are(x: float, y: float, length: float, w
 
 
 def test_clearance_is_to_the_surface_of_the_nearest_post() -> None:
-    posts = [Post("a", 1.0, 1.0, 0.1), Post("b", 3.0, -0.5, 0.2)]
-    assert clearance_of([(0.0, 0.0), (4.0, 0.0)], posts) == pytest.approx(0.3, abs=1e-3)
+    ground = Ground((0.0, -1.0), (4.0, 2.0), [Post("a", 1.0, 1.0, 0.1), Post("b", 3.0, -0.5, 0.2)])
+    assert ground.clearance([(0.0, 0.0), (4.0, 0.0)]) == pytest.approx(0.3, abs=1e-3)

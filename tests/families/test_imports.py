@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from rocs_bt import Catalog, run
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
-from rocs_bt.compare import Block, Driver, Ground, Post, sweep
+from rocs_bt.compare import Block, Ground, Post, SweepOptions, sweep
+from rocs_bt.compare.family import Driver
 from rocs_bt.compare.imports import read_barn, read_movingai, read_mrpb
 from rocs_bt.compare.imports.barn import read_world
 from rocs_bt.compare.imports.movingai import read_movingai_map
@@ -44,7 +45,7 @@ def clone(folder: Path, worlds: int = 2) -> Path:
 def test_barn_is_read_as_the_challenge_plays_it(tmp_path: Path) -> None:
     made = list(read_barn(clone(tmp_path / "clone")))
     assert [scene.name for scene in made] == ["barn-0", "barn-1"]
-    ground = made[1].extras["ground"]
+    ground = made[1].ground
     assert [(p.x, p.y, p.radius, p.height) for p in ground.things] == [(x, y, 0.075, 1.0) for x, y in POSTS]
     assert made[1].reference[0] == (-2.25, 3.0)
     assert made[1].reference[-1] == (-2.25, 13.0)
@@ -71,7 +72,9 @@ def test_an_imported_scene_is_scored_by_its_own_shortest_way(tmp_path: Path) -> 
     scene.write(tmp_path / "mine")
     (agent,) = Catalog(tmp_path / "mine").load_scenario("barn-0").agents
     assert agent.shortest == pytest.approx(scene.reference_length, abs=1e-4)
-    (record,) = sweep(["tree"], ["barn-0"], seeds=[1], catalog=Catalog(tmp_path / "mine"), workers=1).records()
+    (record,) = sweep(
+        ["tree"], ["barn-0"], seeds=[1], catalog=Catalog(tmp_path / "mine"), options=SweepOptions(workers=1)
+    ).records()
     assert record.outcome == "success"
     assert record.metrics["spl"] == pytest.approx(agent.shortest / max(record.metrics["path_length"], agent.shortest))
     assert record.metrics["barn2024"] == pytest.approx(
@@ -307,6 +310,6 @@ def test_the_boxes_of_a_grid_are_its_taken_cells(data: st.DataObject, rows: int,
 
 def test_who_drives_is_the_users_choice(tmp_path: Path) -> None:
     (scene, _) = read_barn(clone(tmp_path), Driver(robot="pioneer_p3dx", rules=""))
-    assert 'robot = "pioneer_p3dx"' in scene.scenario
-    assert "rules = []" in scene.scenario
-    assert isinstance(scene.extras["ground"].things[0], Post)
+    assert 'robot = "pioneer_p3dx"' in scene.toml
+    assert "rules = []" in scene.toml
+    assert isinstance(scene.ground.things[0], Post)

@@ -8,8 +8,9 @@ import pytest
 
 from rocs_bt import Catalog, run
 from rocs_bt.check import check_content
-from rocs_bt.compare import Ground, as_toml
+from rocs_bt.compare import Ground
 from rocs_bt.errors import InputError
+from rocs_bt.toml_text import as_toml
 
 ROOT = {"format": "scenario/1", "doc": "A test.", "world": "field", "duration": "12 s", "end_on_collision": True}
 AGENT = {
@@ -28,8 +29,7 @@ def field(tmp_path: Path, *facts: dict[str, object]) -> Catalog:
     folder = tmp_path / "scenarios"
     (folder / "worlds").mkdir(parents=True)
     (folder / "worlds" / "field.xml").write_text(Ground((-5.0, -5.0), (5.0, 5.0)).world("field", "An empty field."))
-    tables = [("place", GOAL), ("agent", AGENT), *(("fact", fact) for fact in facts)]
-    (folder / "field.toml").write_text(as_toml(ROOT, tables))
+    (folder / "field.toml").write_text(as_toml(ROOT | {"place": [GOAL], "agent": [AGENT], "fact": [*facts]}))
     return Catalog(tmp_path)
 
 

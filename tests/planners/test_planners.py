@@ -8,18 +8,9 @@ import pytest
 
 from rocs_bt import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import (
-    Bench,
-    Block,
-    FamilyScene,
-    Ground,
-    Post,
-    ScenarioScene,
-    Scene,
-    Trial,
-    goal_scenario,
-    load_family,
-)
+from rocs_bt.compare import Block, FamilyScene, Ground, Post, Scene, goal_scenario, load_family
+from rocs_bt.compare.bench import Bench
+from rocs_bt.compare.trial import MadeScene, Trial
 
 OFFICE = FamilyScene("office", 3)
 NAMES = [entry.name for entry in Catalog().list("planner")]
@@ -30,11 +21,8 @@ def played(name, told=True):
     bench = Bench()
     setting = bench.setting(OFFICE)
     short = replace(setting, scenario=replace(setting.scenario, duration=2.0), told=setting.told if told else {})
-    bench._settings[OFFICE] = short, bench._settings[OFFICE][1]
-    try:
-        return bench.play(Trial("key", bench.catalog.load_planner(name), OFFICE, 1))
-    finally:
-        bench.close()
+    bench._settings[OFFICE] = short
+    return bench.play(Trial("key", bench.catalog.load_planner(name), OFFICE, 1))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -56,14 +44,13 @@ def test_only_the_oracle_is_one():
 
 
 @pytest.fixture
-def easy(tmp_path):
+def easy():
     """A room of 6 m with two posts and a wall end beside the way: a Jackal is to come from one side to the other."""
     ground = Ground((-1.0, -3.0), (6.0, 3.0))
     ground.things += [Post("left", 2.0, 1.0, 0.15), Post("right", 3.0, -0.9, 0.15), Block("wall", 2.5, 2.2, 0.1, 1.0)]
     driver = load_family(Catalog(), "office")
-    text = goal_scenario(driver, "easy", "Easy.", Pose2(0.0, 0.0, 0.3), (4.0, 0.3), tolerance=0.4, duration=20.0)
-    file = Scene("easy", text, ground.world("easy", "Easy.")).write(tmp_path)
-    return ScenarioScene(str(file), folder=tmp_path)
+    scenario = goal_scenario(driver, "easy", "Easy.", Pose2(0.0, 0.0, 0.3), (4.0, 0.3), tolerance=0.4, duration=20.0)
+    return MadeScene.of(Scene(scenario, ground))
 
 
 @pytest.mark.parametrize("name", sorted({"pure_pursuit", "dynamic_window", "mppi", "hybrid"} & set(NAMES)))

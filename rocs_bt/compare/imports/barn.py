@@ -13,10 +13,9 @@ import numpy as np
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ..family import Driver, Scene
+from ..family import Driver, Scene, goal_scenario, quantity
 from ..ground import Ground
-from ..scene_text import goal_scenario, metres
-from ..thing import Block, Point, Post, clearance_of, length_of
+from ..thing import Block, Point, Post, length_of
 
 START, GOAL = Pose2(-2.25, 3.0, math.pi / 2.0), (-2.25, 13.0)
 TOLERANCE, DURATION = 1.0, 100.0  # [m], [s] of the challenge
@@ -74,11 +73,13 @@ def _scene(number: int, file: Path, path: Path, driver: Driver) -> Scene:
     ground = Ground((min(xs) - 2.0, min(ys) - 2.0), (max(xs) + 2.0, max(ys) + 2.0), things)
     posts = [thing for thing in things if isinstance(thing, Post)]
     length = length_of(way)
-    difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": clearance_of(way, posts)}
+    difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": ground.clearance(way)}
     doc = f"World {number} of BARN: through a field of cylinders without a map."
-    success = {"goal": "goal", "shortest": metres(length)}
-    text = goal_scenario(driver, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, success=success)
-    return Scene(name, text, ground.world(name, doc), difficulty, tuple(way), length, {"ground": ground})
+    success = {"goal": "goal", "shortest": quantity(length, "m")}
+    scenario = goal_scenario(
+        driver, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, agent={"success": success}
+    )
+    return Scene(scenario, ground, difficulty, tuple(way))
 
 
 def _way(path: Path) -> list[Point]:

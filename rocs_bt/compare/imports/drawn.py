@@ -9,10 +9,9 @@ import numpy as np
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ..family import Driver, Scene
+from ..family import Driver, Scene, goal_scenario, quantity
 from ..floor_grid import FloorGrid, Way
 from ..ground import Ground
-from ..scene_text import goal_scenario, metres
 from ..thing import Point
 
 RADIUS = 0.32
@@ -60,7 +59,7 @@ def scene_between(
     ahead = way.points[1]
     heading = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
     duration = max(60.0, 10.0 * round(way.length))  # ten times what 1 m/s would take
-    text = goal_scenario(
+    scenario = goal_scenario(
         driver,
         name,
         doc,
@@ -68,9 +67,7 @@ def scene_between(
         goal,
         tolerance=0.4,
         duration=min(duration, 3600.0),
-        success={"goal": "goal", "shortest": metres(way.length)},
+        agent={"success": {"goal": "goal", "shortest": quantity(way.length, "m")}},
     )
     measured = {"length": way.length, "clearance": way.clearance, "detour": way.length / math.dist(start, goal)}
-    return Scene(
-        name, text, ground.world(name, doc), {**measured, **difficulty}, way.points, way.length, {"ground": ground}
-    )
+    return Scene(scenario, ground, {**measured, **difficulty}, way.points)

@@ -1,8 +1,8 @@
 """The report of a comparison: one page, and tables in Markdown."""
 
+from .figures import sceneries
 from .markdown import extent, markdown
 from .pairs import pairs
-from .pictures import sceneries
 from .report import exported, render_comparison, write_comparison
 from .tables import BEST_FIRST, number, standings
 

@@ -20,10 +20,9 @@ from ..key import computing
 from ..metric import JUDGED, METRICS, SHARES, Metric, metric
 from ..replay import replay_command
 from ..verdict import Verdict
-from . import curves
+from . import figures
+from .figures import draw_disagreement, picture_size, theme, themed
 from .markdown import extent
-from .pictures import draw_disagreement, picture_size
-from .style import theme, themed
 from .tables import (
     difference,
     everything,
@@ -155,16 +154,16 @@ def _figures(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
     """Name, title and SVG of each figure."""
     planners = len(comparison.planners)
     wanted: list[tuple[str, str, float, Callable[[Canvas], None]]] = [
-        (f"{outcome}-over-time", title, _HEIGHT, partial(curves.incidence, comparison=comparison, outcome=outcome))
+        (f"{outcome}-over-time", title, _HEIGHT, partial(figures.incidence, comparison=comparison, outcome=outcome))
         for outcome, title in (("success", "Success over time"), ("collision", "Collisions over time"))
     ]
-    rows: Callable[[Canvas], None] = partial(curves.intervals, comparison=comparison)
+    rows: Callable[[Canvas], None] = partial(figures.intervals, comparison=comparison)
     wanted.append(("intervals", "Success rates with 95 % intervals", 1.1 + 0.32 * planners, rows))
     if planners > 1:
-        against: Callable[[Canvas], None] = partial(curves.profile, comparison=comparison)
+        against: Callable[[Canvas], None] = partial(figures.profile, comparison=comparison)
         wanted.append(("profile", "Performance profile: time against the fastest", _HEIGHT, against))
-    for number_of, measure in enumerate(curves.difficulties(comparison)):
-        draw: Callable[[Canvas], None] = partial(curves.difficulty, comparison=comparison, measure=measure)
+    for number_of, measure in enumerate(figures.difficulties(comparison)):
+        draw: Callable[[Canvas], None] = partial(figures.difficulty, comparison=comparison, measure=measure)
         wanted.append((f"difficulty-{number_of}", f"Success by difficulty: {measure}", _HEIGHT, draw))
     for name, title, height, draw in wanted:
         yield name, title, _svg(name, (_WIDTH, height), draw)

@@ -3,7 +3,7 @@
 from .draft import Draft
 from .keep import again, keep, refuse_taken
 from .playing import SEED, Player
-from .search import FAILURES, Trouble, default_name, search
+from .search import FAILURES, SearchOptions, Trouble, default_name, search
 from .shrink import Fairness, Shrinking
 from .space import Drawn, Space
 
@@ -14,6 +14,7 @@ __all__ = [
     "Drawn",
     "Fairness",
     "Player",
+    "SearchOptions",
     "Shrinking",
     "Space",
     "Trouble",

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from itertools import islice
-from pathlib import Path
 from typing import TypeAlias
 
 from ...catalog import Catalog, PlannerSpec
 from ...errors import InputError
 from ..record import EpisodeRecord
 from ..store import Store
-from ..sweep import sweep
-from ..trial import ScenarioScene
+from ..sweep import SweepOptions, sweep
 from .draft import Draft
 
 SEED = 1
@@ -35,7 +32,6 @@ class Player:
         catalog: Where its content is found.
         store: Where episodes are kept.
         executor: Who plays them.
-        folder: Where drafts are written while they are played.
         budget: How many episodes may count. Those beyond the first failure, which others played meanwhile, do not.
         wall_limit: How long one may take to compute [s].
         progress: Told how many have counted.
@@ -46,12 +42,11 @@ class Player:
     catalog: Catalog
     store: Store
     executor: Executor
-    folder: Path
     budget: int
     wall_limit: float
     progress: Callable[[float], None]
     count: int = 0
-    _passed: set[str] = field(default_factory=set)
+    _passed: set[Draft] = field(default_factory=set)
 
     def first(
         self, drafts: Iterable[Draft], fails: Fails, *, doubtful: bool = True
@@ -75,15 +70,15 @@ class Player:
             for draft, record in zip(wave, records, strict=False):
                 if record is not None and fails(record):
                     return draft, record
-                self._passed.add(_digest(draft))
+                self._passed.add(draft)
         return None
 
     def _new(self, drafts: Iterable[Draft]) -> Iterator[Draft]:
         """Those among drafts in which the planner is not known to do well, each once."""
-        seen: set[str] = set()
+        seen: set[Draft] = set()
         for draft in drafts:
-            if (digest := _digest(draft)) not in self._passed | seen:
-                seen.add(digest)
+            if draft not in self._passed and draft not in seen:
+                seen.add(draft)
                 yield draft
 
     def _play(self, drafts: Sequence[Draft], fails: Fails, doubtful: bool) -> list[EpisodeRecord | None]:
@@ -106,20 +101,11 @@ class Player:
     def _swept(self, drafts: Sequence[Draft], fails: Fails) -> Iterable[EpisodeRecord]:
         done = sweep(
             [self.planner],
-            [self._place(draft) for draft in drafts],
+            [draft.place for draft in drafts],
             (SEED,),
             catalog=self.catalog,
             store=self.store,
             executor=self.executor,
-            wall_limit=self.wall_limit,
-            enough=lambda records: fails(records[-1]),
+            options=SweepOptions(wall_limit=self.wall_limit, enough=lambda records: fails(records[-1])),
         )
         return done.records()
-
-    def _place(self, draft: Draft) -> ScenarioScene:
-        folder = self.folder / _digest(draft)
-        return ScenarioScene(str(draft.scene.write(folder)), folder=folder)
-
-
-def _digest(draft: Draft) -> str:
-    return hashlib.sha256(f"{draft.scenario}\0{draft.world}".encode()).hexdigest()[:24]

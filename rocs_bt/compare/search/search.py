@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -50,19 +48,35 @@ class Trouble:
     done: bool = True
 
 
+@dataclass(frozen=True, kw_only=True)
+class SearchOptions:
+    """What is sought, and how far.
+
+    Attributes:
+        name: The scene's name in the end; planner and family where empty.
+        failures: Which outcomes are sought; all but success by default.
+        budget: Number of episodes at most.
+        seed: Seed of the draws.
+        workers: Number of local processes; None for one for each core.
+        wall_limit: Longest time to compute an episode [s].
+    """
+
+    name: str = ""
+    failures: tuple[str, ...] = FAILURES
+    budget: int = 300
+    seed: int = 1
+    workers: int | None = None
+    wall_limit: float = WALL_LIMIT
+
+
 def search(
     planner: PlannerSpec,
     space: Space,
+    options: SearchOptions | None = None,
     *,
-    name: str = "",
-    failures: tuple[str, ...] = FAILURES,
-    budget: int = 300,
-    seed: int = 1,
     catalog: Catalog | None = None,
     store: Store | None = None,
     executor: Executor | None = None,
-    workers: int | None = None,
-    wall_limit: float = WALL_LIMIT,
     progress: Callable[[float], None] = lambda done: None,
 ) -> Trouble:
     """Draw scenes until a planner fails in one, then make that one as small as can be.
@@ -72,15 +86,10 @@ def search(
     Args:
         planner: Who decides.
         space: Where scenes are drawn from.
-        name: The scene's, in the end; planner and family by default.
-        failures: Which outcomes are sought; all but success by default.
-        budget: How many episodes may be played.
-        seed: Of the draws.
+        options: What is sought, and how far.
         catalog: Where content is found; the project around the current folder by default.
         store: Where episodes are kept; in memory by default.
-        executor: Who plays them, with the files of this machine; local processes by default.
-        workers: How many local processes; one for each core by default.
-        wall_limit: How long an episode may take to compute [s].
+        executor: Who plays them; local processes by default.
         progress: Told how many episodes have counted.
 
     Raises:
@@ -91,16 +100,16 @@ def search(
         raise InputError(
             Fault(f"'{planner.name}' is told the map of a family's scene; a search changes it.", hint=hint)
         )
-    home = catalog or Catalog.here()
+    options, home = options or SearchOptions(), catalog or Catalog.here()
     keeping = KeepingCatalog(home.project, code=home.code)
     with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rocs_bt-search-")))
-        pool = executor or stack.enter_context(local_pool(workers or cores()))
+        pool = executor or stack.enter_context(local_pool(options.workers or cores()))
         kept = stack.enter_context(Store()) if store is None else store
-        player = Player(planner, keeping, kept, pool, folder, budget, wall_limit, progress)
+        player = Player(planner, keeping, kept, pool, options.budget, options.wall_limit, progress)
         drawn: dict[Draft, Drawn] = {}
-        drafts = _drafts(space, planner.name, name or default_name(planner, space), seed, drawn)
-        found = player.first(drafts, lambda record: record.outcome in failures, doubtful=False)
+        name = options.name or default_name(planner, space)
+        drafts = _drafts(space, planner.name, name, options.seed, drawn)
+        found = player.first(drafts, lambda record: record.outcome in options.failures, doubtful=False)
         if found is None:
             return Trouble(searched=player.count)
         searched = player.count
@@ -109,7 +118,7 @@ def search(
         shrinking.run()
     return Trouble(
         drawn[found[0]], *found, shrinking.draft, shrinking.record,
-        searched, player.count - searched, player.count < budget,
+        searched, player.count - searched, player.count < options.budget,
     )  # fmt: skip
 
 
@@ -128,4 +137,4 @@ def _drafts(space: Space, planner: str, name: str, seed: int, drawn: dict[Draft,
         yield draft
 
 
-__all__ = ["FAILURES", "SEED", "Trouble", "default_name", "search"]
+__all__ = ["FAILURES", "SEED", "SearchOptions", "Trouble", "default_name", "search"]

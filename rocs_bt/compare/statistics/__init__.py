@@ -1,14 +1,35 @@
 """Statistics of episodes over scenes and seeds: plain functions of arrays values[scene, seed]."""
 
-from .anytime import always_valid, log_wealth
-from .estimate import LEVEL, Estimate, mean, share
-from .means import mean_difference, mean_over_scenes, paired
-from .power import POWER, mcnemar_power, scenes_needed
-from .profile import interquartile_mean, performance_profile
-from .rate import lower_bound, rate, upper_bound
-from .resampling import bootstrapped, cluster_bootstrap, holm, mcnemar_test, sign_flip_test, superiority
-from .scenes import Floats, Size, sample_size, scene_means
-from .survival import cumulative_incidence, restricted_mean_time
+from .curves import cumulative_incidence, interquartile_mean, performance_profile, restricted_mean_time
+from .estimates import (
+    LEVEL,
+    Estimate,
+    Floats,
+    Size,
+    lower_bound,
+    mean,
+    mean_difference,
+    mean_over_scenes,
+    paired,
+    rate,
+    sample_size,
+    scene_means,
+    share,
+    upper_bound,
+)
+from .evidence import (
+    POWER,
+    always_valid,
+    bootstrapped,
+    cluster_bootstrap,
+    holm,
+    log_wealth,
+    mcnemar_power,
+    mcnemar_test,
+    scenes_needed,
+    sign_flip_test,
+    superiority,
+)
 
 __all__ = [
     "LEVEL",

@@ -77,7 +77,9 @@ def compose_world(
     return MujocoWorld(model, [r.name for r in robots], clock or SimulatedClock(step))
 
 
-def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005, within: Sequence[Path] = ()) -> Any:
+def compile_model(
+    arena: Path, robots: Sequence[Placed], *, step: float = 0.005, within: Sequence[Path] = (), text: str | None = None
+) -> Any:
     """The compiled MjModel of an arena and its robots; worlds may share it, one after the other.
 
     The options were chosen by measurement: the discrete integrator is right at every step up to 20 ms, elliptic
@@ -88,13 +90,14 @@ def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005,
         robots: Who is in it.
         step: Physics step [s].
         within: Folders that a model may name files of, besides its own.
+        text: The world's MJCF where a program made it; `arena` then only names it in faults.
 
     Raises:
         InputError: A file is missing or is no MJCF, or a robot lacks what its drivers need.
     """
     import mujoco
 
-    spec = read_model(arena, within)
+    spec = read_model(arena, within, text)
     for robot in robots:
         model = read_model(robot.model, within)
         _check_base(model, robot.model)
@@ -113,12 +116,13 @@ def compile_model(arena: Path, robots: Sequence[Placed], *, step: float = 0.005,
         return spec.compile()
 
 
-def read_model(file: Path, within: Sequence[Path] = ()) -> Any:
+def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None) -> Any:
     """The MjSpec of an MJCF file.
 
     Args:
         file: The file.
         within: Folders that it may name files of, besides its own.
+        text: Its text where a program made it.
 
     Raises:
         InputError: The file cannot be read, is no MJCF, names a file of another folder, or asks for too much; with the
@@ -126,6 +130,9 @@ def read_model(file: Path, within: Sequence[Path] = ()) -> Any:
     """
     import mujoco
 
+    if text is not None:
+        with _compiling(file, "not a valid MJCF model"):
+            return mujoco.MjSpec.from_string(text)
     if not file.is_file():
         raise InputError(Fault("there is no such model file.", file))
     examine_model(file, within)

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 # The paper's Figure 5b: deliberative red, reactive blue, the disturbing robot black.
 INK, MUTED, GRID, WALL, PLACE, OTHER = "#1d2733", "#66717f", "#dde2e8", "#c3cad3", "#1d8a4e", "#12161b"
 WORST = "#a8610a"
+ROBOTS = ("#7b3fb5", "#c26a00", "#0f7a72")
+"""Colours of robots that are agents, where routes are not shown."""
 ROUTES = {"deliberative": "#c9302c", "reactive": "#1c62c4", "idle": "#98a2ae"}
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text: small, searchable, in the reader's font

@@ -1,4 +1,4 @@
-"""When episodes end, and how: success and what competes with it, over time.
+"""Curves over episodes: what has ended by which cause until when, and performance profiles.
 
 A collision is no censoring: an episode that collided will never succeed, and to leave it out of those at risk, as the
 estimate of Kaplan and Meier does, flatters whoever crashes early. Only an episode that its time limit ended before the
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .scenes import Floats
+from .estimates import Floats
 
 
 def cumulative_incidence(times: Floats, causes: npt.NDArray[np.int_], cause: int, at: Floats) -> Floats:
@@ -54,3 +54,33 @@ def restricted_mean_time(times: Floats, causes: npt.NDArray[np.int_], cause: int
     edges = np.concatenate([[0.0], ends, [horizon]])
     reached = cumulative_incidence(times, causes, cause, edges[:-1])
     return float(((1.0 - reached) * np.diff(edges)).sum())
+
+
+def performance_profile(costs: Floats, ratios: Floats) -> Floats:
+    """In what share of episodes a planner is within a ratio of the best one (Dolan, More, Math. Program. 91, 2002).
+
+    Args:
+        costs: (n_planners, n_episodes) Such as the time, greater than 0; +inf where it failed.
+        ratios: (m,) At least 1.
+
+    Returns:
+        (n_planners, m) At ratio 1 how often it is the best; towards the right how often it succeeds.
+    """
+    best = costs.min(axis=0)
+    with np.errstate(invalid="ignore"):  # nobody succeeded: inf / inf, which is within no ratio
+        relative = costs / best
+    within: Floats = (relative[:, :, None] <= ratios * (1.0 + 1e-12)).mean(axis=1)
+    return within
+
+
+def interquartile_mean(values: Floats) -> float:
+    """The mean of the middle half of all episodes.
+
+    Agarwal et al., Deep Reinforcement Learning at the Edge of the Statistical Precipice, 2021.
+
+    It says how a planner mostly does, and nothing of how it fails: where three of four episodes are perfect it is
+    perfect. So it stands beside the mean, never in its place.
+    """
+    from scipy.stats import trim_mean
+
+    return float(trim_mean(values[~np.isnan(values)], 0.25))

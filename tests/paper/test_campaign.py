@@ -7,9 +7,9 @@ import pickle
 
 import pytest
 
+from benchmarks.paper.campaign import Job, play, play_all
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare.campaign import Job, play, play_all
 from rocs_bt.errors import BlockError, InputError
 
 

@@ -10,11 +10,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from .._run import run
-from ..catalog import KeepingCatalog
-from ..record import Summary
-from ..simulation import RECORDING, SUMMARY
-from .sweep import local_pool
+from rocs_bt import run
+from rocs_bt.catalog import KeepingCatalog
+from rocs_bt.compare.sweep import local_pool
+from rocs_bt.record import Summary
+from rocs_bt.simulation import RECORDING, SUMMARY
 
 
 @dataclass(frozen=True)

@@ -6,18 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...geometry import Pose2
-from ..header import Beam
-from ..history import AgentHistory, History, Span
-from .arena import Arena, draw_hull, draw_world
-from .figure import MUTED, OTHER, ROUTES, Figure
+from rocs_bt.geometry import Pose2
+from rocs_bt.record.figures.arena import Arena, draw_hull, draw_world
+from rocs_bt.record.figures.figure import MUTED, OTHER, ROBOTS, ROUTES, Figure
+from rocs_bt.record.header import Beam
+from rocs_bt.record.history import AgentHistory, History, Span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
-
-ROBOTS = ("#7b3fb5", "#c26a00", "#0f7a72")
-"""The colours of robots with a mind, where routes are not what is shown."""
 
 _ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.01), "ncols": 3}
 

@@ -9,11 +9,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import RocsError
-from ..record import AgentResult, Recording, Summary
-from ..record.paper import Experiment, write_paper
+from rocs_bt.compare.statistics import Estimate, mean, share
+from rocs_bt.errors import RocsError
+from rocs_bt.record import AgentResult, Recording, Summary
+
 from .campaign import Job, play, play_all
-from .statistics import Estimate, mean, share
+from .page import Experiment, write_paper
 
 EXPERIMENTS = ("exp1", "exp2", "exp3")
 NUMBERS = "figures.json"
@@ -80,7 +81,7 @@ def make_paper(
     (out / NUMBERS).write_text(
         json.dumps({"seeds": seeds, "experiments": told}, indent=2, allow_nan=False) + "\n", encoding="utf-8"
     )
-    command = f"rocs-bt figures paper --seeds {seeds}"
+    command = f"python -m benchmarks.paper --seeds {seeds}"
     return write_paper(experiments, out, seeds=seeds, command=command)
 
 

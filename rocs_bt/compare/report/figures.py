@@ -1,21 +1,58 @@
-"""Figures over all episodes: success and collisions over time, profiles, what difficulty does."""
+"""Figures of a comparison: curves over all episodes, and the paths of two planners through the same scene."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
+from ...catalog import Catalog
+from ...record import RunHeader
+from ...record.figures.arena import draw_world
 from ...record.figures.figure import MUTED
-from ..comparison import Comparison
+from ...record.page import inline_svg
+from ...simulation import compose_scenario
+from ...simulation.header import make_scenery
+from ..bench import Bench
+from ..comparison import Comparison, Disagreement
+from ..record import EpisodeRecord
+from ..replay import place_named
 from ..statistics import Floats, cluster_bootstrap, cumulative_incidence, performance_profile, rate
-from .style import colour, line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-    from ..record import EpisodeRecord
+LIGHT = ("#2f6db4", "#c2410d", "#1f8a5c", "#8a4fb9", "#9a7000", "#c0397d", "#2f8594", "#5f666f")
+DARK = ("#7db4f6", "#ff9464", "#55c797", "#c79bf3", "#e0b84b", "#f585b6", "#6fcbd9", "#aab2be")
+_LINES: tuple[Any, ...] = ("-", (0, (6, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
+
+
+def colour(number: int) -> str:
+    """The colour of a planner, by its place among all."""
+    return LIGHT[number % len(LIGHT)]
+
+
+def line(number: int) -> dict[str, Any]:
+    """Colour and kind of its line; two planners of one colour have other kinds, and so do neighbours."""
+    return {"color": colour(number), "linestyle": _LINES[(number + number // len(LIGHT)) % len(_LINES)]}
+
+
+def theme() -> str:
+    """The colours as properties of a page, by theme."""
+    light, dark = (" ".join(f"--planner-{i}: {value};" for i, value in enumerate(values)) for values in (LIGHT, DARK))
+    return f":root {{ {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
+
+
+def themed(name: str, svg: str) -> str:
+    """An SVG file as an element of the page, in the page's colours."""
+    text = inline_svg(name, svg)
+    for number, value in enumerate(LIGHT):
+        text = text.replace(value, f"var(--planner-{number})")
+    return text
+
 
 _SUCCESS, _COLLISION, _OTHER = 1, 2, 3
 _CAUSES = {"success": _SUCCESS, "collision": _COLLISION}
@@ -135,3 +172,68 @@ def _costs(comparison: Comparison, planner: str) -> Floats:
 def _legend(canvas: Canvas, axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     canvas.legend(handles, labels, loc="outside upper left", ncols=4, labelcolor=MUTED)
+
+
+Corner: TypeAlias = npt.NDArray[np.float64]
+
+_MARGIN = 1.0  # [m]
+_WIDTH, _LABELS = 3.8, 0.4  # [inch]
+
+
+def sceneries(scenes: Sequence[str], catalog: Catalog) -> dict[str, RunHeader]:
+    """What stands in some scenes, by their names.
+
+    Raises:
+        InputError: A scene is no longer there.
+    """
+    bench, found = Bench(catalog.project), {}
+    for scene in dict.fromkeys(scenes):
+        setting = bench.setting(place_named(scene, catalog))
+        found[scene] = make_scenery(setting.scenario, compose_scenario(setting.scenario, setting.catalog))
+    return found
+
+
+def draw_disagreement(
+    canvas: Canvas, name: str, found: Disagreement, comparison: Comparison, scenery: RunHeader | None
+) -> None:
+    """Both ways; a ring where the one that did not succeed ended.
+
+    Args:
+        canvas: Where to.
+        name: The figure's name, with which its ids begin.
+        found: The two episodes.
+        comparison: All planners, for their colours.
+        scenery: What stands there, where that is known.
+    """
+    axes = canvas.add_subplot()
+    axes.set_aspect("equal")
+    if scenery is not None:
+        draw_world(axes, scenery, name)
+    for record in (found.winner, found.loser):
+        number = comparison.planners.index(record.planner)
+        path = record.path.astype(float)
+        if not len(path):
+            continue
+        axes.plot(*path.T, zorder=4, gid=f"{name}-{record.planner}", **line(number))
+        axes.plot(*path[0], "o", color=colour(number), ms=3, zorder=5)
+        if not record.success:
+            axes.plot(*path[-1], "x", color=colour(number), ms=9, mew=2.0, zorder=6, gid=f"{name}-end")
+    low, high = _box(found)
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+
+
+def picture_size(found: Disagreement) -> tuple[float, float]:
+    """Width and height [inch] that fit both ways."""
+    (width, height) = np.subtract(*reversed(_box(found)))
+    return _WIDTH, float(np.clip(_WIDTH * height / width, _WIDTH / 2, 2 * _WIDTH)) + _LABELS
+
+
+def _box(found: Disagreement) -> tuple[Corner, Corner]:
+    """The least and the greatest x and y [m] of both ways and what stands near them, not of all of a large world."""
+    every = np.concatenate([found.winner.path, found.loser.path, np.zeros((0, 2), np.float32)]).astype(float)
+    if not len(every):
+        return np.array([-_MARGIN, -_MARGIN]), np.array([_MARGIN, _MARGIN])
+    return every.min(axis=0) - _MARGIN, every.max(axis=0) + _MARGIN

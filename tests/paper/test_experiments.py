@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rocs_bt.compare.paper import _plain, numbers_of, typical
+from benchmarks.paper.experiments import _plain, numbers_of, typical
 from rocs_bt.record import AgentResult, Following, Summary
 
 

@@ -1,4 +1,4 @@
-"""`rocs-bt figures paper`, whole: two runs of each experiment, their figures, the page and its numbers."""
+"""`python -m benchmarks.paper`, whole: two runs of each experiment, their figures, the page and its numbers."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rocs_bt.cli.main import call
+from benchmarks.paper.__main__ import main
+from benchmarks.paper.page import COUNTERPARTS
 from rocs_bt.record import Recording
-from rocs_bt.record.paper import COUNTERPARTS
 
 SEEDS = (1, 2)
 NUMBERS = ("5b", "7b", "8", "9a", "9b", "9c", "9d", "9e")  # of the paper's figures
@@ -21,7 +21,7 @@ NUMBERS = ("5b", "7b", "8", "9a", "9b", "9c", "9d", "9e")  # of the paper's figu
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("figures") / "paper"
-    assert call(["figures", "paper", "--seeds", str(len(SEEDS)), "--out", str(folder)]) == 0
+    assert main(["--seeds", str(len(SEEDS)), "--out", str(folder)]) == 0
     return folder
 
 
@@ -138,7 +138,7 @@ def test_the_page_says_what_the_paper_reports_and_needs_nothing_else(made):
         assert f"Figure {part.number} – " in page
     assert "tries to remain there" in page
     assert not re.search(r"<(link|script|img|iframe)[^>]*\s(src|href)=", page)
-    assert "rocs-bt figures paper --seeds 2" in page
+    assert "python -m benchmarks.paper --seeds 2" in page
 
 
 @pytest.mark.browser
@@ -156,4 +156,5 @@ def test_in_a_browser_every_figure_is_drawn_and_no_error_is_logged(browser, made
 
 
 def test_one_seed_is_refused_since_it_says_nothing_of_others():
-    assert call(["figures", "paper", "--seeds", "1"]) == 2
+    with pytest.raises(SystemExit, match="2"):
+        main(["--seeds", "1"])

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import RecordingError
-from .figures.figure import Figure
-from .figures.paper import Axis, Paths, Scene, Trajectory
-from .history import History
-from .page import inline_svg, render_page
-from .recording import Recording
+from rocs_bt.errors import RecordingError
+from rocs_bt.record import Recording
+from rocs_bt.record.figures.figure import Figure
+from rocs_bt.record.history import History
+from rocs_bt.record.page import inline_svg, render_page
+
+from .figures import Axis, Paths, Scene, Trajectory
 
 FORMATS = ("svg", "pdf", "png")
 PAGE = "paper.html"
@@ -156,7 +157,14 @@ def write_paper(experiments: Sequence[Experiment], folder: Path, *, seeds: int, 
                     "svg": inline_svg(part.figure.name, drawn["svg"].decode()),
                 }
             )
-        page = render_page("paper.html", sections=sections, experiments=experiments, seeds=seeds, command=command)
+        page = render_page(
+            "paper.html",
+            beside=Path(__file__).parent,
+            sections=sections,
+            experiments=experiments,
+            seeds=seeds,
+            command=command,
+        )
         paths[0].write_text(page, encoding="utf-8")
     except OSError as error:
         raise RecordingError(f"the figures cannot be written to '{folder}': {error.strerror}.") from error

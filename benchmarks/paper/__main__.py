@@ -1,0 +1,36 @@
+"""`python -m benchmarks.paper`: EXP1 to EXP3 over many seeds, as figures beside what the paper reports.
+
+It draws the counterparts of the paper's Figures 5b, 7b, 8 and 9a to 9e, each as SVG, PDF and PNG, and a page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rocs_bt.cli.progress import Progress
+
+from .experiments import EXPERIMENTS, make_paper
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the experiments, write figures and page, and print where they are."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.paper", description=__doc__)
+    parser.add_argument("--seeds", type=int, default=50, help="runs of each experiment, at least 2")
+    parser.add_argument("--out", type=Path, default=Path("runs/paper"), help="where to write")
+    parser.add_argument("--processes", type=int, default=2, help="runs at once")
+    given = parser.parse_args(words)
+    if given.seeds < 2 or given.processes < 1:
+        parser.error("--seeds must be at least 2, and --processes at least 1")
+    runs = len(EXPERIMENTS) * given.seeds
+    with Progress("EXP1 to EXP3", runs, "runs") as progress:
+        page, *figures = make_paper(given.out, seeds=given.seeds, processes=given.processes, progress=progress)
+    print(f"{len(figures)} files of {runs} runs in {given.out}")
+    print(f"Page: {page}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
