@@ -55,19 +55,34 @@ class _Wheels(Actuator):
 
 
 class Rig:
-    """A mind's Execute on such a robot, in lockstep.
+    """Execute of an agent on such a robot, in lockstep.
+
+    Args:
+        period: Control period [s].
+        ring: Whether the robot has a size, beams all round and an estimated pose, instead of the signals of few beams.
 
     Attributes:
         pose: Where the robot truly is.
         lost: True while no pose comes from its sensors.
+        heard: Further signals by name, each with its value, which are written with the pose.
         path: Every pose so far.
     """
 
-    def __init__(self, period=0.05):
+    def __init__(self, period=0.05, ring=False):
         self.clock, self.sink, self.wheels = SimulatedClock(period), ListSink(), _Wheels()
         self.pose, self.lost, self.path = Pose2(0.0, 0.0, 0.0), False, []
+        self.heard = {"pose_spread": 0.0} if ring else {}
         self.knowledge = Knowledge("R1", self.clock, self.sink)
         self.knowledge.robot.drive = DRIVE
+        few = (
+            ("room_ahead", 5, (LENGTH,) * 5),
+            ("room_behind", 5, (LENGTH,) * 5),
+            ("room_turned", 12, (LENGTH,) * 12),
+            ("free_turn", 2, (ANGLE,) * 2),
+            ("bend_off", 2, (ANGLE / LENGTH,) * 2),
+        )
+        if ring:
+            self.knowledge.graph.set("R1", length=0.455, width=0.381)
         for name, size, dimensions in (
             ("pose", 3, (LENGTH, LENGTH, ANGLE)),
             ("wheel_speeds", 2, (SPEED,)),
@@ -75,11 +90,9 @@ class Rig:
             ("turn_rate", 1, (TURN_RATE,)),
             ("front", 1, (LENGTH,)),
             ("rear", 1, (LENGTH,)),
-            ("room_ahead", 5, (LENGTH,) * 5),
-            ("room_behind", 5, (LENGTH,) * 5),
-            ("room_turned", 12, (LENGTH,) * 12),
-            ("free_turn", 2, (ANGLE,) * 2),
-            ("bend_off", 2, (ANGLE / LENGTH,) * 2),
+            ("left_gap", 1, (LENGTH,)),
+            ("right_gap", 1, (LENGTH,)),
+            *((("pose_spread", 1, (LENGTH,)),) if ring else few),
         ):
             self.knowledge.signals.declare(Signal(name, size, dimensions, max_age=0.15))
         self.knowledge.signals.freeze()
@@ -108,6 +121,8 @@ class Rig:
         signals.write("wheel_speeds", self.wheels.speeds, t)
         signals.write("speed", [twist.forward], t)
         signals.write("turn_rate", [twist.turn], t)
+        for name, value in self.heard.items():
+            signals.write(name, [value], t)
 
     def submit(self, action, priority=Priority.NORMAL, by="test"):
         return self.pipeline.submit(action, priority, by)

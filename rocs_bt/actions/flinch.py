@@ -1,4 +1,4 @@
-"""Flinch: away from what is too close."""
+"""Flinch: back off from what is too close."""
 
 from __future__ import annotations
 
@@ -8,104 +8,175 @@ from typing import Annotated
 
 from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..geometry import Pose2, Twist2
-from ..units import NOT_NEGATIVE, MetresPerSecond, PositiveMetres, PositiveSeconds
-from .room import bend_off
+from ..units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveMetres, PositiveSeconds
+from .room import Gaps, bend_off, corner_sweep
+from .turn import TurnAngle
 
-STANDS = 0.05  # [m/s] below which wheels that are told to stand do
-PUSHED = 0.04  # [m] that a robot must be pushed before it drives back, ...
+STANDING = 0.05  # [m/s] below which a robot with neutral wheels is stationary
+SLOW = 0.15  # [m/s] below which backing off does not help
+CENTRED = 0.04  # [m] difference of the gaps ahead and behind that is not worth creeping
+BESIDE = 0.15  # [m] gap beside the robot without which it does not creep
+TURN = math.radians(60.0)  # [rad] turned to get out, ...
+RATE = 2.5  # [rad/s] ... at this rate
+PUSHED = 0.04  # [m] by which a robot must be pushed before it drives back, ...
 BACK = 0.01  # [m] ... until so little is left
-LOST = 0.3  # [m] off, where it was carried away or could not help it: there it stands anew
-JUMP = 0.6  # [m/s] faster than which nobody pushes: a better fix
-PULL = 8.0  # [1/s] how fast it drives back for each metre
+CERTAIN = 0.01  # [m] `pose_spread` above which a correction of the pose may look like a push
+LOST = 0.3  # [m] from where it stood, beyond which it stands at its new place
+JUMP = 0.6  # [m/s] above which a pose jumps because of a better fix
+PULL = 8.0  # [1/s] speed of driving back for each metre
 
 
 @dataclass
 class _Course:
-    """Ahead, back or standing, and what came of it so far."""
+    """Ahead, back or standing, and its progress."""
 
     sign: int  # 1 ahead, -1 back, 0 standing
     begun: float  # [s]
-    start: Pose2 | None = None  # where its pose was first known; standing, where it came to stand
-    last: Pose2 | None = None  # standing, where it was a period ago
-    blind: float = 0.0  # [m] that it was told to drive without a pose
-    pushed: bool = False  # whether it drives back to where it stood
+    start: Pose2 | None = None  # first known pose; if standing, the pose at standstill
+    last: Pose2 | None = None  # if standing, the pose one period ago
+    blind: float = 0.0  # [m] commanded without a pose
+    pushed: bool = False  # whether it drives back to `start`
 
 
 @dataclass(kw_only=True, eq=False)
 class Flinch(AtomicAction):
-    """Drive forward or backward until some distance is gained, or stand.
+    """Drive ahead or astern until a distance is gained, or stand.
 
-    It goes straight, or on the bend on which there is room; a bend is told by the signal `bend_off`, where a monitor
-    knows of peers and of ground that is free. The distance is measured by the pose; while that is lost, by the
-    commanded speed, because a reflex must not wait.
+    The robot drives straight, or on the bend of the signal `bend_off` where a monitor reports one. The distance is
+    measured by the pose, and by the commanded speed while the pose is lost, because a reflex must not wait.
 
-    Without a speed it stands until an `update` gives it one. Locked wheels alone slide before another robot that
-    drives on, into what is behind them. With `resist` they turn against it once it has pushed the robot 0.04 m ahead
-    or back, until it is where it came to stand, or has lost 0.3 m and stands there anew. From the side, or without
-    pose or speed, it lets itself be pushed; a pose that jumps is no push.
+    A robot with a speed of zero stands. Locked wheels slide before another robot that pushes, so with `resist` the
+    wheels turn against it once it has pushed the robot 0.04 m ahead or astern, until the robot is back or has lost
+    0.3 m. Pushes from the side and jumps of the pose are not resisted, nor is any push while pose or speed is not
+    known, or `pose_spread` exceeds 0.01 m.
 
-    An `update` that asks for another of the three, ahead, back or standing, begins distance and timeout anew.
+    With `get_out` the action looks at the groups `front`, `left_gap`, `right_gap` and `rear`. Between two things, near
+    ahead and behind, the robot stands. After `timeout` backing off is in vain if the robot is still slow: it then turns
+    60 deg on the spot, to the side with more room, and drives ahead, if there is room for the corners of its hull;
+    else, between two things, it creeps to the middle. A robot with the signal `bend_off` has too few beams for that and
+    for `resist`.
+
+    An `update` from one of ahead, astern and standing to another restarts distance and time limit.
 
     Attributes:
-        speed: How fast, negative backward, 0 to stand [m/s].
-        distance: How far [m].
-        timeout: After which it fails; not while it stands [s].
-        resist: How fast at most to drive back to where it stood, when pushed [m/s].
+        speed: Speed, negative astern, 0 to stand [m/s].
+        distance: Distance to gain [m].
+        timeout: Time limit of each drive, after which the action fails or gets out; none while the robot stands [s].
+        get_out: Whether to stand between two things, and to get out where backing off is in vain.
+        boxed: Gap ahead and behind below which the robot is between two things [m].
+        clearance: Room to spare beside what the corners sweep in a turn; not needed on the side of the turn [m].
+        creep: Speed of creeping to the middle, 0 for never [m/s].
+        resist: Highest speed of driving back to where the robot stood, 0 for never [m/s].
     """
 
     speed: MetresPerSecond
     distance: PositiveMetres = 0.08
     timeout: PositiveSeconds = 1.5
-    resist: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.0
+    get_out: bool = False
+    boxed: Annotated[Metres, NOT_NEGATIVE] = 0.25
+    clearance: Annotated[Metres, NOT_NEGATIVE] = 0.03
+    creep: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.1
+    resist: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.3
+    _begun: float = field(default=math.inf, init=False, repr=False)
     _course: _Course | None = field(default=None, init=False, repr=False)
+    _turn: TurnAngle | None = field(default=None, init=False, repr=False)
+    _out: bool = field(default=False, init=False, repr=False)
 
     def act(self, body: Body) -> Progress | Failure:
-        now = body.clock.now()
-        sign = (self.speed > 0.0) - (self.speed < 0.0)
+        if not self.get_out:
+            return self._drive_off(body, self.speed)
+        now, gaps = body.clock.now(), Gaps.known(body)
+        self._begun = min(self._begun, now)
+        boxed = max(gaps.front, gaps.rear) < self.boxed
+        in_vain = now - self._begun > self.timeout - 0.5 * body.period and _slow(body) and _hears_all_round(body)
+        if in_vain and (turn := self._turn_out(body, gaps)) is not None:
+            done = turn.act(body)
+            if done is not Progress.SUCCEEDED:
+                return done
+            self._out = True
+        if self._turn is not None:  # done, or no more room
+            self._turn, self._course, self._begun = None, None, now
+        if not boxed:
+            return self._drive_off(body, abs(self.speed) if self._out else self.speed)
+        off_centre = gaps.front - gaps.rear
+        creeps = in_vain and abs(off_centre) > CENTRED and min(gaps.left, gaps.right) > BESIDE
+        return self._drive_off(body, math.copysign(self.creep, off_centre) if creeps else 0.0)
+
+    def _turn_out(self, body: Body, gaps: Gaps) -> TurnAngle | None:
+        """The turn on the spot that gets the robot out; None where its corners have no room."""
+        sweep, ends = corner_sweep(body), min(gaps.front, gaps.rear)
+        room = {1: min(ends, gaps.right) - sweep, -1: min(ends, gaps.left) - sweep}
+        beside = {1: gaps.left, -1: gaps.right}
+        free = [side for side in (1, -1) if room[side] > self.clearance and beside[side] > sweep]
+        if self._turn is None and free:
+            side = max(free, key=lambda side: beside[side])
+            self._turn = TurnAngle(angle=side * TURN, rate=RATE, tolerance=0.1 * TURN)
+        return self._turn if self._turn is not None and math.copysign(1, self._turn.angle) in free else None
+
+    def _drive_off(self, body: Body, speed: float) -> Progress | Failure:
+        """Drive ahead or astern until the distance is gained; with a speed of zero, stand."""
+        now, sign = body.clock.now(), (speed > 0.0) - (speed < 0.0)
         if self._course is None or self._course.sign != sign:
             self._course = _Course(sign, now)
         if sign == 0:
             _drive(body, self._back(body, self._course))
             return Progress.RUNNING
-        gained = self._gained(body, self._course)
+        gained = self._gained(body, self._course, speed)
         if gained >= self.distance:
             return Progress.SUCCEEDED
         if now - self._course.begun > self.timeout - 0.5 * body.period:
             return Failure(Reason.TIMEOUT, f"gained {gained:.2f} m of {self.distance:.2f} m in {self.timeout:.1f} s")
-        _drive(body, self.speed, bend_off(body, self.speed))
+        _drive(body, speed, bend_off(body, speed))
         return Progress.RUNNING
 
-    def _gained(self, body: Body, course: _Course) -> float:
-        """How far it is from where it began [m]."""
+    def _gained(self, body: Body, course: _Course, speed: float) -> float:
+        """Distance from the start of the course [m]."""
         pose = _pose(body)
         if pose is None:
-            course.blind += abs(self.speed) * body.period
+            course.blind += abs(speed) * body.period
             return course.blind
         course.start = course.start or pose
         return course.sign * _ahead(course.start, pose)
 
     def _back(self, body: Body, course: _Course) -> float:
-        """How fast to drive to where it came to stand [m/s]."""
+        """Speed toward where it came to stand [m/s]."""
         pose, last, speed = _pose(body), course.last, body.knowledge.robot.speed(body.clock.now())
         course.last = pose
         if pose is None or last is None or pose.distance(last) > JUMP * body.period or math.isnan(speed):
             course.start = None
         if pose is None or course.start is None or pose.distance(course.start) > LOST:
-            course.start, course.pushed = pose if abs(speed) < STANDS else None, False
+            course.start, course.pushed = pose if abs(speed) < STANDING else None, False
             return 0.0
         off = _ahead(pose, course.start)
-        course.pushed = self.resist > 0.0 and abs(off) > (BACK if course.pushed else PUSHED)
-        return math.copysign(min(PULL * abs(off), self.resist), off) if course.pushed else 0.0
+        resist = self.resist if _certain(body) and _hears_all_round(body) else 0.0
+        course.pushed = resist > 0.0 and abs(off) > (BACK if course.pushed else PUSHED)
+        return math.copysign(min(PULL * abs(off), resist), off) if course.pushed else 0.0
+
+
+def _hears_all_round(body: Body) -> bool:
+    """Whether beams, and not a monitor's `bend_off`, tell in which direction there is room."""
+    return "bend_off" not in body.knowledge.signals
+
+
+def _certain(body: Body) -> bool:
+    """Whether the pose is measured, or estimated well enough to tell a push from a correction."""
+    signals = body.knowledge.signals
+    return "pose_spread" not in signals or signals.value("pose_spread", body.clock.now()) < CERTAIN
+
+
+def _slow(body: Body) -> bool:
+    """Whether the robot hardly moves, though it backs off."""
+    return abs(body.knowledge.robot.speed(body.clock.now())) < SLOW
 
 
 def _pose(body: Body) -> Pose2 | None:
-    """Where the robot is; None while that is lost."""
+    """Pose of the robot; None while it is lost."""
     pose = body.knowledge.robot.pose(body.clock.now())
     return pose if all(map(math.isfinite, pose)) else None
 
 
 def _ahead(pose: Pose2, place: Pose2) -> float:
-    """How far ahead of a pose a place is [m]."""
+    """Distance of a position ahead of a pose [m]."""
     return pose.distance(place) * math.cos(pose.bearing(place))
 
 

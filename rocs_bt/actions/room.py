@@ -15,6 +15,10 @@ BEHIND = 0.25
 """What it leaves to what is behind [m]."""
 
 
+GROUPS = ("front", "left_gap", "right_gap", "rear")
+NOWHERE = np.full(4, math.nan)
+
+
 class Room(NamedTuple):
     """How far a robot may drive on ground that it knows to be free [m]; nowhere where nobody knows."""
 
@@ -34,6 +38,30 @@ class Room(NamedTuple):
         names = {name: f"room_{name}" for name in cls._fields}
         known = {name: np.fmax(signals.read(signal, now), 0.0) for name, signal in names.items() if signal in signals}
         return cls.none()._replace(**known)
+
+
+class Gaps(NamedTuple):
+    """Least value of each standard group [m]: the gaps around the robot; all NaN while one of them is not known."""
+
+    front: float
+    left: float
+    right: float
+    rear: float
+
+    @classmethod
+    def known(cls, body: Body) -> Gaps:
+        """The gaps by the signals `front`, `left_gap`, `right_gap` and `rear` now."""
+        signals, now = body.knowledge.signals, body.clock.now()
+        groups = [signals.read(name, now) if name in signals else NOWHERE for name in GROUPS]
+        least = [float(group.min()) for group in groups]
+        return cls(*least) if not any(map(math.isnan, least)) else cls(*NOWHERE)
+
+
+def corner_sweep(body: Body) -> float:
+    """Width beside the hull that its corners sweep in a turn on the spot [m]; NaN if its size is not declared."""
+    robot = body.knowledge.graph.attributes(body.knowledge.agent)
+    length, width = robot.get("length") or math.nan, robot.get("width") or math.nan
+    return 0.5 * (math.hypot(length, width) - width)
 
 
 def room_back(body: Body) -> float:

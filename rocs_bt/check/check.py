@@ -14,6 +14,7 @@ from ..errors import Fault, InputError, RocsError
 from ..knowledge import SCHEMA, load_schema
 from ..plan import mission_arguments
 from ..raised import content_line, describe
+from ..reactive import tested_file
 from ..trees.examine import blocking_faults
 from ..trees.xml import survey
 from .mission import check_mission_file
@@ -125,11 +126,16 @@ def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
     if path.is_dir():
         if not (files := _inside(path)):
             raise InputError(Fault("there is no content in this folder.", path, hint=_layout()))
-        for file in files:
-            kind = kind_of(file)
-            yield make_entry(file, kind or "mission", "project" if kind else "file"), catalog
+        tested = {tested_file(file): file for file in files}
+        for file in tested:
+            if file.is_file():
+                kind = kind_of(file)
+                yield make_entry(file, kind or "mission", "project" if kind else "file"), catalog
+        if orphans := [(file, tests) for file, tests in tested.items() if not file.is_file()]:
+            raise InputError(*(Fault(f"there is no rule file {file} for these tests.", at) for file, at in orphans))
         catalog.list()  # two files of one name are a fault of the project as a whole
     elif path.is_file():
+        path = tested_file(path)
         kind = kind_of(path) or _kind_inside(path)
         if kind is None:
             raise InputError(Fault("this is no content that is known.", path, hint=_layout()))
@@ -139,8 +145,9 @@ def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
 
 
 def _inside(folder: Path) -> list[Path]:
-    """The content of a project's root, or all that is somewhere in another folder."""
-    own = [p for patterns in KINDS.values() for pattern in patterns for p in sorted(folder.glob(pattern))]
+    """Content and rule tests of a project's root, or all that is somewhere in another folder."""
+    patterns = [pattern for patterns in KINDS.values() for pattern in patterns]
+    own = [p for pattern in (*patterns, "rules/tests/*.toml") for p in sorted(folder.glob(pattern))]
     found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", ".xml") and _is_content(p))
     return [p for p in found if p.is_file() and not p.name.startswith((".", "_"))]
 
@@ -148,7 +155,7 @@ def _inside(folder: Path) -> list[Path]:
 def _is_content(path: Path) -> bool:
     """Whether a file in a folder that is no project is content: by its place, or if it holds behaviour trees."""
     try:
-        return kind_of(path) is not None or (path.suffix == ".xml" and xml_kind(path) == "mission")
+        return kind_of(tested_file(path)) is not None or (path.suffix == ".xml" and xml_kind(path) == "mission")
     except InputError:
         return False
 

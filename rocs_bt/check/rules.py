@@ -10,7 +10,7 @@ from ..agent.build import thresholds
 from ..catalog import Catalog, Entry
 from ..errors import Fault, InputError
 from ..expression import Environment
-from ..reactive import RuleSet, load_rules, rule_misfits
+from ..reactive import RuleSet, add_test_files, load_rules, rule_misfits
 from ..reactive.analysis import examine_rules
 from .paper import paper_agent
 
@@ -27,15 +27,15 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             continue  # told where the robot itself is checked
         own, environment = thresholds(robot, entry.path), Environment.of(agent.knowledge.signals)
         yield from examine_rules(entry.path, environment, ACTIONS, own)
-        if name not in _users(entry, catalog):  # no scenario combines this robot with these rules
-            continue
         with suppress(InputError):  # reported by examine_rules
-            rules = load_rules(entry.path, environment, ACTIONS, overrides=own).rules
-            yield from rule_misfits(rules, ACTIONS, agent.knowledge)
+            rules = load_rules(entry.path, environment, ACTIONS, overrides=own)
+            yield from add_test_files(rules, environment, ACTIONS)[1]
+            if name in _users(entry, catalog):  # else no scenario combines this robot with these rules
+                yield from rule_misfits(rules.rules, ACTIONS, agent.knowledge)
 
 
 def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> list[tuple[str, RuleSet]]:
-    """A rule file as the robots that flinch by it have it, each with the robot's name.
+    """A rule file and its tests for each robot that uses it, with the robot's name.
 
     Args:
         entry: The rule file.
@@ -43,13 +43,17 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
         robot: A robot to fit it to, instead of those of the scenarios that use it.
 
     Raises:
-        InputError: Something in the file is wrong, or does not fit a robot.
+        InputError: The file or its file of tests is wrong, or does not fit a robot.
     """
     found = []
     for name in [robot] if robot is not None else _robots(entry, catalog):
         spec = catalog.load_robot(name)
         environment = Environment.of(paper_agent(spec, catalog.load_class).knowledge.signals)
-        found.append((name, load_rules(entry.path, environment, ACTIONS, overrides=thresholds(spec, entry.path))))
+        rules = load_rules(entry.path, environment, ACTIONS, overrides=thresholds(spec, entry.path))
+        rules, faults = add_test_files(rules, environment, ACTIONS)
+        if faults:
+            raise InputError(*faults)
+        found.append((name, rules))
     return found
 
 

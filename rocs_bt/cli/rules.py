@@ -31,7 +31,7 @@ def command() -> None:
 @click.argument("files", metavar="[FILE|NAME]...", nargs=-1)
 @click.option("--robot", help="For this robot; for those of all scenarios that use the file if left out.")
 def test(files: tuple[str, ...], robot: str | None) -> int:
-    """Run the tests that stand in rule files; in all of the project's if none is given.
+    """Run the tests of rule files, in them and in rules/tests; of all of the project's if none is given.
 
     Exits with 0 when all pass, with 1 when one fails.
     """
@@ -51,7 +51,8 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
                     echo(f"{told}, on {name}: {result.message}", err=True)
         done += count
         if not count:
-            echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]].", err=True)
+            apart = entry.path.parent / "tests" / entry.path.name
+            echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]], here or in {apart}.", err=True)
     echo(f"{done} test{'' if done == 1 else 's'}: {done - failed} passed, {failed} failed.")
     return 1 if failed else 0
 
@@ -149,9 +150,13 @@ def tune(
 
 
 def _entries(files: Sequence[str]) -> list[tuple[Entry, Catalog]]:
-    """The rule files that are meant; all of the project's, or of the shipped ones outside of a project."""
+    """The rule files to test; all of the project's, or of the shipped ones outside of a project."""
+    from ..catalog import is_path
+    from ..reactive import tested_file
+
     if files:
-        catalogs = [(file, catalog_for(file)) for file in files]
+        named = [str(tested_file(Path(file))) if is_path(file) else file for file in files]
+        catalogs = [(file, catalog_for(file)) for file in named]
         return [(catalog.find("rules", file), catalog) for file, catalog in catalogs]
     catalog = Catalog.here()
     found = catalog.list("rules")

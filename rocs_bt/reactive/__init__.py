@@ -15,7 +15,7 @@ from .rule import Argument, OnInvalid, Place, Rule, RuleSet, RuleTest
 from .rule_file import check_rules, load_rules
 from .rule_model import RuleModel
 from .rule_table import RuleTable, lower_rules
-from .rule_test import RuleTestResult, run_tests
+from .rule_test import RuleTestResult, add_test_files, run_tests, tested_file
 from .threshold import Override
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "RuleTest",
     "RuleTestResult",
     "Steps",
+    "add_test_files",
     "check_rules",
     "choose_backend",
     "included_files",
@@ -44,4 +45,5 @@ __all__ = [
     "python_source",
     "rule_misfits",
     "run_tests",
+    "tested_file",
 ]

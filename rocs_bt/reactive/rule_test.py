@@ -1,4 +1,4 @@
-"""Tests that stand in rule files, beside the rule that they are of; each is run on its rule alone.
+"""Tests of rules, in the rule file itself or in `tests/` beside it; each is run on its rule alone.
 
 [[rule.BackOff.test]]
 name = "not while it stands"
@@ -9,16 +9,19 @@ expect = [{ t = "0 s", fires = false }, { t = "0.1 s", fires = true, speed = "-0
 
 from __future__ import annotations
 
+import contextlib
 import math
+import os
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..action import Action, Parameter, parameters_of
-from ..document import Table
+from ..document import Table, read_toml
 from ..errors import Fault, InputError, unknown
 from ..expression import Environment
 from ..signal import Signal
@@ -26,6 +29,8 @@ from ..units import TIME, convert
 from .reactive_model import Reflex
 from .rule import Expected, Place, Rule, RuleSet, RuleTest
 from .rule_model import RuleModel, describe
+
+FORMAT = "reflex-tests/1"
 
 _KEY = re.compile(r"(\w+)(?:\[(-?\d+)?(:)?(-?\d+)?\])?")
 
@@ -58,6 +63,53 @@ def read_tests(table: Table, rule: str, environment: Environment, action: type[A
         place = Place(written.file, *written.place())
         tests.append(RuleTest(name, tuple(samples), tuple(expected), written.text("mode", ""), place))
     return tuple(tests)
+
+
+def add_test_files(
+    rules: RuleSet, environment: Environment, actions: Mapping[str, type[Action]]
+) -> tuple[RuleSet, list[Fault]]:
+    """Add the tests in `tests/NAME.toml` beside each file of a rule set.
+
+    Args:
+        rules: Rules, as read from their files.
+        environment: Signals of the robot.
+        actions: Actions of the agent by name.
+
+    Returns:
+        The rules with their tests, and the faults of the test files.
+    """
+    added: dict[str, tuple[RuleTest, ...]] = {}
+    faults: list[Fault] = []
+    for path in (file.parent / "tests" / file.name for file in rules.files):
+        if not os.path.isfile(path):
+            continue
+        try:
+            table = read_toml(path)
+            table.choice("format", [FORMAT])
+            table.text("doc", "")
+            for name, child in table.named_tables("rule").items():
+                rule = next((r for r in rules.rules if r.name == f"{rules.name}/{name}"), None)
+                tests = read_tests(child, name, environment, actions.get(rule.action) if rule else None)
+                if rule is None:
+                    names = [r.name.rpartition("/")[2] for r in rules.rules]
+                    child.adopt(None, InputError(unknown("rule", name, names, rules.files[-1].name)))
+                else:
+                    added[rule.name] = added.get(rule.name, ()) + tests
+            with contextlib.suppress(InputError):  # the faults stay in the table
+                table.done()
+            faults += table.faults
+        except InputError as error:
+            faults += error.faults
+    tested = tuple(replace(rule, tests=rule.tests + added.get(rule.name, ())) for rule in rules.rules)
+    return replace(rules, rules=tested), faults
+
+
+def tested_file(path: Path) -> Path:
+    """The rule file that a file of tests is about, `rules/NAME.toml` for `rules/tests/NAME.toml`; others unchanged."""
+    folder = path.absolute().parent
+    if path.suffix == ".toml" and (folder.name, folder.parent.name) == ("tests", "rules"):
+        return folder.parent / path.name
+    return path
 
 
 def _expected(table: Table, times: Sequence[float], action: type[Action] | None) -> Expected:

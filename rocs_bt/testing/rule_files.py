@@ -1,4 +1,4 @@
-"""The tests that stand in rule files, as pytest's own: what the plugin collects."""
+"""Tests of rules as items of pytest: the part of the plugin that collects them."""
 
 from __future__ import annotations
 
@@ -13,29 +13,37 @@ if TYPE_CHECKING:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> RuleFileTests | None:
-    """A rule file of a project as a file of tests."""
-    if file_path.suffix != ".toml" or file_path.parent.name != "rules":
+    """A rule file of a project, or a file in its `rules/tests`, as a file of tests."""
+    from ..reactive import tested_file
+
+    if file_path.suffix != ".toml" or tested_file(file_path).parent.name != "rules":
         return None
     collected: RuleFileTests = RuleFileTests.from_parent(parent, path=file_path)
     return collected
 
 
 class RuleFileTests(pytest.File):
-    """The tests of one rule file, for each robot that flinches by it."""
+    """The tests in one file, for each robot that uses the rules."""
 
     def collect(self) -> Iterator[RuleFileTest]:
-        """Run them all, which takes no longer than to find them; a file that is wrong is an error of collection."""
+        """Run all tests, which takes no longer than finding them; a faulty file is an error of collection."""
         from ..catalog import Catalog, make_entry
         from ..check import fitted_rules
         from ..errors import InputError
-        from ..reactive import run_tests
+        from ..reactive import run_tests, tested_file
 
+        rule_file = tested_file(self.path)
+        if not rule_file.is_file():
+            raise self.CollectError(f"{self.path}: there is no rule file {rule_file} to test.")
+        apart = rule_file.parent / "tests"
         try:
-            fitted = fitted_rules(make_entry(self.path, "rules", "file"), Catalog.here(self.path.parent))
+            fitted = fitted_rules(make_entry(rule_file, "rules", "file"), Catalog.here(rule_file.parent))
         except InputError as error:
             raise self.CollectError(str(error)) from error
         for robot, rules in fitted:
             for result in run_tests(rules):
+                if (result.place.file.parent == apart) != (self.path.parent == apart):
+                    continue
                 name = f"{result.rule.rpartition('/')[2]}: {result.test} [{robot}]"
                 yield RuleFileTest.from_parent(self, name=name, result=result)
 

@@ -68,6 +68,16 @@ def test_check_warns_of_a_rule_that_can_hold_the_robot_for_ever(project, rocs_bt
     assert rocs_bt("check", "rules", "--strict").code == 2
 
 
+def move_tests(project: Path) -> Path:
+    """Move the tests of the project's rule file to a file of their own."""
+    rules, apart = project / RULES, project / "rules/tests/keep_clear.toml"
+    text, tests = rules.read_text().split("# Run by", 1)
+    rules.write_text(text)
+    apart.parent.mkdir()
+    apart.write_text('format = "reflex-tests/1"\n# Run by' + tests)
+    return apart
+
+
 class TestTests:
     def test_all_shipped_rule_files_carry_tests_that_pass(self, rocs_bt):
         told = rocs_bt("rules", "test")
@@ -89,12 +99,50 @@ class TestTests:
         file.write_text(text[: text.index("# Run by")])
         told = rocs_bt("rules", "test", RULES)
         assert (told.code, told.out) == (0, "0 tests: 0 passed, 0 failed.\n")
-        assert "has no test. Add one as [[rule.NAME.test]]." in told.err
+        assert "has no test. Add one as [[rule.NAME.test]], here or in " in told.err
         file.write_text(text.replace("0.39 m", "0.39 s"))
         told = rocs_bt("rules", "test", "keep_clear")
         assert told.code == 2
         assert "keep_clear.toml:26" in told.err
         assert "'front' must be in m" in told.err
+
+    def test_tests_in_a_file_of_their_own(self, project, rocs_bt):
+        apart = move_tests(project)
+        for named in ([], [RULES], ["keep_clear"], [str(apart.relative_to(project))]):
+            assert rocs_bt("rules", "test", *named).out == "1 test: 1 passed, 0 failed.\n"
+        assert [entry["name"] for entry in json.loads(rocs_bt("list", "rules", "--json").out)].count("keep_clear") == 1
+        apart.write_text(apart.read_text().replace('turn = "60 deg" }', 'turn = "30 deg" }'))
+        told = rocs_bt("rules", "test")
+        assert (told.code, told.out) == (1, "1 test: 0 passed, 1 failed.\n")
+        assert re.search(
+            r"rules/tests/keep_clear.toml:\d+:\d+: failed: keep_clear/TurnAway, 'turns to the side", told.err
+        )
+
+    @pytest.mark.parametrize(
+        ("written", "instead", "told"),
+        [
+            ("rule.TurnAway", "rule.TurnAwy", "no rule is named 'TurnAwy'. Did you mean 'TurnAway'?"),
+            ("turn = ", "trn = ", "no parameter of AvoidCollision is named 'trn'. Did you mean 'turn'?"),
+            ("0.39 m", "0.39 s", "'front' must be in m"),
+            ("reflex-tests/1", "reflex/1", "'reflex/1' is no format. Did you mean 'reflex-tests/1'?"),
+        ],
+    )
+    def test_faults_in_a_file_of_tests(self, project, rocs_bt, written, instead, told):
+        apart = move_tests(project)
+        apart.write_text(apart.read_text().replace(written, instead, 1))
+        for command in (["check", "."], ["check", "rules"], ["check", str(apart)], ["rules", "test"]):
+            found = rocs_bt(*command)
+            assert found.code == 2
+            assert re.search(r"rules/tests/keep_clear.toml:\d+:\d+: ", found.out + found.err)
+            assert told in found.out + found.err
+
+    def test_tests_of_a_rule_file_that_does_not_exist(self, project, rocs_bt):
+        move_tests(project).rename(project / "rules/tests/keep_clean.toml")
+        for folder in (".", "rules", "rules/tests"):
+            found = rocs_bt("check", folder)
+            assert found.code == 2
+            told = found.out + found.err
+            assert re.search(r"keep_clean.toml: there is no rule file .*rules/keep_clean.toml for these tests", told)
 
     def test_for_a_robot_of_ones_choice(self, rocs_bt):
         told = rocs_bt("rules", "test", "braitenberg", "--robot", "summit_xl")

@@ -326,8 +326,8 @@ def test_every_actions_parameters_are_documented_with_unit_bounds_and_default():
         unit, bounds = ("", "") if parameter.dimension is None else (str(parameter.dimension), str(parameter.bounds))
         if parameter.required:
             return unit, bounds, "needed"
-        if isinstance(parameter.default, str):
-            return unit, bounds, parameter.default
+        if isinstance(parameter.default, (str, bool)):
+            return unit, bounds, str(parameter.default).lower()
         return unit, bounds, "none" if parameter.default in (None, float("inf")) else f"{parameter.default:g}"
 
     assert found == {n: {k: told(p) for k, p in parameters_of(a).items()} for n, a in ACTIONS.items()}

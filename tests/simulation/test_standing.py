@@ -8,23 +8,17 @@ from typing import Any
 import pytest
 
 from rocs_bt import AgentResult, run
+from rocs_bt.actions import Flinch
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved
 from rocs_bt.geometry import Pose2
 from rocs_bt.record.recording import Recording
 
 WALL = 2.475  # [m] the east wall's face, in scenarios/worlds/arena.xml
-LIMP = "0 m/s"  # what the rules say for robots that say nothing
+LIMP = "0 m/s"  # lets itself be pushed
+SHIPPED = f"{Flinch.resist} m/s"
 STERN = 0.272  # [m] how far a Pioneer reaches behind its axle
 
-
-def resist_of(robot: str) -> str:
-    """How fast a robot that we ship resists."""
-    said = Catalog().load_robot(robot).thresholds.get("avoid_collision", {})
-    return str(said["resist"][0]) if "resist" in said else LIMP
-
-
-SHIPPED = resist_of("pioneer_p3dx")
 
 MISSION = """<root BTCPP_format="4" main_tree_to_execute="{name}"><BehaviorTree ID="{name}">
 {leaf}
@@ -33,11 +27,10 @@ MISSION = """<root BTCPP_format="4" main_tree_to_execute="{name}"><BehaviorTree 
 ROBOT = """format = "robot/1"
 base = "pioneer_p3dx"
 doc = "A Pioneer that only stands when something is near, ahead and behind."
-[rules.avoid_collision]
-resist = "{resist}"
-creep = "0 m/s"
-turning = "1 m"
 """
+
+RULES = Catalog().find("rules", "avoid_collision").path.read_text(encoding="utf-8")
+ONLY = 'creep = "0 m/s"\nclearance = "1 m"'  # stands where it would creep or turn out
 
 SCENARIO = """format = "scenario/1"
 world = "{world}"
@@ -69,7 +62,8 @@ def play(project: Path, resist: str, **scenario: Any) -> AgentResult:
     }
     files = {
         **{f"planners/missions/{name}.xml": MISSION.format(name=name, leaf=leaf) for name, leaf in leaves.items()},
-        "robots/stander/robot.toml": ROBOT.format(resist=resist),
+        "robots/stander/robot.toml": ROBOT,
+        "rules/avoid_collision.toml": RULES.replace("get_out = true", f'get_out = true\nresist = "{resist}"\n{ONLY}'),
         "scenarios/push.toml": SCENARIO.format(**scenario),
     }
     for file, text in files.items():
@@ -106,16 +100,3 @@ def test_nobody_pushes_it_into_the_wall_behind_it(tmp_path: Path, gap: float, as
 
     assert "wall_east" in touched(LIMP)["collision"]
     assert touched(SHIPPED) == {"struck": ["R1"]}
-
-
-LOCALISING = [
-    entry.name
-    for entry in Catalog().list("robot")
-    if any(analyzer.cls == "Localise" for analyzer in Catalog().load_robot(entry.name).analyzers)
-]
-
-
-@pytest.mark.parametrize("robot", LOCALISING)
-def test_who_knows_its_place_to_a_hand_only_does_not_resist(robot: str) -> None:
-    """An estimate that drifts would look like a push to it."""
-    assert resist_of(robot) == LIMP
