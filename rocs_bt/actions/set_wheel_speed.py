@@ -48,17 +48,17 @@ class SetWheelSpeed(AtomicAction):
         return any(parameters.get("speeds", (math.nan,)))
 
     def act(self, body: Body) -> Progress | Failure:
-        wheels = body.drive.wheels
-        if len(self.speeds) != len(wheels):
+        speeds, wheels = [float(speed) for speed in self.speeds], body.drive.wheels
+        if len(speeds) != len(wheels):
             wanted = f"the drive takes {len(wheels)} rim speeds ({', '.join(wheels)})"
-            return Failure(Reason.CANNOT, f"{wanted}, found {list(self.speeds)}")
+            return Failure(Reason.CANNOT, f"{wanted}, found {speeds}")
         now = body.clock.now()
         if self._begun is None:
             self._begun = now
         elapsed = now - self._begun
         if elapsed >= self.duration or (self.until is not None and self.until(body)):
             return Progress.SUCCEEDED
-        body.wheels.command(self.speeds)
+        body.wheels.command(speeds)
         # Half a period forgives the jitter of real time and rounds the duration to whole periods.
         last = elapsed + 1.5 * body.period > self.duration
         return Progress.SUCCEEDED if last else Progress.RUNNING

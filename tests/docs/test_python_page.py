@@ -1,6 +1,6 @@
 """docs/python.md: its code runs, and the calls that it names exist."""
 
-import importlib
+import pkgutil
 import re
 from pathlib import Path
 
@@ -32,9 +32,7 @@ def test_every_call_of_the_table_exists():
     calls = re.findall(r"`([\w.]+)\(", "".join(re.findall(r"^\|.*", PAGE, re.MULTILINE)))
     assert len(calls) > 10
     for call in calls:
-        package, _, name = call.rpartition(".")
-        if package != "Catalog.here":
-            assert callable(getattr(importlib.import_module(package or "rocs_bt"), name)), call
+        assert callable(pkgutil.resolve_name(f"rocs_bt.{call.removeprefix('rocs_bt.')}")), call
 
 
 def test_events_of_one_kind_have_the_fields_of_that_kind(names):

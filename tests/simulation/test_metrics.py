@@ -22,7 +22,7 @@ from rocs_bt.event import (
     Touched,
     pack,
 )
-from rocs_bt.record import AgentInfo, AgentResult, Following, SolveTime, TrackingError
+from rocs_bt.record import AgentInfo, AgentResult, Following, SolveTime, Summary, TrackingError
 from rocs_bt.simulation import Metrics
 from rocs_bt.simulation.metrics import quantile
 
@@ -61,7 +61,8 @@ def test_the_owner_of_what_failed_decides_the_exit_code_and_its_name_does_not(bl
     found = metrics.of(R2, 2.0)
     assert (found.outcome, found.reason) == ("error", told)
     assert (found.failed_block, found.failed_owner) == (block, owner)
-    assert exit_code({"agents": {"R2": found}}) == code
+    summary = Summary(scenario="exp1", seed=1, mode="lockstep", sim_time=2.0, agents={"R2": found})
+    assert exit_code(summary) == code
 
 
 def test_everything_is_counted_for_its_own_agent() -> None:
