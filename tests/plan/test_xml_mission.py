@@ -149,9 +149,9 @@ class TestProject:
         )
         told = [str(f) for f in check_content([file]).faults]
         assert len(told) == 3
-        assert "no node is named 'Nope'" in told[0]
-        assert "the key 'x' is read" in told[1]
-        assert "cruise is 9 m/s, and this robot does" in told[2]
+        assert "the key 'x' is read" in told[0]
+        assert "cruise is 9 m/s, and this robot does" in told[1]
+        assert "no node is named 'Nope'" in told[2]
 
     def test_a_scenario_runs_the_shipped_one(self):
         result = run("rounds", Catalog(), seed=1)
