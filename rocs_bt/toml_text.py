@@ -6,6 +6,7 @@ integers are therefore bounded here, so that a file of any content is read or re
 
 from __future__ import annotations
 
+import functools
 import json
 import re
 import tomllib
@@ -24,6 +25,7 @@ MAX_PARTS = 100
 MAX_DEPTH = 100
 """Tables and lists within each other, at most."""
 
+_SHORT = 100_000  # characters of a text whose data is kept
 _INTEGERS = range(-(2**63), 2**63)
 _PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 _KEY_PART = re.compile(r"""[ \t]*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')[ \t]*""")
@@ -41,6 +43,11 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
     Raises:
         InputError: Not valid TOML, or beyond the bounds of this module.
     """
+    data, places = _parse_short(text, file) if len(text) <= _SHORT else _parse(text, file)
+    return _copied(data), dict(places)
+
+
+def _parse(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, int]]]:
     _refuse_long_keys(text, file)
     _refuse_deep(text, file)
     try:
@@ -58,6 +65,16 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
     places = _positions(text)
     _refuse_values(data, places, file)
     return data, places
+
+
+_parse_short = functools.lru_cache(maxsize=256)(_parse)  # a check reads a robot's file once for each use of the robot
+
+
+def _copied(value: Any) -> Any:
+    """A copy whose tables and lists are new."""
+    if isinstance(value, dict):
+        return {name: _copied(each) for name, each in value.items()}
+    return [_copied(each) for each in value] if isinstance(value, list) else value
 
 
 def as_toml(document: Mapping[str, Any]) -> str:

@@ -145,11 +145,7 @@ class Catalog:
         Raises:
             InputError: With every fault, each at its line.
         """
-        entry = self.find("scenario", name)
-        file = entry.path
-        own = read_toml(file) if entry.text is None else Table(file, self._made_scenario, (), {})
-        table = laid_over_base(own, lambda base: self.find("scenario", base, named_in=file).path)
-        scenario = read_scenario(table, partial(self._missing, file))
+        scenario = self.read_scenario(name)
         faults: list[Fault] = []
         for each in scenario.robots:
             try:
@@ -165,6 +161,18 @@ class Catalog:
             raise InputError(*faults)
         self._allow(*(entry.path for entry in self.content_of(scenario)))
         return scenario
+
+    def read_scenario(self, name: str) -> ScenarioSpec:
+        """A scenario by its name or path, whose robots may be wrong or may not fit it.
+
+        Raises:
+            InputError: With every fault of the scenario's own file and of its bases, each at its line.
+        """
+        entry = self.find("scenario", name)
+        file = entry.path
+        own = read_toml(file) if entry.text is None else Table(file, self._made_scenario, (), {})
+        table = laid_over_base(own, lambda base: self.find("scenario", base, named_in=file).path)
+        return read_scenario(table, partial(self._missing, file))
 
     def content_of(self, scenario: ScenarioSpec) -> tuple[Entry, ...]:
         """Everything that a scenario uses, itself included, for `content_hash`.

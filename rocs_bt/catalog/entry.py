@@ -40,17 +40,22 @@ class Entry:
         name: What people call it: the file's stem, for a robot its folder's name.
         kind: One of `KINDS`.
         path: Its file; a robot's is `robot.toml`.
-        doc: One sentence: TOML's `doc`, Python's docstring, XML's first comment.
         origin: `project`, `shipped`, or `file` where it was named by its path.
         text: Content of an entry that a program made and no file has; None for a file's.
+        outside: Whether a link leads out of the project; such an entry is listed and never read.
     """
 
     name: str
     kind: str
     path: Path
-    doc: str = ""
     origin: str = "project"
     text: str | None = None
+    outside: bool = False
+
+    @property
+    def doc(self) -> str:
+        """One sentence: TOML's `doc`, Python's docstring, XML's first comment; empty where there is none."""
+        return "" if self.outside or self.text is not None else doc_of(self.path)
 
     def contents(self) -> Iterator[tuple[str, bytes]]:
         """Relative path and bytes of each of its files, sorted."""
@@ -77,14 +82,14 @@ def scan(root: Path, kind: str, origin: str) -> Iterator[Entry]:
         for path in sorted(root.glob(pattern)):
             if not path.name.startswith(("_", ".")) and path.is_file():
                 if origin == "project" and not path.resolve().is_relative_to(inside):
-                    yield Entry(name_of(path, kind), kind, path, origin=origin)  # a link that is refused when used
+                    yield Entry(name_of(path, kind), kind, path, origin, outside=True)  # refused when used
                 else:
                     yield make_entry(path, kind, origin)
 
 
 def make_entry(path: Path, kind: str, origin: str) -> Entry:
     """The entry of a file."""
-    return Entry(name_of(path, kind), kind, path, doc_of(path), origin)
+    return Entry(name_of(path, kind), kind, path, origin)
 
 
 def name_of(path: Path, kind: str) -> str:

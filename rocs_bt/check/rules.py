@@ -17,7 +17,8 @@ from .paper import paper_agent
 
 def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     """All that is wrong with a rule file for the robots of the scenarios that use it, or for any robot at all."""
-    for name in _robots(entry, catalog):
+    users = _users(entry, catalog)
+    for name in users or _any_robot(catalog):
         try:
             robot = catalog.load_robot(name)
             if robot.code and not catalog.code:
@@ -30,7 +31,7 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
         with suppress(InputError):  # reported by examine_rules
             rules = load_rules(entry.path, environment, ACTIONS, overrides=own)
             yield from add_test_files(rules, environment, ACTIONS)[1]
-            if name in _users(entry, catalog):  # else no scenario combines this robot with these rules
+            if name in users:  # else no scenario combines this robot with these rules
                 yield from rule_misfits(rules.rules, ACTIONS, agent.knowledge)
 
 
@@ -46,7 +47,7 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
         InputError: The file or its file of tests is wrong, or does not fit a robot.
     """
     found = []
-    for name in [robot] if robot is not None else _robots(entry, catalog):
+    for name in [robot] if robot is not None else _users(entry, catalog) or _any_robot(catalog):
         spec = catalog.load_robot(name)
         environment = Environment.of(paper_agent(spec, catalog.load_class).knowledge.signals)
         rules = load_rules(entry.path, environment, ACTIONS, overrides=thresholds(spec, entry.path))
@@ -57,9 +58,9 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
     return found
 
 
-def _robots(entry: Entry, catalog: Catalog) -> list[str]:
-    """The robots whose scenarios use a rule file; the first robot of all if none does."""
-    return _users(entry, catalog) or [e.name for e in catalog.list("robot")][:1]
+def _any_robot(catalog: Catalog) -> list[str]:
+    """The first robot of all, for a rule file that no scenario uses."""
+    return [entry.name for entry in catalog.list("robot")][:1]
 
 
 def _users(entry: Entry, catalog: Catalog) -> list[str]:
@@ -67,7 +68,7 @@ def _users(entry: Entry, catalog: Catalog) -> list[str]:
     used: dict[str, None] = {}
     for scenario in catalog.list("scenario"):
         try:
-            agents = catalog.load_scenario(scenario.name).agents
+            agents = catalog.read_scenario(scenario.name).agents
         except InputError:
             continue  # told where the scenario itself is checked
         used.update(dict.fromkeys(a.robot for a in agents if entry.name in a.rules))

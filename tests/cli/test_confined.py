@@ -41,8 +41,9 @@ def outside(project) -> Path:
     return Path(shutil.copytree(project, project.parent / "outside"))
 
 
-@pytest.mark.parametrize("command", [("check",), ("run", "first")], ids=lambda c: c[0])
-@pytest.mark.parametrize("absolute", [True, False])
+@pytest.mark.parametrize(
+    ("command", "absolute"), [(("check",), True), (("run", "first"), False)], ids=["check-absolute", "run-relative"]
+)
 @pytest.mark.parametrize(
     ("key", "path"),
     [
@@ -146,9 +147,10 @@ MJCF = {
 }
 
 
-@pytest.mark.parametrize("absolute", [True, False])
 @pytest.mark.parametrize("element", MJCF.values(), ids=MJCF.keys())
-@pytest.mark.parametrize("command", [("check",), ("run", "first")], ids=lambda c: c[0])
+@pytest.mark.parametrize(
+    ("command", "absolute"), [(("check",), True), (("run", "first"), False)], ids=["check-absolute", "run-relative"]
+)
 def test_a_world_names_files_of_the_project_alone(project, outside, rocs_bt, command, absolute, element):
     folder = str(outside) if absolute else os.path.relpath(outside, project / "scenarios" / "worlds")
     (outside / "far.stl").write_bytes(STL)

@@ -28,129 +28,128 @@ def line_of(project, file, text):
     return before.count("\n") + 1
 
 
-@pytest.mark.parametrize("command", [("run", "first"), ("check",)], ids=lambda c: c[0])
-@pytest.mark.parametrize(
-    ("file", "old", "new", "at", "message"),
-    [
-        # Names: an agent, its devices and its places are nodes of one graph.
-        (SCENARIO, '"gate"', '"sonar"', '[[place]]\nname = "sonar"', "the name 'sonar' is taken by the sensor 'sonar'"),
-        (SCENARIO, '"R1"', '"sonar"', "[[agent]]", "the name 'sonar' is taken by the sensor 'sonar' of rover"),
-        (SCENARIO, '"R1"', '"wheels"', "[[agent]]", "the name 'wheels' is taken by the actuator 'wheels' of rover"),
-        (SCENARIO, '"R1"', '"gate"', 'name = "gate"', "the name 'gate' is taken by another table"),
-        (SCENARIO, '"R1"', '""', 'name = ""', "'' is no name"),
-        (SCENARIO, '"R1"', '" "', 'name = " "', "' ' is no name"),
-        (
-            ROBOT,
-            'name = "encoders"',
-            'name = "wheels"',
-            'name = "wheels"\ndriver = "velocity"',
-            "another [[sensor]] is",
-        ),
-        (SCENARIO, 'y = "0 m"\n', 'y = "0 m"\ntolerence = "1 m"\n', "tolerence", "place.0 has no use for 'tolerence'"),
-        (
-            SCENARIO,
-            'name = "gate"\n',
-            'name = "tree"\nkind = "object"\ncolour = "red"\nx = "9 m"\ny = "0 m"\n[[place]]\nname = "gate"\n',
-            "[[place]]",
-            "'object tree' has no attribute 'colour'",
-        ),
-        # Devices and blocks.
-        (
-            ROBOT,
-            '[[analyze]]\nname = "position"',
-            '[[monitor]]\nname = "again"\nclass = "WheelMonitor"\nsensors = ["encoders"]\n'
-            '[[analyze]]\nname = "position"',
-            '[[monitor]]\nname = "again"',
-            "the monitor 'wheels' and the monitor 'again' both write the signal 'wheel_speeds'",
-        ),
-        (
-            ROBOT,
-            MOTORS,
-            'driver = "velocity"\nmotors = ["left_motor"]',
-            "[[actuator]]",
-            "the actuator 'wheels' takes 1 rim speeds, but a 'differential' drive has 2 wheels. Give it a motor",
-        ),
-        (
-            ROBOT,
-            MOTORS,
-            'driver = "velocity"\nmotors = ["left_motor", "left_motor"]',
-            "[[actuator]]",
-            "motors must name each of the model's once, found left_motor twice",
-        ),
-        (ROBOT, "beams = 16\n", "beams = 15\n", f'[[monitor]]\nname = "range"\n{RANGE}', "expects 15 values from the"),
-        (
-            ROBOT,
-            "beams = 16\n",
-            "beams = 2.5\n",
-            f'[[monitor]]\nname = "range"\n{RANGE}',
-            "must be a whole number, found",
-        ),
-        (
-            ROBOT,
-            'vanish = "0.7 m"',
-            'vanish = "x"',
-            '[[monitor]]\nname = "range"',
-            "vanish of RangeMonitor 'range' must be",
-        ),
-        (ROBOT, 'vanish = "0.7 m"', "vanish = nan", '[[monitor]]\nname = "range"', "must be a number, found nan"),
-        (ROBOT, "beams = 16\n", "beams = 0\n", f'[[monitor]]\nname = "range"\n{RANGE}', "must be at least 1, found 0"),
-        (
-            ROBOT,
-            'sensors = ["position", "orientation"]',
-            'sensors = ["position", "orientation"]\nposition = "gps"',
-            '[[monitor]]\nname = "pose"',
-            "no sensor is named 'gps'. The monitor 'pose' has: orientation, position",
-        ),
-        (
-            ROBOT,
-            "beams = [1, 2, 3",
-            "beams = [1, 2, 33",
-            '[[monitor]]\nname = "range"',
-            "group 'front' of monitor 'range'",
-        ),
-        (
-            ROBOT,
-            GROUPS,
-            GROUPS.replace("front", "fron"),
-            "[[analyze]]",
-            "no signal is named 'fron'. Did you mean 'front'",
-        ),
-        (ROBOT, GROUPS, GROUPS.replace("range", "pose"), "[[analyze]]", "no signal is named 'front'. What 'obstacle'"),
-        (ROBOT, 'near = "0.6 m"', 'near = "6 m"', "[[analyze]]", "near must be above 0 m and below clear, found 6 m"),
-        (ROBOT, 'noise = "0 m"', 'noise = "inf m"', "noise", "noise must be finite, found 'inf m'"),
-        (ROBOT, 'track = "0.331 m"', 'track = "0 m"', "[drive]", "track of a 'differential' drive must be a positive"),
-        (
-            ROBOT,
-            'max_command_age = "0.2 s"',
-            'max_command_age = "10 ms"',
-            "[[actuator]]",
-            "the actuator 'wheels' goes to neutral 0.01 s after a command, but first commands it only every 0.05 s",
-        ),
-        # Files.
-        (ROBOT, '"robot.xml"', '"/etc/hostname"', "model", "'/etc/hostname' is not in the robot's folder"),
-        (ROBOT, '"robot.xml"', '"../../robot.xml"', "model", "'../../robot.xml' is not in the robot's folder"),
-        (ROBOT, '"velocity"', '"../../own.py:Own"', 'driver = "../', "'../../own.py' is not in the robot's folder"),
-        (BODY, '<mesh name="hull"', '<mesh name="hul"', '<geom name="hull"', "the model does not compile: Error: mesh"),
-        # The world, and who moves in it.
-        (SCENARIO, 'x = "-1.5 m"', 'x = "-2.4 m"', "[[agent]]", "R1 cannot start at x = -2."),
-        (
-            SCENARIO,
-            "[[agent]]",
-            f'{MOVER}max_leg = "inf s"\n[[agent]]',
-            "[[mover]]",
-            "max_leg must be finite and no less",
-        ),
-        (SCENARIO, "[[agent]]", f'{MOVER}margin = "-1 m"\n[[agent]]', "[[mover]]", "margin must be finite and no less"),
-        (
-            SCENARIO,
-            '[[place]]\nname = "gate"',
-            '[rate]\ncontrol = "50 Hz"\n[[place]]\nname = "gate"',
-            "[rate]",
-            'which is not a whole number. Use 16.6667 Hz or 25 Hz. Or have all sensors keep step: sensors = "50 Hz"',
-        ),
-    ],
-)
-def test_what_cannot_work_is_refused_with_its_place(project, rocs_bt, command, file, old, new, at, message):
+WRONG = [
+    # Names: an agent, its devices and its places are nodes of one graph.
+    (SCENARIO, '"gate"', '"sonar"', '[[place]]\nname = "sonar"', "the name 'sonar' is taken by the sensor 'sonar'"),
+    (SCENARIO, '"R1"', '"sonar"', "[[agent]]", "the name 'sonar' is taken by the sensor 'sonar' of rover"),
+    (SCENARIO, '"R1"', '"wheels"', "[[agent]]", "the name 'wheels' is taken by the actuator 'wheels' of rover"),
+    (SCENARIO, '"R1"', '"gate"', 'name = "gate"', "the name 'gate' is taken by another table"),
+    (SCENARIO, '"R1"', '""', 'name = ""', "'' is no name"),
+    (SCENARIO, '"R1"', '" "', 'name = " "', "' ' is no name"),
+    (
+        ROBOT,
+        'name = "encoders"',
+        'name = "wheels"',
+        'name = "wheels"\ndriver = "velocity"',
+        "another [[sensor]] is",
+    ),
+    (SCENARIO, 'y = "0 m"\n', 'y = "0 m"\ntolerence = "1 m"\n', "tolerence", "place.0 has no use for 'tolerence'"),
+    (
+        SCENARIO,
+        'name = "gate"\n',
+        'name = "tree"\nkind = "object"\ncolour = "red"\nx = "9 m"\ny = "0 m"\n[[place]]\nname = "gate"\n',
+        "[[place]]",
+        "'object tree' has no attribute 'colour'",
+    ),
+    # Devices and blocks.
+    (
+        ROBOT,
+        '[[analyze]]\nname = "position"',
+        '[[monitor]]\nname = "again"\nclass = "WheelMonitor"\nsensors = ["encoders"]\n[[analyze]]\nname = "position"',
+        '[[monitor]]\nname = "again"',
+        "the monitor 'wheels' and the monitor 'again' both write the signal 'wheel_speeds'",
+    ),
+    (
+        ROBOT,
+        MOTORS,
+        'driver = "velocity"\nmotors = ["left_motor"]',
+        "[[actuator]]",
+        "the actuator 'wheels' takes 1 rim speeds, but a 'differential' drive has 2 wheels. Give it a motor",
+    ),
+    (
+        ROBOT,
+        MOTORS,
+        'driver = "velocity"\nmotors = ["left_motor", "left_motor"]',
+        "[[actuator]]",
+        "motors must name each of the model's once, found left_motor twice",
+    ),
+    (ROBOT, "beams = 16\n", "beams = 15\n", f'[[monitor]]\nname = "range"\n{RANGE}', "expects 15 values from the"),
+    (
+        ROBOT,
+        "beams = 16\n",
+        "beams = 2.5\n",
+        f'[[monitor]]\nname = "range"\n{RANGE}',
+        "must be a whole number, found",
+    ),
+    (
+        ROBOT,
+        'vanish = "0.7 m"',
+        'vanish = "x"',
+        '[[monitor]]\nname = "range"',
+        "vanish of RangeMonitor 'range' must be",
+    ),
+    (ROBOT, 'vanish = "0.7 m"', "vanish = nan", '[[monitor]]\nname = "range"', "must be a number, found nan"),
+    (ROBOT, "beams = 16\n", "beams = 0\n", f'[[monitor]]\nname = "range"\n{RANGE}', "must be at least 1, found 0"),
+    (
+        ROBOT,
+        'sensors = ["position", "orientation"]',
+        'sensors = ["position", "orientation"]\nposition = "gps"',
+        '[[monitor]]\nname = "pose"',
+        "no sensor is named 'gps'. The monitor 'pose' has: orientation, position",
+    ),
+    (
+        ROBOT,
+        "beams = [1, 2, 3",
+        "beams = [1, 2, 33",
+        '[[monitor]]\nname = "range"',
+        "group 'front' of monitor 'range'",
+    ),
+    (
+        ROBOT,
+        GROUPS,
+        GROUPS.replace("front", "fron"),
+        "[[analyze]]",
+        "no signal is named 'fron'. Did you mean 'front'",
+    ),
+    (ROBOT, GROUPS, GROUPS.replace("range", "pose"), "[[analyze]]", "no signal is named 'front'. What 'obstacle'"),
+    (ROBOT, 'near = "0.6 m"', 'near = "6 m"', "[[analyze]]", "near must be above 0 m and below clear, found 6 m"),
+    (ROBOT, 'noise = "0 m"', 'noise = "inf m"', "noise", "noise must be finite, found 'inf m'"),
+    (ROBOT, 'track = "0.331 m"', 'track = "0 m"', "[drive]", "track of a 'differential' drive must be a positive"),
+    (
+        ROBOT,
+        'max_command_age = "0.2 s"',
+        'max_command_age = "10 ms"',
+        "[[actuator]]",
+        "the actuator 'wheels' goes to neutral 0.01 s after a command, but first commands it only every 0.05 s",
+    ),
+    # Files.
+    (ROBOT, '"robot.xml"', '"/etc/hostname"', "model", "'/etc/hostname' is not in the robot's folder"),
+    (ROBOT, '"robot.xml"', '"../../robot.xml"', "model", "'../../robot.xml' is not in the robot's folder"),
+    (ROBOT, '"velocity"', '"../../own.py:Own"', 'driver = "../', "'../../own.py' is not in the robot's folder"),
+    (BODY, '<mesh name="hull"', '<mesh name="hul"', '<geom name="hull"', "the model does not compile: Error: mesh"),
+    # The world, and who moves in it.
+    (SCENARIO, 'x = "-1.5 m"', 'x = "-2.4 m"', "[[agent]]", "R1 cannot start at x = -2."),
+    (
+        SCENARIO,
+        "[[agent]]",
+        f'{MOVER}max_leg = "inf s"\n[[agent]]',
+        "[[mover]]",
+        "max_leg must be finite and no less",
+    ),
+    (SCENARIO, "[[agent]]", f'{MOVER}margin = "-1 m"\n[[agent]]', "[[mover]]", "margin must be finite and no less"),
+    (
+        SCENARIO,
+        '[[place]]\nname = "gate"',
+        '[rate]\ncontrol = "50 Hz"\n[[place]]\nname = "gate"',
+        "[rate]",
+        'which is not a whole number. Use 16.6667 Hz or 25 Hz. Or have all sensors keep step: sensors = "50 Hz"',
+    ),
+]
+CASES = [*((("check",), *row) for row in WRONG), *((("run", "first"), *row) for row in WRONG[::6])]
+
+
+@pytest.mark.parametrize(("command", "file", "old", "new", "at", "message"), CASES)
+def test_what_cannot_work_is_refused_with_its_location(project, rocs_bt, command, file, old, new, at, message):
     edit(project, file, old, new)
     told = rocs_bt(*command)
     assert told.code == 2, told.text
