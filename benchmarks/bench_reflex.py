@@ -22,7 +22,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 from row import Row, size
 
-from rocs_bt.agent import Mind, Runtime, ThreadedRunner
+from rocs_bt.agent import Controller, Runtime, ThreadedRunner
 from rocs_bt.catalog import Catalog, PlaceSpec
 from rocs_bt.clock import WallClock
 from rocs_bt.device import Actuator, Reading, Sensor
@@ -105,7 +105,7 @@ def measure(
         stage.actuators["wheels"].wrap(lambda device: wheels)
 
     rules = [catalog.find("rules", "avoid_collision").path]
-    mind = Mind(build, rules=rules, places=[PlaceSpec("far", "goal", Pose2(9.0, 0.0), 0.1, ("R1",))])
+    mind = Controller(build, rules=rules, places=[PlaceSpec("far", "goal", Pose2(9.0, 0.0), 0.1, ("R1",))])
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(Path(folder) / "run.mcap", RunHeader(scenario="reflex", seed=1, mode="threaded"))
         with SinkThread(recorder) as sink:

@@ -40,7 +40,7 @@ from pathlib import Path
 import numpy as np
 
 import rocs_bt
-from rocs_bt.agent import Mind, RobotDevices, Runtime, robot_drive
+from rocs_bt.agent import Controller, RobotDevices, Runtime, robot_drive
 from rocs_bt.catalog import load_robot
 from rocs_bt.channel import Signals, Stamped
 from rocs_bt.clock import Rate
@@ -312,7 +312,7 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
     body = MockRobot(world, robot_drive(spec.drive), rocs_bt.Pose2(0.0, 0.0, 0.0))
     gate = spec.actuators[0].guard(Wheels(body), clock, PERIOD)
     body.gates.append(gate)
-    mind = Mind(
+    mind = Controller(
         build=lambda mission: Shuttle("shuttle", **mission.parts),
         reflexes=lambda knowledge: [KeepOff(knowledge)],
         actions=[Creep, Spin, TurnBack, BackOff],

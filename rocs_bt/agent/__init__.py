@@ -6,8 +6,8 @@ and the layers above import it.
 
 from ..catalog import robot_drive
 from .agent import Agent
-from .build import Mind, build_agent
-from .facts import tell_facts
+from .build import Controller, build_agent
+from .facts import add_facts
 from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile, RuleWatch
 from .threaded import ThreadedRunner
@@ -15,14 +15,14 @@ from .threaded import ThreadedRunner
 __all__ = [
     "Agent",
     "Blocks",
-    "Mind",
+    "Controller",
     "Rates",
     "RobotDevices",
     "RuleFile",
     "RuleWatch",
     "Runtime",
     "ThreadedRunner",
+    "add_facts",
     "build_agent",
     "robot_drive",
-    "tell_facts",
 ]

@@ -29,7 +29,7 @@ from ..plan import Mission, Plan, TreePlan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from ..safety import SafetyGate
 from .agent import Agent
-from .facts import examine_queries, tell_facts
+from .facts import add_facts, check_queries
 from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile
 from .wiring import LoadClass, declare_signals, make_analyzers, make_monitors
@@ -38,7 +38,7 @@ Keep = Callable[[Hashable, Callable[[], Any]], Any]
 
 
 @dataclass(frozen=True)
-class Mind:
+class Controller:
     """What makes a robot an agent: what it is to do and when it flinches.
 
     Attributes:
@@ -57,7 +57,7 @@ class Mind:
         robot_model: The class of `knowledge.robot`.
         strategy_model: The class of `knowledge.strategy`.
         schema: What may stand in its Knowledge.
-        told: What only an oracle may know (`Mission.told`).
+        privileged: What only an oracle may know (`Mission.told`).
     """
 
     build: Callable[..., Any]
@@ -74,13 +74,13 @@ class Mind:
     robot_model: type[RobotModel] = RobotModel
     strategy_model: type[StrategyModel] = StrategyModel
     schema: Schema = SCHEMA
-    told: Mapping[str, Any] = field(default_factory=dict)
+    privileged: Mapping[str, Any] = field(default_factory=dict)
 
 
 def build_agent(
     name: str,
     devices: RobotDevices,
-    mind: Mind,
+    controller: Controller,
     rates: Rates,
     runtime: Runtime,
     *,
@@ -93,7 +93,7 @@ def build_agent(
     Args:
         name: The agent's name.
         devices: Its robot's table, which is built exactly, and devices.
-        mind: Mission, rules and knowledge at the start.
+        controller: Mission, rules and knowledge at the start.
         rates: Rates of the blocks.
         runtime: Clock, sink, timer and random streams.
         load_class: Loads a class that robot.toml names as `file.py:Class`.
@@ -105,32 +105,32 @@ def build_agent(
     """
     robot, clock, sink = devices.robot, runtime.clock, runtime.sink
     drive = robot_drive(robot.drive)
-    knowledge = _knowledge(name, robot, drive, mind, clock, sink)
+    knowledge = _knowledge(name, robot, drive, controller, clock, sink)
     _check_wheels(robot, drive, devices.actuators)
     monitors = make_monitors(robot, knowledge, devices.sensors, devices.sensor_rates, sink, load_class)
     analyzers = make_analyzers(robot, knowledge, monitors, sink, load_class)
     declare_signals(knowledge, [*monitors, *analyzers], robot)
-    examine_queries(knowledge, mind.facts)
-    actions = action_table(*mind.actions)
-    pipeline = Pipeline(clock, sink, name, latency=mind.latency)
+    check_queries(knowledge, controller.facts)
+    actions = action_table(*controller.actions)
+    pipeline = Pipeline(clock, sink, name, latency=controller.latency)
     environment = Environment.of(knowledge.signals)
-    rule_files = _rule_files(mind, robot, environment, actions, knowledge, keep)
-    knowledge.reactive_models.extend([*(file.model for file in rule_files), *mind.reflexes(knowledge)])
+    rule_files = _rule_files(controller, robot, environment, actions, knowledge, keep)
+    knowledge.reactive_models.extend([*(file.model for file in rule_files), *controller.reflexes(knowledge)])
     _follow_mode(knowledge, [file.model for file in rule_files])
     sharing = None if share is None else _with_mailbox(share(knowledge), devices.sensors)
     body = _body(devices, knowledge, drive, rates, runtime, sharing)
     arc = ReflexArc(knowledge.reactive_models, pipeline, actions, sink, name, clock)
     mission = Mission(
-        mind.mission,
+        controller.mission,
         knowledge=knowledge,
         pipeline=pipeline,
         actions=actions,
         compile_guard=lambda text: compile_expression(text, environment),
         rule_reading=arc.reading,
         rng=runtime.rng,
-        told=mind.told,
+        told=controller.privileged,
     )
-    plan = _plan(mind, mission)
+    plan = _plan(controller, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")
     for analyze in analyzers:
         analyze.attach(plan)
@@ -156,20 +156,24 @@ def _body(
     return body
 
 
-def _knowledge(name: str, robot: RobotSpec, drive: Drive, mind: Mind, clock: Clock, sink: EventSink) -> Knowledge:
+def _knowledge(
+    name: str, robot: RobotSpec, drive: Drive, controller: Controller, clock: Clock, sink: EventSink
+) -> Knowledge:
     """What the agent knows at the start."""
-    knowledge = Knowledge(name, clock, sink, mind.schema, mind.world_model, mind.robot_model, mind.strategy_model)
-    describe(knowledge, robot, drive, mind.places, mind.peers)
-    tell_facts(knowledge, [fact for fact in mind.facts if not fact.at])
-    if any(fact.at for fact in mind.facts):  # what will be told must fit too, and that is known now
-        rehearsal = Knowledge(name, clock, NullSink(), mind.schema)
-        describe(rehearsal, robot, drive, mind.places, mind.peers)
-        tell_facts(rehearsal, sorted(mind.facts, key=lambda fact: fact.at))
+    knowledge = Knowledge(
+        name, clock, sink, controller.schema, controller.world_model, controller.robot_model, controller.strategy_model
+    )
+    describe(knowledge, robot, drive, controller.places, controller.peers)
+    add_facts(knowledge, [fact for fact in controller.facts if not fact.at])
+    if any(fact.at for fact in controller.facts):  # what will be told must fit too, and that is known now
+        rehearsal = Knowledge(name, clock, NullSink(), controller.schema)
+        describe(rehearsal, robot, drive, controller.places, controller.peers)
+        add_facts(rehearsal, sorted(controller.facts, key=lambda fact: fact.at))
     return knowledge
 
 
 def _rule_files(
-    mind: Mind,
+    controller: Controller,
     robot: RobotSpec,
     environment: Environment,
     actions: Mapping[str, type[Action]],
@@ -184,16 +188,16 @@ def _rule_files(
             actions,
             thresholds(robot, file),
             knowledge,
-            partial(keep, ("rules", file, robot.file, mind.mission)),
+            partial(keep, ("rules", file, robot.file, controller.mission)),
         )
-        for file in mind.rules
+        for file in controller.rules
     ]
 
 
-def _plan(mind: Mind, mission: Mission) -> Plan:
+def _plan(controller: Controller, mission: Mission) -> Plan:
     """The planner that a mission's `build` makes."""
-    with blame(*_source(mind.build)):
-        planned = mind.build(mission, **mind.parameters)
+    with blame(*_source(controller.build)):
+        planned = controller.build(mission, **controller.parameters)
         return planned if isinstance(planned, Plan) else TreePlan(planned, mission)
 
 

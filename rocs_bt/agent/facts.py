@@ -16,7 +16,7 @@ TO, BOTH_WAYS = "to", "both_ways"
 POSE = ("x", "y", "yaw")
 
 
-def tell_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
+def add_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
     """Put facts into the graph: first all nodes, so that relations may lead to what is told later.
 
     Raises:
@@ -33,7 +33,7 @@ def tell_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
         raise InputError(*faults)
 
 
-def examine_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
+def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
     """Hold the guards of strategies, and the questions, against the language of queries, before anybody asks them.
 
     Raises:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..actions import ACTIONS, action_table
-from ..agent import Agent, Mind
+from ..agent import Agent, Controller
 from ..catalog import Catalog, Entry, functions_in
 from ..errors import Fault
 from ..expression import Environment, compile_expression
@@ -50,7 +50,7 @@ def _built(build: Any, catalog: Catalog) -> list[Fault]:
     robot = next(iter(catalog.list("robot")), None)
     if robot is None:
         return []
-    mind = Mind(build=idle, schema=catalog.load_schema())
+    mind = Controller(build=idle, schema=catalog.load_schema())
     agent = paper_agent(catalog.load_robot(str(robot.path)), catalog.load_class, mind)
     return built_faults(build, agent, {}, fit=False)
 

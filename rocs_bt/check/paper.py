@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..agent import Agent, Mind, Rates, RobotDevices, Runtime, build_agent
+from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..catalog import RateSpec, RobotSpec, command_size
 from ..clock import SimulatedClock
 from ..device import Actuator, Reading, Sensor
@@ -43,7 +43,7 @@ def idle(mission: Mission) -> Plan:
 def paper_agent(
     robot: RobotSpec,
     load_class: Callable[[Path, str], type],
-    mind: Mind | None = None,
+    mind: Controller | None = None,
     name: str = "R1",
 ) -> Agent:
     """An agent of a robot, never to be run.
@@ -69,4 +69,4 @@ def paper_agent(
         {s.name: RateSpec(sensors=rate.control).sensor_rate(None, s.name) for s in robot.sensors},
     )
     runtime = Runtime(clock, NullSink())
-    return build_agent(name, devices, mind or Mind(build=idle), rates, runtime, load_class=load_class)
+    return build_agent(name, devices, mind or Controller(build=idle), rates, runtime, load_class=load_class)

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..action import Parameter
 from ..actions import action_table
-from ..agent import Mind
+from ..agent import Controller
 from ..catalog import Catalog, Entry
 from ..errors import Fault, InputError
 from ..plan import TreePlan, mission_actions, mission_parameters
@@ -57,7 +57,7 @@ def draw_mission(
     build = catalog.load_mission(str(entry.path), dialect)
     declared = mission_parameters(build)
     given = {name: _any_value(p) for name, p in declared.items() if p.required}
-    mind = Mind(
+    mind = Controller(
         build=build, mission=entry.name, parameters=given, actions=mission_actions(build), schema=catalog.load_schema()
     )
     plan = paper_agent(catalog.load_robot(robot), catalog.load_class, mind).plan

@@ -9,7 +9,7 @@ from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..agent import Agent, Mind
+from ..agent import Agent, Controller
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
 from ..device import Actuator, Reading, Sensor
 from ..drivers.mujoco import (
@@ -45,7 +45,7 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     if not own:
         return
     try:
-        agent = paper_agent(robot, catalog.load_class, Mind(build=idle, schema=catalog.load_schema()))
+        agent = paper_agent(robot, catalog.load_class, Controller(build=idle, schema=catalog.load_schema()))
     except InputError as error:
         yield from error.at(robot.file).faults
     else:

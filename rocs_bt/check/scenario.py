@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from ..actions import action_table
-from ..agent import Agent, Mind, Rates, Runtime, build_agent
+from ..agent import Agent, Controller, Rates, Runtime, build_agent
 from ..agent.build import thresholds
 from ..catalog import AgentSpec, Catalog, Entry, PlaceSpec, RobotSpec, ScenarioSpec, is_reference
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
@@ -73,9 +73,9 @@ def mind_doubts(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
     return doubts
 
 
-def _mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Mind:
+def _mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Controller:
     """What an agent knows at the start, with a mission that does nothing."""
-    return Mind(
+    return Controller(
         build=idle,
         places=[p for p in scenario.places if agent.name in p.agents],
         facts=scenario.facts_of(agent.name),
@@ -194,7 +194,7 @@ def _beyond(scenario: ScenarioSpec, stage: SimulatedWorld) -> Iterable[Fault]:
 
 def _alone(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, stage: SimulatedWorld) -> Agent:
     """An agent alone in the world, without a mission."""
-    mind = Mind(
+    mind = Controller(
         build=idle,
         rules=[catalog.find("rules", name).path for name in agent.rules],
         places=[p for p in scenario.places if agent.name in p.agents],

@@ -17,7 +17,7 @@ from .terminal import echo, styled
 if TYPE_CHECKING:
     from ..reactive import RuleSet
     from ..record import AgentInfo, Recording
-    from ..simulation.rule_replay import RuleReplay, Seen
+    from ..simulation.rule_replay import ReflexInput, RuleReplay
 
 _PANELS = 6  # rules whose signals a picture shows, where nobody names them
 
@@ -71,18 +71,18 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
     """
     from ..record import Recording
     from ..record.figures.rules import draw_rules, write_picture
-    from ..simulation.rule_replay import place_of, replay_rules, see
+    from ..simulation.rule_replay import reflex_input, replay_rules, rule_index
 
     catalog, recording = catalog_for(file), Recording.open(run)
     path = catalog.find("rules", file).path
     folder = out or (run if run.is_dir() else run.parent) / "rules"
     for info, rules in _fitting(path, _agents(recording, path, agent), catalog):
-        found = replay_rules(rules, see(recording, info))
+        found = replay_rules(rules, reflex_input(recording, info))
         echo("\n".join(_table(found)))
         traces = found.traces()
-        shown = [traces[place_of(rule, found.rules)].name for rule in wanted]
+        shown = [traces[rule_index(rule, found.rules)].name for rule in wanted]
         shown = shown or [trace.name for trace in traces if trace.latched.any()][:_PANELS]
-        canvas = draw_rules(found.seen.t, traces, shown, f"{path.stem} on {recording.header.label}, {info.name}")
+        canvas = draw_rules(found.inputs.t, traces, shown, f"{path.stem} on {recording.header.label}, {info.name}")
         for picture in write_picture(f"{path.stem}-{info.name}", canvas, folder):
             echo(str(picture))
 
@@ -119,16 +119,18 @@ def tune(
 
     from ..record import Recording
     from ..record.figures.rules import draw_sweep, write_picture
-    from ..simulation.rule_replay import place_of, see, sweep_threshold, threshold_dimension
+    from ..simulation.rule_replay import reflex_input, rule_index, sweep_threshold, threshold_dimension
     from ..units import convert
 
     catalog = catalog_for(file)
     path = catalog.find("rules", file).path
     recordings = [Recording.open(run) for run in runs]
     whose = [_fitting(path, _agents(recording, path, agent), catalog) for recording in recordings]
-    fitted = [(see(r, info), own) for r, fitting in zip(recordings, whose, strict=True) for info, own in fitting]
+    fitted = [
+        (reflex_input(r, info), own) for r, fitting in zip(recordings, whose, strict=True) for info, own in fitting
+    ]
     seen, rules = [each for each, _ in fitted], fitted[0][1]
-    place_of(rule, rules)
+    rule_index(rule, rules)
     dimension = threshold_dimension(threshold, rules)
     now = [own.thresholds[threshold] for _, own in fitted]  # robots may override it
     around = [factor * present for present in now for factor in (0.5, 2.0)]
@@ -193,7 +195,7 @@ def _fitting(file: Path, agents: Sequence[AgentInfo], catalog: Catalog) -> list[
 
 def _table(found: RuleReplay) -> list[str]:
     """Each rule's firings, then how it was in the run itself."""
-    seen: Seen = found.seen
+    seen: ReflexInput = found.inputs
     lines = [f"{found.rules.name} on {seen.run}, {seen.agent.name}: {len(seen.t)} samples, none interpolated"]
     if found.firings:
         width = max(len(f.rule) for f in found.firings)

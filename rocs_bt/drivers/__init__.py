@@ -17,8 +17,8 @@ from .parameters import (
     WheelSpeedParameters,
     WheelTravelParameters,
     constructor_parameters,
+    driver_class,
     parameters_of_driver,
-    pick,
     read_parameters,
 )
 
@@ -35,7 +35,7 @@ __all__ = [
     "WheelSpeedParameters",
     "WheelTravelParameters",
     "constructor_parameters",
+    "driver_class",
     "parameters_of_driver",
-    "pick",
     "read_parameters",
 ]

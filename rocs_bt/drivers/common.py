@@ -13,7 +13,7 @@ from .parameters import GyroParameters, RobotSensorParameters
 _NOBODY = (0.0, math.inf, 0.0)
 
 
-class Sightings:
+class RobotSensorModel:
     """Turns poses into readings: who is in view and not hidden, with noise, the nearest first.
 
     Args:
@@ -27,7 +27,7 @@ class Sightings:
         self._drawn_at = math.nan
         self._errors: list[list[float]] = []
 
-    def look(self, stamp: float, pose: Pose2, peers: Mapping[int, Pose2], seen: Callable[[int], bool]) -> list[float]:
+    def read(self, stamp: float, pose: Pose2, peers: Mapping[int, Pose2], seen: Callable[[int], bool]) -> list[float]:
         """One reading.
 
         Args:
@@ -54,7 +54,7 @@ class Sightings:
         return [value for slot in slots for value in slot]
 
 
-class Turning:
+class GyroModel:
     """Turns headings into readings of a gyro: the mean turn rate since the reading before, with its bias.
 
     The mean, not the rate at an instant: such a device samples itself a thousand times a second and adds up, so what
@@ -71,7 +71,7 @@ class Turning:
         self._yaw = math.nan
         self._told = 0.0
 
-    def look(self, stamp: float, yaw: float) -> float:
+    def read(self, stamp: float, yaw: float) -> float:
         """One reading [rad/s]; a second look at the same instant says the same.
 
         Args:

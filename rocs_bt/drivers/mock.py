@@ -23,7 +23,7 @@ from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
 from ..knowledge.share import Letterbox, packed
 from ..safety import SafetyGate
-from .common import Sightings, Turning
+from .common import GyroModel, RobotSensorModel
 from .parameters import (
     DRIVER_PARAMETERS,
     GyroParameters,
@@ -32,7 +32,7 @@ from .parameters import (
     RobotSensorParameters,
     VelocityParameters,
     WheelTravelParameters,
-    pick,
+    driver_class,
     read_parameters,
 )
 
@@ -169,12 +169,12 @@ class MockGyro(MockSensor):
     """Mean yaw rate since the reading before [rad/s]."""
 
     parameters: GyroParameters
-    _turning: Turning | None = None
+    _model: GyroModel | None = None
 
     def sample(self) -> list[float]:
-        if self._turning is None:  # whoever made this sensor has given it its `rng` by now
-            self._turning = Turning(self.parameters, self.rng)
-        return [self._turning.look(self.robot.world.clock.now(), self.robot.pose.yaw)]
+        if self._model is None:  # whoever made this sensor has given it its `rng` by now
+            self._model = GyroModel(self.parameters, self.rng)
+        return [self._model.read(self.robot.world.clock.now(), self.robot.pose.yaw)]
 
 
 class MockRangeCone(MockSensor):
@@ -216,19 +216,19 @@ class MockRobotSensor(MockSensor):
 
     def __init__(self, name: str, robot: MockRobot, parameters: RobotSensorParameters) -> None:
         super().__init__(name, robot, parameters)
-        self._sightings: Sightings | None = None
+        self._model: RobotSensorModel | None = None
 
     def sample(self) -> list[float]:
         world, here = self.robot.world, self.robot.pose
         peers = {tag: other.pose for tag, other in enumerate(world.robots, 1) if other is not self.robot}
-        if self._sightings is None:  # whoever made this sensor has given it its `rng` by now
-            self._sightings = Sightings(self.parameters, self.rng)
+        if self._model is None:  # whoever made this sensor has given it its `rng` by now
+            self._model = RobotSensorModel(self.parameters, self.rng)
 
         def seen(tag: int) -> bool:
             away = peers[tag].x - here.x, peers[tag].y - here.y
             return world.ray(here.x, here.y, math.atan2(away[1], away[0])) >= math.hypot(*away)
 
-        return self._sightings.look(world.clock.now(), here, peers, seen)
+        return self._model.read(world.clock.now(), here, peers, seen)
 
 
 class MockWheels(Actuator):
@@ -298,7 +298,7 @@ def make_sensor(
     Raises:
         InputError: No such driver, or parameters that do not fit it.
     """
-    cls = pick(SENSORS, driver, "sensor", "mock")
+    cls = driver_class(SENSORS, driver, "sensor", "mock")
     sensor = cls(name, robot, read_parameters(DRIVER_PARAMETERS[driver], parameters, f"{driver} sensor '{name}'"))
     sensor.noise = noise
     sensor.rng = sensor.rng if rng is None else rng
@@ -311,7 +311,7 @@ def make_actuator(robot: MockRobot, name: str, driver: str, parameters: Mapping[
     Raises:
         InputError: No such driver, or parameters that do not fit it or the drive.
     """
-    cls = pick(ACTUATORS, driver, "actuator", "mock")
+    cls = driver_class(ACTUATORS, driver, "actuator", "mock")
     return cls(name, robot, read_parameters(VelocityParameters, parameters, f"{driver} actuator '{name}'"))
 
 

@@ -364,7 +364,7 @@ def constructor_parameters(cls: type, place: str) -> dict[str, Parameter]:
     return found
 
 
-def pick(drivers: Mapping[str, type[T]], driver: str | type[T], kind: str, backend: str) -> type[T]:
+def driver_class(drivers: Mapping[str, type[T]], driver: str | type[T], kind: str, backend: str) -> type[T]:
     """A driver's class.
 
     Args:

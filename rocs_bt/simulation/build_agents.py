@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from ..agent import Agent, Mind, Rates, RobotDevices, Runtime, build_agent
+from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..catalog import AgentSpec, Catalog, ScenarioSpec
 from ..clock import Rate
 from ..errors import InputError, blame
@@ -16,8 +16,10 @@ from .random_streams import stream
 from .share import sharing_of
 
 
-def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None = None) -> Mind:
-    """What a scenario says of one agent's mind.
+def load_controller(
+    scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None = None
+) -> Controller:
+    """What a scenario says of one agent's controller.
 
     Args:
         scenario: The scenario.
@@ -33,7 +35,7 @@ def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build:
         parameters = mission_arguments(mission, agent.parameters if build is None else {})
     except InputError as error:
         raise error.at(scenario.file, agent.parameters_line or agent.line) from error
-    return Mind(
+    return Controller(
         build=mission,
         mission=agent.mission if build is None else getattr(build, "__module__", "mission"),
         parameters=parameters,
@@ -43,7 +45,7 @@ def load_mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build:
         peers={name: tag for name, tag in scenario.tags.items() if name != agent.name},
         actions=mission_actions(mission),
         latency=agent.latency,
-        told=agent.told,
+        privileged=agent.told,
         schema=catalog.load_schema(),
     )
 
@@ -74,13 +76,13 @@ def build_agents(
     shares = sharing_of(scenario, runtime.clock, seed)
     agents = []
     for agent in scenario.agents:
-        mind = load_mind(scenario, agent, catalog, (missions or {}).get(agent.name))
+        controller = load_controller(scenario, agent, catalog, (missions or {}).get(agent.name))
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
         with blame(scenario.file, agent.line):
             built = build_agent(
                 agent.name,
                 devices[agent.name],
-                mind,
+                controller,
                 rates,
                 own,
                 load_class=catalog.load_class,

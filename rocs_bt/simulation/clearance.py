@@ -10,7 +10,7 @@ from ..drivers.mujoco.nearness import Among
 from ..event import Approached, EventSink
 from ..geometry import Pose2, wrap_angle
 
-AMONG: tuple[Among, ...] = ("things", "robots")
+AMONG: tuple[Among, ...] = ("obstacles", "robots")
 
 
 class ClearanceWatch:
@@ -41,7 +41,7 @@ class ClearanceWatch:
         carried = not self._world.only_robots_move
         for name, sure in self._sure.items():
             own = moved[name]
-            sure["things"] -= math.inf if carried else own
+            sure["obstacles"] -= math.inf if carried else own
             sure["robots"] -= own + (second if own == most else most)
             due = [among for among in AMONG if sure[among] <= self._nearest[name]]
             if due:

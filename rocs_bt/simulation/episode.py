@@ -13,7 +13,7 @@ from ..drivers.mujoco import Contact
 from ..event import BodyMoved, EventSink, GoalEntered, Touched, pack
 from .clearance import ClearanceWatch
 from .fact_schedule import FactSchedule
-from .judging import END, Judging, Mind, brake, wait_until
+from .judging import END, EpisodeAgent, JudgePanel, brake, wait_until
 from .outcome import Verdict
 from .physics_thread import PhysicsThread
 from .simulated_world import SimulatedWorld
@@ -50,8 +50,8 @@ class Episode:
     """One run of a scenario.
 
     Args:
-        stage: The world, its scripted actors and objects, and the judges of the agents.
-        minds: The agents.
+        simulated: The world, its scripted actors and objects, and the judges of the agents.
+        agents: The agents.
         facts: Facts that agents learn during the run.
         control: The control rate, over physics steps.
         duration: The longest it may take [s].
@@ -65,8 +65,8 @@ class Episode:
 
     def __init__(
         self,
-        stage: SimulatedWorld,
-        minds: Sequence[Mind],
+        simulated: SimulatedWorld,
+        agents: Sequence[EpisodeAgent],
         *,
         facts: Sequence[FactSchedule] = (),
         control: Rate,
@@ -76,19 +76,19 @@ class Episode:
         ended: Callable[[], str] = lambda: "",
     ) -> None:
         self.result: Result | None = None
-        self._world = stage.world
-        self._minds = minds
-        self._judges = stage.judges
-        self._judging = Judging(minds, stage.judges, sink)
-        self._movers = (*stage.movers, *facts)
-        self._wheels = stage.wheels
-        self._goals = stage.goals
+        self._world = simulated.world
+        self._agents = agents
+        self._judges = simulated.judges
+        self._panel = JudgePanel(agents, simulated.judges, sink)
+        self._movers = (*simulated.movers, *facts)
+        self._wheels = simulated.wheels
+        self._goals = simulated.goals
         self._control = control
         self._duration = duration
         self._sink = sink
         self._watch = watch
         self._ended = ended
-        self._clearance = ClearanceWatch(stage.world, [mind.name for mind in minds], sink)
+        self._clearance = ClearanceWatch(simulated.world, [agent.name for agent in agents], sink)
         self._inside: set[tuple[str, str]] = set()
         self._hash = hashlib.sha256()
         self._t = 0.0
@@ -102,9 +102,9 @@ class Episode:
         wall, count = WallClock(), 0
         try:
             while not self._observe(self._world.clock.now()):
-                for mind in self._minds:
-                    if not self._judges[mind.name].decided:
-                        mind.step(count)
+                for agent in self._agents:
+                    if not self._judges[agent.name].decided:
+                        agent.step(count)
                 for mover in self._movers:
                     mover.step(self._world.clock.now())
                 self._world.advance(self._control.every)
@@ -133,7 +133,7 @@ class Episode:
                 physics = stack.enter_context(PhysicsThread(self._world, clock, stop))
                 for runner in runners:
                     stack.enter_context(runner)
-                stack.callback(brake, self._minds)
+                stack.callback(brake, self._agents)
                 while wait_until(clock, count * period, stop, self._ended):
                     t = clock.now()
                     if self._observe(t):
@@ -155,21 +155,21 @@ class Episode:
             contacts = world.contacts()
             for name in world.robots:
                 self._tell_pose(t, name)
-            for name in world.things:
-                pose = world.thing_pose(name)
+            for name in world.objects:
+                pose = world.object_pose(name)
                 self._sink.emit(BodyMoved(t=t, agent="", body=name, x=pose.x, y=pose.y, yaw=pose.yaw, wheels=b""))
-        # Not under the world's lock: a judge may stop a mind, whose threads may be waiting for it.
+        # Not under the world's lock: a judge may stop an agent, whose threads may be waiting for it.
         for contact in contacts:
             kind = "collision" if contact.moving else "struck"
             if contact.robot in self._judges:
                 self._sink.emit(Touched(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
         self._clearance.look(t)
-        for mind in self._minds:
-            self._judge(t, mind, contacts)
+        for agent in self._agents:
+            self._judge(t, agent, contacts)
         going = self._watch(t)
         if why := self._ended() or ("" if going else CLOSED):
-            self._judging.interrupt(why, at_once=self._threaded)
-        return self._judging.over or t >= self._duration - 1e-9
+            self._panel.interrupt(why, at_once=self._threaded)
+        return self._panel.over or t >= self._duration - 1e-9
 
     def _tell_pose(self, t: float, name: str) -> None:
         pose, wheels = self._world.pose(name), self._wheels.get(name)
@@ -177,8 +177,8 @@ class Episode:
         packed = pack(wheels()) if wheels is not None else b""
         self._sink.emit(BodyMoved(t=t, agent=agent, body=name, x=pose.x, y=pose.y, yaw=pose.yaw, wheels=packed))
 
-    def _judge(self, t: float, mind: Mind, contacts: Sequence[Contact]) -> None:
-        name, world, judge = mind.name, self._world, self._judges[mind.name]
+    def _judge(self, t: float, agent: EpisodeAgent, contacts: Sequence[Contact]) -> None:
+        name, world, judge = agent.name, self._world, self._judges[agent.name]
         pose = world.pose(name)
         for goal in self._goals.get(name, ()):
             away = pose.distance(goal.pose)
@@ -190,16 +190,16 @@ class Episode:
         if judge.decided:
             return
         ran_into = [c.other for c in contacts if c.robot == name and c.moving]
-        if judge.update(t, pose, mind, commanded=world.commanded(name), collisions=ran_into):
-            mind.stop(END)
+        if judge.update(t, pose, agent, commanded=world.commanded(name), collisions=ran_into):
+            agent.stop(END)
 
     def _finish(self, wall: WallClock, lateness: float = 0.0) -> Result:
         wall_time = wall.now()
-        return self._keep(self._judging.finish(self._t), wall_time, lateness)
+        return self._keep(self._panel.finish(self._t), wall_time, lateness)
 
     def _abort(self, error: BaseException, wall: WallClock) -> None:
         self._t, wall_time = max(self._t, self._world.clock.now()), wall.now()
-        self._keep(self._judging.abort(error, self._t), wall_time)
+        self._keep(self._panel.abort(error, self._t), wall_time)
 
     def _keep(self, verdicts: Mapping[str, Verdict], wall_time: float, lateness: float = 0.0) -> Result:
         self.result = Result(verdicts, self._t, wall_time, self._hash.hexdigest(), lateness)

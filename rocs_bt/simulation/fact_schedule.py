@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from ..agent import Agent, tell_facts
+from ..agent import Agent, add_facts
 from ..catalog import FactSpec, ScenarioSpec
 from ..geometry import Pose2
 from .outcome import Goal, Judge
@@ -38,30 +38,30 @@ class FactSchedule:
             due.append(self._coming.popleft())
         if not due:
             return
-        tell_facts(self._agent.knowledge, due)
+        add_facts(self._agent.knowledge, due)
         for fact in due:
             if (pose := self._agent.knowledge.world.pose_of(fact.node)) is not None:
                 self._placed(fact.node, pose)
 
 
 def fact_schedules(
-    scenario: ScenarioSpec, agents: Sequence[Agent], stage: SimulatedWorld | None = None
+    scenario: ScenarioSpec, agents: Sequence[Agent], simulated: SimulatedWorld | None = None
 ) -> list[FactSchedule]:
     """Schedules of all agents with facts during the run.
 
     Args:
         scenario: The scenario.
         agents: Its agents.
-        stage: The world whose goals move with the facts; None without judges, as in a replay.
+        simulated: The world whose goals move with the facts; None without judges, as in a replay.
     """
     found = []
     for agent in agents:
         later = sorted((fact for fact in scenario.facts_of(agent.name) if fact.at), key=lambda fact: fact.at)
-        if later and stage is None:
+        if later and simulated is None:
             found.append(FactSchedule(agent, later))
-        elif later and stage is not None:
-            goals: Mapping[str, list[Goal]] = stage.goals
-            found.append(FactSchedule(agent, later, _mover(stage.judges[agent.name], goals[agent.name])))
+        elif later and simulated is not None:
+            goals: Mapping[str, list[Goal]] = simulated.goals
+            found.append(FactSchedule(agent, later, _mover(simulated.judges[agent.name], goals[agent.name])))
     return found
 
 

@@ -24,7 +24,7 @@ from ..safety import SafetyGate
 from .build_agents import build_agents
 from .devices import make_hardware, make_isolated
 from .header import plain_header, without_world
-from .judging import Judging, brake, wait_until
+from .judging import JudgePanel, brake, wait_until
 from .memory import Memory
 from .options import RunOptions
 from .outcome import Judge
@@ -219,7 +219,7 @@ class HardwareEpisode:
         self._ended = ended
         self._check = check
         self._judges = {agent.name: Judge(end_on_stuck=False) for agent in agents}
-        self._judging = Judging(agents, self._judges, sink)
+        self._panel = JudgePanel(agents, self._judges, sink)
         self._stuck: set[str] = set()
 
     def run(self) -> None:
@@ -235,14 +235,14 @@ class HardwareEpisode:
                     self.t = clock.now()
                     self._look()
                     if why := self._ended():
-                        self._judging.interrupt(why, at_once=True)
-                    if self._judging.over or self.t >= self._duration:
+                        self._panel.interrupt(why, at_once=True)
+                    if self._panel.over or self.t >= self._duration:
                         break
                     count = max(count + 1, int(self.t / self._period) + 1)
         except BaseException as error:  # raised again, after the robots stopped
-            self._judging.abort(error, self.t)
+            self._panel.abort(error, self.t)
             raise
-        self._judging.finish(self.t)
+        self._panel.finish(self.t)
 
     def _look(self) -> None:
         """Check devices and progress of all agents."""

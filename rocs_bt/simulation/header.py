@@ -69,18 +69,23 @@ def plain_header(
 
 
 def with_scenery(
-    header: RunHeader, scenario: ScenarioSpec, stage: SimulatedWorld, *, command: str, recalled: Mapping[str, str] = {}
+    header: RunHeader,
+    scenario: ScenarioSpec,
+    simulated: SimulatedWorld,
+    *,
+    command: str,
+    recalled: Mapping[str, str] = {},
 ) -> RunHeader:
     """Header of a run with what is drawn of it: `command` makes the run again, `recalled` is what it began with."""
-    model = stage.world.model
+    model = simulated.world.model
     return msgspec.structs.replace(
         header,
         command=command,
         bodies=(
-            *(_body(model, stage, name) for name in stage.world.robots),
-            *(BodyInfo(name=n, hull=hull_outline(model, t.geoms)) for n, t in stage.world.things.items()),
+            *(_body(model, simulated, name) for name in simulated.world.robots),
+            *(BodyInfo(name=n, hull=hull_outline(model, t.geoms)) for n, t in simulated.world.objects.items()),
         ),
-        outlines=outlines(model, stage.world.robots),
+        outlines=outlines(model, simulated.world.robots),
         places=_places(scenario),
         recalled=recalled,
     )
@@ -136,11 +141,11 @@ def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:
     return tuple(TreeNode(path=n.path, type=n.kind, children=tuple(children[n.path])) for n in outline)
 
 
-def _body(model: object, stage: SimulatedWorld, name: str) -> BodyInfo:
-    sensors = stage.sensors.get(name, {})
+def _body(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:
+    sensors = simulated.sensors.get(name, {})
     beams = {s.name: s.beams() for s in sensors.values() if isinstance(s, RangeCone)}
     fans = {s.name: s.fan() for s in sensors.values() if isinstance(s, Lidar)}
-    return BodyInfo(name=name, hull=hull_outline(model, stage.world.robots[name].hull), beams=beams, fans=fans)
+    return BodyInfo(name=name, hull=hull_outline(model, simulated.world.robots[name].hull), beams=beams, fans=fans)
 
 
 def _places(scenario: ScenarioSpec) -> tuple[Place, ...]:

@@ -117,13 +117,13 @@ class _Bench:
             agents=(agent,),
             movers=(),
         )
-        stage = build_world(scenario, catalog, 1, NullSink())
-        self.world = stage.world
+        simulated = build_world(scenario, catalog, 1, NullSink())
+        self.world = simulated.world
         self.period = rate.control_rate.period
         self._every = rate.control_rate.every
         self._drive = drive
-        self._wheels = stage.actuators[_NAME][robot.drive.actuator]
-        self._rims = stage.wheels[_NAME]
+        self._wheels = simulated.actuators[_NAME][robot.drive.actuator]
+        self._rims = simulated.wheels[_NAME]
         self.turned = 0.0
 
     @property

@@ -1,4 +1,4 @@
-"""Judging the agents of a run, and stopping them, however the run ends."""
+"""Judges the agents of a run, and stopping them, however the run ends."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Protocol
 from ..clock import WallClock
 from ..event import EventSink, Judged
 from ..raised import describe
-from .outcome import Judge, MindState, Verdict
+from .outcome import AgentState, Judge, Verdict
 
 END = "the end of the run"
 """Who cancels what is left when an agent's run is over."""
@@ -19,7 +19,7 @@ SLICE = 0.05
 """Longest wait between two looks at whether a signal ended the run, on wall time [s]."""
 
 
-class Mind(MindState, Protocol):
+class EpisodeAgent(AgentState, Protocol):
     """What a run needs of an agent."""
 
     @property
@@ -40,17 +40,17 @@ class Mind(MindState, Protocol):
         ...
 
 
-class Judging:
+class JudgePanel:
     """The judges of a run's agents.
 
     Args:
-        minds: The agents.
+        agents: The agents.
         judges: By agent.
         sink: Takes the outcomes.
     """
 
-    def __init__(self, minds: Sequence[Mind], judges: Mapping[str, Judge], sink: EventSink) -> None:
-        self._minds = minds
+    def __init__(self, agents: Sequence[EpisodeAgent], judges: Mapping[str, Judge], sink: EventSink) -> None:
+        self._agents = agents
         self._judges = judges
         self._sink = sink
 
@@ -66,21 +66,21 @@ class Judging:
             why: Reason of the outcome.
             at_once: Whether all brake before the first one is stopped, which may have to wait for a plan that hangs.
         """
-        going = [mind for mind in self._minds if not self._judges[mind.name].decided]
-        for mind in going:
-            self._judges[mind.name].interrupt(why)
+        going = [agent for agent in self._agents if not self._judges[agent.name].decided]
+        for agent in going:
+            self._judges[agent.name].interrupt(why)
         if at_once:
             brake(going)
-        for mind in going:
-            mind.stop(why)
+        for agent in going:
+            agent.stop(why)
 
     def abort(self, error: BaseException, t: float) -> dict[str, Verdict]:
         """Something raised that no agent answers for: stop and judge all agents; never raises."""
         known = isinstance(error, Exception)
         why = describe(error) if known else str(error) or type(error).__name__
-        for mind in self._minds:
+        for agent in self._agents:
             with suppress(Exception):  # whatever broke may be what they need
-                mind.stop(why)
+                agent.stop(why)
         for judge in self._judges.values():
             judge.fail(f"the run broke off: {why}") if known else judge.interrupt(why)
         with suppress(Exception):
@@ -90,16 +90,16 @@ class Judging:
     def finish(self, t: float) -> dict[str, Verdict]:
         """Stop who still goes on, and give every agent its outcome at the end of the run [s]."""
         verdicts = {}
-        for mind in self._minds:
-            judge = self._judges[mind.name]
+        for agent in self._agents:
+            judge = self._judges[agent.name]
             if not judge.decided:
-                mind.stop(END)
-            judge.look_for_failure(mind)
-            verdict = verdicts[mind.name] = judge.verdict()
+                agent.stop(END)
+            judge.look_for_failure(agent)
+            verdict = verdicts[agent.name] = judge.verdict()
             self._sink.emit(
                 Judged(
                     t=t,
-                    agent=mind.name,
+                    agent=agent.name,
                     outcome=verdict.outcome,
                     reason=verdict.reason,
                     time_to_goal=verdict.time_to_goal,
@@ -108,10 +108,10 @@ class Judging:
         return verdicts
 
 
-def brake(minds: Sequence[Mind]) -> None:
+def brake(agents: Sequence[EpisodeAgent]) -> None:
     """Send all robots to neutral before the first agent is stopped, which may have to wait for a plan that hangs."""
-    for mind in minds:
-        mind.brake()
+    for agent in agents:
+        agent.brake()
 
 
 def wait_until(clock: WallClock, deadline: float, stop: threading.Event, ended: Callable[[], str]) -> bool:

@@ -33,8 +33,8 @@ class Verdict:
     time_to_goal: float | None
 
 
-class MindState(Protocol):
-    """What a judge asks a mind."""
+class AgentState(Protocol):
+    """What a judge asks an agent."""
 
     @property
     def status(self) -> str:
@@ -106,41 +106,41 @@ class Judge:
         self.decided = False
 
     def update(
-        self, t: float, pose: Pose2, mind: MindState, *, commanded: bool, collisions: Sequence[str] = ()
+        self, t: float, pose: Pose2, agent: AgentState, *, commanded: bool, collisions: Sequence[str] = ()
     ) -> bool:
         """Look at one control period.
 
         Args:
             t: The time [s].
             pose: Where the robot truly is.
-            mind: Its mind.
+            agent: Its agent.
             commanded: Whether it is asked to move.
             collisions: What it ran into since the last time.
 
         Returns:
             Whether the outcome is decided.
         """
-        self._mission = mind.status
+        self._mission = agent.status
         self._distance = math.inf if self._goal is None else pose.distance(self._goal.pose)
-        self.look_for_failure(mind)
+        self.look_for_failure(agent)
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
         self._visit(t, pose)
         there = not self._after and (self._goal is None or self._at_goal)
-        succeeded = there and mind.status == "SUCCESS"
+        succeeded = there and agent.status == "SUCCESS"
         if self.time_to_goal is None and (succeeded or (there and self._at_end)):
             self.time_to_goal = t
         if succeeded and not self._at_end:
             self._note("success", "", decides=True)
-        elif mind.status == "FAILURE":
-            self._note("failed", f"the mission failed: {mind.reason or 'without a reason'}", decides=True)
-        self._watch_progress(t, pose, mind, commanded)
+        elif agent.status == "FAILURE":
+            self._note("failed", f"the mission failed: {agent.reason or 'without a reason'}", decides=True)
+        self._watch_progress(t, pose, agent, commanded)
         return self.decided
 
-    def look_for_failure(self, mind: MindState) -> None:
+    def look_for_failure(self, agent: AgentState) -> None:
         """A failed block or actuator is an `error`, also one that fails when the robot is stopped at its end."""
-        if mind.failure is not None:
-            self._note("error", str(mind.failure), decides=True)
+        if agent.failure is not None:
+            self._note("error", str(agent.failure), decides=True)
 
     def move_goal(self, name: str, pose: Pose2) -> None:
         """From now on the goal of that name is elsewhere; nothing changes for a judge of another one."""
@@ -183,12 +183,12 @@ class Judge:
             if t > by:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
-    def _watch_progress(self, t: float, pose: Pose2, mind: MindState, commanded: bool) -> None:
+    def _watch_progress(self, t: float, pose: Pose2, agent: AgentState, commanded: bool) -> None:
         """Decide where the robot makes no progress; it needs none where only its place at the end counts."""
         arrived = self._at_end and not self._after and self._at_goal
-        watch, held = self._progress, mind.held and not arrived
-        stuck = watch.update(t, pose, commanded=commanded and not arrived, reflex=mind.reflex, held=held)
-        self.stuck, self.stuck_rule = (watch.reason(pose, mind.reading), watch.rule) if stuck else ("", "")
+        watch, held = self._progress, agent.held and not arrived
+        stuck = watch.update(t, pose, commanded=commanded and not arrived, reflex=agent.reflex, held=held)
+        self.stuck, self.stuck_rule = (watch.reason(pose, agent.reading), watch.rule) if stuck else ("", "")
         if stuck and self._end_on_stuck:
             self._note("stuck", self.stuck, decides=True)
 

@@ -34,15 +34,15 @@ def used_classes(agent: Agent, foreign: Sequence[object], actions: Mapping[str, 
     things = list(_reachable(agent, foreign))
     found = set(_with_taken_in({type(thing) for thing in things} | set(_asked_for(things, actions))))
     bases = {base for cls in found for base in cls.__mro__}
-    return tuple(sorted(filter(counts, bases), key=lambda cls: (cls.__module__, cls.__qualname__)))
+    return tuple(sorted(filter(is_counted, bases), key=lambda cls: (cls.__module__, cls.__qualname__)))
 
 
-def room_of(cls: type) -> str:
+def package_of(cls: type) -> str:
     """The engine's folder in which a class stands, such as `monitor`; the module's name for those at its root."""
     return cls.__module__.split(".")[1]
 
 
-def counts(cls: type) -> bool:
+def is_counted(cls: type) -> bool:
     """Whether a class is the engine's, nobody's private one, and holds more than values."""
     if cls.__module__.partition(".")[0] != _ENGINE or cls.__name__.startswith("_"):
         return False
@@ -91,4 +91,4 @@ def _with_taken_in(classes: Iterable[type]) -> Iterator[type]:
 
 def _is_of(cls: type, rooms: Sequence[str]) -> bool:
     """Whether a class is the engine's, and of one of its folders."""
-    return cls.__module__.startswith(f"{_ENGINE}.") and room_of(cls) in rooms
+    return cls.__module__.startswith(f"{_ENGINE}.") and package_of(cls) in rooms

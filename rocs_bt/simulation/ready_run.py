@@ -45,7 +45,7 @@ class ReadyRun:
 
     Attributes:
         spec: The scenario.
-        stage: Its world.
+        simulated: Its world.
         agents: Its agents.
         header: Header of the run, without scenery.
         relay: Takes the events of all of them.
@@ -54,7 +54,7 @@ class ReadyRun:
     """
 
     spec: ScenarioSpec
-    stage: SimulatedWorld
+    simulated: SimulatedWorld
     agents: Sequence[Agent]
     header: RunHeader
     relay: Relay
@@ -64,9 +64,9 @@ class ReadyRun:
     def episode(self, duration: float | None, watch: Callable[[float], bool], ended: Callable[[], str]) -> Episode:
         """The episode, at most `duration` long [s], or as long as the scenario says."""
         return Episode(
-            self.stage,
+            self.simulated,
             self.agents,
-            facts=fact_schedules(self.spec, self.agents, self.stage),
+            facts=fact_schedules(self.spec, self.agents, self.simulated),
             control=self.spec.rate.control_rate,
             duration=self.spec.duration if duration is None else duration,
             sink=self.relay,
@@ -89,7 +89,7 @@ class ReadyRun:
         """The summary after the episode, also where that broke off."""
         result, sharing, knowledge = episode.result, sharing_counts(self.agents), memory.summary()
         if result is None:
-            return record.summary(self.stage.clock.now(), Unrecorded(sharing=sharing, knowledge=knowledge))
+            return record.summary(self.simulated.clock.now(), Unrecorded(sharing=sharing, knowledge=knowledge))
         unrecorded = Unrecorded(result.wall_time, result.trajectory_hash, sharing, knowledge)
         return record.summary(result.sim_time, unrecorded)
 
@@ -101,14 +101,14 @@ def set_up(spec: ScenarioSpec, catalog: Catalog, options: RunOptions) -> ReadyRu
         InputError: Something in the content is wrong.
     """
     relay, clock = Relay(), WallClock(running=False) if options.mode == "threaded" else None
-    stage = build_world(spec, catalog, options.seed, relay, clock=clock)
+    simulated = build_world(spec, catalog, options.seed, relay, clock=clock)
     if options.prepare is not None:
-        options.prepare(stage)
-    agents = simulated_agents(spec, stage, catalog, relay, options.missions, options.seed)
+        options.prepare(simulated)
+    agents = simulated_agents(spec, simulated, catalog, relay, options.missions, options.seed)
     files = [(a.name, file) for a in agents for file in a.rule_files if options.watch_rules]
     header = plain_header(spec, agents, seed=options.seed, mode=options.mode, digest=catalog.digest(spec))
     refuse_requirements(spec, header.agents)
-    return ReadyRun(spec, stage, agents, header, relay, RuleWatch(files, stage.clock, relay), clock)
+    return ReadyRun(spec, simulated, agents, header, relay, RuleWatch(files, simulated.clock, relay), clock)
 
 
 def sharing_counts(agents: Sequence[Agent]) -> dict[str, Mapping[str, float] | None]:
@@ -118,15 +118,15 @@ def sharing_counts(agents: Sequence[Agent]) -> dict[str, Mapping[str, float] | N
 
 def simulated_agents(
     spec: ScenarioSpec,
-    stage: SimulatedWorld,
+    simulated: SimulatedWorld,
     catalog: Catalog,
     sink: EventSink,
     missions: Mapping[str, Build] | None = None,
     seed: int = 0,
 ) -> list[Agent]:
     """The agents of a scenario in its simulated world."""
-    devices = {agent.name: stage.devices(agent.name) for agent in spec.agents}
-    runtime = Runtime(stage.clock, sink, time.perf_counter)
+    devices = {agent.name: simulated.devices(agent.name) for agent in spec.agents}
+    runtime = Runtime(simulated.clock, sink, time.perf_counter)
     return build_agents(spec, catalog, devices, runtime, seed=seed, missions=missions)
 
 

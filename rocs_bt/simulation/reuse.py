@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from ..actions import action_table
 from ..catalog import KINDS, AgentSpec, Catalog, Entry, MoverSpec, ScenarioSpec, content_hash
 from ..event import NullSink
-from .build_agents import load_mind
-from .provenance import room_of, used_classes
+from .build_agents import load_controller
+from .provenance import package_of, used_classes
 from .ready_run import simulated_agents
 from .settings import Setting, settings
 from .simulated_world import build_world
@@ -141,19 +141,19 @@ def _piece(entry: Entry) -> Piece:
 def _code(scenario: ScenarioSpec, catalog: Catalog) -> dict[str, tuple[type, ...]]:
     """The engine's classes that each agent's mind is made of."""
     sink = NullSink()
-    stage = build_world(scenario, catalog, 1, sink)
-    agents = simulated_agents(scenario, stage, catalog, sink)
+    simulated = build_world(scenario, catalog, 1, sink)
+    agents = simulated_agents(scenario, simulated, catalog, sink)
     found = {}
     for agent, spec in zip(agents, scenario.agents, strict=True):
-        actions = action_table(*load_mind(scenario, spec, catalog).actions)
-        found[agent.name] = used_classes(agent, (stage.world, stage.clock, sink), actions)
+        actions = action_table(*load_controller(scenario, spec, catalog).actions)
+        found[agent.name] = used_classes(agent, (simulated.world, simulated.clock, sink), actions)
         agent.close()
     return found
 
 
 def _by_room(first: Iterable[type], second: Iterable[type]) -> tuple[Share, ...]:
     """Classes by the engine's folders. There is one engine, so that nothing in it can be changed for one of the two."""
-    sides = [{(room_of(cls), cls.__name__) for cls in classes} for classes in (first, second)]
+    sides = [{(package_of(cls), cls.__name__) for cls in classes} for classes in (first, second)]
     rooms = sorted({room for side in sides for room, _ in side})
     return tuple(_share(room, *({name: "" for at, name in side if at == room} for side in sides)) for room in rooms)
 

@@ -29,7 +29,7 @@ Series = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class ReflexInput:
     """What one agent's reflexes saw in a run.
 
     Attributes:
@@ -66,25 +66,25 @@ class RuleReplay:
 
     Attributes:
         rules: The rules.
-        seen: What they saw.
+        inputs: What they saw.
         steps: What they gave at each sample.
         firings: Each latching, in the order of time.
     """
 
     rules: RuleSet
-    seen: Seen
+    inputs: ReflexInput
     steps: Steps
     firings: tuple[Firing, ...]
 
     def traces(self) -> list[RuleTrace]:
         """Each rule over time, to be drawn."""
         return [
-            RuleTrace(rule.name, self.steps.mask[:, i], self.steps.winner == i, _panels(rule, self.seen))
+            RuleTrace(rule.name, self.steps.mask[:, i], self.steps.winner == i, _panels(rule, self.inputs))
             for i, rule in enumerate(self.rules.rules)
         ]
 
 
-def see(recording: Recording, agent: AgentInfo) -> Seen:
+def reflex_input(recording: Recording, agent: AgentInfo) -> ReflexInput:
     """What an agent's reflexes saw in a run.
 
     Raises:
@@ -96,7 +96,7 @@ def see(recording: Recording, agent: AgentInfo) -> Seen:
     for event in recording.events():
         if isinstance(event, RuleChanged) and event.agent == agent.name and event.phase == "latched":
             latched[event.rule] = (*latched.get(event.rule, ()), event.t)
-    return Seen(
+    return ReflexInput(
         run=recording.header.label,
         agent=agent,
         t=np.array([sample.t for sample in samples]),
@@ -127,24 +127,24 @@ def rules_for(file: Path, agent: AgentInfo, catalog: Catalog, own: Mapping[str, 
     return load_rules(file, environment_of(agent), ACTIONS, overrides={**overrides, **(own or {})})
 
 
-def replay_rules(rules: RuleSet, seen: Seen) -> RuleReplay:
-    """When each rule would have fired on what was seen."""
-    steps = _run(rules, seen)
+def replay_rules(rules: RuleSet, inputs: ReflexInput) -> RuleReplay:
+    """When each rule would have fired on what was inputs."""
+    steps = _run(rules, inputs)
     firings = []
     for i, rule in enumerate(rules.rules):
         won = steps.winner == i
-        for begin, end in spans(seen.t, steps.mask[:, i]):
-            inside = (seen.t >= begin) & (seen.t < end)
-            lasts = np.diff(seen.t, append=seen.t[-1])
-            at = seen.x[int(np.searchsorted(seen.t, begin))]
+        for begin, end in spans(inputs.t, steps.mask[:, i]):
+            inside = (inputs.t >= begin) & (inputs.t < end)
+            lasts = np.diff(inputs.t, append=inputs.t[-1])
+            at = inputs.x[int(np.searchsorted(inputs.t, begin))]
             saw = reading(rule.when.node, at.tolist())
             firings.append(Firing(rule.name, begin, end, float(lasts[inside & won].sum()), saw))
-    return RuleReplay(rules, seen, steps, tuple(sorted(firings, key=lambda f: (f.begin, f.rule))))
+    return RuleReplay(rules, inputs, steps, tuple(sorted(firings, key=lambda f: (f.begin, f.rule))))
 
 
 def sweep_threshold(
     file: Path,
-    seen: Sequence[Seen],
+    inputs: Sequence[ReflexInput],
     catalog: Catalog,
     *,
     rule: str,
@@ -156,7 +156,7 @@ def sweep_threshold(
 
     Args:
         file: The rule file.
-        seen: Runs.
+        inputs: Runs.
         catalog: Where robots are found.
         rule: The rule, with or without the file's name.
         threshold: The threshold's name.
@@ -166,17 +166,17 @@ def sweep_threshold(
     Raises:
         InputError: There is no such rule, or a value is none that the file can be loaded with.
     """
-    counts = np.zeros((len(values), len(seen)))
+    counts = np.zeros((len(values), len(inputs)))
     for i, value in enumerate(values):
         own = {threshold: Override(f"{value!r} {dimension}")}
-        for k, each in enumerate(seen):
+        for k, each in enumerate(inputs):
             rules = rules_for(file, each.agent, catalog, own)
-            place = place_of(rule, rules)
+            place = rule_index(rule, rules)
             counts[i, k] = len(spans(each.t, _run(rules, each).mask[:, place]))
     return counts
 
 
-def place_of(rule: str, rules: RuleSet) -> int:
+def rule_index(rule: str, rules: RuleSet) -> int:
     """Where a rule stands in its set, by its name with or without the file's.
 
     Raises:
@@ -204,25 +204,25 @@ def threshold_dimension(threshold: str, rules: RuleSet) -> Dimension:
     raise InputError(Fault(fault.message, rules.files[-1] if rules.files else None, hint=hint))
 
 
-def _run(rules: RuleSet, seen: Seen) -> Steps:
+def _run(rules: RuleSet, inputs: ReflexInput) -> Steps:
     """The rules over all samples; a stretch of one mode in one go."""
     backend, table = choose_backend(), lower_rules(rules.rules)
     values, found = table.start(), []
-    edges = [0, *(i for i in range(1, len(seen.t)) if seen.modes[i] != seen.modes[i - 1]), len(seen.t)]
+    edges = [0, *(i for i in range(1, len(inputs.t)) if inputs.modes[i] != inputs.modes[i - 1]), len(inputs.t)]
     for a, b in pairwise(edges):
         if a == b:
             continue
-        values[table.part("enabled")] = [not rule.modes or seen.modes[a] in rule.modes for rule in rules.rules]
-        found.append(backend.batch_time(table, np.ascontiguousarray(seen.x[a:b]), seen.t[a:b].copy(), values))
+        values[table.part("enabled")] = [not rule.modes or inputs.modes[a] in rule.modes for rule in rules.rules]
+        found.append(backend.batch_time(table, np.ascontiguousarray(inputs.x[a:b]), inputs.t[a:b].copy(), values))
     count = len(rules.rules)
     return Steps(
         winner=np.concatenate([np.empty(0, np.int32), *(steps.winner for steps in found)]),
         mask=np.concatenate([np.empty((0, count), bool), *(steps.mask for steps in found)]),
-        margin=np.empty((len(seen.t), 0)),
+        margin=np.empty((len(inputs.t), 0)),
     )
 
 
-def _panels(rule: Rule, seen: Seen) -> dict[str, list[Compared]]:
+def _panels(rule: Rule, inputs: ReflexInput) -> dict[str, list[Compared]]:
     panels: dict[str, list[Compared]] = {}
     for guard in [rule.when, *([] if rule.until is None else [rule.until])]:
         for node in guard.node.walk():
@@ -231,19 +231,19 @@ def _panels(rule: Rule, seen: Seen) -> dict[str, list[Compared]]:
             for left, right in pairwise(node.args):
                 if left.constant and not right.constant:
                     left, right = right, left
-                sides = [_series(side, seen) for side in (left, right)]
+                sides = [_series(side, inputs) for side in (left, right)]
                 if sides[0] is not None and sides[1] is not None:
                     compared = Compared(left.text, right.text, sides[0], sides[1], releases=guard is rule.until)
                     panels.setdefault(str(left.kind.dimension), []).append(compared)
     return panels
 
 
-def _series(node: Node, seen: Seen) -> Series | None:
+def _series(node: Node, inputs: ReflexInput) -> Series | None:
     """A side of a comparison over time, (n,), or (n, k) of a group that is read as it is; None of another group."""
     if node.op == "read":
-        return seen.x[:, node.start : node.stop] if node.kind.size else seen.x[:, node.start]
+        return inputs.x[:, node.start : node.stop] if node.kind.size else inputs.x[:, node.start]
     if node.kind.size:
         return None
     side = compile_node(node)
-    values = [side(x, t) for x, t in zip(seen.x, seen.t.tolist(), strict=True)]
+    values = [side(x, t) for x, t in zip(inputs.x, inputs.t.tolist(), strict=True)]
     return np.array([np.nan if value is None else float(value) for value in values])

@@ -42,7 +42,7 @@ class ScriptedObject(ABC):
         self.start = start
         self.rng = rng
         self.period = period
-        world.put(name, start)
+        world.place_object(name, start)
 
     @abstractmethod
     def velocity(self, t: float, at: Vector) -> Vector:
@@ -55,8 +55,8 @@ class ScriptedObject(ABC):
 
     def step(self, t: float) -> None:
         """Carry it on for one control period."""
-        pose = self.world.thing_pose(self.name)
-        self.world.carry(self.name, self.velocity(t, (pose.x, pose.y)))
+        pose = self.world.object_pose(self.name)
+        self.world.set_object_velocity(self.name, self.velocity(t, (pose.x, pose.y)))
 
     def towards(self, at: Vector, target: Vector) -> Vector:
         """The velocity [m/s] that brings it to a point [m] within one period."""
@@ -167,7 +167,7 @@ class Polynomial(ScriptedObject):
         steps = np.hypot(*np.diff(self._points, axis=0).T)
         self._way = np.concatenate([[0.0], np.cumsum(steps)])
         self._begin = float(self.rng.uniform(0.0, 2.0 * self._way[-1]))  # not all are at their start at once
-        self.world.put(self.name, Pose2(*self._place(0.0), self.start.yaw))
+        self.world.place_object(self.name, Pose2(*self._place(0.0), self.start.yaw))
 
     def velocity(self, t: float, at: Vector) -> Vector:
         return self.towards(at, self._place(t + self.period))
@@ -246,7 +246,7 @@ class SocialForce(ScriptedObject):
 
     def _others(self, here: Any, ahead: Any) -> Any:
         world = self.world
-        places = [world.thing_pose(name) for name in world.things if name != self.name]
+        places = [world.object_pose(name) for name in world.objects if name != self.name]
         places += [world.pose(name) for name in world.robots] if self._p.sees_robots else []
         push = np.zeros(2)
         for pose in places:

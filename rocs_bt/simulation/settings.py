@@ -14,7 +14,7 @@ from ..geometry import Pose2
 from .mover import MOVERS
 from .scripted_objects import SCRIPTED_OBJECTS
 
-UNSAID = ("name", "file", "doc", "bases", "line", "parameters_line", "place")
+OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "place")
 """Fields that are no settings: words for people, and where things stand in which file. Names are told by the rows."""
 
 UNITS = {
@@ -65,7 +65,7 @@ def settings(first: Any, second: Any) -> tuple[Setting, ...]:
 def _rows(spec: Any, show: Show) -> dict[str, str]:
     rows: dict[str, str] = {}
     robot = isinstance(spec, (AgentSpec, MoverSpec))
-    for name in (field.name for field in fields(spec) if field.name not in UNSAID):
+    for name in (field.name for field in fields(spec) if field.name not in OMITTED):
         value = _UNSET.get(name) if getattr(spec, name) is None else getattr(spec, name)
         what = "start" if robot and name == "pose" else name.replace("_", " ")
         if value in _NOTHING:

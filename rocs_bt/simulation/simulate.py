@@ -41,7 +41,7 @@ def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_re
         memory = Memory(options.knowledge, ready.agents)
         stack.callback(end.files.attempt, "the knowledge", memory.close)
         # Whatever may still refuse this run does so before an earlier one in the same folder is replaced.
-        watch = _watchers(stack, ready.stage, options)
+        watch = _watchers(stack, ready.simulated, options)
         _begin(stack, end, ready, memory, options)
         heard = [*([] if options.live is None else [options.live]), *options.sinks]
         record = RunRecord(ready.header, end.files.recorder, heard, batched=ready.clock is None)
@@ -62,24 +62,24 @@ def _begin(stack: ExitStack, end: RunEnd, ready: ReadyRun, memory: Memory, optio
         return
     spec = ready.spec
     again = options.command or run_command(spec.name, options.seed, options.mode, options.duration)
-    header = with_scenery(ready.header, spec, ready.stage, command=again, recalled=memory.recalled)
+    header = with_scenery(ready.header, spec, ready.simulated, command=again, recalled=memory.recalled)
     if live is not None:
         live.begin(header)
     end.files.begin(header, ready.agents if options.btlog else ())
     stack.callback(end.files.abandon)
 
 
-def _watchers(stack: ExitStack, stage: SimulatedWorld, options: RunOptions) -> Callable[[float], bool]:
+def _watchers(stack: ExitStack, simulated: SimulatedWorld, options: RunOptions) -> Callable[[float], bool]:
     """All observers of the run, called once per control period; False when the viewer's window was closed."""
     watchers: list[Callable[[float], bool]] = []
     if options.view:
         from .viewer import Viewer
 
-        watchers.append(stack.enter_context(Viewer(stage.world)))
+        watchers.append(stack.enter_context(Viewer(simulated.world)))
     if options.video is not None:
         from .video import Video
 
-        watchers.append(stack.enter_context(Video(stage.world, options.video)))
+        watchers.append(stack.enter_context(Video(simulated.world, options.video)))
     if options.live is not None:
         watchers.append(Pace())
     progress = options.progress

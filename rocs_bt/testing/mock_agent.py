@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..agent import Agent, Mind, Rates, RobotDevices, Runtime, build_agent, robot_drive
+from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent, robot_drive
 from ..agent.wiring import LoadClass
 from ..catalog import RobotSpec, load_class
 from ..clock import Clock, Rate
@@ -83,7 +83,7 @@ def mock_stage(
 
 def mock_agent(
     spec: RobotSpec,
-    mind: Mind,
+    mind: Controller,
     runtime: Runtime,
     *,
     name: str = "R1",

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rocs_bt.agent import Agent, Mind, Runtime
+from rocs_bt.agent import Agent, Controller, Runtime
 from rocs_bt.catalog import Catalog, PlaceSpec
 from rocs_bt.clock import Clock
 from rocs_bt.event import ListSink
@@ -54,7 +54,7 @@ def rules() -> list[Any]:
 def make_agent(p3dx: Any, rules: list[Any]) -> Callable[..., tuple[Agent, MockStage, ListSink, Ahead]]:
     def make(clock: Clock, build: Callable[..., Any] = go, **kwargs: Any) -> tuple[Agent, MockStage, ListSink, Ahead]:
         sink = ListSink()
-        mind = Mind(build, rules=rules, places=[GOAL], **kwargs.pop("mind", {}))
+        mind = Controller(build, rules=rules, places=[GOAL], **kwargs.pop("mind", {}))
         agent, stage = mock_agent(p3dx, mind, Runtime(clock, sink), **kwargs)
         return agent, stage, sink, Ahead(stage)
 

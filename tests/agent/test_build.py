@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from rocs_bt.agent import Mind, Runtime
+from rocs_bt.agent import Controller, Runtime
 from rocs_bt.catalog import Catalog
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError, WiringError
@@ -14,7 +14,7 @@ from rocs_bt.testing.mock_agent import mock_agent
 
 def build(spec, **mind):
     given = {"build": lambda mission: mission.act("Stop"), **mind}
-    return mock_agent(spec, Mind(**given), Runtime(SimulatedClock(0.05), NullSink()))
+    return mock_agent(spec, Controller(**given), Runtime(SimulatedClock(0.05), NullSink()))
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rocs_bt.agent.facts import examine_queries, tell_facts
+from rocs_bt.agent.facts import add_facts, check_queries
 from rocs_bt.catalog import Catalog
 from rocs_bt.catalog.scenario_tables import read_facts
 from rocs_bt.clock import SimulatedClock
@@ -53,7 +53,7 @@ def told(tmp_path, text, agents=("R2", "R3"), agent="R2"):
     facts = read_facts(root, agents)
     root.done()
     knowledge = Knowledge(agent, SimulatedClock(0.05), NullSink())
-    tell_facts(knowledge, [fact for fact in facts if agent in fact.agents])
+    add_facts(knowledge, [fact for fact in facts if agent in fact.agents])
     return knowledge
 
 
@@ -130,6 +130,6 @@ def test_what_is_no_query_is_told_before_anybody_asks_it(tmp_path, key, kind, te
     root = read_toml(tmp_path / "s.toml", file)
     facts = read_facts(root, ["R2"])
     knowledge = Knowledge("R2", SimulatedClock(0.05), NullSink())
-    tell_facts(knowledge, facts)
+    add_facts(knowledge, facts)
     with pytest.raises(InputError, match=message):
-        examine_queries(knowledge, facts)
+        check_queries(knowledge, facts)

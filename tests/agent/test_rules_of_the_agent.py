@@ -2,7 +2,7 @@
 
 import pytest
 
-from rocs_bt.agent import Mind, Runtime
+from rocs_bt.agent import Controller, Runtime
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.check import check_content
 from rocs_bt.clock import SimulatedClock
@@ -40,7 +40,7 @@ def project(tmp_path):
 
 
 def agent_of(catalog, build=lambda mission: mission.act("Stop")):
-    mind = Mind(build, rules=[catalog.find("rules", "own").path])
+    mind = Controller(build, rules=[catalog.find("rules", "own").path])
     agent, _ = mock_agent(catalog.load_robot("rover"), mind, Runtime(SimulatedClock(0.05), NullSink()))
     (model,) = agent.knowledge.reactive_models
     return agent, model

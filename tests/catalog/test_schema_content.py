@@ -6,7 +6,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.errors import InputError
 from rocs_bt.knowledge import SCHEMA
-from rocs_bt.simulation.build_agents import load_mind
+from rocs_bt.simulation.build_agents import load_controller
 
 CHARGER = 'format = "schema/1"\ndoc = "Chargers."\n[kind.charger]\nextends = "place"\n'
 
@@ -31,7 +31,7 @@ def test_a_projects_files_are_found_and_merged(project):
 def test_its_agents_have_it(project):
     catalog = Catalog(project)
     scenario = catalog.load_scenario("exp1")
-    assert "charger" in load_mind(scenario, scenario.agents[0], catalog).schema.kinds
+    assert "charger" in load_controller(scenario, scenario.agents[0], catalog).schema.kinds
     assert any(entry.kind == "schema" for entry in catalog.content_of(scenario))
     assert not any(entry.kind == "schema" for entry in Catalog().content_of(scenario))
 

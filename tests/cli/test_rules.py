@@ -18,7 +18,7 @@ from rocs_bt.cli.main import call
 from rocs_bt.event import ListSink, RuleChanged, RulesReplaced
 from rocs_bt.record import Recording
 from rocs_bt.record.figures.rules import spans
-from rocs_bt.simulation.rule_replay import replay_rules, rules_for, see
+from rocs_bt.simulation.rule_replay import reflex_input, replay_rules, rules_for
 
 RULES = "rules/keep_clear.toml"
 
@@ -165,7 +165,7 @@ class TestReplay:
         (info,) = recording.header.agents
         catalog = Catalog()
         found = replay_rules(
-            rules_for(catalog.find("rules", "avoid_collision").path, info, catalog), see(recording, info)
+            rules_for(catalog.find("rules", "avoid_collision").path, info, catalog), reflex_input(recording, info)
         )
         events = [e for e in recording.events() if isinstance(e, RuleChanged)]
         latched = [(e.rule, e.t) for e in events if e.phase == "latched"]

@@ -13,7 +13,7 @@ import pytest
 
 import rocs_bt
 from rocs_bt.action import ActionFailed
-from rocs_bt.agent import Mind, Runtime, ThreadedRunner
+from rocs_bt.agent import Controller, Runtime, ThreadedRunner
 from rocs_bt.catalog import Catalog
 from rocs_bt.clock import SimulatedClock, WallClock
 from rocs_bt.event import ActuatorCommanded, CommandLimited, ListSink
@@ -212,7 +212,7 @@ def test_nothing_gets_past_the_gate_on_mock_devices(robot, mode, awake):
         for gate in stage.actuators.values():
             gate.wrap(lambda device: logs.append(Logged(device, clock)) or logs[-1])
 
-    mind = Mind(build=build, actions=[Berserk])
+    mind = Controller(build=build, actions=[Berserk])
     agent, stage = mock_agent(spec, mind, Runtime(clock, sink), prepare=prepare, load=CATALOG.load_class)
     if threaded:
         clock.start()
@@ -234,7 +234,7 @@ def test_the_gate_is_what_holds_them_off(monkeypatch):
     spec, logs, clock = CATALOG.load_robot("pioneer_p3dx"), [], SimulatedClock(0.05)
     monkeypatch.setattr(Limits, "apply", lambda self, wanted, last, period: list(wanted))
     agent, _ = mock_agent(
-        spec, Mind(build=build, actions=[Berserk]), Runtime(clock, ListSink()), load=CATALOG.load_class,
+        spec, Controller(build=build, actions=[Berserk]), Runtime(clock, ListSink()), load=CATALOG.load_class,
         prepare=lambda stage: stage.actuators["wheels"].wrap(lambda d: logs.append(Logged(d, clock)) or logs[-1]),
     )  # fmt: skip
     for count in range(PERIODS["lockstep"]):

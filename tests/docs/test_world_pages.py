@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.agent.facts import tell_facts
+from rocs_bt.agent.facts import add_facts
 from rocs_bt.catalog import Catalog
 from rocs_bt.catalog.scenario_tables import read_facts
 from rocs_bt.clock import SimulatedClock
@@ -26,7 +26,7 @@ def told(page, **more):
     """What a robot knows that is told what a page tells from the start."""
     facts = read_facts(read_toml(Path("page.toml"), "\n".join(blocks(page, "toml"))), ["R2"])
     knowledge = Knowledge("R2", SimulatedClock(0.05), NullSink())
-    tell_facts(knowledge, [fact for fact in facts if not fact.at])
+    add_facts(knowledge, [fact for fact in facts if not fact.at])
     return knowledge
 
 

@@ -58,7 +58,7 @@ def test_clearance_is_hull_to_nearest_thing(make_world: MakeWorld) -> None:
     assert world.clearance("R2") == (pytest.approx(1.0 - 0.272 - 0.183, abs=1e-6), "R1")
     assert world.clearance("R2", limit=0.3) == (0.3, "")
     assert world.clearance("R2", among="robots") == world.clearance("R2")
-    assert world.clearance("R2", among="things") == (pytest.approx(3.0 - 0.183, abs=1e-6), "wall")
+    assert world.clearance("R2", among="obstacles") == (pytest.approx(3.0 - 0.183, abs=1e-6), "wall")
     world.place("R2", Pose2(0.9, 0.0, 0.0))
     assert world.clearance("R2")[0] == pytest.approx(-0.083, abs=1e-3)
 

@@ -46,7 +46,7 @@ def track(world: MujocoWorld, *carriers: Any, seconds: float) -> Any:
         for carrier in carriers:
             carrier.step(i * PERIOD)
         world.advance(10)
-        poses = [world.thing_pose(carrier.name) for carrier in carriers]
+        poses = [world.object_pose(carrier.name) for carrier in carriers]
         found.append([(pose.x, pose.y) for pose in poses])
     return np.array(found)
 
@@ -90,9 +90,9 @@ def test_people_make_way_for_each_other_and_for_walls(world: MujocoWorld) -> Non
 def test_a_step_goes_no_farther_in_one_jump_than_a_physics_step(world: MujocoWorld) -> None:
     walk = carried(world, "polynomial", to_x=8.0, to_y=1.0, speed=1.0)
     walk.step(0.0)
-    before = world.thing_pose("P1")
+    before = world.object_pose("P1")
     world.advance(1)
-    assert world.thing_pose("P1").distance(before) == pytest.approx(0.005, rel=0.05)
+    assert world.object_pose("P1").distance(before) == pytest.approx(0.005, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_what_is_wrong_is_told(world: MujocoWorld, script: str, parameters: dict
 
 def test_a_thing_must_be_in_the_world(world: MujocoWorld) -> None:
     with pytest.raises(UnknownName, match=r"no mocap body is named 'P9'.*P1, P2"):
-        world.put("P9", Pose2(0.0, 0.0))
+        world.place_object("P9", Pose2(0.0, 0.0))
 
 
 def hall(tmp_path: Path, *movers: dict[str, object], x: str = "1 m") -> Catalog:

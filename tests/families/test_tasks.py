@@ -122,7 +122,7 @@ def test_doors_really_shut_and_a_thinking_mission_goes_round(tmp_path: Path) -> 
     scene = load_family(Catalog(), "blocked_doors", wanted).scene(0)
     told = scene.scenario
     world = compose_world(tmp_path / "scenarios" / "worlds" / f"{scene.name}.xml", [])
-    assert set(world.things) == {mover["name"] for mover in told["mover"]}
+    assert set(world.objects) == {mover["name"] for mover in told["mover"]}
     news = {fact["node"]: fact["at"] for fact in told["fact"] if fact.get("at")}
     assert news == {mover["name"]: mover["at"] for mover in told["mover"]}
 

@@ -13,7 +13,7 @@ from rocs_bt import run
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.event import AtomicStarted, ListSink, TicketChanged
-from rocs_bt.simulation.provenance import counts, room_of
+from rocs_bt.simulation.provenance import is_counted, package_of
 from rocs_bt.simulation.reuse import Reuse, Share, diff
 from rocs_bt.simulation.settings import Setting
 
@@ -157,6 +157,6 @@ def test_what_a_run_really_makes_once_it_drives_is_among_what_was_found(scenario
     assert taken
     assert taken <= set(code["actions"].both)
     rooms = ("actions", "analyze", "control", "monitor")
-    counted = {(room_of(cls), cls.__name__) for cls in made if counts(cls) and room_of(cls) in rooms}
+    counted = {(package_of(cls), cls.__name__) for cls in made if is_counted(cls) and package_of(cls) in rooms}
     assert ("control", "TimedReference" if scenario == "exp3" else "PathReference") in counted
     assert counted <= {(share.kind, name) for share in code.values() for name in share.both}

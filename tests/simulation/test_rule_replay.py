@@ -7,7 +7,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.reactive import RuleModel
 from rocs_bt.record import AgentInfo, SignalInfo
 from rocs_bt.signal import Signal
-from rocs_bt.simulation.rule_replay import Seen, replay_rules, rules_for, sweep_threshold, threshold_dimension
+from rocs_bt.simulation.rule_replay import ReflexInput, replay_rules, rules_for, sweep_threshold, threshold_dimension
 from rocs_bt.units import LENGTH, SPEED
 
 R1 = AgentInfo(
@@ -50,7 +50,7 @@ def seen(seed, count=300):
     x = rng.uniform(0.2, 1.0, (count, 3))
     x[rng.uniform(size=x.shape) < 0.05] = np.nan
     modes = np.repeat(rng.choice(["", "drive", "dock"], count // 10), 10)
-    return Seen("run-1", R1, np.arange(count) * 0.05, x, tuple(modes.tolist()), {})
+    return ReflexInput("run-1", R1, np.arange(count) * 0.05, x, tuple(modes.tolist()), {})
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -71,7 +71,7 @@ def test_it_is_what_the_live_rules_do(seed, file):
 
 def test_what_a_firing_says(file):
     x = np.array([[0.4, 1.0, 0.6]] * 3 + [[0.7, 1.0, 0.6]])
-    given = Seen("run-1", R1, np.array([0.0, 0.1, 0.2, 0.3]), x, ("drive",) * 4, {})
+    given = ReflexInput("run-1", R1, np.array([0.0, 0.1, 0.2, 0.3]), x, ("drive",) * 4, {})
     (firing,) = replay_rules(rules_for(file, R1, Catalog()), given).firings
     assert (firing.rule, firing.begin, firing.end) == ("mine/Near", 0.1, 0.3)
     assert firing.won == pytest.approx(0.2)
@@ -79,7 +79,7 @@ def test_what_a_firing_says(file):
 
 
 def test_a_recording_without_a_sample(file):
-    given = Seen("run-1", R1, np.empty(0), np.empty((0, 3)), (), {})
+    given = ReflexInput("run-1", R1, np.empty(0), np.empty((0, 3)), (), {})
     found = replay_rules(rules_for(file, R1, Catalog()), given)
     assert (found.firings, found.steps.mask.shape) == ((), (0, 2))
 

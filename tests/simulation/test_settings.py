@@ -23,7 +23,7 @@ from rocs_bt.catalog import (
 from rocs_bt.document import Table
 from rocs_bt.geometry import Pose2
 from rocs_bt.simulation.reuse import _pairs
-from rocs_bt.simulation.settings import UNITS, UNSAID, settings
+from rocs_bt.simulation.settings import OMITTED, UNITS, settings
 
 HERE = Pose2(1.0, -2.0, 0.5)
 SPECS = (ScenarioSpec, RateSpec, PlaceSpec, AgentSpec, MoverSpec, RequirementSpec, FactSpec, ShareSpec)
@@ -147,7 +147,7 @@ def test_words_for_people_and_places_in_files_are_no_settings(where: str) -> Non
 def test_what_is_left_out_is_no_more_than_that():
     every = [(spec.__name__, field.name) for spec in SPECS for field in fields(spec)]
     called = {f"{spec}.name" for spec in ("PlaceSpec", "AgentSpec", "MoverSpec", "RequirementSpec")}  # in the rows
-    assert {f"{spec}.{name}" for spec, name in every if name in UNSAID} == LEFT_OUT | called
+    assert {f"{spec}.{name}" for spec, name in every if name in OMITTED} == LEFT_OUT | called
 
 
 def test_what_is_not_set_on_one_side_differs():

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from ...device import Actuator
 from ...errors import DeviceError
-from ..parameters import VelocityParameters, pick, read_parameters
+from ..parameters import VelocityParameters, driver_class, read_parameters
 from .mount import Mount
 from .world import MujocoWorld
 
@@ -87,6 +87,6 @@ def make_actuator(
         InputError: No such driver, or parameters that do not fit it or the model.
     """
     world.body(robot)
-    cls: Any = pick(ACTUATORS, driver, "actuator", "mujoco")
+    cls: Any = driver_class(ACTUATORS, driver, "actuator", "mujoco")
     actuator: Actuator = cls(name, Mount(world, robot), **parameters)
     return actuator

@@ -42,7 +42,7 @@ class RobotBody:
 
 
 @dataclass(frozen=True)
-class Thing:
+class MocapBody:
     """A thing of the world that is carried about: a named mocap body.
 
     Attributes:
@@ -56,14 +56,14 @@ class Thing:
     geoms: tuple[int, ...]
 
 
-def find_things(model: Any) -> dict[str, Thing]:
+def find_objects(model: Any) -> dict[str, MocapBody]:
     """The things of a model that can be carried about, by name."""
     found = {}
     for body in range(model.nbody):
         slot, name = int(model.body_mocapid[body]), model.body(body).name
         if slot >= 0 and name:
             first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
-            found[name] = Thing(name, slot, tuple(range(first, first + count)))
+            found[name] = MocapBody(name, slot, tuple(range(first, first + count)))
     return found
 
 
@@ -72,7 +72,7 @@ def find_bodies(model: Any, robots: Sequence[str]) -> dict[str, RobotBody]:
     return {name: _find(model, name) for name in robots}
 
 
-def thing_names(model: Any, robots: Mapping[str, RobotBody]) -> list[str]:
+def geom_labels(model: Any, robots: Mapping[str, RobotBody]) -> list[str]:
     """What each geom is called by people: its robot, the floor, or its own or its body's name."""
     owners = {body.root: name for name, body in robots.items()}
     names = []
@@ -95,7 +95,7 @@ def collides(model: Any, geom: int) -> bool:
 
 def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]:
     """What stands in the world and cannot move, seen from above; neither the floor nor what is only drawn."""
-    names, found = thing_names(model, robots), []
+    names, found = geom_labels(model, robots), []
     for geom in range(model.ngeom):
         if int(model.geom_bodyid[geom]) != 0 or names[geom] == FLOOR or not collides(model, geom):
             continue

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, blame
-from ..parameters import pick
+from ..parameters import driver_class
 from .mjcf import examine_model
 from .sensor import MujocoSensor
 from .sensors import SENSORS
@@ -103,7 +103,7 @@ def compile_model(
         _check_base(model, robot.model)
         for sensor in robot.sensors:
             with blame(sensor.file or robot.model, sensor.line), _compiling(robot.model), sensor.running():
-                pick(SENSORS, sensor.driver, "sensor", "mujoco").prepare(model, sensor.name, sensor.parameters)
+                driver_class(SENSORS, sensor.driver, "sensor", "mujoco").prepare(model, sensor.name, sensor.parameters)
         _take_options(spec, model)
         spec.attach(model, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())
     spec.option.timestep = step

@@ -63,12 +63,12 @@ class DriverWorld(Protocol):
         """Velocity of a robot's base, body frame."""
         ...
 
-    def thing_pose(self, name: str) -> Pose2:
+    def object_pose(self, name: str) -> Pose2:
         """Pose of a named mocap body, world frame."""
         ...
 
     def clearance(
-        self, robot: str, limit: float = ..., among: Literal["all", "robots", "things"] = ...
+        self, robot: str, limit: float = ..., among: Literal["all", "robots", "obstacles"] = ...
     ) -> tuple[float, str]:
         """Distance from a robot's hull to the nearest thing but the floor [m], negative inside, and that thing's name.
 

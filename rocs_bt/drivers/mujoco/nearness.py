@@ -9,14 +9,14 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .body import FLOOR, RobotBody, collides, thing_names
+from .body import FLOOR, RobotBody, collides, geom_labels
 
 Array = npt.NDArray[np.float64]
 
 FEW = 8
 """So many distances are sooner measured than sifted."""
 
-Among = Literal["all", "things", "robots"]
+Among = Literal["all", "obstacles", "robots"]
 """What a hull may be near to: other robots, what is no robot, or both."""
 
 
@@ -33,13 +33,13 @@ class Nearness:
 
         self._distance = mujoco.mj_geomDistance
         self._model = model
-        self._names = thing_names(model, robots)
+        self._names = geom_labels(model, robots)
         solid = [g for g in range(model.ngeom) if collides(model, g) and self._names[g] != FLOOR]
         hulls = [g for body in robots.values() for g in body.hull]
         others = [g for g in solid if self._names[g] not in robots]
         self._still = _Boxes(model, [g for g in others if int(model.geom_bodyid[g]) == 0])
         peers = {name: [g for g in hulls if g not in body.hull] for name, body in robots.items()}
-        among = {"things": dict.fromkeys(robots, others), "robots": peers}
+        among = {"obstacles": dict.fromkeys(robots, others), "robots": peers}
         among["all"] = {name: [*others, *peers[name]] for name in robots}
         self._among = {of: {name: np.array(g, dtype=np.intp) for name, g in by.items()} for of, by in among.items()}
         self._bounds = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)  # 0: it has no end

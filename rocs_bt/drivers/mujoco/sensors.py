@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import InputError, unknown
 from ...knowledge.share import Letterbox, packed
 from ...record.header import Beam
-from ..common import Sightings, Turning
+from ..common import GyroModel, RobotSensorModel
 from ..parameters import (
     GyroParameters,
     MailboxParameters,
@@ -21,7 +21,7 @@ from ..parameters import (
     RobotSensorParameters,
     WheelSpeedParameters,
     WheelTravelParameters,
-    pick,
+    driver_class,
     read_parameters,
 )
 from .lidar import Lidar
@@ -95,11 +95,11 @@ class Gyro(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        self._turning = Turning(read_parameters(GyroParameters, parameters, f"gyro '{name}'"), mount.rng)
+        self._model = GyroModel(read_parameters(GyroParameters, parameters, f"gyro '{name}'"), mount.rng)
 
     def sample(self) -> list[float]:
         world = self.mount.world
-        return [self._turning.look(world.stamp, world.pose(self.mount.robot).yaw)]
+        return [self._model.read(world.stamp, world.pose(self.mount.robot).yaw)]
 
 
 class RangeCone(MujocoSensor):
@@ -178,13 +178,13 @@ class RobotSensor(MujocoSensor):
             raise InputError(
                 f"robot_sensor '{name}' has no one noise for all its values; give it range_noise and bearing_noise."
             )
-        self._sightings = Sightings(self.parameters, mount.rng)
+        self._model = RobotSensorModel(self.parameters, mount.rng)
         self._others = {tag: other for tag, other in enumerate(mount.world.robots, 1) if other != mount.robot}
 
     def sample(self) -> list[float]:
         world, robot, others, height = self.mount.world, self.mount.robot, self._others, self.parameters.height
         peers = {tag: world.pose(other) for tag, other in others.items()}
-        return self._sightings.look(
+        return self._model.read(
             world.stamp, world.pose(robot), peers, lambda tag: world.sees(robot, others[tag], height)
         )
 
@@ -242,7 +242,7 @@ def make_sensor(
     """
     world.body(robot)
     mount = Mount(world, robot, noise, np.random.default_rng(0) if rng is None else rng)
-    return pick(SENSORS, driver, "sensor", "mujoco")(name, mount, **parameters)
+    return driver_class(SENSORS, driver, "sensor", "mujoco")(name, mount, **parameters)
 
 
 def _cones(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> RangeConeParameters:

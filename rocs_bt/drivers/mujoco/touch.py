@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .body import FLOOR, RobotBody, thing_names
+from .body import FLOOR, RobotBody, geom_labels
 
 _APART = 0.2  # [s] for which two things must be apart before their next contact is a new one
 _STILL = 0.02  # [m/s] below which a robot stands still
@@ -32,7 +32,7 @@ class Contact:
     moving: bool
 
 
-class TouchWatch:
+class ContactDetector:
     """Looks at MuJoCo's contacts after each physics step, and tells which ones are new.
 
     Args:
@@ -47,7 +47,7 @@ class TouchWatch:
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
         self._robots = robots
-        self._names = thing_names(model, robots)
+        self._names = geom_labels(model, robots)
         self._floor = {geom for geom, name in enumerate(self._names) if name == FLOOR}
         self.usual = -1
         self._before = np.zeros(model.nv)
@@ -58,7 +58,7 @@ class TouchWatch:
         """Remember how everything moves before the next steps: an impact changes it."""
         self._before[:] = data.qvel
 
-    def look(self, data: Any, t: float, commanded: Callable[[str], bool]) -> None:
+    def update(self, data: Any, t: float, commanded: Callable[[str], bool]) -> None:
         """Look for contacts after a step.
 
         Args:

@@ -15,10 +15,10 @@ from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Twist2, pose2, wrap_angle
 from ...safety import SafetyGate
-from .body import Motors, RobotBody, Thing, bounds, find_bodies, find_things
+from .body import MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
 from .nearness import Among, Nearness
 from .sight import Sight
-from .touch import Contact, TouchWatch
+from .touch import Contact, ContactDetector
 
 __all__ = ["Contact", "MujocoWorld"]
 
@@ -56,9 +56,9 @@ class MujocoWorld:
         self.lock = threading.RLock()
         self.stamp = clock.now()
         self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
-        self.things: Mapping[str, Thing] = find_things(model)
+        self.objects: Mapping[str, MocapBody] = find_objects(model)
         roots = {body.root for body in self.robots.values()}
-        self.only_robots_move = not self.things and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
+        self.only_robots_move = not self.objects and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
         self._drift = np.zeros((model.nmocap, 3))  # of carried things in one physics step [m]
         self._mj = mujoco
         self._simulated = isinstance(clock, SimulatedClock)
@@ -68,7 +68,7 @@ class MujocoWorld:
         self._steps = 0  # since the start
         self._ramping: list[Motors] = []  # those that are not yet as fast as they are asked to be
         self._gates: list[SafetyGate] = []
-        self._touch = TouchWatch(model, self.robots)
+        self._touch = ContactDetector(model, self.robots)
         self._near = Nearness(model, self.robots)
         self._sight = Sight(model, self.robots)
         self._revision = 0  # of the state; what is derived from it notes which one it belongs to
@@ -124,35 +124,35 @@ class MujocoWorld:
         c, s = math.cos(yaw), math.sin(yaw)
         return Twist2(c * x + s * y, turn, c * y - s * x)
 
-    def thing(self, name: str) -> Thing:
+    def mocap_body(self, name: str) -> MocapBody:
         """A thing that can be carried about.
 
         Raises:
             UnknownName: The world has no mocap body of that name.
         """
-        if name not in self.things:
-            raise UnknownName(unknown("mocap body", name, self.things, "The world"))
-        return self.things[name]
+        if name not in self.objects:
+            raise UnknownName(unknown("mocap body", name, self.objects, "The world"))
+        return self.objects[name]
 
-    def thing_pose(self, name: str) -> Pose2:
+    def object_pose(self, name: str) -> Pose2:
         """Where a thing is, world frame."""
-        slot = self.thing(name).slot
+        slot = self.mocap_body(name).slot
         with self.lock:
             x, y, _ = self.data.mocap_pos[slot].tolist()
             w, _, _, k = self.data.mocap_quat[slot].tolist()
         return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
 
-    def put(self, name: str, pose: Pose2) -> None:
+    def place_object(self, name: str, pose: Pose2) -> None:
         """Put a thing somewhere, at once."""
-        slot = self.thing(name).slot
+        slot = self.mocap_body(name).slot
         with self.lock:
             self.data.mocap_pos[slot, :2] = pose.x, pose.y
             self.data.mocap_quat[slot] = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
             self._revision += 1
 
-    def carry(self, name: str, velocity: tuple[float, float]) -> None:
+    def set_object_velocity(self, name: str, velocity: tuple[float, float]) -> None:
         """Carry a thing along at a velocity [m/s], world frame, until told otherwise; nothing holds it up."""
-        slot = self.thing(name).slot
+        slot = self.mocap_body(name).slot
         with self.lock:
             self._drift[slot, :2] = velocity[0] * self.step, velocity[1] * self.step
 
@@ -229,13 +229,13 @@ class MujocoWorld:
                         self._aim(motors, motors.coming.popleft()[1])
                 if self._ramping:
                     self._ramp()
-                if self.things:
+                if self.objects:
                     data.mocap_pos += self._drift
                 step(model, data)
                 self._steps += 1
                 self._tick()
                 if i == steps - 1 or data.ncon != touch.usual:
-                    touch.look(data, now(), self.commanded)
+                    touch.update(data, now(), self.commanded)
             self.stamp = now()
             self._revision += 1
 
@@ -250,7 +250,7 @@ class MujocoWorld:
         Args:
             robot: Whose hull.
             limit: What is farther than this is of no interest [m].
-            among: What counts: the other `robots`, the `things` that are none, or `all`.
+            among: What counts: the other `robots`, the `obstacles` that are none, or `all`.
 
         Returns:
             The distance [m], negative inside, and the name of the nearest thing; (limit, "") when none is nearer.
