@@ -1,7 +1,7 @@
-"""The shipped actions (paper, Table 2, and the motion macros), and the table of their names.
+"""Shipped actions (paper, Table 2, and the motion macros) and the table from name to class.
 
-Whoever builds an agent or checks content imports it. Blocks are handed the table and name actions by text; only
-`reactive` imports one, the Stop of a reflex that cannot act.
+Code that builds agents or checks content imports this package. Blocks receive the table and name actions by string;
+only `reactive` imports an action: Stop, for a reflex that cannot act.
 """
 
 from .avoid_collision import AvoidCollision

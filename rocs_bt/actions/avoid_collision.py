@@ -12,25 +12,26 @@ from .room import free_turn, room_back
 from .set_wheel_speed import SetWheelSpeed
 from .turn import TurnAngle
 
-BACK = 0.3  # [m] that it backs off at most
-BACKING = 0.35  # [m/s] at which it does
-LEFT = 0.1  # of a turn: while it is closed in on, the obstacle comes nearer
+BACK = 0.3  # [m] largest distance of backing off
+BACKING = 0.35  # [m/s] speed of backing off
+LEFT = 0.1  # share of the turn left when the robot drives on: exact closing-in costs time while the obstacle nears
 
 
 @dataclass(kw_only=True, eq=False)
 class AvoidCollision(MacroAction):
-    """Turn away, then drive straight on for a while. What is ahead is the matter of the rule that asked for it.
+    """Turn away, then drive straight for a time.
 
-    It drives on while the last tenth of the turn is left, and the wheels still turn.
+    The action does not look for obstacles ahead; the rule that submits it does. The robot starts to drive when a tenth
+    of the turn is left, while it still rotates.
 
-    What a corner of the hull would sweep is its own: on a robot whose monitor tells `free_turn` it turns no farther,
-    and where that is less than half of what was asked for, it first backs off over ground that it knows to be free.
+    The corners of the hull are protected: the turn is limited to the signal `free_turn`, if the robot has it. If less
+    than half of the requested turn is free, the robot first backs off over ground that is known to be free.
 
     Attributes:
-        turn: How far to turn, left positive [rad].
-        duration: How long to drive on [s].
-        speed: How fast to drive on [m/s].
-        rate: How fast to turn [rad/s].
+        turn: Turn angle, left positive [rad].
+        duration: Duration of the straight drive [s].
+        speed: Speed of the straight drive [m/s].
+        rate: Turn rate [rad/s].
     """
 
     turn: Radians

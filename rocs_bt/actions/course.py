@@ -1,4 +1,7 @@
-"""Where a peer is headed: so far ahead the turn rate of a moment tells nothing."""
+"""Predicted course of a peer from its recent displacement.
+
+The momentary turn rate does not predict its position several seconds ahead.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +14,25 @@ from ..control.drive import Array
 from ..geometry import Pose2, Twist2
 
 SPAN = 1.0
-"""Over so long its course is taken [s]."""
+"""Time window of the displacement [s]."""
 
 WATCHED = 0.3
-"""For so long it must have been watched for that, without a gap of as much [s]."""
+"""Minimum observation time for a displacement; a gap this long between observations restarts it [s]."""
 
 
 class Course:
-    """Where a peer is headed: as it went in the last while, straight on."""
+    """Straight-line prediction of a peer from its mean velocity over the last `SPAN`."""
 
     def __init__(self) -> None:
         self._seen: deque[tuple[float, Pose2]] = deque()
 
     def note(self, t: float, pose: Pose2) -> None:
-        """Where it is now [s]; a gap in what is known of it makes it begin anew."""
+        """Add an observation of the peer.
+
+        Args:
+            t: Time of the observation [s]; a gap of more than `WATCHED` discards the earlier ones.
+            pose: Pose of the peer, world frame.
+        """
         if self._seen and t - self._seen[-1][0] > WATCHED:
             self._seen.clear()
         self._seen.append((t, pose))
@@ -32,7 +40,15 @@ class Course:
             self._seen.popleft()
 
     def ahead(self, twist: Twist2, times: Array) -> Array:
-        """(n, 3) Where it will be after some times [s]; by its twist, until it has been watched for long enough."""
+        """Predicted poses after the last observation.
+
+        Args:
+            twist: Velocity of the peer, used until it has been observed for `WATCHED`.
+            times: Times after the last observation, shape (n,) [s].
+
+        Returns:
+            Poses with constant yaw, world frame, shape (n, 3) [m, m, rad].
+        """
         (begun, first), (t, here) = self._seen[0], self._seen[-1]
         watched = t - begun
         vx, vy = twist.forward * math.cos(here.yaw), twist.forward * math.sin(here.yaw)

@@ -1,4 +1,4 @@
-"""Dock: drive into a place where centimetres count."""
+"""Dock: drive to a docking pose with centimetre accuracy."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
 READY = 0.05
-"""How near to the staging pose the robot begins to creep [m]."""
+"""Distance from the staging pose at which it counts as reached [m]."""
 
 
 @dataclass(kw_only=True, eq=False)
 class Dock(MacroAction):
-    """Drive to a staging pose before a dock, turn, and creep in; back out and try again where it came in askew.
+    """Drive to a staging pose in front of a dock, turn, and creep in; if misaligned, back out and try again.
 
-    The dock is a node of the world model whose pose is where the robot stands when it is docked, and how it looks. The
-    robot is in when it stands at that pose, or when `front` says that it touches. Reflexes that keep it off what it
-    docks at belong to another mode: see `Mission.enter`.
+    The pose of the dock in the world model is the pose of the docked robot. The robot is docked when it is stationary
+    at that pose, or when the signal `front` reports contact. Put reflexes that would keep the robot away from the dock
+    into another mode: see `Mission.enter`.
 
     Attributes:
-        goal: The dock.
-        staging: How far before the dock the robot turns [m].
-        cruise: Speed to there [m/s].
-        creep: Speed from there [m/s].
-        tolerance: Distance from the dock, along its heading and across it, at which the robot is in [m].
-        facing: Error of its heading at which it is in [rad].
-        touch: The range ahead at which it is in, too; 0 for never [m].
-        attempts: How often it tries.
+        goal: Node of the dock.
+        staging: Distance from the staging pose to the dock [m].
+        cruise: Speed to the staging pose [m/s].
+        creep: Speed from the staging pose to the dock [m/s].
+        tolerance: Position error of the docked robot, along the heading of the dock and across it [m].
+        facing: Heading error of the docked robot [rad].
+        touch: Range ahead that counts as contact; 0 disables it [m].
+        attempts: Maximum number of attempts.
     """
 
     goal: str
@@ -61,9 +61,9 @@ class Dock(MacroAction):
         try:
             yield from self._tries(body)
         except ActionFailed:
-            self._give_up(body)
+            self._release_goal(body)
             raise
-        self._give_up(body)
+        self._release_goal(body)
 
     def remaining(self, knowledge: Knowledge) -> float:
         dock = knowledge.world.pose_of(self.goal)
@@ -83,19 +83,19 @@ class Dock(MacroAction):
             if attempt < self.attempts:
                 back = [-self.creep] * len(body.drive.wheels)
                 yield SetWheelSpeed(speeds=back, duration=0.5 * self.staging / self.creep)
-        raise ActionFailed(Reason.STUCK, f"missed '{self.goal}' {self.attempts} times, at last by {missed}")
+        raise ActionFailed(Reason.STUCK, f"missed '{self.goal}' {self.attempts} times; last error: {missed}")
 
     def _drive(
         self, body: Body, to: Pose2, speed: float, tolerance: float, touch: float | None = None
     ) -> Iterator[Action]:
-        """Straight to a pose, until the robot stands there, or ran past it, or touches."""
+        """Drive straight to a pose until the robot is stationary there, has passed it, or touches."""
         drive, begun = PathDrive(body, speed), False
         while True:
             pose = drive.pose()
             if pose is None:
                 yield drive.brake()
                 continue
-            ahead, _ = _seen_from(to, pose)
+            ahead, _ = _offset(to, pose)
             arrived = pose.distance(to) <= tolerance or (begun and drive.remaining < 0.5 * tolerance)
             if touch is not None and self._touches(body, touch):
                 if -ahead > 0.5 * self.staging:
@@ -103,7 +103,7 @@ class Dock(MacroAction):
                     raise ActionFailed(Reason.BLOCKED, evidence)
                 yield Stop()
                 return
-            if arrived and (not begun or drive.standing()):
+            if arrived and (not begun or drive.stationary()):
                 return
             if not begun or drive.lost:
                 drive.begin(Path.line(pose, to))
@@ -123,9 +123,9 @@ class Dock(MacroAction):
         return self._ahead <= touch
 
     def _missed(self, body: Body, dock: Pose2) -> str:
-        """By what the robot is not in; empty when it is. One that touches need not have come all the way."""
+        """Error that exceeds its tolerance, as text; empty if docked. Contact excuses the error along the heading."""
         pose = body.knowledge.robot.pose(body.clock.now())
-        along, aside = _seen_from(dock, pose)
+        along, aside = _offset(dock, pose)
         skew = abs(wrap_angle(pose.yaw - dock.yaw))
         touches = self.touch > 0.0 and self._ahead <= self.touch
         if abs(aside) > self.tolerance:
@@ -134,7 +134,7 @@ class Dock(MacroAction):
             return f"{math.degrees(skew):.1f} deg"
         return "" if touches or abs(along) <= self.tolerance else f"{abs(along):.3f} m along"
 
-    def _give_up(self, body: Body) -> None:
+    def _release_goal(self, body: Body) -> None:
         if body.knowledge.world.pursued() == self.goal:
             body.knowledge.world.pursue(None)
 
@@ -143,12 +143,12 @@ class Dock(MacroAction):
         pose = world.pose_of(self.goal)
         if pose is None:
             hint = did_you_mean(self.goal, [*world.goals(), *world.places()], "The world")
-            raise ActionFailed(Reason.NO_GOAL, f"nothing named '{self.goal}' has a known place. {hint}")
+            raise ActionFailed(Reason.NO_GOAL, f"no node '{self.goal}' with a known pose. {hint}")
         return pose
 
 
-def _seen_from(dock: Pose2, pose: Pose2) -> tuple[float, float]:
-    """How far a pose is ahead of a dock and to its left [m]."""
+def _offset(dock: Pose2, pose: Pose2) -> tuple[float, float]:
+    """Offset of a pose in the frame of the dock: ahead and left [m]."""
     x, y = pose.x - dock.x, pose.y - dock.y
     c, s = math.cos(dock.yaw), math.sin(dock.yaw)
     return c * x + s * y, c * y - s * x

@@ -1,4 +1,4 @@
-"""Flinch: back off from what is too close."""
+"""Flinch: back off from obstacles that are too close."""
 
 from __future__ import annotations
 
@@ -21,52 +21,52 @@ RATE = 2.5  # [rad/s] ... at this rate
 PUSHED = 0.04  # [m] by which a robot must be pushed before it drives back, ...
 BACK = 0.01  # [m] ... until so little is left
 CERTAIN = 0.01  # [m] `pose_spread` above which a correction of the pose may look like a push
-LOST = 0.3  # [m] from where it stood, beyond which it stands at its new place
+LOST = 0.3  # [m] displacement after which the robot holds its new position instead
 JUMP = 0.6  # [m/s] above which a pose jumps because of a better fix
 PULL = 8.0  # [1/s] speed of driving back for each metre
 
 
 @dataclass
 class _Course:
-    """Ahead, back or standing, and its progress."""
+    """Progress of a drive ahead or back, or of a standstill."""
 
-    sign: int  # 1 ahead, -1 back, 0 standing
+    sign: int  # 1 ahead, -1 back, 0 standstill
     begun: float  # [s]
-    start: Pose2 | None = None  # first known pose; if standing, the pose at standstill
-    last: Pose2 | None = None  # if standing, the pose one period ago
+    start: Pose2 | None = None  # first known pose; in a standstill, the pose to hold
+    last: Pose2 | None = None  # in a standstill, the pose one period ago
     blind: float = 0.0  # [m] commanded without a pose
-    pushed: bool = False  # whether it drives back to `start`
+    pushed: bool = False  # whether the robot drives back to `start`
 
 
 @dataclass(kw_only=True, eq=False)
 class Flinch(AtomicAction):
-    """Drive ahead or astern until a distance is gained, or stand.
+    """Back off: drive ahead or back for a distance, or hold the position.
 
-    The robot drives straight, or on the bend of the signal `bend_off` where a monitor reports one. The distance is
-    measured by the pose, and by the commanded speed while the pose is lost, because a reflex must not wait.
+    The robot drives straight, or with the curvature of the signal `bend_off` if the robot has it. The distance is
+    measured with the pose; while the pose is lost, with the commanded speed, because a reflex must not wait.
 
-    A robot with a speed of zero stands. Locked wheels slide before another robot that pushes, so with `resist` the
-    wheels turn against it once it has pushed the robot 0.04 m ahead or astern, until the robot is back or has lost
-    0.3 m. Pushes from the side and jumps of the pose are not resisted, nor is any push while pose or speed is not
-    known, or `pose_spread` exceeds 0.01 m.
+    A robot with a speed of zero holds its position. Locked wheels slide when another robot pushes, so with `resist` the
+    robot drives back once it was pushed 0.04 m ahead or back, until it is back in position or was pushed 0.3 m away.
+    Pushes from the side and jumps of the pose are not resisted, nor is any push while pose or speed is not known or
+    `pose_spread` exceeds 0.01 m.
 
-    With `get_out` the action looks at the groups `front`, `left_gap`, `right_gap` and `rear`. Between two things, near
-    ahead and behind, the robot stands. After `timeout` backing off is in vain if the robot is still slow: it then turns
-    60 deg on the spot, to the side with more room, and drives ahead, if there is room for the corners of its hull;
-    else, between two things, it creeps to the middle. A robot with the signal `bend_off` has too few beams for that and
-    for `resist`.
+    With `get_out` the action reads the groups `front`, `left_gap`, `right_gap` and `rear`. Between two obstacles, one
+    close ahead and one close behind, the robot holds its position. If it is still slow after `timeout`, backing off
+    does not help: it turns 60 deg on the spot toward the freer side and drives ahead, if the corners of its hull have
+    room; otherwise, between two obstacles, it creeps to the middle. Robots with the signal `bend_off` have too few
+    beams for this and for `resist`.
 
-    An `update` from one of ahead, astern and standing to another restarts distance and time limit.
+    An `update` that switches between ahead, back and standstill restarts distance and time limit.
 
     Attributes:
-        speed: Speed, negative astern, 0 to stand [m/s].
-        distance: Distance to gain [m].
-        timeout: Time limit of each drive, after which the action fails or gets out; none while the robot stands [s].
-        get_out: Whether to stand between two things, and to get out where backing off is in vain.
-        boxed: Gap ahead and behind below which the robot is between two things [m].
-        clearance: Room to spare beside what the corners sweep in a turn; not needed on the side of the turn [m].
+        speed: Speed, negative backward, 0 to hold the position [m/s].
+        distance: Distance to drive [m].
+        timeout: Time limit of each drive, after which the action fails or gets out; a standstill has none [s].
+        get_out: Whether to stop between two obstacles, and to turn out if backing off does not help.
+        boxed: Gap ahead and behind below which the robot is between two obstacles [m].
+        clearance: Margin beside the area that the corners sweep in a turn; not needed on the side of the turn [m].
         creep: Speed of creeping to the middle, 0 for never [m/s].
-        resist: Highest speed of driving back to where the robot stood, 0 for never [m/s].
+        resist: Maximum speed of driving back to the held position, 0 for never [m/s].
     """
 
     speed: MetresPerSecond
@@ -88,7 +88,7 @@ class Flinch(AtomicAction):
         now, gaps = body.clock.now(), Gaps.known(body)
         self._begun = min(self._begun, now)
         boxed = max(gaps.front, gaps.rear) < self.boxed
-        in_vain = now - self._begun > self.timeout - 0.5 * body.period and _slow(body) and _hears_all_round(body)
+        in_vain = now - self._begun > self.timeout - 0.5 * body.period and _slow(body) and _has_beams_all_round(body)
         if in_vain and (turn := self._turn_out(body, gaps)) is not None:
             done = turn.act(body)
             if done is not Progress.SUCCEEDED:
@@ -103,7 +103,7 @@ class Flinch(AtomicAction):
         return self._drive_off(body, math.copysign(self.creep, off_centre) if creeps else 0.0)
 
     def _turn_out(self, body: Body, gaps: Gaps) -> TurnAngle | None:
-        """The turn on the spot that gets the robot out; None where its corners have no room."""
+        """Turn on the spot toward the freer side; None if the corners of the hull have no room."""
         sweep, ends = corner_sweep(body), min(gaps.front, gaps.rear)
         room = {1: min(ends, gaps.right) - sweep, -1: min(ends, gaps.left) - sweep}
         beside = {1: gaps.left, -1: gaps.right}
@@ -114,7 +114,7 @@ class Flinch(AtomicAction):
         return self._turn if self._turn is not None and math.copysign(1, self._turn.angle) in free else None
 
     def _drive_off(self, body: Body, speed: float) -> Progress | Failure:
-        """Drive ahead or astern until the distance is gained; with a speed of zero, stand."""
+        """Drive ahead or back for the distance; with a speed of zero, hold the position."""
         now, sign = body.clock.now(), (speed > 0.0) - (speed < 0.0)
         if self._course is None or self._course.sign != sign:
             self._course = _Course(sign, now)
@@ -139,7 +139,7 @@ class Flinch(AtomicAction):
         return course.sign * _ahead(course.start, pose)
 
     def _back(self, body: Body, course: _Course) -> float:
-        """Speed toward where it came to stand [m/s]."""
+        """Speed toward the position to hold [m/s]."""
         pose, last, speed = _pose(body), course.last, body.knowledge.robot.speed(body.clock.now())
         course.last = pose
         if pose is None or last is None or pose.distance(last) > JUMP * body.period or math.isnan(speed):
@@ -148,24 +148,24 @@ class Flinch(AtomicAction):
             course.start, course.pushed = pose if abs(speed) < STANDING else None, False
             return 0.0
         off = _ahead(pose, course.start)
-        resist = self.resist if _certain(body) and _hears_all_round(body) else 0.0
+        resist = self.resist if _certain(body) and _has_beams_all_round(body) else 0.0
         course.pushed = resist > 0.0 and abs(off) > (BACK if course.pushed else PUSHED)
         return math.copysign(min(PULL * abs(off), resist), off) if course.pushed else 0.0
 
 
-def _hears_all_round(body: Body) -> bool:
-    """Whether beams, and not a monitor's `bend_off`, tell in which direction there is room."""
+def _has_beams_all_round(body: Body) -> bool:
+    """Whether the robot has beams on all sides, rather than the signal `bend_off`."""
     return "bend_off" not in body.knowledge.signals
 
 
 def _certain(body: Body) -> bool:
-    """Whether the pose is measured, or estimated well enough to tell a push from a correction."""
+    """Whether the pose is measured, or its estimate is accurate enough to distinguish a push from a correction."""
     signals = body.knowledge.signals
     return "pose_spread" not in signals or signals.value("pose_spread", body.clock.now()) < CERTAIN
 
 
 def _slow(body: Body) -> bool:
-    """Whether the robot hardly moves, though it backs off."""
+    """Whether the robot hardly moves."""
     return abs(body.knowledge.robot.speed(body.clock.now())) < SLOW
 
 

@@ -18,20 +18,21 @@ from .following import OFF, PathDrive
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
-AGAIN = 0.1  # [m] Of places that are nearest to within this, the first on the path counts: it may cross itself.
+AGAIN = 0.1  # [m] Of points as near as the nearest within this, the first on the path counts: it may cross itself.
 
 
 @dataclass(kw_only=True, eq=False)
 class FollowPath(MacroAction):
-    """Drive along a polyline with the follower, and stand at its end.
+    """Drive along a polyline with the follower, and stop at its end.
 
-    It joins the path at the nearest place, so a mission that sends it again after a reflex goes on where it was.
+    The robot joins the path at the nearest point, so a mission that resubmits the action after a reflex continues where
+    it was.
 
     Attributes:
-        points: Corners as (x, y) in the world frame [m].
-        cruise: Speed on the straight [m/s].
-        tolerance: Distance from the end at which it is done, standing [m].
-        corner_radius: Of the arcs that round the corners [m].
+        points: Corners as (x, y), world frame [m].
+        cruise: Speed on straight parts [m/s].
+        tolerance: Distance from the end at which the stationary robot has arrived [m].
+        corner_radius: Radius of the arcs that round the corners [m].
     """
 
     points: Annotated[Sequence[Sequence[float]], LENGTH]
@@ -48,7 +49,7 @@ class FollowPath(MacroAction):
                 yield drive.brake()
                 continue
             there = pose.distance(end) <= self.tolerance
-            if drive.remaining <= 2.0 * self.tolerance and there and drive.standing():
+            if drive.remaining <= 2.0 * self.tolerance and there and drive.stationary():
                 return
             missed = drive.remaining < 0.5 * self.tolerance and not there
             if drive.lost or missed:
@@ -62,7 +63,7 @@ class FollowPath(MacroAction):
 
 
 def _nearest(path: Path, pose: Pose2, driven: float) -> float:
-    """Where to join [m]: not before what is driven already, and of equally near places the first."""
+    """Arc length at which to join the path [m]: the nearest point not yet passed, the first of equally near ones."""
     stations = np.linspace(0.0, path.length, len(path.samples))
     away = np.hypot(path.samples[:, 0] - pose.x, path.samples[:, 1] - pose.y)
     away[stations < driven - OFF] = np.inf
@@ -71,7 +72,7 @@ def _nearest(path: Path, pose: Pose2, driven: float) -> float:
 
 
 def _rest(path: Path, pose: Pose2, s: float) -> Path:
-    """The way from the robot to the path at s [m], and on along it."""
+    """Path from the robot to the arc length s [m] of a path, and on along it."""
     ahead = path.position(np.arange(s, path.length, path.spacing or 1.0)) if s < path.length else np.empty((0, 2))
     start = [[pose.x, pose.y]] if math.hypot(*(path.position(s) - pose[:2])) > 0.5 * OFF else []
     return Path([*start, *ahead.tolist(), path.position(path.length).tolist()])

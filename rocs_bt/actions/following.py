@@ -1,4 +1,4 @@
-"""Driving along a path with the follower: what GoTo and FollowPath share."""
+"""Path driving with the trajectory follower, shared by the motion actions."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ TURN_FIRST = math.radians(60.0)
 """Heading error beyond which the robot turns on the spot before it follows a path [rad]."""
 
 STANDING = 0.05
-"""Rim speed below which the robot counts as arrived and not as passing [m/s]."""
+"""Wheel linear speed below which the robot counts as stationary [m/s]."""
 
 OFF = 0.3
-"""Distance from the path beyond which a new one is planned from where the robot is [m]."""
+"""Distance from the path beyond which a new path from the robot's position is planned [m]."""
 
 
 class PathDrive:
-    """One action's drive along paths, as a stream of SetWheelSpeed actions, one a period.
+    """Drive of one action along paths, as a stream of SetWheelSpeed actions, one per period.
 
-    It takes the follower over from whoever had it, and tells it how fast the wheels turn at that moment.
+    It resets the follower and starts it from the measured wheel speeds.
 
     Args:
-        body: The robot.
-        cruise: The speed wanted on a straight [m/s].
-        lateral_acceleration: Side force a unit of mass in curves [m/s2].
+        body: Robot.
+        cruise: Speed on straight parts [m/s].
+        lateral_acceleration: Maximum lateral acceleration in curves [m/s2].
         turn_first: Heading error beyond which the robot turns on the spot [rad].
     """
 
@@ -59,7 +59,7 @@ class PathDrive:
 
     @property
     def backward(self) -> bool:
-        """Whether the robot drives backward along its path; to be changed where it stands, or nearly."""
+        """Whether the robot drives backward along its path; change it only near standstill."""
         return self._backward
 
     @backward.setter
@@ -71,34 +71,34 @@ class PathDrive:
 
     @property
     def heading_error(self) -> float:
-        """How far the path's beginning, or where the robot is on it, turns from the robot's heading [rad]."""
+        """Heading of the path at the robot's arc length, relative to the robot's heading [rad]; 0 without a path."""
         reference, pose = self._reference, self._body.knowledge.robot.pose()
         return 0.0 if reference is None else wrap_angle(float(reference.path.heading(reference.s or 0.0)) - pose.yaw)
 
     @property
     def remaining(self) -> float:
-        """Arc length to the path's end [m]; +inf without a path."""
+        """Arc length to the end of the path [m]; +inf without a path."""
         return math.inf if self._reference is None else self._reference.remaining
 
     @property
     def lost(self) -> bool:
-        """Whether there is no path, or the robot is too far off it."""
+        """Whether there is no path, or the robot is farther than `OFF` from it."""
         return self._reference is None or abs(self._cross_track) > OFF
 
     def begin(self, path: Path, limit: Array | None = None, end_speed: float = 0.0) -> None:
-        """Follow this path, which begins where the robot is, from now on.
+        """Follow a new path.
 
         Args:
-            path: Where.
-            limit: (n,) What limits the speed at each of its samples, besides cruise and curves [m/s].
-            end_speed: At its end [m/s].
+            path: Path from the robot's position.
+            limit: Speed limits at its samples, in addition to cruise speed and curves, shape (n,) [m/s].
+            end_speed: Speed at its end [m/s].
         """
         self._reference = self._along(path, limit, end_speed)
-        self._reference.s = 0.0  # or a round trip would be over before it began
+        self._reference.s = 0.0  # otherwise a round trip would start at its end
         self._cross_track = 0.0
 
     def limit(self, limit: Array, end_speed: float = 0.0) -> None:
-        """Other limits for what is left of the path; nothing without one."""
+        """Replace the speed limits of the present path, if there is one; arguments as in `begin`."""
         if self._reference is not None:
             s = self._reference.s
             self._reference = self._along(self._reference.path, limit, end_speed)
@@ -116,27 +116,27 @@ class PathDrive:
         return PathReference(path, profile, turn_first=self._turn_first, pivot=self._follower.drive.pivot)
 
     def pose(self) -> Pose2 | None:
-        """Where the robot is, in the world frame; None while nobody knows, when it must `brake`.
+        """Pose of the robot, world frame; None while it is unknown, and then the action must `brake`.
 
         Raises:
-            ActionFailed: LOST_POSE, if it stays lost.
+            ActionFailed: LOST_POSE, if it stays unknown.
         """
-        return self._watch.look(self._body)
+        return self._watch.read(self._body)
 
-    def standing(self) -> bool:
-        """Whether the wheels stand; true where nobody measures them."""
+    def stationary(self) -> bool:
+        """Whether the wheels are stationary; true if their speeds are not measured."""
         return not any(abs(speed) > STANDING for speed in self._body.knowledge.robot.wheel_speeds().tolist())
 
     def step(self, pose: Pose2) -> Action:
-        """This period's command, as the action that gives it; the path must have begun."""
+        """Action that commands this period's wheel speeds along the path; brakes without a path."""
         if self._reference is None:
             return self.brake()
         return self.follow(pose, self._reference)
 
     def follow(self, pose: Pose2, reference: Reference) -> Action:
-        """This period's command for any reference, as the action that gives it."""
+        """Action that commands this period's wheel speeds along any reference."""
         body = self._body
-        if self._backward:  # a robot that drives backward is one that looks behind
+        if self._backward:  # the follower plans for a robot turned by 180 deg
             pose = Pose2(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
         speeds = None if self._owns_wheels else self._wheels()
         command = self._follower.step(pose, speeds, reference, body.period)
@@ -153,17 +153,17 @@ class PathDrive:
         return SetWheelSpeed(speeds=wheels.tolist(), duration=body.period)
 
     def brake(self) -> Action:
-        """Standstill for this period."""
+        """Action that commands standstill for this period."""
         self._owns_wheels = False
         return SetWheelSpeed(speeds=[0.0] * len(self._body.drive.wheels), duration=self._body.period)
 
     def _turned(self, wheels: Array) -> Array:
-        """Wheel speeds (w,) [m/s] of a robot that looks behind, as it drives backward; its own inverse."""
+        """Wheel speeds (w,) [m/s] of the robot from those of a robot turned by 180 deg; its own inverse."""
         twist = self._body.drive.twist(wheels)
         return self._body.drive.wheel_speeds(Twist2(-twist.forward, twist.turn, -twist.left))
 
     def _wheels(self) -> Array | None:
-        """Measured wheel speeds (w,) [m/s], for the follower to go on from; None while they are not known."""
+        """Measured wheel speeds (w,) [m/s] for the follower to start from; None while unknown."""
         self._owns_wheels = True
         speeds = self._body.knowledge.robot.wheel_speeds()
         if not np.isfinite(speeds).all():

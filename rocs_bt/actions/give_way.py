@@ -1,4 +1,4 @@
-"""Where a robot that follows goes: after its leader as on a string, or out of somebody's way."""
+"""Local planning of a follower: the path of a trailer behind its leader, or a candidate arc that gives way."""
 
 from __future__ import annotations
 
@@ -14,50 +14,53 @@ from ..geometry import Pose2
 from .room import Room
 
 SPEEDS = (1.0, 0.6, 0.3)
-"""Of the cruise speed: how fast the ways go."""
+"""Speeds of the candidates, as shares of the cruise speed."""
 
 KEEP = 0.6
-"""What to leave between the hull and the middle of another robot [m]."""
+"""Gap to keep between the hull and the centre of another robot [m]."""
 
 LEVER = 4.0
-"""How much a metre too near to somebody counts, beside the square of the metres too far from the leader."""
+"""Cost of a metre too near to another robot, relative to a squared metre too far from the leader."""
 
 TURN_LAG = 0.3
-"""Time lost while it begins to turn on the spot, and while it ends [s]."""
+"""Time lost while a turn on the spot speeds up and slows down [s]."""
 
 STICK = 0.02
-"""By so much another way must be better than the one that it is on [m]."""
+"""Cost advantage of the present candidate, against switching to and fro."""
 
 NEARER = 0.02
-"""By so much a way may lead nearer to the leader than standing would [m]."""
+"""Distance by which a candidate may lead nearer to the leader than standstill would [m]."""
 
 DETOURS = [math.radians(sign * angle) for angle in (0.0, 20.0, 40.0, 60.0, 80.0) for sign in (1.0, -1.0)][1:]
-"""By how much a string is bent round who is in the way, the least first [rad]."""
+"""Changes of direction to pass other robots, the smallest first [rad]."""
 
 LOOK = 0.3
-"""So far ahead of each step nobody may be [m]."""
+"""Distance ahead of each step that must be clear of other robots [m]."""
 
 
-def pulled(
+def trailer_path(
     pose: Pose2, leader: Array, length: float, stride: float, others: Sequence[Array] = (), keep_off: float = KEEP
 ) -> Array:
-    """(k, 3) Where a string takes the robot while its leader passes some poses: as a trailer goes, or round somebody.
+    """Path of a trailer on a rope behind its leader (a tractrix), with detours around other robots.
 
     Args:
-        pose: Where the robot is.
-        leader: (k, 3) The leader's poses, the first of them now.
-        length: Of the string [m].
-        stride: The longest step between two of the poses [m].
-        others: (k, 3) each, round whom it is bent.
-        keep_off: As far as that [m].
+        pose: Pose of the robot, world frame.
+        leader: Poses of the leader, the first of them now, shape (k, 3) [m, m, rad].
+        length: Length of the rope [m].
+        stride: Maximum step between two poses [m].
+        others: Poses of each other robot, shape (k, 3).
+        keep_off: Distance to keep from the other robots [m].
+
+    Returns:
+        Poses of the robot, world frame, shape (k, 3) [m, m, rad].
     """
     x, y, yaw = pose
-    way = [(x, y, yaw)]
+    path = [(x, y, yaw)]
     crowds = list(zip(*(other[1:, :2].tolist() for other in others), strict=True)) or [()] * (len(leader) - 1)
-    for (place_x, place_y, _), crowd in zip(leader[1:].tolist(), crowds, strict=True):
-        away = math.hypot(place_x - x, place_y - y)
+    for (leader_x, leader_y, _), crowd in zip(leader[1:].tolist(), crowds, strict=True):
+        away = math.hypot(leader_x - x, leader_y - y)
         if away > length:
-            step, heading = min(away - length, stride), math.atan2(place_y - y, place_x - x)
+            step, heading = min(away - length, stride), math.atan2(leader_y - y, leader_x - x)
             for detour in DETOURS:
                 angle = heading + detour
                 c, s = math.cos(angle), math.sin(angle)
@@ -68,17 +71,27 @@ def pulled(
                 else:
                     x, y, yaw = x + step * c, y + step * s, angle
                     break
-        way.append((x, y, yaw))
-    return np.array(way)
+        path.append((x, y, yaw))
+    return np.array(path)
 
 
-def nearest_moment(way: Array, other: Array) -> float:
-    """How near two ways (k, 3) come, each moment with its own [m]."""
-    return float(np.hypot(way[:, 0] - other[:, 0], way[:, 1] - other[:, 1]).min())
+def min_distance(path: Array, other: Array) -> float:
+    """Minimum distance between two robots on their paths (k, 3), compared at equal times [m]."""
+    return float(np.hypot(path[:, 0] - other[:, 0], path[:, 1] - other[:, 1]).min())
 
 
-def braked(speed: Array | float, reach: Array, times: Array, braking: float) -> Array:
-    """How far one has gone at some times [s], at a speed [m/s] from which one brakes [m/s2] to stand at a reach [m]."""
+def braked_distance(speed: Array | float, reach: Array, times: Array, braking: float) -> Array:
+    """Distances driven by a robot that brakes to stop at its reach.
+
+    Args:
+        speed: Speed before braking; reduced if the reach is too short to stop from it [m/s].
+        reach: Distance at which the robot is stationary [m].
+        times: Times from now [s].
+        braking: Deceleration [m/s2].
+
+    Returns:
+        Distances at the times [m].
+    """
     fast = np.minimum(speed, np.sqrt(2.0 * braking * reach))
     cruised = np.maximum((reach - fast * fast / (2.0 * braking)) / np.maximum(fast, 1e-9), 0.0)
     slowed = np.minimum(np.maximum(times - cruised, 0.0), fast / braking)
@@ -86,14 +99,23 @@ def braked(speed: Array | float, reach: Array, times: Array, braking: float) -> 
     return gone
 
 
-def least_apart(way: Array, other: Array, half: tuple[float, float]) -> float:
-    """The least gap [m] between a hull on its way (k, 3), half so long and wide, and the middle of another (k, 3)."""
-    return float(_apart(way.T[:, None], other, half).min())
+def min_gap(path: Array, other: Array, half: tuple[float, float]) -> float:
+    """Minimum gap between a hull on its path and the centre of another robot on its path.
+
+    Args:
+        path: Poses of the hull, shape (k, 3).
+        other: Poses of the other robot at the same times, shape (k, 3).
+        half: Half the length and half the width of the hull [m].
+
+    Returns:
+        Minimum gap [m]; 0 if the centre is inside the hull.
+    """
+    return float(_gaps(path.T[:, None], other, half).min())
 
 
-def _apart(ways: Array, other: Array, half: tuple[float, float]) -> Array:
-    """(n, k) Gaps between the hull on ways (3, n, k) and the middle of another robot [m]."""
-    x, y, yaw = ways
+def _gaps(paths: Array, other: Array, half: tuple[float, float]) -> Array:
+    """Gaps between the hull on paths (3, n, k) and the centre of another robot (k, 3), shape (n, k) [m]."""
+    x, y, yaw = paths
     c, s = np.cos(yaw), np.sin(yaw)
     dx, dy = other[:, 0] - x, other[:, 1] - y
     ahead, aside = np.abs(c * dx + s * dy) - half[0], np.abs(c * dy - s * dx) - half[1]
@@ -102,28 +124,33 @@ def _apart(ways: Array, other: Array, half: tuple[float, float]) -> Array:
 
 
 class GiveWay:
-    """The best of some ways, when the string's would come too near to somebody.
+    """Choice among candidate paths, used when the trailer path would come too near to another robot.
 
-    They are arcs ahead and back, a turn on the spot and then straight on, with the nose or the stern ahead, and
-    standing. A way is judged by how near it comes to the others' predicted places, and how far it is from the leader's.
-    It goes over free ground only, braking in time, and not within the string's length of the leader, or never nearer
-    than standing would have been by then: who gives way to its leader, or into its corner, holds up both. Who cannot
-    stay where it is may come as near to its leader as `room`. The leader is looked at for longer than a way is: who
-    backs off before one that comes has no more free ground behind it then, and is in the way where it should have gone
-    aside. Source of the idea: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (1997), with
-    the others' motion.
+    Candidates are standstill, arcs ahead and back, and a turn on the spot followed by a straight drive, forward or
+    backward. The cost of a candidate grows with its proximity to the predicted positions of other robots and with the
+    distance from the leader's. Candidates use only free ground and brake in time.
+
+    A candidate within the follow distance of the leader is excluded, unless it is no nearer than standstill would be: a
+    robot that gives way into the path or the corner of its leader blocks both. A robot that cannot stay where it is may
+    come as near to its leader as `room`.
+
+    The prediction of the leader is longer than the candidates. Otherwise a robot that backs off from an approaching
+    leader runs out of free ground behind it and blocks the leader, although it could have moved aside.
+
+    Source: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (1997), extended by the motion of
+    the other robots.
 
     Args:
-        length: Of the string [m].
-        room: What to leave to the leader [m].
-        half: Half the hull's length and width [m].
-        speed: Fastest [m/s].
-        braking: How hard it brakes where its free ground ends [m/s2].
-        times: (k,) At which the ways are asked for, from 0 on [s].
-        afar: (n,) At which it looks at its leader: the same, and more of them [s].
+        length: Follow distance [m].
+        room: Distance to keep from the leader [m].
+        half: Half the length and half the width of the hull [m].
+        speed: Maximum speed [m/s].
+        braking: Deceleration before the end of the free ground [m/s2].
+        times: Times of the returned path, from 0 on, shape (k,) [s].
+        leader_times: Times of the leader's prediction: `times` and later ones, shape (n,) [s].
 
     Attributes:
-        keep_off: A place so far from another robot leaves it enough, however this one is turned [m].
+        keep_off: Distance between the centres of two robots that is safe at any heading of this one [m].
     """
 
     def __init__(
@@ -135,42 +162,45 @@ class GiveWay:
         speed: float,
         braking: float,
         times: Array,
-        afar: Array,
+        leader_times: Array,
     ) -> None:
-        self.times, self.afar = times, afar
+        self.times, self.leader_times = times, leader_times
         self.keep_off = KEEP + half[0]
         self._length, self._room, self._half = length, room, half
-        ways = [(sign * share * speed, bend) for sign in (1.0, -1.0) for share in SPEEDS for bend in BENDS]
-        speeds, self._bends = np.array(list(zip((0.0, 0.0), *ways, strict=True)))[:, :, None]  # (n, 1) [m/s], [rad/m]
+        arcs = [(sign * share * speed, bend) for sign in (1.0, -1.0) for share in SPEEDS for bend in BENDS]
+        speeds, self._bends = np.array(list(zip((0.0, 0.0), *arcs, strict=True)))[:, :, None]  # (n, 1) [m/s], [rad/m]
         self._signs, self._speeds, self._braking = np.sign(speeds), np.abs(speeds), braking
         self._speed = speed
         self._last = 0
 
-    def needed(self, way: Array, leader: Array, others: Sequence[Array]) -> bool:
-        """Whether a way (k, 3) comes too near to somebody."""
-        if nearest_moment(way, leader) < self._room:
+    def needed(self, path: Array, leader: Array, others: Sequence[Array]) -> bool:
+        """Whether a path (k, 3) comes too near to another robot."""
+        if min_distance(path, leader) < self._room:
             return True
-        far = KEEP + math.hypot(*self._half)  # the gap is no less than the distance without half the diagonal
-        return any(nearest_moment(way, other) < far and least_apart(way, other, self._half) < KEEP for other in others)
+        far = KEEP + math.hypot(*self._half)  # the gap is at least the distance minus half the diagonal
+        return any(min_distance(path, other) < far and min_gap(path, other, self._half) < KEEP for other in others)
 
     def best(self, pose: Pose2, leader: Array, others: Sequence[Array], room: Room) -> Array:
-        """(k, 3) The way to go.
+        """Candidate with the lowest cost.
 
         Args:
-            pose: Where the robot is.
-            leader: (n, 3) Where the leader will be, at the times `afar`.
-            others: (k, 3) each, where the others will be.
-            room: How far it may drive.
+            pose: Pose of the robot, world frame.
+            leader: Predicted poses of the leader at `leader_times`, shape (n, 3).
+            others: Predicted poses of each other robot at `times`, shape (k, 3).
+            room: Free ground around the robot.
+
+        Returns:
+            Poses of the robot at `times`, world frame, shape (k, 3).
         """
-        ways = np.concatenate([self._arcs(pose, room), self._turns(pose, room)], axis=1)
-        cost = self._costs(ways, leader, others)
+        candidates = np.concatenate([self._arcs(pose, room), self._turns(pose, room)], axis=1)
+        cost = self._costs(candidates, leader, others)
         cost[len(self._bends) :][room.turned <= 0.0] = math.inf
         cost[self._last] -= STICK
         self._last = int(cost.argmin())
-        return ways[:, self._last, : len(self.times)].T
+        return candidates[:, self._last, : len(self.times)].T
 
     def _arcs(self, pose: Pose2, room: Room) -> Array:
-        """Positions and yaws (3, n, k) when standing, then on each arc ahead and each back, at the times `afar`."""
+        """Positions and yaws (3, n, k) at `leader_times`: standstill, each arc ahead, each arc back."""
         runs = self._runs_within(room)
         turned = self._bends * runs
         half = 0.5 * turned
@@ -178,42 +208,42 @@ class GiveWay:
         return np.stack([pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), pose.yaw + turned])
 
     def _turns(self, pose: Pose2, room: Room) -> Array:
-        """Positions and yaws (3, m, k) of a turn on the spot to each heading, then straight on, at the times `afar`."""
+        """Positions and yaws (3, m, k) at `leader_times`: a turn on the spot to each heading, then straight."""
         off = HEADINGS - pose.yaw
         errors = np.arctan2(np.sin(off), np.cos(off))
-        errors -= np.where(np.abs(errors) > 0.5 * math.pi, np.copysign(math.pi, errors), 0.0)  # the stern is nearer
+        errors -= np.where(np.abs(errors) > 0.5 * math.pi, np.copysign(math.pi, errors), 0.0)  # drive backward instead
         took = np.abs(errors) / TURN_RATE
         took = (took + np.minimum(took, TURN_LAG))[:, None]
-        driving = np.maximum(self.afar - took, 0.0)
-        runs = braked(SPEEDS[1] * self._speed, room.turned[:, None], driving, self._braking)
+        driving = np.maximum(self.leader_times - took, 0.0)
+        runs = braked_distance(SPEEDS[1] * self._speed, room.turned[:, None], driving, self._braking)
         return np.stack(
             [
                 pose.x + runs * np.cos(HEADINGS)[:, None],
                 pose.y + runs * np.sin(HEADINGS)[:, None],
-                pose.yaw + errors[:, None] * np.minimum(self.afar / np.maximum(took, 1e-6), 1.0),
+                pose.yaw + errors[:, None] * np.minimum(self.leader_times / np.maximum(took, 1e-6), 1.0),
             ]
         )
 
-    def _costs(self, ways: Array, leader: Array, others: Sequence[Array]) -> Array:
-        """Costs (n,) of ways (3, n, k), the first of which is standing; infinite where too near to the leader.
+    def _costs(self, candidates: Array, leader: Array, others: Sequence[Array]) -> Array:
+        """Costs (n,) of candidates (3, n, k), the first of which is standstill; infinite if too near to the leader.
 
-        A cost is the square of the metres too far from the leader, and `LEVER` for each metre too near to a robot.
+        The cost is the squared distance [m2] beyond the follow distance, plus `LEVER` per metre too near to a robot.
         """
         soon = len(self.times)
-        far = np.hypot(ways[0] - leader[:, 0], ways[1] - leader[:, 1])
+        far = np.hypot(candidates[0] - leader[:, 0], candidates[1] - leader[:, 1])
         costs: Array = np.square(np.maximum(far[:, :soon] - self._length, 0.0)).sum(axis=1) / soon
-        costs += LEVER * (np.maximum(self._room - far, 0.0).sum(axis=1) / ways.shape[2])
+        costs += LEVER * (np.maximum(self._room - far, 0.0).sum(axis=1) / candidates.shape[2])
         limit = self._length
         for other in others:
-            short = np.maximum(KEEP - _apart(ways[:, :, :soon], other, self._half), 0.0)
+            short = np.maximum(KEEP - _gaps(candidates[:, :, :soon], other, self._half), 0.0)
             costs += LEVER * (short.sum(axis=1) / soon + short.max(axis=1))
-            if short[0].any():  # it cannot stay
+            if short[0].any():  # the robot cannot stay where it is
                 limit = self._room
         costs[(far < np.minimum(limit, np.minimum.accumulate(far[0]) - NEARER)).any(axis=1)] = math.inf
         return costs
 
     def _runs_within(self, room: Room) -> Array:
-        """(n, k) How far standing leads, then each arc ahead and each back [m]."""
+        """Signed distances driven, shape (n, k) [m]: standstill, each arc ahead, each arc back."""
         reach = np.concatenate([[0.0], *[room.ahead] * len(SPEEDS), *[room.behind] * len(SPEEDS)])[:, None]
-        runs: Array = self._signs * braked(self._speeds, reach, self.afar, self._braking)
+        runs: Array = self._signs * braked_distance(self._speeds, reach, self.leader_times, self._braking)
         return runs

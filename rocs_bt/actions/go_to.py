@@ -1,4 +1,4 @@
-"""GoTo: drive to a place that Knowledge knows."""
+"""GoTo: drive straight to a goal of the world model."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from .following import PathDrive
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
-MOVED = 0.05  # [m] A goal that moved so far gets a new path.
-MISSES = 5  # A robot that ends its path so often without reaching the goal never will.
+MOVED = 0.05  # [m] displacement of the goal that triggers a new path
+MISSES = 5  # number of paths that may end away from the goal before the action fails
 
 
 @dataclass(kw_only=True, eq=False)
 class GoTo(MacroAction):
-    """Drive straight to a goal and stand there, with the follower; obstacles on the way are the reflexes' matter.
+    """Drive straight to a goal with the follower and stop there; reflexes handle obstacles.
 
-    The robot turns on the spot first when it looks elsewhere by more than 60 deg. A goal that moves is followed. While
-    it drives the goal is the one that the world model pursues, so that `goal_distance` means it; that stays so when
-    a reflex cuts in, and ends with success or failure.
+    If the heading error exceeds 60 deg, the robot first turns on the spot. A moving goal is followed. The action makes
+    the goal the pursued goal of the world model, to which `goal_distance` refers. It stays the pursued goal during a
+    reflex and is released when the action succeeds or fails.
 
     Attributes:
-        goal: A node of the world model that has a pose.
-        cruise: Speed on the straight [m/s].
-        tolerance: Distance from the goal at which it is reached, standing [m].
+        goal: Node of the world model with a pose.
+        cruise: Speed on straight parts [m/s].
+        tolerance: Distance from the goal at which the stationary robot has arrived [m].
     """
 
     goal: str
@@ -47,9 +47,9 @@ class GoTo(MacroAction):
         try:
             yield from self._drive(body)
         except ActionFailed:
-            self._give_up(body)
+            self._release_goal(body)
             raise
-        self._give_up(body)
+        self._release_goal(body)
 
     def remaining(self, knowledge: Knowledge) -> float:
         goal = knowledge.world.pose_of(self.goal)
@@ -63,7 +63,7 @@ class GoTo(MacroAction):
                 yield drive.brake()
                 continue
             distance = pose.distance(goal)
-            if distance <= self.tolerance and drive.standing():
+            if distance <= self.tolerance and drive.stationary():
                 return
             missed = drive.remaining < 0.5 * self.tolerance and distance > self.tolerance
             if missed and (misses := misses + 1) > MISSES:
@@ -73,20 +73,20 @@ class GoTo(MacroAction):
                 planned = goal
             yield drive.step(pose)
 
-    def _give_up(self, body: Body) -> None:
+    def _release_goal(self, body: Body) -> None:
         if body.knowledge.world.pursued() == self.goal:
             body.knowledge.world.pursue(None)
 
 
 def goal_pose(body: Body, goal: str) -> Pose2:
-    """Where a goal is, in the world frame.
+    """Pose of a goal, world frame.
 
     Raises:
-        ActionFailed: NO_GOAL, where nobody knows.
+        ActionFailed: NO_GOAL, if it is not known.
     """
     world = body.knowledge.world
     pose = world.pose_of(goal)
     if pose is None:
         hint = did_you_mean(goal, [*world.goals(), *world.places()], "The world")
-        raise ActionFailed(Reason.NO_GOAL, f"nothing named '{goal}' has a known place. {hint}")
+        raise ActionFailed(Reason.NO_GOAL, f"no node '{goal}' with a known pose. {hint}")
     return pose

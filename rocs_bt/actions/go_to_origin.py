@@ -19,20 +19,20 @@ if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
 ORIGIN = "origin"
-_PLACE = Pose2(0.0, 0.0)
+_POSE = Pose2(0.0, 0.0)
 
 
 @dataclass(kw_only=True, eq=False)
 class GoToOrigin(MacroAction):
-    """Look at the world frame's origin and drive at it, and again when the robot has drifted off the line.
+    """Turn toward the origin of the world frame and drive straight; turn again when the bearing error grows.
 
-    The paper's way, without the follower: constant wheel speeds in between. The goal node `origin` is put into the
-    world model where it is missing, and pursued.
+    As in the paper: constant wheel speeds between the turns, no follower. The action adds the goal node `origin` to the
+    world model if it is missing, and pursues it.
 
     Attributes:
-        speed: How fast [m/s].
+        speed: Speed of the straight drive [m/s].
         tolerance: Distance from the origin at which it is reached [m].
-        drift: Bearing error at which to look at the origin anew [rad].
+        drift: Bearing error that triggers another turn [rad].
     """
 
     speed: PositiveMetresPerSecond = 0.3
@@ -43,20 +43,20 @@ class GoToOrigin(MacroAction):
     def decompose(self, body: Body) -> Iterator[Action]:
         world, watch = body.knowledge.world, PoseWatch()
         if ORIGIN not in world.goals():
-            world.place(ORIGIN, _PLACE, kind="goal")
+            world.place(ORIGIN, _POSE, kind="goal")
         world.pursue(ORIGIN)
-        while (pose := watch.look(body)) is None or pose.distance(_PLACE) > self.tolerance:
+        while (pose := watch.read(body)) is None or pose.distance(_POSE) > self.tolerance:
             yield TurnToPosition(x=0.0, y=0.0)
-            yield SetWheelSpeed(speeds=body.drive.wheel_speeds(Twist2(self.speed)).tolist(), until=self._look_up)
+            yield SetWheelSpeed(speeds=body.drive.wheel_speeds(Twist2(self.speed)).tolist(), until=self._stops)
         world.pursue(None)
         yield Stop()
 
     def remaining(self, knowledge: Knowledge) -> float:
-        return knowledge.robot.pose().distance(_PLACE)
+        return knowledge.robot.pose().distance(_POSE)
 
-    def _look_up(self, body: Body) -> bool:
-        """Whether to stop driving: there, off the line, or without a pose."""
+    def _stops(self, body: Body) -> bool:
+        """Whether to end the straight drive: arrived, off the line, or pose unknown."""
         pose = body.knowledge.robot.pose(body.clock.now())
         if not all(map(math.isfinite, pose)):
             return True
-        return pose.distance(_PLACE) <= self.tolerance or abs(pose.bearing(_PLACE)) > self.drift
+        return pose.distance(_POSE) <= self.tolerance or abs(pose.bearing(_POSE)) > self.drift

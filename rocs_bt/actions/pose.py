@@ -1,4 +1,4 @@
-"""Reading the robot's pose as a moving action must: it may be lost for a moment, and not for long."""
+"""Pose reading for moving actions: tolerates short losses of the pose."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from ..action import ActionFailed, Body, Reason
 from ..geometry import Pose2
 
 PATIENCE = 5
-"""For how many periods in a row an action stands still and waits for a pose before it fails with LOST_POSE."""
+"""Number of consecutive periods without a pose during which an action waits, stationary."""
 
 
 class PoseWatch:
-    """The pose, period by period. One watch belongs to one action."""
+    """Reader of the robot's pose that counts lost periods; one per action."""
 
     def __init__(self) -> None:
         self._lost = 0
 
-    def look(self, body: Body) -> Pose2 | None:
-        """The robot's pose in the world frame; None while it is lost, in which the robot must stand.
+    def read(self, body: Body) -> Pose2 | None:
+        """Pose of the robot, world frame; None while it is lost, and then the robot must be stationary.
 
         Raises:
-            ActionFailed: LOST_POSE, once it has been lost for longer than `PATIENCE` periods.
+            ActionFailed: LOST_POSE, once the pose has been lost for more than `PATIENCE` periods.
         """
         pose = body.knowledge.robot.pose(body.clock.now())
         if all(map(math.isfinite, pose)):

@@ -1,4 +1,4 @@
-"""How much room a robot has, as the monitor of its surroundings tells; a robot without one knows of none."""
+"""Free ground and gaps around the robot, read from its signals."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..control.arcs import BENDS, HEADINGS, STRAIGHT
 from ..control.drive import Array
 
 BEHIND = 0.25
-"""What it leaves to what is behind [m]."""
+"""Gap to keep to obstacles behind [m]."""
 
 
 GROUPS = ("front", "left_gap", "right_gap", "rear")
@@ -20,20 +20,20 @@ NOWHERE = np.full(4, math.nan)
 
 
 class Room(NamedTuple):
-    """How far a robot may drive on ground that it knows to be free [m]; nowhere where nobody knows."""
+    """Distances that are known to be free [m]; 0 where unknown."""
 
-    ahead: Array  # (n,) on each of `control.arcs.BENDS`
-    behind: Array  # (n,) back on each of them
-    turned: Array  # (m,) to each of `control.arcs.HEADINGS`, once turned there on the spot
+    ahead: Array  # (n,) forward on each of `control.arcs.BENDS`
+    behind: Array  # (n,) backward on each of them
+    turned: Array  # (m,) straight after a turn on the spot to each of `control.arcs.HEADINGS`
 
     @classmethod
     def none(cls) -> Room:
-        """Where nobody knows."""
+        """No free ground: all distances 0."""
         return cls(np.zeros(len(BENDS)), np.zeros(len(BENDS)), np.zeros(len(HEADINGS)))
 
     @classmethod
     def known(cls, body: Body) -> Room:
-        """What the signals `room_ahead`, `room_behind` and `room_turned` tell now."""
+        """Present values of the signals `room_ahead`, `room_behind` and `room_turned`; 0 for missing signals."""
         signals, now = body.knowledge.signals, body.clock.now()
         names = {name: f"room_{name}" for name in cls._fields}
         known = {name: np.fmax(signals.read(signal, now), 0.0) for name, signal in names.items() if signal in signals}
@@ -41,7 +41,7 @@ class Room(NamedTuple):
 
 
 class Gaps(NamedTuple):
-    """Least value of each standard group [m]: the gaps around the robot; all NaN while one of them is not known."""
+    """Minimum of each standard group [m]: the gaps around the robot; all NaN if one of them is unknown."""
 
     front: float
     left: float
@@ -50,7 +50,7 @@ class Gaps(NamedTuple):
 
     @classmethod
     def known(cls, body: Body) -> Gaps:
-        """The gaps by the signals `front`, `left_gap`, `right_gap` and `rear` now."""
+        """Present gaps from the signals `front`, `left_gap`, `right_gap` and `rear`."""
         signals, now = body.knowledge.signals, body.clock.now()
         groups = [signals.read(name, now) if name in signals else NOWHERE for name in GROUPS]
         least = [float(group.min()) for group in groups]
@@ -58,14 +58,14 @@ class Gaps(NamedTuple):
 
 
 def corner_sweep(body: Body) -> float:
-    """Width beside the hull that its corners sweep in a turn on the spot [m]; NaN if its size is not declared."""
+    """Width beside the hull that its corners sweep in a turn on the spot [m]; NaN if its size is unknown."""
     robot = body.knowledge.graph.attributes(body.knowledge.agent)
     length, width = robot.get("length") or math.nan, robot.get("width") or math.nan
     return 0.5 * (math.hypot(length, width) - width)
 
 
 def room_back(body: Body) -> float:
-    """How far the robot may drive straight back [m], over free ground and not up to who is behind; 0 if not known."""
+    """Free distance straight back [m], at least `BEHIND` from the obstacles behind; 0 if unknown."""
     signals = body.knowledge.signals
     rear = signals.read("rear", body.clock.now()).min() if "rear" in signals else math.nan
     room = float(np.minimum(Room.known(body).behind[STRAIGHT], rear - BEHIND))
@@ -73,15 +73,22 @@ def room_back(body: Body) -> float:
 
 
 def may_turn(body: Body) -> bool:
-    """Whether all is known to be free where a turn on the spot brings the robot, and on; true where nobody tells."""
+    """Whether at least one heading of `room_turned` has free ground after a turn on the spot; true without it."""
     signals = body.knowledge.signals
     return "room_turned" not in signals or bool((signals.read("room_turned", body.clock.now()) > 0.0).any())
 
 
 def free_turn(body: Body, turn: float) -> float:
-    """As much of a turn on the spot [rad], left positive, as the signal `free_turn` allows; all where nobody knows.
+    """Turn on the spot, limited to the angles of the signal `free_turn`; not limited without that signal.
 
-    While the signal is invalid it bars nothing: a turn needs the same pose, and stands without.
+    An invalid signal does not limit the turn: it is invalid when the pose is, and without a pose a turn stops anyway.
+
+    Args:
+        body: Robot.
+        turn: Requested turn, left positive [rad].
+
+    Returns:
+        Allowed turn, left positive [rad].
     """
     signals = body.knowledge.signals
     if "free_turn" not in signals:
@@ -91,7 +98,12 @@ def free_turn(body: Body, turn: float) -> float:
 
 
 def bend_off(body: Body, speed: float) -> float:
-    """On which bend [rad/m] the robot goes off ahead, or back, as the signal `bend_off` tells; straight without it."""
+    """Curvature for backing off, from the signal `bend_off` [rad/m]; 0 without it.
+
+    Args:
+        body: Robot.
+        speed: Speed, whose sign selects the value for ahead or for back [m/s].
+    """
     signals = body.knowledge.signals
     if "bend_off" not in signals:
         return 0.0

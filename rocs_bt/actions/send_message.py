@@ -1,4 +1,4 @@
-"""SendMessage: tell other robots something (paper, 4.2: Execute owns what goes out)."""
+"""SendMessage: send a text to other robots (paper, 4.2: outgoing messages belong to Execute)."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from ..units import PositiveSeconds
 
 @dataclass(kw_only=True, eq=False)
 class SendMessage(AtomicAction):
-    """Send a text to a robot, or to all that are there, and see that it arrived.
+    """Send a text to one robot, or to all present ones, with acknowledgement.
 
-    It is sent again until its receivers have acknowledged that it lies in their mailboxes, in each once. Meanwhile the
-    action is RUNNING and commands nothing, so that the robot stands. It fails with UNHEARD where nobody is there, or
-    somebody has not acknowledged it in time; those that did have it all the same.
+    The message is repeated until each receiver has acknowledged it; it is delivered to each mailbox once. While the
+    action is RUNNING it commands nothing, so the robot is stationary. It fails with UNHEARD if no other robot is
+    present, or if a receiver does not acknowledge in time; the other receivers keep the message.
 
     Attributes:
-        text: What to say; at most 1024 bytes.
-        to: The robot, or `all`.
-        patience: How long to wait for acknowledgements [s].
+        text: Message, at most 1024 bytes.
+        to: Name of the receiver, or `all`.
+        patience: Time limit for all acknowledgements [s].
     """
 
     text: str
@@ -38,7 +38,7 @@ class SendMessage(AtomicAction):
     def act(self, body: Body) -> Progress | Failure:
         now, messenger = body.clock.now(), body.messenger
         if messenger is None:
-            return Failure(Reason.CANNOT, "the robot shares nothing; the scenario needs a [share] table")
+            return Failure(Reason.CANNOT, "the robot cannot send messages; add a [share] table to the scenario")
         self._since = now if self._since is None else self._since
         waited = now - self._since
         if self._delivery is None and (self.to != ALL or messenger.others()):
@@ -49,11 +49,11 @@ class SendMessage(AtomicAction):
         if waited < self.patience:
             return Progress.RUNNING
         if sent is None:
-            return Failure(Reason.UNHEARD, f"nobody else was there in {waited:.1f} s")
+            return Failure(Reason.UNHEARD, f"no other robot was present in {waited:.1f} s")
         sent.withdrawn = True
         why = [f"{agent} did not acknowledge ({sent.problems.get(agent, 'no answer')})" for agent in sent.missing]
-        here = ", ".join(messenger.others()) or "nobody"
-        return Failure(Reason.UNHEARD, f"{'; '.join(why)} in {waited:.1f} s; there are: {here}")
+        here = ", ".join(messenger.others()) or "none"
+        return Failure(Reason.UNHEARD, f"{'; '.join(why)} in {waited:.1f} s; present robots: {here}")
 
     def stop(self, body: Body) -> None:
         if self._delivery is not None:

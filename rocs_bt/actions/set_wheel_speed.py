@@ -1,4 +1,4 @@
-"""SetWheelSpeed: the smallest thing a wheeled robot can do (paper, Table 2)."""
+"""SetWheelSpeed: command wheel linear speeds (paper, Table 2)."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 @dataclass(kw_only=True, eq=False)
 class SetWheelSpeed(AtomicAction):
-    """Turn the wheels at given rim speeds, commanded anew each period, for a time or until something holds.
+    """Command wheel linear speeds each period, for a time or until a condition holds.
 
-    With neither `duration` nor `until` it goes on until it is cancelled. A duration is rounded to whole periods, at
-    least one; the last of them is commanded and succeeds at once, so the next action begins in the period after.
+    Without `duration` and `until` the action runs until it is cancelled. The duration is rounded to whole periods, at
+    least one. The action commands and succeeds in the last of them, so the next action begins in the following period.
 
     Attributes:
-        speeds: Rim speeds in the drive's order, left then right for two wheels [m/s].
-        duration: For how long [s].
-        until: Asked before each command; true ends it.
+        speeds: Wheel linear speeds in the drive's order, left then right for two wheels [m/s].
+        duration: Duration [s].
+        until: Condition checked before each command; true ends the action.
     """
 
     speeds: Annotated[Sequence[float], SPEED]
@@ -40,7 +40,7 @@ class SetWheelSpeed(AtomicAction):
         except KnowledgeError:  # a robot without wheels, which fails when it acts
             return
         if "speeds" in parameters and len(speeds := parameters["speeds"]) != len(wheels):
-            wanted = f"the drive takes {len(wheels)} rim speeds ({', '.join(wheels)})"
+            wanted = f"the drive takes {len(wheels)} wheel speeds ({', '.join(wheels)})"
             yield "speeds", f"{wanted}, found {len(speeds)}"
 
     @classmethod
@@ -50,7 +50,7 @@ class SetWheelSpeed(AtomicAction):
     def act(self, body: Body) -> Progress | Failure:
         speeds, wheels = [float(speed) for speed in self.speeds], body.drive.wheels
         if len(speeds) != len(wheels):
-            wanted = f"the drive takes {len(wheels)} rim speeds ({', '.join(wheels)})"
+            wanted = f"the drive takes {len(wheels)} wheel speeds ({', '.join(wheels)})"
             return Failure(Reason.CANNOT, f"{wanted}, found {speeds}")
         now = body.clock.now()
         if self._begun is None:
@@ -59,6 +59,6 @@ class SetWheelSpeed(AtomicAction):
         if elapsed >= self.duration or (self.until is not None and self.until(body)):
             return Progress.SUCCEEDED
         body.wheels.command(speeds)
-        # Half a period forgives the jitter of real time and rounds the duration to whole periods.
+        # Half a period of tolerance absorbs the jitter of real time and rounds the duration to whole periods.
         last = elapsed + 1.5 * body.period > self.duration
         return Progress.SUCCEEDED if last else Progress.RUNNING

@@ -1,4 +1,4 @@
-"""Stop: brake, and stand."""
+"""Stop: brake to standstill."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ..units import NOT_NEGATIVE, MetresPerSecond, PositiveSeconds
 
 @dataclass(kw_only=True, eq=False)
 class Stop(AtomicAction):
-    """Command standstill until the wheels stand.
+    """Command zero wheel speeds until the wheels are stationary.
 
     Attributes:
-        below: The rim speed at which a wheel counts as standing [m/s].
-        patience: How long to command where the wheels' speeds are not known [s].
+        below: Wheel linear speed below which a wheel counts as stationary [m/s].
+        patience: Duration of the command if the wheel speeds are unknown [s].
     """
 
     below: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.02
@@ -36,7 +36,7 @@ class Stop(AtomicAction):
         body.wheels.command([0.0] * len(body.drive.wheels))
         speeds = body.knowledge.robot.wheel_speeds()
         if np.isfinite(speeds).all():
-            standing = bool(np.abs(speeds).max(initial=0.0) < self.below)
+            stationary = bool(np.abs(speeds).max(initial=0.0) < self.below)
         else:
-            standing = now - self._begun >= self.patience
-        return Progress.SUCCEEDED if standing else Progress.RUNNING
+            stationary = now - self._begun >= self.patience
+        return Progress.SUCCEEDED if stationary else Progress.RUNNING

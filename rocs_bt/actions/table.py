@@ -1,4 +1,4 @@
-"""The action table: by which names files and leaves may ask for what."""
+"""Action table: from the names in files and leaves to action classes."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ _SHIPPED: tuple[type[Action], ...] = (
 
 
 def action_table(*more: type[Action]) -> Mapping[str, type[Action]]:
-    """The shipped actions and a user's own, by the names of their classes.
+    """Shipped actions and a user's own, keyed by class name.
 
     Args:
-        more: Action classes (paper, 5.3: a mandatory extension point).
+        more: Additional action classes (paper, 5.3: a mandatory extension point).
 
     Raises:
         InputError: Two different classes have the same name.
@@ -62,4 +62,4 @@ def action_table(*more: type[Action]) -> Mapping[str, type[Action]]:
 
 
 ACTIONS: Mapping[str, type[Action]] = action_table()
-"""The shipped actions by name."""
+"""Shipped actions, keyed by class name."""

@@ -1,4 +1,4 @@
-"""Turning on the spot: by an angle, to an angle, toward a position, back to the initial heading."""
+"""Turns on the spot: by an angle, to a yaw, toward a position, toward the origin."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from ..units import Metres, PositiveRadians, PositiveRadiansPerSecond, Radians
 from .pose import PoseWatch
 from .stop import Stop
 
-SLOWEST = 0.08  # [rad/s] below which real wheels stand still
-SLACK = 3.0  # [s] that a turn may take beyond twice its ideal time
+SLOWEST = 0.08  # [rad/s] minimum turn rate: below it real wheels do not move
+SLACK = 3.0  # [s] time limit of a turn beyond twice its ideal duration
 
 
 @dataclass(kw_only=True, eq=False)
 class TurnAngle(AtomicAction):
-    """Turn on the spot by an angle, in closed loop on the yaw, speeding up and braking within the wheels' limits.
+    """Turn on the spot by an angle, with feedback from the yaw and within the acceleration limits of the wheels.
 
-    The angle counts from where the robot looks when the turn begins, and is kept then: an `update` while it turns
-    changes the rate only. Turns of more than half a round go the way that the sign says. Without a valid pose the
-    wheels stand, and the turn fails (LOST_POSE) if that lasts.
+    The angle counts from the yaw at the start of the turn. An `update` during the turn changes only the rate. The sign
+    gives the direction, also for angles beyond half a revolution. Without a valid pose the wheels stop, and the turn
+    fails with LOST_POSE if the pose stays lost.
 
     Attributes:
-        angle: How far, left positive [rad].
-        rate: Fastest turn [rad/s].
-        tolerance: When it is done [rad].
+        angle: Turn angle, left positive [rad].
+        rate: Maximum turn rate [rad/s].
+        tolerance: Final error at which the turn succeeds [rad].
     """
 
     angle: Radians
@@ -40,7 +40,7 @@ class TurnAngle(AtomicAction):
     _watch: PoseWatch = field(default_factory=PoseWatch, init=False, repr=False)
 
     def act(self, body: Body) -> Progress | Failure:
-        pose = self._watch.look(body)
+        pose = self._watch.read(body)
         if pose is None:
             self._speed = 0.0
             body.wheels.command([0.0] * len(body.drive.wheels))
@@ -64,12 +64,12 @@ class TurnAngle(AtomicAction):
         return Progress.RUNNING
 
     def _next_speed(self, body: Body, left: float) -> float:
-        """The turn rate of the next period [rad/s]: as fast as it may, and as it can still brake."""
+        """Turn rate of the next period [rad/s]: the fastest from which the robot can still brake in time."""
         limit: float = body.drive.max_wheel_acceleration / body.drive.arm
-        # Motors that answer late go on turning as they do now: what that takes is not left.
+        # The motors respond late: the robot turns on at the present rate during their delay.
         late = max(self._speed * math.copysign(body.follower.settings.late, left), 0.0)
         rest = max(abs(left) - late, 0.0)
-        # Braking is planned at half the limit and ends in a decay over two periods: the wheels follow late.
+        # Braking is planned at half the limit and ends in a decay over two periods, because the wheels lag.
         brake = min(math.sqrt(limit * rest), 0.5 * rest / body.period)
         rate = max(min(self.rate, body.drive.turn_limit, brake), SLOWEST)
         wanted = math.copysign(min(rate, rest / body.period), left)
@@ -78,12 +78,12 @@ class TurnAngle(AtomicAction):
 
 @dataclass(kw_only=True, eq=False)
 class TurnToPosition(MacroAction):
-    """Turn on the spot until the robot looks at a position: a TurnAngle whose angle is known when it begins.
+    """Turn on the spot toward a position: one TurnAngle by the bearing at the start.
 
     Attributes:
-        x: In the world frame [m].
-        y: In the world frame [m].
-        rate: Fastest turn [rad/s].
+        x: Position, world frame [m].
+        y: Position, world frame [m].
+        rate: Maximum turn rate [rad/s].
     """
 
     x: Metres
@@ -92,17 +92,17 @@ class TurnToPosition(MacroAction):
 
     def decompose(self, body: Body) -> Iterator[Action]:
         watch = PoseWatch()
-        while (pose := watch.look(body)) is None:
+        while (pose := watch.read(body)) is None:
             yield Stop(patience=body.period)
         yield TurnAngle(angle=pose.bearing(Pose2(self.x, self.y)), rate=self.rate)
 
 
 @dataclass(kw_only=True, eq=False)
 class TurnToOrigin(MacroAction):
-    """Turn on the spot until the robot looks at the world frame's origin.
+    """Turn on the spot toward the origin of the world frame.
 
     Attributes:
-        rate: Fastest turn [rad/s].
+        rate: Maximum turn rate [rad/s].
     """
 
     rate: PositiveRadiansPerSecond = 1.5
@@ -113,12 +113,12 @@ class TurnToOrigin(MacroAction):
 
 @dataclass(kw_only=True, eq=False)
 class TurnTo(MacroAction):
-    """Turn on the spot, the short way round, to a yaw of the world frame; checked when the robot stands.
+    """Turn on the spot in the shorter direction to a yaw; the error is checked at standstill and corrected.
 
     Attributes:
-        yaw: In the world frame [rad].
-        rate: Fastest turn [rad/s].
-        tolerance: When it is done [rad].
+        yaw: Final yaw, world frame [rad].
+        rate: Maximum turn rate [rad/s].
+        tolerance: Final error at which the turn succeeds [rad].
     """
 
     yaw: Radians
@@ -128,7 +128,7 @@ class TurnTo(MacroAction):
     def decompose(self, body: Body) -> Iterator[Action]:
         watch = PoseWatch()
         while True:
-            pose = watch.look(body)
+            pose = watch.read(body)
             if pose is not None:
                 error = wrap_angle(self.yaw - pose.yaw)
                 if abs(error) <= self.tolerance:

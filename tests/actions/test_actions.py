@@ -75,7 +75,7 @@ class TestSetWheelSpeed:
         ticket = rig.submit(SetWheelSpeed(speeds=[0.1]))
         rig.run()
         assert ticket.failure.reason is Reason.CANNOT
-        assert "2 rim speeds (left, right), found [0.1]" in ticket.failure.evidence
+        assert "2 wheel speeds (left, right), found [0.1]" in ticket.failure.evidence
 
 
 class TestTurnAngle:

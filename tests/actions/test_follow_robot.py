@@ -161,7 +161,7 @@ def test_goes_on_after_a_prediction_and_fails_when_nobody_knows(chase):
     assert abs(turned) == pytest.approx(math.tau, abs=0.1)
     assert chase.ticket.state is FAILED
     assert chase.ticket.failure.reason is Reason.LOST_LEADER
-    assert "'R2' was not found in 8.3 s of looking round; it was last taken to be at x = " in str(chase.ticket.failure)
+    assert "'R2' was not found in a search of 8.3 s; its last known position is x = " in str(chase.ticket.failure)
 
 
 def test_a_leader_that_is_found_while_it_looks_round_is_followed(chase):

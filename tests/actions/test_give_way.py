@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rocs_bt.actions.give_way import GiveWay, braked, pulled
+from rocs_bt.actions.give_way import GiveWay, braked_distance, trailer_path
 from rocs_bt.actions.room import Room
 from rocs_bt.control.arcs import BENDS, HEADINGS
 from rocs_bt.geometry import Pose2
@@ -38,7 +38,7 @@ def made(**given):
             "speed": 0.8,
             "braking": 0.75,
             "times": TIMES,
-            "afar": AFAR,
+            "leader_times": AFAR,
             **given,
         }
     )
@@ -52,19 +52,19 @@ def going(x, y, speed=0.0, yaw=0.0, times=TIMES):
 
 def test_a_taut_string_pulls_along_the_tractrix():
     leader = np.array([(1.2, 0.04 * i, 0.0) for i in range(100)])
-    way = pulled(HERE, leader, 1.2, 1.0)
+    way = trailer_path(HERE, leader, 1.2, 1.0)
     for (x, y, yaw), place in zip(way[50:].tolist(), leader[50:].tolist(), strict=True):
         assert math.hypot(place[0] - x, place[1] - y) == pytest.approx(1.2)
         assert yaw == pytest.approx(math.atan2(place[1] - y, place[0] - x), abs=0.05)
 
 
 def test_a_slack_string_does_nothing():
-    way = pulled(Pose2(0.0, 0.0, 1.0), going(1.1, 0.0), 1.2, 0.06)
+    way = trailer_path(Pose2(0.0, 0.0, 1.0), going(1.1, 0.0), 1.2, 0.06)
     assert way.tolist() == [[0.0, 0.0, 1.0]] * 26
 
 
 def test_a_string_moves_nobody_faster_than_its_stride_and_ends_slack():
-    way = pulled(HERE, going(3.0, 0.0, -0.1), 1.2, 0.06)
+    way = trailer_path(HERE, going(3.0, 0.0, -0.1), 1.2, 0.06)
     steps = np.hypot(*np.diff(way[:, :2], axis=0).T)
     assert steps.max() <= 0.06 + 1e-9
     assert 3.0 - 0.25 - way[-1, 0] >= 1.2 - 0.25
@@ -115,7 +115,7 @@ def test_it_goes_aside_from_a_leader_that_will_not_stop_where_its_ground_ends():
     leader, aside = leading(1.5, 0.0, 0.4, math.pi), np.where(HEADINGS[3] == HEADINGS, 1.0, 0.0)  # to the right
     way = made().best(HERE, leader, [], free(behind=0.6, turned=aside))
     assert way[-1, 1] < -0.3
-    shortsighted = made(afar=TIMES).best(HERE, leader[: len(TIMES)], [], free(behind=0.6, turned=aside))
+    shortsighted = made(leader_times=TIMES).best(HERE, leader[: len(TIMES)], [], free(behind=0.6, turned=aside))
     assert shortsighted[-1, :2] == pytest.approx((-0.6, 0.0))
 
 
@@ -165,7 +165,7 @@ def test_it_never_crowds_its_leader_and_keeps_to_free_ground(
 @example(speed=1.0, reach=0.09917591800522255, braking=0.203125)  # what is left to cruise rounds below 0
 @given(speed=st.floats(0.0, 1.5), reach=st.floats(0.0, 1.0), braking=st.floats(0.2, 3.0))
 def test_who_goes_as_far_as_the_ground_is_free_can_stand_there(speed, reach, braking):
-    gone = braked(speed, np.array([[reach]]), AFAR, braking)[0]
+    gone = braked_distance(speed, np.array([[reach]]), AFAR, braking)[0]
     fast = np.diff(gone) / 0.1
     assert gone[0] == 0.0
     assert (gone <= reach + 1e-9).all()

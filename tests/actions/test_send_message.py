@@ -98,8 +98,8 @@ def test_the_network_may_lose_and_delay_it_all_the_same(play):
             "R9 did not acknowledge (no answer)",
         ),
         ('text="x", to="R3", patience=0.5', "[share]", "summit_xl", Reason.UNHEARD, "('R3' has no mailbox)"),
-        ('text="x"', '[share]\nagents = ["R2"]', "summit_xl", Reason.UNHEARD, "nobody else was there in 2.0 s"),
-        ('text="x"', "", "summit_xl", Reason.CANNOT, "the robot shares nothing"),
+        ('text="x"', '[share]\nagents = ["R2"]', "summit_xl", Reason.UNHEARD, "no other robot was present in 2.0 s"),
+        ('text="x"', "", "summit_xl", Reason.CANNOT, "the robot cannot send messages"),
         ('text="x" * 2000', "[share]", "summit_xl", Reason.CANNOT, "at most 1024 bytes, found 2000"),
     ],
 )

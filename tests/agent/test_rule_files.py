@@ -69,7 +69,7 @@ def test_an_action_that_does_not_fit_the_robot_is_refused_and_the_old_rules_stay
     ((accepted, detail),) = folder.look()
     assert not accepted
     assert f"{folder.file}:7:" in detail
-    assert "the drive takes 2 rim speeds (left, right), found 1" in detail
+    assert "the drive takes 2 wheel speeds (left, right), found 1" in detail
     assert folder.rules.model.rules is before
     folder.file.write_text(two)
     assert folder.look() == [(True, "1 rules in force: mine/Near")]

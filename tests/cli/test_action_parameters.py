@@ -30,12 +30,12 @@ XML = """<root BTCPP_format="4" main_tree_to_execute="patrol">
 """
 
 LEAVES = {
-    'mission.act("SetWheelSpeed", speeds=["0.6 m/s"])': "the drive takes 2 rim speeds (left, right), found 1",
+    'mission.act("SetWheelSpeed", speeds=["0.6 m/s"])': "the drive takes 2 wheel speeds (left, right), found 1",
     'mission.act("SetWheelSpeed", speeds=["0.6 m", "0.6 m"])': "speeds of SetWheelSpeed must be in m/s",
     'mission.act("SetWheelSpeed", speeds=[0.6, "fast"])': "'fast' is not a quantity",
     'mission.act("SetWheelSpeed", speeds=[0.6, None])': "must be a list in which each is a number, found [0.6, None]",
     'mission.act("SetWheelSpeed", speeds=0.6)': "speeds of SetWheelSpeed must be a list, found 0.6",
-    'mission.act("SetWheelSpeed", speeds=(0.1, 0.2, 0.3))': "the drive takes 2 rim speeds (left, right), found 3",
+    'mission.act("SetWheelSpeed", speeds=(0.1, 0.2, 0.3))': "the drive takes 2 wheel speeds (left, right), found 3",
     'mission.act("GoTo", goal=3)': "goal of GoTo must be a text, found 3",
     'mission.act("GoTo", goal=first, cruise=True)': "cruise of GoTo must be a number, found True",
     'mission.act("Dock", goal=first, attempts=1.5)': "attempts of Dock must be a whole number, found 1.5",
@@ -43,7 +43,7 @@ LEAVES = {
     'mission.act("GoTo", gaol=first)': "no parameter of GoTo is named 'gaol'",
     'mission.wait("-1 s")': "wait must be 0 or more",
     'mission.when("min(frnt) > 1 m")': "frnt",
-    'mission.node("SetWheelSpeed", speeds="0.6 m/s")': "the drive takes 2 rim speeds (left, right), found 1",
+    'mission.node("SetWheelSpeed", speeds="0.6 m/s")': "the drive takes 2 wheel speeds (left, right), found 1",
 }
 
 
@@ -75,8 +75,8 @@ def test_quantities_in_lists_become_numbers(leaf, project, rocs_bt):
 @pytest.mark.parametrize(
     ("speeds", "words"),
     [
-        ('["0.2 m/s"]', "speeds of SetWheelSpeed: the drive takes 2 rim speeds (left, right), found 1"),
-        ('["0.2 m/s", "min(front) / 1 s", "0.1 m/s"]', "the drive takes 2 rim speeds (left, right), found 3"),
+        ('["0.2 m/s"]', "speeds of SetWheelSpeed: the drive takes 2 wheel speeds (left, right), found 1"),
+        ('["0.2 m/s", "min(front) / 1 s", "0.1 m/s"]', "the drive takes 2 wheel speeds (left, right), found 3"),
         ('"0.2 m/s"', "'speeds' must be a list of numbers"),
     ],
 )
@@ -98,7 +98,7 @@ def test_an_xml_mission_is_checked_too(project, rocs_bt):
     file.write_text(XML.format(speeds="0.2 m/s"))
     scenario = project / "scenarios/first.toml"
     scenario.write_text(scenario.read_text().partition("[agent.parameters]")[0])
-    words = "the drive takes 2 rim speeds (left, right), found 1"
+    words = "the drive takes 2 wheel speeds (left, right), found 1"
     for command in (("check", "scenarios/first.toml"), ("run", "first")):
         told = rocs_bt(*command)
         assert told.code == 2

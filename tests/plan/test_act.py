@@ -82,7 +82,7 @@ def test_after_a_reflex_looking_for_a_leader_goes_on(mind):
         mind.run(20)
         mind.flinch(Flinch(speed=-0.05, distance=0.1))  # two seconds, in which it does not look
     assert leaf.failure.reason is Reason.LOST_LEADER
-    assert "not found in 7.3 s of looking round" in plan.reason
+    assert "not found in a search of 7.3 s" in plan.reason
     assert leaf.replans >= 3
 
 
