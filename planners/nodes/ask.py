@@ -28,7 +28,7 @@ class Ask(Instant):
     names = Output(list, "the names of all things that answer")
     count = Output(int, "how many answers there are")
 
-    def doubts(self) -> Iterator[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("query") is not None:
             return
         knowledge = mission_of(self).knowledge

@@ -30,7 +30,7 @@ class ComputeRoute(Instant):
         super().__init__(name, **attributes)
         self._named = self._router = self._found = None
 
-    def doubts(self) -> Iterator[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("planner") is None:
             try:
                 mission_of(self).content.load_route(self.planner)

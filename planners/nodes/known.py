@@ -21,7 +21,7 @@ class Known(Instant):
     attribute = Input(str, "", "what must be known of it; nothing more where empty")
     max_age = Input(float, inf, "how long ago it was written at most [s]", dimension=TIME)
 
-    def doubts(self) -> Iterator[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("attribute") is not None or not self.attribute:
             return
         kinds = mission_of(self).knowledge.graph.schema.kinds.values()

@@ -28,7 +28,7 @@ class WaitForChange(Leaf):
         self._heard = deque()
         self._subscription = None
 
-    def doubts(self) -> Iterator[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         schema = mission_of(self).knowledge.graph.schema
         for port, what, known in (("kind", "kind", schema.kinds), ("relation", "relation", schema.relations)):
             if self.key(port) is None and (name := self.read(port)) and name not in known:

@@ -22,7 +22,7 @@ class When(Instant):
         self._text, self._question = None, None
         return super().bind(board, runtime)
 
-    def doubts(self) -> Iterator[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("expression") is None:
             try:
                 self._ask(self.expression)

@@ -89,9 +89,7 @@ def _drawn(picture: Picture, tree: Tree, form: str, document: Document | None) -
 
 
 def _page(picture: Picture) -> str:
-    return render_page(
-        "tree.html", picture=picture, drawing=svg(picture), stand_ins=sum(c.stand_in for c in picture.cards)
-    )
+    return render_page("tree.html", picture=picture, drawing=svg(picture), stubs=sum(c.stub for c in picture.cards))
 
 
 def _any_value(parameter: Parameter) -> Any:

@@ -50,7 +50,7 @@ class ActionNode(Act):
     def written(self) -> None:
         """Its own ports: it was made by its name."""
 
-    def doubts(self) -> Iterator[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         mission = self.runtime.owner
         if not (isinstance(mission, MissionContext) and mission.fit and self.action in mission.actions):
             return

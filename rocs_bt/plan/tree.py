@@ -19,10 +19,10 @@ from ..errors import Fault, InputError, interrupts
 from ..event import NodeTicked, SubtreeSwapped
 from ..raised import Raised, from_actuator
 from ..trees.error import TreeError
-from ..trees.examine import own_faults
+from ..trees.examine import node_faults
 from ..trees.nodes import Node, Tree, descendants, halt
 from ..trees.nodes.runtime import Caught
-from ..trees.nodes.swap import find_node, inside
+from ..trees.nodes.swap import find_node, swapped_part
 from ..trees.status import RUNNING, SKIPPED, Outcome
 from .mission import Mission
 from .plan import FAILURE, SUCCESS, Plan
@@ -153,7 +153,7 @@ class TreePlan(Plan):
                 raise TreeError(Fault(f"'{name}' was to be swapped from within a tick of its tree.", hint=_BETWEEN))
             if self.status != "RUNNING":
                 raise TreeError(Fault(f"'{name}' was to be swapped, but the mission has ended ({self.status})."))
-            old = inside(find_node(self.tree.nodes, self._paths, name))
+            old = swapped_part(find_node(self.tree.nodes, self._paths, name))
             if faults := shape_faults(new):
                 raise InputError(*faults)
             if new.parent is None and new.id not in self._paths:
@@ -297,5 +297,5 @@ def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
 
 
 def _refuse_faults(tree: Tree) -> None:
-    if wrong := [fault for fault in own_faults(tree) if not fault.warning]:
+    if wrong := [fault for fault in node_faults(tree) if not fault.warning]:
         raise InputError(*wrong)

@@ -146,7 +146,7 @@ class Board:
             board = board.parent
         return board
 
-    def where(self, key: str) -> tuple[Board, str]:
+    def resolve(self, key: str) -> tuple[Board, str]:
         """The board that holds a key, or would, and the key's name there."""
         if key.startswith("@"):
             if "@" in key[1:]:
@@ -168,7 +168,7 @@ class Board:
         found = self._entries.get(key)
         if found is not None:
             return found
-        board, name = self.where(key)
+        board, name = self.resolve(key)
         return board._entries.get(name)
 
     def declare(self, key: str, kind: Any = None) -> Entry:
@@ -181,7 +181,7 @@ class Board:
         Raises:
             TreeError: It has another type already, other than text, which is converted when it is read.
         """
-        board, name = self.where(key)
+        board, name = self.resolve(key)
         kind = None if kind is Any else kind
         entry = board._entries.get(name)
         if entry is None:

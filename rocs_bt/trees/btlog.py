@@ -77,7 +77,7 @@ class _Instances(Writer):
 
 
 MAGIC = b"BTCPP4-FileLogger2\x01"
-MOST = 0xFFFF
+MAX_NODES = 0xFFFF
 """Nodes that the format can number."""
 
 #: How the format tells a status. A node that was skipped is idle; only its parent heard more.
@@ -107,7 +107,7 @@ class BtLog:
         self._begin()
         if self._failure:
             raise RecordingError(self._failure)
-        self._leave = Changes(tree, self._heard).close
+        self._unwatch = Changes(tree, self._on_change).close
 
     def close(self) -> None:
         """End the log.
@@ -115,23 +115,23 @@ class BtLog:
         Raises:
             RecordingError: It could not be written to its end.
         """
-        self._leave()
+        self._unwatch()
         self._end()
         if self._failure:
             raise RecordingError(self._failure)
 
     def _begin(self) -> None:
         tree = self._tree
-        if len(tree.nodes) > MOST:
+        if len(tree.nodes) > MAX_NODES:
             raise InputError(
                 Fault(
-                    f"the tree '{self._name}' has {len(tree.nodes)} nodes, and a .btlog can number {MOST}.",
+                    f"the tree '{self._name}' has {len(tree.nodes)} nodes, and a .btlog can number {MAX_NODES}.",
                     hint="Look at the live page, or at the recording, which have no such limit.",
                 )
             )
         self._nodes: tuple[Behaviour, ...] = tree.nodes
         self._count += 1
-        self._said = bytearray(len(tree.nodes) + 1)
+        self._written = bytearray(len(tree.nodes) + 1)
         self._flush_at = 0.0
         path = self._path if self._count == 1 else self._path.with_stem(f"{self._path.stem}-{self._count}")
         document = write_instances(tree, self._name).encode()
@@ -144,16 +144,16 @@ class BtLog:
             if node.status is RUNNING:
                 self._write(uid, STATUSES[RUNNING])
 
-    def _heard(self, uid: int, before: Outcome, now: Outcome) -> None:
+    def _on_change(self, uid: int, before: Outcome, now: Outcome) -> None:
         if self._nodes is not self._tree.nodes:
             self._end()
             self._begin()
         self._write(uid, STATUSES[now])
 
     def _write(self, uid: int, status: int) -> None:
-        if self._said[uid] == status or self._file is None:
+        if self._written[uid] == status or self._file is None:
             return
-        self._said[uid] = status
+        self._written[uid] = status
         t = self._tree.runtime.now()
         try:
             self._file.write(round(t * 1e6).to_bytes(6, "little") + uid.to_bytes(2, "little") + bytes((status,)))

@@ -9,7 +9,7 @@ from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.plan import action_nodes, mission_nodes
 from rocs_bt.trees.nodes import BUILTIN, Control, Decorator, Direction, Leaf, Node
-from rocs_bt.trees.nodes.node import RESERVED, TAKEN
+from rocs_bt.trees.nodes.node import NODE_ATTRIBUTES, RESERVED
 
 CATALOG = Catalog()
 OWN = {node.tag: node for node in CATALOG.load_nodes()}
@@ -74,5 +74,5 @@ def test_a_node_without_what_it_needs_is_refused_with_what_that_is(tag):
 @pytest.mark.parametrize("action", sorted(ACTIONS))
 def test_an_action_is_a_node_whose_ports_are_its_parameters(action):
     (node,) = [n for n in action_nodes(ACTIONS) if n.tag == action]
-    assert not set(node.ports) & TAKEN
+    assert not set(node.ports) & NODE_ATTRIBUTES
     assert "max_preemptions" in node.ports

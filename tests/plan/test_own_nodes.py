@@ -139,7 +139,7 @@ class TestKnown:
 
     def test_an_attribute_that_no_kind_has_is_wrong_from_the_start(self, grow):
         tree = grow('<Known node="dock" attribute="posse"/>')
-        ((attribute, fault),) = tree.root.doubts()
+        ((attribute, fault),) = tree.root.bound_faults()
         assert attribute == "attribute"
         assert "Did you mean 'pose'" in fault.hint
 
@@ -188,7 +188,7 @@ class TestWaitForChange:
 
     def test_a_kind_or_relation_that_there_is_none_of_is_wrong_from_the_start(self, grow):
         tree = grow('<WaitForChange kind="gaol" relation="pursue"/>')
-        assert [attribute for attribute, _ in tree.root.doubts()] == ["kind", "relation"]
+        assert [attribute for attribute, _ in tree.root.bound_faults()] == ["kind", "relation"]
 
 
 class TestFinishTask:
@@ -288,7 +288,7 @@ class TestComputeRoute:
         assert tree.root.feedback_message.startswith("LOST_POSE")
 
     def test_a_planner_that_there_is_none_of_is_wrong_from_the_start(self, grow):
-        ((attribute, fault),) = grow('<ComputeRoute goal="g" planner="visible"/>').root.doubts()
+        ((attribute, fault),) = grow('<ComputeRoute goal="g" planner="visible"/>').root.bound_faults()
         assert attribute == "planner"
         assert "Did you mean 'visibility'" in fault.hint
 

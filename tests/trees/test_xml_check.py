@@ -171,7 +171,7 @@ def test_what_keeps_a_node_from_telling_its_doubts_is_told():
     class Shy(Leaf):
         rounds = Input(int, 1)
 
-        def doubts(self):
+        def bound_faults(self):
             yield "rounds", Fault(f"{self.rounds} are too many.")
 
     def told(rounds):

@@ -81,12 +81,12 @@ def test_every_element_and_attribute_knows_its_place(made):
     todo = [root]
     while todo:
         element = todo.pop()
-        line, column = source.place(element.at)
+        line, column = source.position(element.at)
         assert lines[line - 1][column - 1 :].startswith(f"<{element.tag}")
-        for name, spot in element.spots.items():
-            line, column = source.place(spot.name)
+        for name, position in element.attribute_positions.items():
+            line, column = source.position(position.name)
             assert lines[line - 1][column - 1 :].startswith(name)
-            assert source.text[spot.value - 1] == "'"
+            assert source.text[position.value - 1] == "'"
         todo += element.children
 
 
@@ -280,7 +280,15 @@ def scanned(make, text):
 
     def whole(element):
         inside = [whole(child) for child in element.children]
-        return element.tag, element.at, element.attributes, element.spots, element.text, element.comments, inside
+        return (
+            element.tag,
+            element.at,
+            element.attributes,
+            element.attribute_positions,
+            element.text,
+            element.comments,
+            inside,
+        )
 
     return whole(root), [str(warning) for warning in warnings]
 

@@ -107,7 +107,7 @@ class _Move(ActionNode):
         except InputError as error:  # a server rejects such a goal: the node fails, the mission goes on
             self.ticket, self._refused = None, Failure.cannot(error)
 
-    def doubts(self) -> Any:
+    def bound_faults(self) -> Any:
         return ()  # the parameters are known when the action is made
 
     def _made(self) -> Action:

@@ -47,7 +47,7 @@ class Planning(Server):
     planner_id = Input(str, "", "name of a file in planners/routes; `GridBased` or nothing chooses one")
     path = Output(list, "corners of the path, (x, y) in the world frame [m]")
 
-    def doubts(self) -> Iterator[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("planner_id") is None and self.planner_id not in GENERIC:
             try:
                 mission_of(self).content.load_route(self.planner_id)

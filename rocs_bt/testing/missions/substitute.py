@@ -97,7 +97,7 @@ def _stand_in(node: Behaviour, rule: Rule, nodes: Registry) -> Node:
         if rule not in nodes:
             raise InputError(unknown("node", rule, nodes))
         given = {n: v for n, v in getattr(node, "given", {}).items() if n in nodes[rule].ports}
-        children = node.children if nodes[rule].least else []
+        children = node.children if nodes[rule].min_children else []
         for child in children:
             child.parent = None  # or it would not go with another parent
         return nodes.make(rule, node.name, children, {**given, **conditions})

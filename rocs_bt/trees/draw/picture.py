@@ -14,7 +14,7 @@ from ..examine import Flow, Use, flow_of
 from ..nodes import REQUIRED, Direction, Node, SubTree, Tree, pointed
 from ..nodes.port import ExactKey
 from ..xml.element import Element
-from ..xml.stand_in import StandIn, StandInAbove
+from ..xml.stub import LenientStub, LenientStubWithChildren
 from ..xml.write import value_text
 
 
@@ -45,8 +45,8 @@ class Card:
         kind: Control, Decorator, Action, Condition or SubTree.
         lines: Its ports and conditions.
         depth: 0 for the root.
-        stand_in: Whether it only stands in for a node that is not here.
-        place: Where it stands, such as `patrol.xml:12`.
+        stub: Whether it only stands in for a node that is not here.
+        location: Where it stands, such as `patrol.xml:12`.
         doc: What its class is for.
         children: The nodes below it.
     """
@@ -56,8 +56,8 @@ class Card:
     kind: str
     lines: tuple[Line, ...]
     depth: int
-    stand_in: bool = False
-    place: str = ""
+    stub: bool = False
+    location: str = ""
     doc: str = ""
     children: list[Card] = field(default_factory=list)
 
@@ -145,15 +145,15 @@ def _card(node: Behaviour, tree: Tree, flow: Flow, depth: int) -> Card:
         )
         return Card(node.name, tag, kind, (), depth)
     tag = f"SubTree {node.tree}" if isinstance(node, SubTree) else node.tag
-    place, doc = "", "" if isinstance(node, SubTree) else type(node).description()
+    location, doc = "", "" if isinstance(node, SubTree) else type(node).description()
     if isinstance(node.origin, Element):
         source = node.origin.source
-        line, _ = source.place(node.origin.at)
-        place = f"{source.file.name}:{line}" if source.file else f"line {line}"
+        line, _ = source.position(node.origin.at)
+        location = f"{source.file.name}:{line}" if source.file else f"line {line}"
     shown = "" if tag in (node.name, "Act") else tag
-    stand_in = isinstance(node, (StandIn, StandInAbove))
+    stub = isinstance(node, (LenientStub, LenientStubWithChildren))
     lines = tuple(_lines(node, tree, flow))
-    return Card(node.name, shown, node.kind, lines, depth, stand_in, place, "" if stand_in else doc)
+    return Card(node.name, shown, node.kind, lines, depth, stub, location, "" if stub else doc)
 
 
 def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
@@ -178,7 +178,7 @@ def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
 def _origin(node: Node, board: Board, key: str, flow: Flow) -> str:
     """Where a key lives, and who else writes it."""
     try:
-        home, name = board.where(key)
+        home, name = board.resolve(key)
     except ValueError:
         return ""
     where = "" if home is board and name == key else f"'{name}' of {home.name or 'the root'}, "

@@ -9,7 +9,7 @@ from .picture import Card, Line, Picture
 
 GAP_X, GAP_Y = 46.0, 12.0
 TITLE, LINE = 30.0, 17.0
-MOST = 46
+MAX_CHARACTERS = 46
 """How many characters of a line are shown; the rest is in its tooltip."""
 
 GLYPHS = {"Control": "→", "Decorator": "◇", "Action": "▸", "Condition": "?", "SubTree": "▣"}
@@ -24,7 +24,7 @@ STYLE = """
     --control: #6ea8ff; --decorator: #c79bf2; --action: #4cc38a; --condition: #f0a94a; --subtree: #4fc9bf; }
 }
 .tree .card { fill: var(--card); stroke: var(--edge); }
-.tree .stand-in .card { stroke-dasharray: 5 4; }
+.tree .stub .card { stroke-dasharray: 5 4; }
 .tree .link { fill: none; stroke: var(--edge); stroke-width: 1.5; }
 .tree .Control { --c: var(--control); }
 .tree .Decorator { --c: var(--decorator); } .tree .Action { --c: var(--action); }
@@ -91,10 +91,10 @@ def _links(boxes: dict[int, tuple[Card, Box]]) -> Iterator[str]:
 
 def _card(card: Card, x: float, y: float, width: float, height: float) -> str:
     tag = f'<tspan class="tag" dx="7">{escape(card.tag)}</tspan>' if card.tag else ""
-    about = " · ".join(part for part in (card.place, card.doc) if part)
+    about = " · ".join(part for part in (card.location, card.doc) if part)
     lines = "".join(_line(line, TITLE + 10 + i * LINE) for i, line in enumerate(card.lines))
     return (
-        f'<g class="{card.kind}{" stand-in" if card.stand_in else ""}" transform="translate({x:.1f} {y:.1f})">'
+        f'<g class="{card.kind}{" stub" if card.stub else ""}" transform="translate({x:.1f} {y:.1f})">'
         f"<title>{escape(about or card.title)}</title>"
         f'<rect class="card" width="{width:.1f}" height="{height:.1f}" rx="7"/>'
         f'<path class="bar" d="M4 .5H7V{height - 0.5:.1f}H4A3.5 3.5 0 0 1 .5 {height - 4:.1f}V4A3.5 3.5 0 0 1 4 .5Z"/>'
@@ -126,7 +126,7 @@ def _note(line: Line) -> str:
 
 
 def _short(text: str) -> str:
-    return text if len(text) <= MOST else text[: MOST - 1] + "…"
+    return text if len(text) <= MAX_CHARACTERS else text[: MAX_CHARACTERS - 1] + "…"
 
 
 def _glyph(card: Card) -> str:

@@ -21,7 +21,7 @@ def _tree(root: Card) -> Iterator[str]:
     while todo:
         card, first, rest = todo.pop()
         tag = f"  [{card.tag}]" if card.tag else ""
-        yield f"{first}{card.title}{tag}{'  (stand-in)' if card.stand_in else ''}"
+        yield f"{first}{card.title}{tag}{'  (stub)' if card.stub else ''}"
         below = "│ " if card.children else "  "
         for line in card.lines:
             yield f"{rest}{below}  {_line(line)}"

@@ -1,7 +1,7 @@
 """What is doubtful in a tree that could be ticked: told before it is."""
 
 from .blocking import blocking_faults
-from .examine import examine, own_faults
+from .examine import examine, node_faults
 from .flow import Flow, Use, flow_of
 
-__all__ = ["Flow", "Use", "blocking_faults", "examine", "flow_of", "own_faults"]
+__all__ = ["Flow", "Use", "blocking_faults", "examine", "flow_of", "node_faults"]

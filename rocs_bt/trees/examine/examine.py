@@ -1,4 +1,4 @@
-"""All examinations of a tree: keys, scripts, the doubts of its nodes, children that are never ticked."""
+"""All examinations of a tree: keys, scripts, bound faults of its nodes, children that are never ticked."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from ..script import (
 from .flow import flow_faults, flow_of, scripts_of
 
 
-def own_faults(tree: Tree) -> Iterator[Fault]:
-    """The doubts of all nodes of a tree, each at its attribute; those that are no warnings keep it from running."""
+def node_faults(tree: Tree) -> Iterator[Fault]:
+    """The bound faults of all nodes of a tree, each at its attribute; those that are no warnings prevent a run."""
     for node in tree.nodes:
         if isinstance(node, Node):
-            for attribute, fault in _doubts(node):
+            for attribute, fault in _bound_faults(node):
                 column = fault.column - 1 if fault.column and fault.file is None else None
                 yield fault_at(
                     node, fault.message, fault.hint, attribute=attribute, column=column, warning=fault.warning
                 )
 
 
-def _doubts(node: Node) -> Iterator[tuple[str, Fault]]:
-    """A node's doubts; what keeps it from telling them, such as a port without a value, is one of them."""
+def _bound_faults(node: Node) -> Iterator[tuple[str, Fault]]:
+    """A node's bound faults; what keeps it from telling them, such as a port without a value, is one of them."""
     try:
-        yield from node.doubts()
+        yield from node.bound_faults()
     except InputError as error:
         yield from (("", fault) for fault in error.faults)
 
@@ -64,15 +64,15 @@ def script_faults(tree: Tree) -> Iterator[Fault]:
         if not isinstance(node, Node):
             continue
         for attribute, script in scripts_of(node):
-            yield from _failing(node, attribute, script)
-            yield from _misfits(node, attribute, script, tree.boards[node])
+            yield from _failing_parts(node, attribute, script)
+            yield from _type_faults(node, attribute, script, tree.boards[node])
             asked = attribute in CONDITIONS or node.tag == "ScriptCondition"
             if asked and (value := constant(script)) is not None:
                 message = f"the condition '{script.text}' is always {str(value).lower()}."
                 yield fault_at(node, message, "Name a key, or leave it out.", attribute=attribute)
 
 
-def _failing(node: Node, attribute: str, script: Script) -> Iterator[Fault]:
+def _failing_parts(node: Node, attribute: str, script: Script) -> Iterator[Fault]:
     todo: list[Expression] = list(script.statements)
     while todo:
         expression = todo.pop()
@@ -96,7 +96,7 @@ def _error(script: Script, expression: Expression) -> tuple[Fault, ...]:
     return ()
 
 
-def _misfits(node: Node, attribute: str, script: Script, board: Board) -> Iterator[Fault]:
+def _type_faults(node: Node, attribute: str, script: Script, board: Board) -> Iterator[Fault]:
     """Texts that are assigned to keys that a port has made numbers."""
     for a in script.writes():
         if a.target.name.count("@") > 1 or not isinstance(a.value, Literal) or not isinstance(a.value.value, str):
@@ -133,11 +133,11 @@ def unreachable(tree: Tree) -> Iterator[Fault]:
     known: dict[Any, Outcomes] = {}
     found: list[Fault] = []
     for node in reversed(tree.nodes):  # children before their parents
-        known[node.id] = _guarded(node, _own(node, known, found))
+        known[node.id] = _guarded(node, _outcomes_of(node, known, found))
     yield from reversed(found)
 
 
-def _own(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]) -> Outcomes:
+def _outcomes_of(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]) -> Outcomes:
     tag = node.tag if isinstance(node, Node) else ""
     if isinstance(node, Node) and BUILTIN.get(tag) is not type(node):
         return ALL  # one's own, or a stand-in that only bears the name, and may have fewer children
@@ -156,7 +156,7 @@ def _own(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]) -> Out
         values = [constant(script) for attribute, script in scripts_of(node) if attribute == "code"]
         return frozenset("SF" if not values or values[0] is None else "S" if values[0] else "F")
     if tag in ("Repeat", "RetryUntilSuccessful") and isinstance(node, Node):
-        return _endless(node, below[0])
+        return _counted(node, below[0])
     return below[0] if isinstance(node, SubTree) else ALL
 
 
@@ -189,7 +189,7 @@ def _branches(node: Behaviour, below: list[Outcomes], found: list[Fault]) -> Out
     return frozenset(outcomes | ({"F"} if len(below) == 2 and "F" in condition else set()))
 
 
-def _endless(node: Node, below: Outcomes) -> Outcomes:
+def _counted(node: Node, below: Outcomes) -> Outcomes:
     """Repeat and Retry; with -1 they never come to the outcome that they count."""
     counted, port = ("S", "num_cycles") if node.tag == "Repeat" else ("F", "num_attempts")
     never = {counted} if str(node.given.get(port)).strip() == "-1" else set()
@@ -215,6 +215,6 @@ def examine(tree: Tree) -> list[Fault]:
 
 def _all(tree: Tree) -> Iterator[Fault]:
     yield from flow_faults(tree, flow_of(tree))
-    yield from own_faults(tree)
+    yield from node_faults(tree)
     yield from script_faults(tree)
     yield from unreachable(tree)

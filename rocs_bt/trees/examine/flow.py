@@ -68,7 +68,7 @@ class Flow:
 
     def of(self, board: Board, key: str) -> list[Use]:
         """The uses of a key, as a node on that board names it."""
-        return self.uses.get(board.where(key), [])
+        return self.uses.get(board.resolve(key), [])
 
 
 def scripts_of(node: Node) -> Iterator[tuple[str, Script]]:
@@ -96,7 +96,7 @@ def flow_of(tree: Tree) -> Flow:
         board = tree.boards[node]
         for use in _uses(node):
             if use.key.count("@") <= 1 and use.key not in tree.board.enums:
-                found.setdefault(board.where(use.key), []).append(use)
+                found.setdefault(board.resolve(use.key), []).append(use)
     return Flow(found)
 
 

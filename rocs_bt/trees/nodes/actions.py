@@ -13,7 +13,7 @@ from ..error import TreeError
 from ..script import Script as Parsed
 from ..script import compile_condition, compile_script, parse_script
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Outcome, outcome_named
-from .decorators import FORGIVEN
+from .decorators import TIME_TOLERANCE
 from .family import Instant, Leaf
 from .port import Code, InOut, Input, pointer
 from .runtime import Runtime
@@ -181,7 +181,7 @@ class Sleep(Leaf):
         self._until = self.runtime.now() + milliseconds / 1000.0 if milliseconds > 0 else 0.0
 
     def update(self) -> Outcome:
-        return SUCCESS if not self._until or self.runtime.now() >= self._until - FORGIVEN else RUNNING
+        return SUCCESS if not self._until or self.runtime.now() >= self._until - TIME_TOLERANCE else RUNNING
 
 
 class TestNode(Leaf):
@@ -209,7 +209,7 @@ class TestNode(Leaf):
         self._until = self.runtime.now() + delay / 1000.0 if delay > 0 else None
 
     def update(self) -> Outcome:
-        if self._until is not None and self.runtime.now() < self._until - FORGIVEN:
+        if self._until is not None and self.runtime.now() < self._until - TIME_TOLERANCE:
             return RUNNING
         outcome = self._outcome()
         if outcome is SUCCESS:

@@ -11,7 +11,7 @@ from ..status import IDLE, RUNNING, Outcome
 from .node import Node
 from .tree import Tree
 
-Heard = Callable[[int, Outcome, Outcome], None]
+OnChange = Callable[[int, Outcome, Outcome], None]
 """Takes a node's uid, its outcome before and its outcome now."""
 
 
@@ -23,32 +23,32 @@ class Changes:
 
     Args:
         tree: Whose changes.
-        heard: Called for each change, children before parents.
+        on_change: Called for each change, children before parents.
     """
 
-    def __init__(self, tree: Tree, heard: Heard) -> None:
+    def __init__(self, tree: Tree, on_change: OnChange) -> None:
         self._tree = tree
-        self._heard = heard
+        self._on_change = on_change
         self._last: dict[Any, Outcome] = {}
         self._ticked: set[Any] = set()
         self._number()
-        self._leave = tree.watch(self._ticks, self._over)
+        self._unwatch = tree.watch(self._ticked_node, self._tick_ended)
 
     def close(self) -> None:
         """Tell nothing more."""
-        self._leave()
+        self._unwatch()
 
-    def _over(self) -> None:
+    def _tick_ended(self) -> None:
         """A tick of the tree is over: what ended before it and was not ticked in it is idle."""
-        self._look()
-        for node in self._strangers:
+        self._renumber_if_edited()
+        for node in self._stock:
             self._ticked.add(node.id)
-            self._tell(node.id, node.status)
+            self._set(node.id, node.status)
         for key in [k for k, v in self._last.items() if v not in (IDLE, RUNNING) and k not in self._ticked]:
-            self._tell(key, IDLE)
+            self._set(key, IDLE)
         self._ticked.clear()
 
-    def _look(self) -> None:
+    def _renumber_if_edited(self) -> None:
         """See to it that the numbers are those of the tree as it is, which may have been edited."""
         if self._numbered is not self._tree.nodes:
             self._number()
@@ -57,16 +57,16 @@ class Changes:
         self._numbered = self._tree.nodes
         self._uids = {node.id: uid for uid, node in enumerate(self._tree.nodes, 1)}
         # py_trees' own nodes tell nobody; they are looked at when the tick is over.
-        self._strangers = [node for node in self._tree.nodes if not isinstance(node, Node)]
+        self._stock = [node for node in self._tree.nodes if not isinstance(node, Node)]
         self._last = {key: last for key, last in self._last.items() if key in self._uids}
 
-    def _ticks(self, node: Behaviour, outcome: Outcome) -> None:
+    def _ticked_node(self, node: Behaviour, outcome: Outcome) -> None:
         self._ticked.add(node.id)
-        self._tell(node.id, outcome)
+        self._set(node.id, outcome)
 
-    def _tell(self, key: Any, outcome: Outcome) -> None:
+    def _set(self, key: Any, outcome: Outcome) -> None:
         before = self._last.get(key, IDLE)
         if outcome is not before:
-            self._look()
+            self._renumber_if_edited()
             self._last[key] = outcome
-            self._heard(self._uids[key], before, outcome)
+            self._on_change(self._uids[key], before, outcome)

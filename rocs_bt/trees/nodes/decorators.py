@@ -13,11 +13,11 @@ from ..board import from_string
 from ..error import TreeError
 from ..script import compile_condition, parse_script
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
-from .family import Decorator, halt, strange
+from .family import Decorator, halt, no_outcome
 from .port import Code, InOut, Input, Output
 
 
-class _Again(Decorator):
+class _Counted(Decorator):
     """Counts how often the child came to `counted`, up to a limit; the other outcome ends it at once.
 
     Between two rounds of a child that is done at once it is RUNNING for a moment, so that it can be interrupted.
@@ -44,7 +44,7 @@ class _Again(Decorator):
             if outcome is RUNNING:
                 return outcome
             if outcome is IDLE:
-                raise strange(child, outcome)
+                raise no_outcome(child, outcome)
             if outcome is SKIPPED:
                 halt(child)
                 return outcome
@@ -64,7 +64,7 @@ class _Again(Decorator):
         return outcome
 
 
-class Repeat(_Again):
+class Repeat(_Counted):
     """Ticks the child until it has succeeded `num_cycles` times; FAILURE as soon as it fails, SKIPPED if it is skipped.
 
     The count is kept when the child is skipped. With 0 it is SUCCESS at once.
@@ -75,7 +75,7 @@ class Repeat(_Again):
     num_cycles = Input(int, doc="how often; -1 is for ever")
 
 
-class RetryUntilSuccessful(_Again):
+class RetryUntilSuccessful(_Counted):
     """Ticks the child until it succeeds, `num_attempts` times at most; SKIPPED if it is skipped.
 
     With 0 it is FAILURE at once. The port is read again after each failure.
@@ -115,14 +115,14 @@ class _Loop(Decorator):
         if not self._under_way:
             items = self._queue()
             if not items:
-                return self._told(self.if_empty)
+                return self._store(self.if_empty)
             self.write("value", items.pop(0))
         self.status = RUNNING
         outcome = self.tick_child()
         self._under_way = outcome is RUNNING
-        return self._told(FAILURE if outcome is FAILURE else RUNNING)
+        return self._store(FAILURE if outcome is FAILURE else RUNNING)
 
-    def _told(self, outcome: Outcome) -> Outcome:
+    def _store(self, outcome: Outcome) -> Outcome:
         if outcome is not SKIPPED:
             self.status = outcome
         elif self.status is not RUNNING:
@@ -170,7 +170,7 @@ class _Mapping(Decorator):
         child: Any = self.decorated
         outcome = child.tick_once() or child.status
         if outcome is IDLE:
-            raise strange(child, outcome)
+            raise no_outcome(child, outcome)
         outcome = self.table.get(outcome, outcome)
         if outcome is not SKIPPED:
             self.status = outcome
@@ -264,7 +264,7 @@ class Precondition(Decorator):
         return self._compiled[1]()
 
 
-FORGIVEN = 1e-9
+TIME_TOLERANCE = 1e-9
 """A nanosecond [s] forgives the rounding of k * step."""
 
 
@@ -283,7 +283,7 @@ class _Timed(Decorator):
         if self._deadline is None:
             self._deadline = now + milliseconds / 1000.0
             self.status = RUNNING
-        return now >= self._deadline - FORGIVEN
+        return now >= self._deadline - TIME_TOLERANCE
 
     def _ended(self, outcome: Outcome) -> Outcome:
         """End, unless the child was skipped.
@@ -292,7 +292,7 @@ class _Timed(Decorator):
             TreeError: It has no outcome.
         """
         if outcome is IDLE:
-            raise strange(self.decorated, outcome)
+            raise no_outcome(self.decorated, outcome)
         if outcome is not SKIPPED:
             self._deadline = None
             self.status = outcome

@@ -36,8 +36,8 @@ class Control(Node, Composite):
     """
 
     kind = "Control"
-    least = 1
-    most: ClassVar[int | None] = None
+    min_children = 1
+    max_children: ClassVar[int | None] = None
 
     def __init__(self, name: str, children: Many[Behaviour] = (), /, **attributes: Any) -> None:
         self._construct(name)
@@ -69,9 +69,9 @@ class Control(Node, Composite):
             self.status = outcome
         return outcome
 
-    def strange(self, child: Behaviour, outcome: object) -> TreeError:
+    def no_outcome(self, child: Behaviour, outcome: object) -> TreeError:
         """The error of a child whose tick gave no outcome."""
-        return strange(child, outcome)
+        return no_outcome(child, outcome)
 
 
 class Decorator(Node, StockDecorator):
@@ -84,7 +84,7 @@ class Decorator(Node, StockDecorator):
     """
 
     kind = "Decorator"
-    least = most = 1
+    min_children = max_children = 1
 
     def __init__(self, name: str, child: Behaviour | Many[Behaviour], /, **attributes: Any) -> None:
         self._construct(name)
@@ -107,7 +107,7 @@ class Decorator(Node, StockDecorator):
         child: Any = self.decorated
         outcome = child.tick_once() or child.status
         if outcome is IDLE:
-            raise strange(child, outcome)
+            raise no_outcome(child, outcome)
         return outcome
 
     def replace_child(self, child: Behaviour, replacement: Behaviour) -> None:
@@ -148,7 +148,7 @@ class Leaf(Node):
                 self.status = outcome
             elif outcome is not SKIPPED:
                 if outcome.__class__ is not Status or outcome is IDLE:
-                    raise strange(self, outcome)
+                    raise no_outcome(self, outcome)
                 self.terminate(outcome)
                 self.status = outcome
             elif self.status is not RUNNING:
@@ -182,7 +182,7 @@ class Instant(Leaf):
             elif outcome is SKIPPED:
                 self.status = IDLE
             else:
-                raise strange(self, outcome)
+                raise no_outcome(self, outcome)
         except BaseException as error:  # a leaf may raise anything
             if interrupts(error):
                 raise
@@ -218,7 +218,7 @@ def only(name: str, children: Many[Behaviour]) -> Behaviour:
     return children[0]
 
 
-def strange(node: Behaviour, outcome: object) -> TreeError:
+def no_outcome(node: Behaviour, outcome: object) -> TreeError:
     """The error of a node whose tick gave no outcome."""
     hint = "Return Status.RUNNING, SUCCESS or FAILURE."
     return TreeError(Fault(f"'{node.name}' ({type(node).__name__}) gave no status back but {outcome}.", hint=hint))

@@ -24,7 +24,7 @@ from .runtime import Runtime, Watch
 from .visits import Visits
 
 
-class Late:
+class LazyAttribute:
     """An attribute that is made when it is first asked for.
 
     Args:
@@ -49,12 +49,12 @@ class Late:
 RESERVED = ("ID", "name", "_autoremap")
 """Attributes of files that are no ports."""
 
-MAX_FINE = 16_384
+MAX_ACCEPTED = 16_384
 """How many values of ports a class remembers as correct."""
 
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
 
-TAKEN = frozenset(
+NODE_ATTRIBUTES = frozenset(
     ["id", "name", "status", "parent", "children", "decorated", "current_child", "feedback_message", "logger",
      "iterator", "blackboards", "given", "conditions", "other", "runtime", "visits", "memory", "policy"]
 )  # fmt: skip
@@ -73,8 +73,8 @@ class Node(Behaviour):
         kind: Control, Decorator, Action, Condition or SubTree.
         tag: What files call the class; its name by default.
         ports: The ports of the class by name, those of its bases first.
-        least: How many children it has at least.
-        most: How many it has at most; None for any number.
+        min_children: How many children it has at least.
+        max_children: How many it has at most; None for any number.
         latches: Whether a parent that does not reset it gets the same outcome again, without ticking it.
         given: What the file or the constructor gave for its ports, by port name.
         conditions: Its pre- and post-conditions by name, such as `_skipIf`.
@@ -88,27 +88,27 @@ class Node(Behaviour):
     kind: ClassVar[str] = "Action"
     tag: ClassVar[str] = ""
     ports: ClassVar[Mapping[str, Port[Any]]] = {}
-    least: ClassVar[int] = 0
-    most: ClassVar[int | None] = 0
+    min_children: ClassVar[int] = 0
+    max_children: ClassVar[int | None] = 0
     latches: ClassVar[bool] = False
 
     # What py_trees' constructor makes for every behaviour; most nodes never need it.
-    id: Any = Late(lambda node: uuid.uuid4())
-    qualified_name: Any = Late(lambda node: f"{type(node).__qualname__}/{node.name}")
-    blackboards: Any = Late(lambda node: [])
-    iterator: Any = Late(lambda node: node.tick())
-    logger: Any = Late(lambda node: Logger(node.name))
+    id: Any = LazyAttribute(lambda node: uuid.uuid4())
+    qualified_name: Any = LazyAttribute(lambda node: f"{type(node).__qualname__}/{node.name}")
+    blackboards: Any = LazyAttribute(lambda node: [])
+    iterator: Any = LazyAttribute(lambda node: node.tick())
+    logger: Any = LazyAttribute(lambda node: Logger(node.name))
     blackbox_level = BlackBoxLevel.NOT_A_BLACKBOX
 
     _required: ClassVar[tuple[Port[Any], ...]] = ()
-    _fine: ClassVar[set[tuple[str, str]]] = set()
+    _accepted: ClassVar[set[tuple[str, str]]] = set()
     _shares_keys: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.tag = cls.__dict__.get("tag", "") or cls.__name__
         for attribute, value in vars(cls).items():
-            if isinstance(value, Port) and (attribute in TAKEN or hasattr(Node, attribute)):
+            if isinstance(value, Port) and (attribute in NODE_ATTRIBUTES or hasattr(Node, attribute)):
                 hint = f'Write: {attribute}_ = {type(value).__name__}(..., name="{attribute}").'
                 message = f"{cls.__name__} cannot have a port in '{attribute}', which every node has."
                 raise TreeError(Fault(message, hint=hint))
@@ -118,7 +118,7 @@ class Node(Behaviour):
         if found:
             cls.ports = found
             cls._required = tuple(port for port in found.values() if port.required)
-        cls._fine = set()
+        cls._accepted = set()
         cls._shares_keys = False
 
     def _construct(self, name: str) -> None:
@@ -188,7 +188,7 @@ class Node(Behaviour):
         for item in attributes.items():
             name, value = item
             text = value.__class__ is str
-            if text and item in cls._fine:
+            if text and item in cls._accepted:
                 continue
             try:
                 if name in CONDITIONS:
@@ -202,18 +202,18 @@ class Node(Behaviour):
                 found += [(name, fault) for fault in error.faults]
             else:
                 if text:
-                    cls._remember(item)
+                    cls._accept(item)
         for port in cls._required:
             if port.name not in attributes:
                 found.append((port.name, Fault(f"{cls.tag} needs '{port.name}'.", hint=port.doc)))
         return found
 
     @classmethod
-    def _remember(cls, known: tuple[str, str]) -> None:
+    def _accept(cls, known: tuple[str, str]) -> None:
         """Keep a text that is correct for an attribute: a document is checked before its nodes are made."""
-        if len(cls._fine) >= MAX_FINE:
-            cls._fine.clear()
-        cls._fine.add(known)
+        if len(cls._accepted) >= MAX_ACCEPTED:
+            cls._accepted.clear()
+        cls._accepted.add(known)
 
     @classmethod
     def description(cls) -> str:
@@ -257,11 +257,11 @@ class Node(Behaviour):
         given = self.given.get(port.name)
         key = pointed(given, port.name)
         if key is not None:
-            board.declare(key, None if port.dimension is None and port.kind is str else _lock(port))
+            board.declare(key, None if port.dimension is None and port.kind is str else _fixed_type(port))
         elif isinstance(given, str) and _maybe_enum(port, given):
             port.value(given, board.enums)
 
-    def doubts(self) -> Iterable[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterable[tuple[str, Fault]]:
         """What is wrong with it for its mission, by attribute, once it is bound; for derived classes.
 
         A check tells all of it. A run refuses to begin, unless it is only warnings.
@@ -305,7 +305,7 @@ class Node(Behaviour):
 
     def tick(self) -> Iterator[Behaviour]:
         """Tick, and yield what was ticked, children before parents, for visitors and for py_trees' composites."""
-        yield from (self.visits or Visits(is_node)).of(self)
+        yield from (self.visits or Visits(is_own_node)).of(self)
 
     def tick_once(self) -> Outcome:
         """Tick.
@@ -375,12 +375,12 @@ class Node(Behaviour):
 _UNBOUND = Runtime()
 
 
-def is_node(behaviour: Behaviour) -> TypeGuard[Node]:
+def is_own_node(behaviour: Behaviour) -> TypeGuard[Node]:
     """Whether a behaviour is one of our nodes; `isinstance` takes long for classes with an abstract base."""
     return Node in type(behaviour).__mro__
 
 
-def _lock(port: Port[Any]) -> Any:
+def _fixed_type(port: Port[Any]) -> Any:
     return None if port.kind is Any else port.kind
 
 

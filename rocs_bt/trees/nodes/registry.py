@@ -75,13 +75,13 @@ class Registry(Mapping[str, type[Node]]):
         if faults:
             raise InputError(*faults)
         made: Any = node  # leaves take no children; the two other families take theirs second
-        found: Node = made(name, children, **attributes) if node.least else made(name, **attributes)
+        found: Node = made(name, children, **attributes) if node.min_children else made(name, **attributes)
         return found
 
 
 def children_faults(node: type[Node], name: str, count: int) -> list[Fault]:
     """Why a node class cannot have that many children; empty when it can."""
-    least, most = node.least, node.most
+    least, most = node.min_children, node.max_children
     if count >= least and (most is None or count <= most):
         return []
     wanted = f"{least}" if least == most else f"at least {least}" if most is None else f"{least} to {most}"

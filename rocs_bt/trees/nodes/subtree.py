@@ -11,7 +11,7 @@ from ...errors import Fault
 from ..board import Board, from_string
 from ..error import TreeError
 from ..status import IDLE, RUNNING, SKIPPED, Outcome
-from .family import Decorator, strange
+from .family import Decorator, no_outcome
 from .guard import CONDITIONS
 from .node import RESERVED
 from .port import ExactKey, pointed
@@ -64,7 +64,7 @@ class SubTree(Decorator):
         child: Any = self.decorated
         outcome = child.tick_once() or child.status
         if outcome is IDLE:
-            raise strange(child, outcome)
+            raise no_outcome(child, outcome)
         if outcome is not SKIPPED:
             self.status = outcome
         return outcome

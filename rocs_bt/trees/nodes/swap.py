@@ -39,12 +39,12 @@ def find_node(nodes: Iterable[Behaviour], paths: Mapping[Any, str], name: str) -
     return found[0]
 
 
-def inside(node: Behaviour) -> Behaviour:
+def swapped_part(node: Behaviour) -> Behaviour:
     """What a swap of a node exchanges: of a SubTree the tree in it, so that its remappings and its board stay."""
     return node.children[0] if isinstance(node, SubTree) else node
 
 
-def put(old: Behaviour, new: Behaviour) -> None:
+def replace_node(old: Behaviour, new: Behaviour) -> None:
     """Put a node where another one is, in its parent's eyes."""
     parent, old.parent = old.parent, None
     new.parent = parent
@@ -59,7 +59,7 @@ def put(old: Behaviour, new: Behaviour) -> None:
 
 
 @contextmanager
-def unchanged(board: Board) -> Iterator[None]:
+def keys_restored(board: Board) -> Iterator[None]:
     """If what is done raises, take back the keys that it has declared, on this board and on those above."""
     chain = [board]
     while chain[-1].parent is not None:

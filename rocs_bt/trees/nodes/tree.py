@@ -17,10 +17,10 @@ from ..board import Board, Enums
 from ..error import TreeError
 from ..status import RUNNING, Outcome
 from .family import halt
-from .node import Node, is_node
+from .node import Node, is_own_node
 from .runtime import Runtime, Watch
 from .subtree import SubTree
-from .swap import find_node, inside, put, unchanged
+from .swap import find_node, keys_restored, replace_node, swapped_part
 
 MAX_SETTLING = 10_000
 """How often a tree may be ticked until it settles; more is a tree that never does."""
@@ -72,7 +72,7 @@ class Tree:
 
     def bind(self) -> None:
         """Give each node its place; again after the tree was edited. Boards of subtrees that stay are kept."""
-        nodes, boards = self._place(self.root, self.board)
+        nodes, boards = self._bind_below(self.root, self.board)
         self.nodes: tuple[Behaviour, ...] = tuple(nodes)
         self.boards: dict[Behaviour, Board] = dict(zip(nodes, boards, strict=True))
 
@@ -89,16 +89,16 @@ class Tree:
         Raises:
             TreeError: `new` has a place already, or uses a key with another type. The old one is still in force.
         """
-        old = inside(old)
+        old = swapped_part(old)
         coming = list(descendants(new))
         if new.parent is not None or any(node in self.boards for node in coming):
             raise TreeError(Fault(f"'{new.name}' has a place in a tree already.", hint="Make a new tree to swap in."))
         board, leaving = self.boards[old], list(descendants(old))
-        with unchanged(board):
-            nodes, boards = self._place(new, board, _depth(old))
+        with keys_restored(board):
+            nodes, boards = self._bind_below(new, board, _depth(old))
         for node in leaving:
             halt(node)
-        put(old, new)
+        replace_node(old, new)
         if old is self.root:
             self.root = new
         at = next(i for i, node in enumerate(self.nodes) if node is old)
@@ -115,26 +115,28 @@ class Tree:
         """
         return find_node(self.nodes, self.paths(), name)
 
-    def _place(self, root: Behaviour, board: Board, depth: int = 0) -> tuple[list[Behaviour], list[Board]]:
+    def _bind_below(self, root: Behaviour, board: Board, depth: int = 0) -> tuple[list[Behaviour], list[Board]]:
         """Bind a node that has so many above it and all below it; each with its board, parents before children."""
         nodes, boards, deepest = list[Behaviour](), list[Board](), 0
-        ways = [iter([(root, board)])]
-        while ways:
-            for node, own in ways[-1]:
+        stack = [iter([(root, board)])]
+        while stack:
+            for node, own in stack[-1]:
                 nodes.append(node)
                 boards.append(own)
-                below = node.bind(own, self.runtime) if is_node(node) else zip(node.children, repeat(own))
+                below = node.bind(own, self.runtime) if is_own_node(node) else zip(node.children, repeat(own))
                 if below:
-                    ways.append(iter(below))
+                    stack.append(iter(below))
                     break
             else:
-                deepest = max(deepest, len(ways))
-                ways.pop()
-        _make_room(depth + deepest)
-        self._tell([fault_at(n, f.message, f.hint, attribute=a, warning=f.warning) for n, a, f in self.runtime.faults])
+                deepest = max(deepest, len(stack))
+                stack.pop()
+        _raise_recursion_limit(depth + deepest)
+        self._report(
+            [fault_at(n, f.message, f.hint, attribute=a, warning=f.warning) for n, a, f in self.runtime.faults]
+        )
         return nodes, boards
 
-    def _tell(self, faults: list[Fault]) -> None:
+    def _report(self, faults: list[Fault]) -> None:
         self.runtime.faults.clear()
         if self._faults is not None:
             self._faults += faults
@@ -201,12 +203,12 @@ class Tree:
         """
         self._watchers.append(watcher)
         self._after.append(after)
-        self._hear()
+        self._connect_watchers()
 
         def leave() -> None:
             self._watchers.remove(watcher)
             self._after.remove(after)
-            self._hear()
+            self._connect_watchers()
 
         return leave
 
@@ -245,7 +247,7 @@ class Tree:
                     path = paths.get(node.id, path)
         return path
 
-    def _hear(self) -> None:
+    def _connect_watchers(self) -> None:
         watchers = tuple(self._watchers)
 
         def all_of(node: Behaviour, outcome: Outcome) -> None:
@@ -266,7 +268,7 @@ def _depth(node: Behaviour) -> int:
     return count
 
 
-def _make_room(depth: int) -> None:
+def _raise_recursion_limit(depth: int) -> None:
     """Let Python nest as deep as a tree does. The limit is the process's, so it is only ever raised."""
     wanted = 600 + depth * _FRAMES
     if wanted > sys.getrecursionlimit():
@@ -301,8 +303,8 @@ def fault_at(
         column: Where in the attribute's value, counted from 0.
         warning: Whether the tree still runs.
     """
-    told, origin = f"'{node.name}': {message}", getattr(node, "origin", None)
+    text, origin = f"'{node.name}': {message}", getattr(node, "origin", None)
     if origin is not None:
-        found: Fault = origin.fault(told, hint, attribute=attribute, column=column, warning=warning)
+        found: Fault = origin.fault(text, hint, attribute=attribute, column=column, warning=warning)
         return found
-    return Fault(told, hint=hint, warning=warning)
+    return Fault(text, hint=hint, warning=warning)

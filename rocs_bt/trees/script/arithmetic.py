@@ -229,7 +229,7 @@ def _assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) 
         if entry.value.__class__ in NUMBERS:
             return number_of(value, board.enums)
         raise Refused("it holds no text")
-    return _kept(entry.value, value)
+    return _as_stored(entry.value, value)
 
 
 def _combined(old: Any, operator: str, value: Any) -> Any:
@@ -251,7 +251,7 @@ def _text(value: Any) -> str:
     return str(BINARY[".."](value, ""))
 
 
-def _kept(old: Any, value: Any) -> Any:
+def _as_stored(old: Any, value: Any) -> Any:
     kind, given = old.__class__, value.__class__
     if kind is given:
         return value

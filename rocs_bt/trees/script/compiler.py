@@ -30,8 +30,8 @@ from .parser import (
 Run = Callable[[], Any]
 _Pair = Callable[[Any, Any], Any]
 
-_GONE = Entry()
-_GONE.alive = False  # stands for entries that were not looked up yet
+_UNRESOLVED = Entry()
+_UNRESOLVED.alive = False  # stands for entries that were not looked up yet
 
 
 def _apart(left: float, right: float) -> bool:
@@ -180,12 +180,12 @@ class _Compiler:
         if name in board.enums:
             number = float(board.enums[name])
             return lambda: number
-        entry = _GONE
+        entry = _UNRESOLVED
 
         def get() -> Any:
             nonlocal entry
             if not entry.alive:
-                entry = board.entry(name) or _GONE
+                entry = board.entry(name) or _UNRESOLVED
             value = entry.value
             return known(value, name) if value is None else value
 
@@ -241,7 +241,7 @@ class _Compiler:
         name, board, sign = next(self._slots), self._board, expression.operator
         value = self._value(expression.value)
         sets, combine = sign in (":=", "="), _FLOATS.get(sign[0])
-        entry = _GONE
+        entry = _UNRESOLVED
 
         def assign() -> Any:
             nonlocal entry

@@ -4,7 +4,7 @@ from .build import Outside, load_xml, make_nodes
 from .document import Document, Survey, TreeElement, add_siblings, outer_trees, read_document, survey
 from .element import Element, Source
 from .model import Model
-from .stand_in import Stub, stub_nodes, times
+from .stub import Stub, stub_nodes, times
 from .verify import verify
 from .write import palette, write_tree
 

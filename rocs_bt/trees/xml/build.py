@@ -13,7 +13,7 @@ from ..nodes.port import ExactKey
 from .document import Document, read_document
 from .element import Element
 from .model import OWN_NAME
-from .stand_in import stand_in
+from .stub import lenient_stub
 from .verify import MAX_NODES, verify
 
 Outside = Mapping[str, Callable[[Element], Behaviour]]
@@ -121,7 +121,7 @@ class _Maker:
             attributes = {**self.defaults(element), **attributes}
         family: Callable[..., Node] = made
         try:
-            if made.most != 0:
+            if made.max_children != 0:
                 node = family(element.node_name, children, **attributes)
             else:
                 node = family(element.node_name, **attributes)
@@ -136,11 +136,11 @@ class _Maker:
             return self.nodes[element.node_tag]
         found = self.nodes.get(element.node_tag)
         if found is None or children_faults(found, "", len(children)):
-            return stand_in(element, self.document)
+            return lenient_stub(element, self.document)
         faults = found.attribute_faults(element.node_attributes())
         if element.tag == "SubTree" and element.attributes.get("_autoremap", "0").lower() not in _TRUTH:
             faults.append(("_autoremap", Fault("")))
-        return stand_in(element, self.document) if faults else found
+        return lenient_stub(element, self.document) if faults else found
 
     def defaults(self, element: Element) -> dict[str, str]:
         """What a subtree's model gives for the ports that its user leaves out."""

@@ -86,7 +86,7 @@ def _subtree(element: Element) -> Iterator[Fault]:
 def _rename(element: Element, old: str, new: str) -> None:
     if old in element.attributes:
         element.attributes = {new if n == old else n: v for n, v in element.attributes.items()}
-        element.spots[new] = element.spots[old]
+        element.attribute_positions[new] = element.attribute_positions[old]
 
 
 MAX_FILES = 100
@@ -268,7 +268,7 @@ class _Reader:
                 return
         if name in trees:
             other = trees.pop(name).element
-            where = f"{other.source.file or 'the text'}:{other.source.place(other.at)[0]}"
+            where = f"{other.source.file or 'the text'}:{other.source.position(other.at)[0]}"
             message = f"there is another tree '{name}' ({where}), which this one replaces."
             faults.append(element.fault(message, "Rename one of them.", attribute="ID", warning=True))
         trees[name] = TreeElement(name, element, element.children[0], included)

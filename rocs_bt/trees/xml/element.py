@@ -36,7 +36,7 @@ class Source:
         self.file = file
         self._lines: list[int] = []
 
-    def place(self, at: int) -> tuple[int, int]:
+    def position(self, at: int) -> tuple[int, int]:
         """Line and column of an offset, both counted from 1."""
         if not self._lines:
             self._lines = [0, *(i + 1 for i, c in enumerate(self.text) if c == "\n")]
@@ -45,10 +45,10 @@ class Source:
 
     def fault(self, at: int, message: str, hint: str = "", *, warning: bool = False) -> Fault:
         """A fault at an offset."""
-        return Fault(message, self.file, *self.place(at), hint=hint, warning=warning)
+        return Fault(message, self.file, *self.position(at), hint=hint, warning=warning)
 
 
-class Spot(NamedTuple):
+class AttributePosition(NamedTuple):
     """Where an attribute stands: the offsets of its name, and of the first character of its value."""
 
     name: int
@@ -72,7 +72,7 @@ class Element:
         comments: The comments before it.
     """
 
-    __slots__ = ("_spots", "at", "attributes", "children", "comments", "source", "tag", "text")
+    __slots__ = ("_attribute_positions", "at", "attributes", "children", "comments", "source", "tag", "text")
 
     def __init__(
         self,
@@ -89,14 +89,14 @@ class Element:
         self.children: list[Element] = NO_CHILDREN
         self.text = ""
         self.comments = comments
-        self._spots: dict[str, Spot] | None = None
+        self._attribute_positions: dict[str, AttributePosition] | None = None
 
     @property
-    def spots(self) -> dict[str, Spot]:
+    def attribute_positions(self) -> dict[str, AttributePosition]:
         """Where each attribute stands; searched when it is first needed, as most documents have no faults."""
-        if self._spots is None:
-            self._spots = dict(_spots(self.source.text, self.at))
-        return self._spots
+        if self._attribute_positions is None:
+            self._attribute_positions = dict(_attribute_positions(self.source.text, self.at))
+        return self._attribute_positions
 
     @property
     def node_tag(self) -> str:
@@ -112,7 +112,7 @@ class Element:
     def location(self) -> CodeLocation | None:
         """File and line of the element; None for a text that is in no file."""
         file = self.source.file
-        return None if file is None else CodeLocation(file, self.source.place(self.at)[0])
+        return None if file is None else CodeLocation(file, self.source.position(self.at)[0])
 
     def node_attributes(self) -> dict[str, str]:
         """What a node of ours is given: all but the name, and but the ID that names its class."""
@@ -141,8 +141,8 @@ class Element:
             path: The node's path, which the message then begins with.
             warning: Whether the document still loads.
         """
-        spot = self.spots.get(attribute)
-        at = self.at if spot is None else spot.name if column is None else self._inside(spot.value, column)
+        position = self.attribute_positions.get(attribute)
+        at = self.at if position is None else position.name if column is None else self._inside(position.value, column)
         return self.source.fault(at, f"{path}: {message}" if path else message, hint, warning=warning)
 
     def _inside(self, at: int, column: int) -> int:
@@ -154,12 +154,12 @@ class Element:
         return at
 
 
-def _spots(text: str, at: int) -> Iterator[tuple[str, Spot]]:
+def _attribute_positions(text: str, at: int) -> Iterator[tuple[str, AttributePosition]]:
     """The attributes of the element that begins at an offset."""
     opening = _OPENING.match(text, at)
     at = opening.end() if opening else len(text)
     while found := ATTRIBUTE.match(text, at):
-        yield found[1], Spot(found.start(1), found.end())
+        yield found[1], AttributePosition(found.start(1), found.end())
         at = text.find(found[2], found.end()) + 1
         if not at:
             return

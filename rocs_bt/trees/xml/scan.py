@@ -198,7 +198,7 @@ class _Scanner:
             return
         wanted = "&lt;" if bad[0] == "<" else "&amp;"
         message = f"'{bad[0]}' in the value of '{name}' is not well-formed XML."
-        place = self.source.place(begin + bad.start())
+        place = self.source.position(begin + bad.start())
         hint = f"Write {wanted}: BehaviorTree.CPP takes it as it is, other tools do not."
         self.warnings.append(Fault(message, self.source.file, *place, hint=hint, warning=True))
 
@@ -207,7 +207,7 @@ class _Scanner:
         name = next(reversed(element.attributes), "")
         if "<" in element.attributes.get(name, "") and element.attributes[name].endswith("="):
             message = f"the value of '{name}' runs on over other elements: its closing quote is missing."
-            return self.refused(element.spots[name].value - 1, message)
+            return self.refused(element.attribute_positions[name].value - 1, message)
         space = _SPACE.match(self.text, self.at)
         at = space.end() if space else self.at
         return self.refused(at, f"<{element.tag}> goes on with what is no attribute.", 'Write name="value".')
@@ -220,7 +220,7 @@ class _Scanner:
             raise self.refused(self.at, f"</{found[1]}> closes nothing.")
         element = self.open.pop()
         if element.tag != found[1]:
-            line, _ = self.source.place(element.at)
+            line, _ = self.source.position(element.at)
             message = f"</{found[1]}> stands where <{element.tag}> of line {line} has to be closed."
             raise self.refused(self.at, message, f"Write </{element.tag}>.")
         element.text = "".join(self.texts.pop()).strip()

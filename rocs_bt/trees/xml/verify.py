@@ -104,19 +104,19 @@ class _Verifier:
 
     def elements(self, tree: TreeElement) -> None:
         """Check all elements of a tree, in the order of the text."""
-        ways: list[tuple[_Way | None, Iterator[Element]]] = [(None, iter([tree.body]))]
+        stack: list[tuple[_Ancestors | None, Iterator[Element]]] = [(None, iter([tree.body]))]
         count = 0
-        while ways:
-            way, elements = ways[-1]
+        while stack:
+            ancestors, elements = stack[-1]
             for element in elements:
                 count += 1
                 if not self.plain(element):
-                    self.element(element, _path(tree, element, way), tree)
+                    self.element(element, _path(tree, element, ancestors), tree)
                 if element.children:
-                    ways.append((_Way(element, way), iter(element.children)))
+                    stack.append((_Ancestors(element, ancestors), iter(element.children)))
                     break
             else:
-                ways.pop()
+                stack.pop()
         self.counts[tree.name] = count
 
     def plain(self, element: Element) -> bool:
@@ -124,8 +124,8 @@ class _Verifier:
         node = self.nodes.get(element.tag)
         if node is None or element.tag == "SubTree" or "ID" in element.attributes:
             return False
-        count, most = len(element.children), node.most
-        if count < node.least or (most is not None and count > most):
+        count, most = len(element.children), node.max_children
+        if count < node.min_children or (most is not None and count > most):
             return False
         return not node.attribute_faults(element.node_attributes())
 
@@ -211,22 +211,22 @@ class _Verifier:
         """Trees that contain themselves, and trees that grow beyond all measure."""
         sizes: dict[str, int] = {}
         for start in self.uses:
-            way: list[tuple[str, Iterator[Element]]] = [(start, iter(self.uses[start]))]
-            while way:
-                name, uses = way[-1]
+            ancestors: list[tuple[str, Iterator[Element]]] = [(start, iter(self.uses[start]))]
+            while ancestors:
+                name, uses = ancestors[-1]
                 use = next((u for u in uses if u.attributes["ID"] not in sizes), None)
                 if use is None:
                     sizes[name] = self.size(name, sizes)
-                    way.pop()
+                    ancestors.pop()
                     continue
-                below, names = use.attributes["ID"], [n for n, _ in way]
+                below, names = use.attributes["ID"], [n for n, _ in ancestors]
                 if below in names:
                     chain = " -> ".join([*names[names.index(below) :], below])
                     message = f"the tree '{below}' contains itself: {chain}."
                     self.found.append(use.fault(message, "Use a Repeat, or take one SubTree out.", attribute="ID"))
                     sizes[below] = 1
                 else:
-                    way.append((below, iter(self.uses[below])))
+                    ancestors.append((below, iter(self.uses[below])))
 
     def size(self, name: str, sizes: Mapping[str, int]) -> int:
         tree = self.document.trees[name]
@@ -259,19 +259,19 @@ def _extended(hint: str, other: str) -> str:
     return hint if hint.startswith("Did you mean") else f"{hint} {other}"
 
 
-class _Way(NamedTuple):
+class _Ancestors(NamedTuple):
     """The elements around another one."""
 
     element: Element
-    above: _Way | None
+    above: _Ancestors | None
 
 
-def _path(tree: TreeElement, element: Element, way: _Way | None) -> str:
+def _path(tree: TreeElement, element: Element, ancestors: _Ancestors | None) -> str:
     """The path of an element: the tree's ID, then the names on the way."""
     names = [element.node_name]
-    while way is not None:
-        names.append(way.element.node_name)
-        way = way.above
+    while ancestors is not None:
+        names.append(ancestors.element.node_name)
+        ancestors = ancestors.above
     return "/".join([tree.name, *reversed(names)])
 
 

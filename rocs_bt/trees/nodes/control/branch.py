@@ -18,7 +18,7 @@ from ..port import Input
 class _Branch(Control):
     """What both have in common: children are the condition, then, and otherwise, which may be left out."""
 
-    least, most = 2, 3
+    min_children, max_children = 2, 3
 
     def _fails(self, outcome: Outcome) -> bool:
         """False, for a condition that failed.
@@ -30,13 +30,13 @@ class _Branch(Control):
             hint = "Put the condition for skipping on the whole node."
             raise TreeError(Fault(f"the condition of '{self.name}' ({self.tag}) was skipped.", hint=hint))
         if outcome is IDLE:
-            raise self.strange(self.children[0], outcome)
+            raise self.no_outcome(self.children[0], outcome)
         return False
 
     def _finish(self, outcome: Outcome) -> Outcome:
         """End with the outcome of the present child."""
         if outcome is IDLE and self.current_child is not None:
-            raise self.strange(self.current_child, outcome)
+            raise self.no_outcome(self.current_child, outcome)
         self.halt_children()
         self._index = 0
         if outcome is not SKIPPED:
@@ -149,7 +149,7 @@ class _Switch(Control):
             halt(running)
         outcome: Outcome = child.tick_once() or child.status
         if outcome is IDLE:
-            raise self.strange(child, outcome)
+            raise self.no_outcome(child, outcome)
         self.current_child = child
         self._index = match + 1 if outcome is RUNNING else 0
         if outcome is SKIPPED:
@@ -209,8 +209,8 @@ def _switch(cases: int) -> type[_Switch]:
     members: dict[str, Any] = {
         **ports,
         "cases": cases,
-        "least": cases + 1,
-        "most": cases + 1,
+        "min_children": cases + 1,
+        "max_children": cases + 1,
         "__doc__": _Switch.__doc__,
         "__module__": __name__,
     }
@@ -223,7 +223,7 @@ Switch2, Switch3, Switch4, Switch5, Switch6 = (_switch(cases) for cases in range
 class TryCatch(Control):
     """Ticks all children but the last as a Sequence; if one fails, the last is ticked till it ends: FAILURE."""
 
-    least = 2
+    min_children = 2
     catch_on_halt = Input(bool, False, "whether the last child is ticked, once, when the others are halted")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
@@ -263,7 +263,7 @@ class TryCatch(Control):
         child: Any = self.children[index]
         outcome: Outcome = child.tick_once() or child.status
         if outcome is IDLE:
-            raise self.strange(child, outcome)
+            raise self.no_outcome(child, outcome)
         self.current_child = child
         return outcome
 

@@ -24,7 +24,7 @@ class _Nav(Control):
     def _tick(self, child: Any, skippable: bool = False) -> Outcome:
         outcome: Outcome = child.tick_once() or child.status
         if outcome is IDLE or (outcome is SKIPPED and not skippable):
-            raise self.strange(child, outcome)
+            raise self.no_outcome(child, outcome)
         self.current_child = child
         return outcome
 
@@ -107,7 +107,7 @@ class RecoveryNode(_Nav):
     so is the node.
     """
 
-    least = most = 2
+    min_children = max_children = 2
     number_of_retries = Input(int, 1, "how often the first child is tried again")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
@@ -191,7 +191,7 @@ class PauseResumeController(_Nav):
     Nav2 asks two services; here `paused` is a key that anybody may write.
     """
 
-    most = 4
+    max_children = 4
     paused = Input(bool, False, "whether to pause")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:

@@ -26,7 +26,7 @@ class Ordered(Control):
 
     def _decided(self, outcome: Outcome, child: Behaviour) -> Outcome:
         if outcome is IDLE:
-            raise self.strange(child, outcome)
+            raise self.no_outcome(child, outcome)
         if self._skipped:
             return self.ended(outcome, child)
         self.current_child = child
@@ -113,7 +113,7 @@ def reactive(passing: Status) -> Callable[[Any], Outcome]:
                     halt(child)
                     continue
                 if outcome is IDLE:
-                    raise self.strange(child, outcome)
+                    raise self.no_outcome(child, outcome)
                 self.status = outcome
             if runs_on is not child:
                 if runs_on is not None:
@@ -164,7 +164,7 @@ def yielding(passing: Status) -> Callable[[Any], Outcome]:
             elif outcome is SKIPPED:
                 self._skipped += 1
             elif outcome is IDLE:
-                raise self.strange(child, outcome)
+                raise self.no_outcome(child, outcome)
             else:
                 return self.decided(outcome, child)
         self.halt_children()  # some may have skipped half way in a run before this one

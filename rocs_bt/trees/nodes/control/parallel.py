@@ -39,7 +39,7 @@ class _Together(Control, StockParallel):
         self._completed.clear()
         self._failures = 0
 
-    def doubts(self) -> Iterator[tuple[str, Fault]]:
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         for port in self.ports:
             if self.key(port) is None and (wanted := self.read(port)) > len(self.children):
                 yield port, Fault(f"'{self.name}' waits for {wanted} of its children, and has {len(self.children)}.")
@@ -105,7 +105,7 @@ class Parallel(_Together):
                 elif outcome is SKIPPED:
                     skipped += 1
                 elif outcome is IDLE:
-                    raise self.strange(child, outcome)
+                    raise self.no_outcome(child, outcome)
             failures = self._failures
             succeeded = len(completed) - failures
             if succeeded >= needed or (skipped and succeeded + skipped >= needed and self.read("success_count") < 0):
@@ -134,7 +134,7 @@ class ParallelAll(_Together):
                     completed.add(child)
                     self._failures += outcome is FAILURE
                 elif outcome is IDLE:
-                    raise self.strange(child, outcome)
+                    raise self.no_outcome(child, outcome)
                 else:
                     under_way = under_way or child
         if skipped == len(children):

@@ -25,7 +25,7 @@ _PORTS: Mapping[Direction, type[Port[Any]]] = {
 }
 
 
-class _Anything(Node):
+class _AcceptsAll(Node):
     """Takes whatever stands there."""
 
     @classmethod
@@ -36,18 +36,18 @@ class _Anything(Node):
         super()._prepare({n: v for n, v in attributes.items() if not _broken(n, v)})
 
 
-class StandIn(_Anything, Leaf):
+class LenientStub(_AcceptsAll, Leaf):
     """SUCCESS. Its ports are what its model says, and what its element has besides; any values will do."""
 
     def update(self) -> Outcome:
         return SUCCESS
 
 
-class StandInAbove(_Anything, _Sequence):  # type: ignore[misc]  # a class that the registry found
+class LenientStubWithChildren(_AcceptsAll, _Sequence):  # type: ignore[misc]  # a class that the registry found
     """The same with children: what a Sequence of them comes to."""
 
 
-def stand_in(element: Element, document: Document) -> type[Node]:
+def lenient_stub(element: Element, document: Document) -> type[Node]:
     """A class that stands in for what an element names.
 
     Args:
@@ -63,7 +63,7 @@ def stand_in(element: Element, document: Document) -> type[Node]:
     for name in _ports_given(element):
         if name not in ports:
             ports[name] = InOut(object, None, name=name)
-    base = StandInAbove if element.children else StandIn
+    base = LenientStubWithChildren if element.children else LenientStub
     kind = "Control" if len(element.children) > 1 else "Decorator" if element.children else "Action"
     members = {f"port {name}": port for name, port in ports.items()}  # no name of Python's, so none of the class's own
     return type(tag or "Unnamed", (base,), {**members, "tag": tag or "Unnamed", "kind": kind, "__module__": __name__})
@@ -76,7 +76,7 @@ class Stub(Leaf):
         return SUCCESS
 
 
-class StubAbove(_Sequence):  # type: ignore[misc]  # a class that the registry found
+class StubWithChildren(_Sequence):  # type: ignore[misc]  # a class that the registry found
     """The same with children: what a Sequence of them returns."""
 
 
@@ -135,7 +135,7 @@ def _declared(model: Model) -> type[Node]:
     above = model.kind in ("Control", "Decorator")
     ports = {f"port {p.name}": _declared_port(p) for p in model.ports.values()}
     most = {"Control": None, "Decorator": 1}.get(model.kind, 0)
-    return _class(StubAbove if above else Stub, model.name, model.kind, ports, int(above), most)
+    return _class(StubWithChildren if above else Stub, model.name, model.kind, ports, int(above), most)
 
 
 def _declared_port(port: ModelPort) -> Port[Any]:
@@ -162,7 +162,7 @@ def _undeclared(tag: str, elements: Iterable[Element]) -> type[Node]:
     ports: dict[str, Port[Any]] = {f"port {name}": InOut(object, None, name=name) for name in names}
     above = any(element.children for element in elements)
     kind = "Control" if above else "Action"
-    return _class(StandInAbove if above else StandIn, tag, kind, ports, 0, None if above else 0)
+    return _class(LenientStubWithChildren if above else LenientStub, tag, kind, ports, 0, None if above else 0)
 
 
 def _ports_given(element: Element) -> Iterator[str]:
@@ -173,7 +173,7 @@ def _ports_given(element: Element) -> Iterator[str]:
 def _class(
     base: type[Node], tag: str, kind: str, ports: Mapping[str, Port[Any]], least: int, most: int | None
 ) -> type[Node]:
-    members = {**ports, "tag": tag, "kind": kind, "least": least, "most": most, "__module__": __name__}
+    members = {**ports, "tag": tag, "kind": kind, "min_children": least, "max_children": most, "__module__": __name__}
     return type(tag, (base,), members)
 
 
