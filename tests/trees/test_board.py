@@ -38,7 +38,7 @@ def test_a_remapped_key_is_the_parents_both_ways():
     assert inner["goal"] == "A"
     inner["goal"] = "B"
     assert outer["dock"] == "B"
-    assert inner.where("goal") == (outer, "dock")
+    assert inner.resolve("goal") == (outer, "dock")
     assert inner.keys() == []
 
 
@@ -70,7 +70,7 @@ def test_the_global_key_is_the_roots_at_any_depth():
     assert (outer["g"], inner["@g"], outer["@g"]) == (5, 5, 5)
     assert "g" not in deep
     with pytest.raises(TreeError, match="more than one '@'"):
-        deep.where("@a@b")
+        deep.resolve("@a@b")
 
 
 def test_a_remapping_may_point_at_a_global_key():
