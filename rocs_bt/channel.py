@@ -1,7 +1,7 @@
 """Publishing between blocks: stamped samples into bounded inboxes.
 
-The paper's Publisher and Observer. There is no generic `attach` here on purpose: `Monitor.attach(Analyze)` and
-`Analyze.attach(Plan)` are the only wires (paper, 5.1).
+The paper's Publisher and Observer. There is deliberately no generic `attach`: `Monitor.attach(Analyze)` and
+`Analyze.attach(Plan)` are the only connections (paper, 5.1).
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from .event import Change
 T = TypeVar("T")
 
 Signals = Mapping[str, Sequence[float]]
-"""What a Monitor publishes: the values of its signals by name, SI units."""
+"""Values that a Monitor publishes, by signal name, SI units."""
 
 
 class Stamped(msgspec.Struct, Generic[T], frozen=True):
-    """A value with the time it is about [s] and the block or device it comes from."""
+    """A value, the time it refers to [s] and its source: a block or device."""
 
     t: float
     source: str
@@ -31,13 +31,13 @@ class Stamped(msgspec.Struct, Generic[T], frozen=True):
 
 
 class Inbox(Generic[T]):
-    """What an observer has not looked at yet: bounded, thread-safe, oldest first.
+    """Bounded, thread-safe queue of the samples that an observer has not read yet, oldest first.
 
-    Any number of publishers may put into one inbox. When it is full the oldest sample is dropped and counted:
-    for control, new data is worth more than old.
+    Any number of publishers may put into one inbox. A full inbox drops its oldest sample and counts it in
+    `overflows`: for control, new data is worth more than old.
 
     Args:
-        capacity: How many samples it holds.
+        capacity: Maximum number of samples.
     """
 
     def __init__(self, capacity: int = 64) -> None:
@@ -48,7 +48,7 @@ class Inbox(Generic[T]):
         self.overflows = 0
 
     def put(self, sample: Stamped[T]) -> None:
-        """Leave a sample, and wake whoever waits."""
+        """Add a sample and wake the waiting threads."""
         with self._lock:
             if len(self._samples) == self._samples.maxlen:
                 self.overflows += 1
@@ -58,23 +58,23 @@ class Inbox(Generic[T]):
 
     @property
     def pending(self) -> bool:
-        """Whether something is there to drain."""
+        """Whether there are samples to drain."""
         return bool(self._samples)
 
     def drain(self) -> list[Stamped[T]]:
-        """Take everything that is there; empty when nothing is."""
+        """Remove and return all samples."""
         with self._lock:
             samples = list(self._samples)
             self._samples.clear()
         return samples
 
     def wake(self) -> None:
-        """Wake whoever waits, without a sample."""
+        """Wake the waiting threads without a sample."""
         with self._lock:
             self._arrived.notify_all()
 
     def wait(self, timeout: float, stop: Callable[[], bool]) -> bool:
-        """Wait until something is there, `stop()` is true, or the timeout [s] passed; True when something is."""
+        """Wait until there is a sample, `stop()` is true or the timeout [s] has passed; True if there is a sample."""
         with self._lock:
             self._waiting += 1
             try:
@@ -85,49 +85,49 @@ class Inbox(Generic[T]):
 
 
 class Publisher(Generic[T]):
-    """The publishing end of a block: hands each sample to every inbox that was connected."""
+    """Publishing end of a block: puts each sample into every connected inbox."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self._inboxes: list[Inbox[T]] = []
 
     def connect(self, inbox: Inbox[T]) -> None:
-        """Hand samples to this inbox too; connecting the same one twice changes nothing."""
+        """Also publish to this inbox; connecting it twice has no effect."""
         if inbox not in self._inboxes:
             self._inboxes.append(inbox)
 
     def publish(self, t: float, value: T) -> None:
-        """Hand a value, stamped and signed, to every inbox."""
+        """Put a value, stamped with its time and source, into every inbox."""
         sample = Stamped(t, self.name, value)
         for inbox in self._inboxes:
             inbox.put(sample)
 
 
 class MonitorSubscriber:
-    """The end of the wire from Monitor: Analyze is one, and nothing else may be attached (paper, 4.2 and 5.1)."""
+    """Receiver of a Monitor's samples; only an Analyze is one (paper, 4.2 and 5.1)."""
 
     def __init__(self) -> None:
         self.inbox: Inbox[Signals] = Inbox()
 
 
 class AnalyzeSubscriber:
-    """The end of the wire from Analyze: Plan is one, and nothing else may be attached (paper, 4.2 and 5.1)."""
+    """Receiver of an Analyze's changes; only a Plan is one (paper, 4.2 and 5.1)."""
 
     def __init__(self) -> None:
         self.inbox: Inbox[Change] = Inbox()
 
 
 def check_wire(source: str, target: object, wanted: type) -> None:
-    """Refuse a wire that the architecture does not have.
+    """Reject a connection that the architecture does not allow.
 
     Raises:
-        WiringError: The target is not of the wanted kind.
+        WiringError: The target is not of the wanted type.
     """
     if not isinstance(target, wanted):
         want = "an Analyze" if wanted is MonitorSubscriber else "a Plan"
         raise WiringError(
             Fault(
                 f"{source} can be attached to {want} only, found {type(target).__name__}.",
-                hint="The wires are Monitor -> Analyze -> Plan.",
+                hint="The connections are Monitor -> Analyze -> Plan.",
             )
         )

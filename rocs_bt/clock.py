@@ -1,4 +1,4 @@
-"""Time as an injected object: simulated or wall, and rates that must divide."""
+"""Time as an injected object (simulated or wall clock), and rates as whole numbers of base steps."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from .errors import Fault, RateError
 
 
 class Clock(ABC):
-    """Where every block and every timer reads the time. Never read another one."""
+    """Source of time for every block and timer; they read no other clock."""
 
     @abstractmethod
     def now(self) -> float:
-        """The time since the episode began [s]."""
+        """Time since the start of the episode [s]."""
 
 
 class SimulatedClock(Clock):
-    """Time that moves only when somebody says so; counted in whole steps, so it never drifts.
+    """Time that only `advance` moves; counted in whole steps, so it does not drift.
 
     Args:
-        step: The length of one step [s].
+        step: Length of one step [s].
     """
 
     def __init__(self, step: float) -> None:
@@ -33,22 +33,23 @@ class SimulatedClock(Clock):
 
     @property
     def count(self) -> int:
-        """How many steps have passed."""
+        """Number of steps since the start."""
         return self._count
 
     def now(self) -> float:
         return self._count * self.step
 
     def advance(self, steps: int = 1) -> None:
-        """Let time pass."""
+        """Advance the time by a number of steps."""
         self._count += steps
 
 
 class WallClock(Clock):
-    """Real time since it was made [s]; `wait_until` sleeps, and wakes early when `stop` is set.
+    """Real time since `start` [s].
 
     Args:
-        running: False lets it stand at zero until `start`, so that a run does not count what setting it up took.
+        running: Whether the clock starts at once. If False it reads zero until `start`, so that set-up time is not
+            counted as part of the run.
     """
 
     def __init__(self, running: bool = True) -> None:
@@ -57,14 +58,14 @@ class WallClock(Clock):
             self.start()
 
     def start(self) -> None:
-        """Begin at zero, now."""
+        """Start, or restart, the clock at zero."""
         self._start = time.monotonic()
 
     def now(self) -> float:
         return 0.0 if self._start is None else time.monotonic() - self._start
 
     def wait_until(self, deadline: float, stop: threading.Event) -> bool:
-        """Sleep until the deadline [s]; True unless `stop` was set before it."""
+        """Sleep until the deadline [s] or until `stop` is set; True unless `stop` was set."""
         while (remaining := deadline - self.now()) > 0.0:
             if stop.wait(remaining):
                 return False
@@ -73,11 +74,11 @@ class WallClock(Clock):
 
 @dataclass(frozen=True)
 class Rate:
-    """How often something happens, as a whole number of base steps.
+    """Rate of a periodic task, as a whole number of base steps per period.
 
     Attributes:
-        every: Base steps between two turns.
-        step: The base step [s].
+        every: Base steps per period.
+        step: Base step [s].
     """
 
     every: int
@@ -85,29 +86,29 @@ class Rate:
 
     @property
     def period(self) -> float:
-        """Time between two turns [s]."""
+        """Time between two executions [s]."""
         return self.every * self.step
 
     @property
     def hz(self) -> float:
-        """Turns per second [1/s]."""
+        """Executions per second [1/s]."""
         return 1.0 / self.period
 
     def due(self, count: int) -> bool:
-        """Whether there is a turn at this base step."""
+        """Whether the task runs at this base step."""
         return count % self.every == 0
 
     @staticmethod
     def dividing(hz: float, step: float, what: str) -> Rate:
-        """The rate of `hz` turns per second over a base step.
+        """The rate of `hz` executions per second over a base step.
 
         Args:
-            hz: Turns per second [1/s].
+            hz: Executions per second [1/s].
             step: Base step [s].
-            what: Whose rate it is, for the message.
+            what: Name of the rate, for the message.
 
         Raises:
-            RateError: The period is not a whole number of steps; the message names the nearest ones that are.
+            RateError: The period is not a whole number of steps; the message names the nearest possible rates.
         """
         if not hz > 0.0:
             raise RateError(Fault(f"{what} must be positive, found {hz:g} Hz."))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 
 def wrap_angle(angle: float) -> float:
-    """The angle in (-pi, pi] [rad] that points the same way."""
+    """The equivalent angle in (-pi, pi] [rad]."""
     wrapped = math.remainder(angle, math.tau)
     return math.pi if wrapped == -math.pi else wrapped
 
@@ -25,7 +25,7 @@ class Pose2(NamedTuple):
     yaw: float = 0.0  # [rad], in (-pi, pi]
 
     def distance(self, other: Pose2) -> float:
-        """How far the other position is [m]."""
+        """Distance to the other position [m]."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing(self, other: Pose2) -> float:
@@ -39,7 +39,7 @@ class Pose2(NamedTuple):
         return here_x + c * x - s * y, here_y + s * x + c * y
 
     def compose(self, other: Pose2) -> Pose2:
-        """The other pose, given in this one's body frame, in the world frame."""
+        """The other pose, given in this pose's body frame, in the world frame."""
         x, y = self.transform(other.x, other.y)
         return pose2((x, y, wrap_angle(self.yaw + other.yaw)))
 
@@ -53,26 +53,26 @@ class Twist2(NamedTuple):
 
 
 pose2: Callable[[tuple[float, float, float]], Pose2] = partial(tuple.__new__, Pose2)
-"""A Pose2 of x, y and yaw, in half the time that its own constructor takes; for those made thousands of times."""
+"""Fast constructor of a Pose2 from (x, y, yaw), in half the usual time; for poses made by the thousand."""
 
 twist2: Callable[[tuple[float, float, float]], Twist2] = partial(tuple.__new__, Twist2)
-"""A Twist2 of forward, turn and left, the same way."""
+"""Fast constructor of a Twist2 from (forward, turn, left)."""
 
 
 def along_arc(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
-    """Where a constant body twist leads in a while [s] (Lynch and Park, Modern Robotics, 13.3)."""
+    """Pose after a constant body twist has acted for a duration [s] (Lynch and Park, Modern Robotics, 13.3)."""
     return arc(pose, twist, (duration,))[0]
 
 
 def arc(pose: Pose2, twist: Twist2, durations: Sequence[float]) -> list[Pose2]:
     """Poses along the arc of a constant body twist, after each of several durations [s]."""
     (_, _, yaw), (_, turn, _) = pose, twist
-    places = arc_positions(pose, twist, durations)
-    return [pose2((x, y, wrap_angle(yaw + turn * t))) for (x, y), t in zip(places, durations, strict=True)]
+    positions = arc_positions(pose, twist, durations)
+    return [pose2((x, y, wrap_angle(yaw + turn * t))) for (x, y), t in zip(positions, durations, strict=True)]
 
 
 def arc_positions(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> list[tuple[float, float]]:
-    """The positions alone of `arc` [m]."""
+    """Positions along the arc of a constant body twist [m], after each of several durations [s]."""
     x, y, yaw = pose
     forward, turn, left = twist
     c, s = math.cos(yaw), math.sin(yaw)
@@ -88,18 +88,18 @@ def arc_positions(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> lis
 
 
 def hull_gaps(
-    way: Sequence[Pose2], places: Sequence[tuple[float, float]], half: tuple[float, float], radius: float
+    poses: Sequence[Pose2], centres: Sequence[tuple[float, float]], half: tuple[float, float], radius: float
 ) -> list[float]:
-    """Gaps [m] between a hull on its way and a circle, pose by place; negative: the circle is over the hull's edge.
+    """Gaps between a moving rectangular hull and a circle, pose by pose [m]; negative where they overlap.
 
     Args:
-        way: Where the hull's middle is, and how it is turned.
-        places: Where the circle's middle is at the same moments [m].
+        poses: Poses of the hull's centre, world frame.
+        centres: Positions of the circle's centre at the same times, world frame [m].
         half: Half the hull's length and width [m].
-        radius: The circle's [m].
+        radius: Radius of the circle [m].
     """
     found = []
-    for (here_x, here_y, yaw), (x, y) in zip(way, places, strict=True):
+    for (here_x, here_y, yaw), (x, y) in zip(poses, centres, strict=True):
         c, s = math.cos(yaw), math.sin(yaw)
         dx, dy = x - here_x, y - here_y
         ahead, aside = abs(c * dx + s * dy) - half[0], abs(c * dy - s * dx) - half[1]

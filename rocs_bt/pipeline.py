@@ -1,11 +1,11 @@
-"""The Pipeline: the queue between whoever wants something done and Execute (paper, 5.1; docs/architecture.md).
+"""The Pipeline: the action queue between Plan or the reflexes and Execute (paper, 5.1; docs/architecture.md).
 
-Two priorities. NORMAL is first in, first out. A HIGH submission cancels every NORMAL ticket, queued or running, and is
-next. While `hold` is on (a reflex is active) NORMAL tickets wait, undecomposed. Nothing is ever dropped silently:
-each ticket ends in exactly one of SUCCEEDED, FAILED, CANCELLED, and each change is an event.
+There are two priorities. NORMAL is first in, first out. A HIGH submission cancels every NORMAL ticket, queued or
+running, and is served next. While `hold` is on (a reflex is active), NORMAL tickets wait undecomposed. Nothing is
+dropped silently: each ticket ends in exactly one of SUCCEEDED, FAILED, CANCELLED, and each change emits an event.
 
-A planner's latency is charged here: what it decides takes effect that much later, a NORMAL submission and the
-cancellation of one alike, so that a robot goes on with what it does while its planner thinks. HIGH knows no latency.
+The Pipeline also applies a planner's latency. NORMAL submissions, updates and cancellations take effect that much
+later, so the robot continues its present action while its planner thinks. HIGH actions have no latency.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .clock import Clock
 from .errors import InputError, PipelineError
 from .event import EventSink, TicketChanged
 
-_SLACK = 1e-9  # [s] by which sums of periods may miss a time
+_SLACK = 1e-9  # [s] tolerance for rounding in sums of periods
 
 
 class Priority(Enum):
@@ -33,10 +33,10 @@ class Priority(Enum):
 
 
 class TicketState(Enum):
-    """Where an action is on its way.
+    """State of a submitted action.
 
     Attributes:
-        done: Whether this is an end.
+        done: Whether the state is final.
     """
 
     QUEUED = "QUEUED"
@@ -50,18 +50,18 @@ class TicketState(Enum):
 
 
 class Ticket:
-    """The receipt of one submitted action. Read it at any time; only the Pipeline changes it.
+    """Receipt of one submitted action, readable at any time; only the Pipeline changes it.
 
     Attributes:
-        number: Counted from 1 in each pipeline.
-        action: What was submitted.
-        priority: How.
-        by: By whom.
-        submitted: When [s].
-        due: From when on Execute may serve it [s]: later than submitted by the planner's latency.
-        state: Where it is now.
-        failure: Why it failed; None unless FAILED.
-        cancelled_by: Who cancelled it; empty unless CANCELLED.
+        number: Number of the ticket, counted from 1 in each pipeline.
+        action: Submitted action.
+        priority: Priority of the submission.
+        by: Submitter: a rule or a leaf of the tree.
+        submitted: Time of submission [s].
+        due: Earliest time at which Execute may serve the ticket [s]: `submitted` plus the planner's latency.
+        state: Current state.
+        failure: Cause of the failure; None unless FAILED.
+        cancelled_by: Canceller of the ticket; empty unless CANCELLED.
         preempted: Whether it was cancelled by a HIGH submission, or by `interrupt`.
     """
 
@@ -85,13 +85,13 @@ class Ticket:
 
 
 class Pipeline:
-    """One agent's queue of actions; safe under threads.
+    """Thread-safe action queue of one agent.
 
     Args:
-        clock: Where time is read.
-        sink: Where ticket events go.
+        clock: Source of time.
+        sink: Receiver of the ticket events.
         agent: The agent's name, for the events.
-        latency: How long the planner thinks [s]; None where that is measured, and told to `charge` after each turn.
+        latency: Planning time [s]; None if it is measured and reported to `charge` after each tick of the plan.
     """
 
     def __init__(self, clock: Clock, sink: EventSink, agent: str = "", *, latency: float | None = 0.0) -> None:
@@ -105,20 +105,20 @@ class Pipeline:
         self._queues = {Priority.HIGH: self._high, Priority.NORMAL: self._normal}
         self._count = 0
         self._held = False
-        self._cut_off: list[Ticket] = []  # NORMAL, cancelled by reflexes that are not over
+        self._cut_off: list[Ticket] = []  # NORMAL tickets cancelled by reflexes that are still active
         self._woken = False
         self._latency = latency
         self._uncharged: list[Ticket] = []
-        self._leaving: list[tuple[Ticket, str, float | None]] = []  # NORMAL, by whom, and when [s]
-        self._updating: list[tuple[Ticket, Mapping[str, Any], float | None]] = []  # with which values, and when [s]
+        self._leaving: list[tuple[Ticket, str, float | None]] = []  # NORMAL ticket, canceller, due time [s]
+        self._updating: list[tuple[Ticket, Mapping[str, Any], float | None]] = []  # ticket, values, due time [s]
 
     def submit(self, action: Action, priority: Priority, by: str) -> Ticket:
         """Queue an action.
 
         Args:
-            action: The action; an object of its own, never submitted before.
-            priority: HIGH for reflexes: cancels all NORMAL tickets, and wakes Execute at once.
-            by: Who asks: a rule, or a leaf of the tree.
+            action: Action object; it must not be queued or running already.
+            priority: HIGH for reflexes: cancels all NORMAL tickets and wakes Execute at once.
+            by: Submitter: a rule or a leaf of the tree.
 
         Raises:
             PipelineError: This action object is already in the queue.
@@ -145,10 +145,10 @@ class Pipeline:
             return ticket
 
     def cancel(self, ticket: Ticket, by: str) -> bool:
-        """Take a ticket back; False if it had ended already. A running action is stopped by Execute, at once.
+        """Cancel a ticket; False if it had already ended. Execute stops a running action at once.
 
-        A ticket that a reflex cut off does not wait for its end any more. Where the planner has a latency its NORMAL
-        tickets are taken back that much later, by `settle`.
+        Cancelling a ticket that a reflex cut off removes it from `blocked`. If the planner has a latency, `settle`
+        cancels NORMAL tickets that much later.
         """
         with self._lock:
             if ticket.state.done:
@@ -163,10 +163,10 @@ class Pipeline:
             return True
 
     def interrupt(self, by: str) -> None:
-        """Cancel all NORMAL tickets as a reflex does, at once and without a HIGH action: the robot brakes.
+        """Cancel all NORMAL tickets at once, as a reflex does but without a HIGH action: the robot brakes.
 
         Args:
-            by: Cause, such as an exception of content.
+            by: Cause, such as an exception raised by content.
         """
         with self._lock:
             if self._held:
@@ -175,9 +175,9 @@ class Pipeline:
             self._wake()
 
     def update(self, ticket: Ticket, parameters: Mapping[str, Any]) -> None:
-        """Give a NORMAL ticket's action new values of its parameters; later by the planner's latency, by `settle`.
+        """Give a NORMAL ticket's action new parameters; `settle` applies them if the planner has a latency.
 
-        Where one is impossible the ticket fails (CANNOT).
+        The ticket fails (CANNOT) if a value is impossible.
         """
         with self._lock:
             due = None if self._latency is None else self.clock.now() + self._latency
@@ -186,7 +186,7 @@ class Pipeline:
                 self.settle()
 
     def charge(self, latency: float) -> None:
-        """Tell how long the planner's last turn took [s], where that is measured; what it decided is due after it."""
+        """Set the due time of the planner's last decisions from its measured latency [s]."""
         with self._lock:
             if not (self._uncharged or self._leaving or self._updating):
                 return
@@ -198,7 +198,7 @@ class Pipeline:
             self._updating = [(ticket, given, due if at is None else at) for ticket, given, at in self._updating]
 
     def settle(self) -> None:
-        """Do what the planner decided a latency ago, about tickets that there are; Execute calls it each period."""
+        """Apply updates and cancellations that are due after the planner's latency; Execute calls this each period."""
         if not self._leaving and not self._updating:
             return
         with self._lock:
@@ -214,7 +214,7 @@ class Pipeline:
                     self._end(ticket, TicketState.CANCELLED, by)
 
     def top(self) -> Ticket | None:
-        """The ticket that Execute must serve now: the first HIGH one, else the first NORMAL one if due and not held."""
+        """The ticket for Execute to serve now: the first HIGH one, else the first NORMAL one if due and not held."""
         with self._lock:
             if self._high:
                 return self._high[0]
@@ -223,7 +223,7 @@ class Pipeline:
             return None
 
     def start(self, ticket: Ticket) -> bool:
-        """Execute begins with this ticket; False if it was cancelled in the meantime."""
+        """Set a ticket RUNNING when Execute begins it; False if it was cancelled before."""
         with self._lock:
             if ticket.state is TicketState.QUEUED:
                 ticket.state = TicketState.RUNNING
@@ -231,12 +231,12 @@ class Pipeline:
             return ticket.state is TicketState.RUNNING
 
     def succeed(self, ticket: Ticket) -> bool:
-        """Execute has done it; False if it was cancelled in the meantime."""
+        """Set a ticket SUCCEEDED; False if it was cancelled before."""
         with self._lock:
             return not ticket.state.done and self._end(ticket, TicketState.SUCCEEDED, ticket.by)
 
     def fail(self, ticket: Ticket, failure: Failure) -> bool:
-        """Execute could not do it; False if it was cancelled in the meantime."""
+        """Set a ticket FAILED; False if it was cancelled before."""
         with self._lock:
             if ticket.state.done:
                 return False
@@ -244,7 +244,7 @@ class Pipeline:
             return self._end(ticket, TicketState.FAILED, ticket.by)
 
     def hold(self, held: bool) -> None:
-        """Let NORMAL tickets wait (a reflex is active), or go on."""
+        """Suspend the NORMAL tickets (a reflex is active), or release them."""
         with self._lock:
             self._held = held
             if not held:
@@ -257,24 +257,24 @@ class Pipeline:
 
     @property
     def blocked(self) -> bool:
-        """Whether an action of the plan waits for the end of a reflex: one in the queue, or one that it cut off."""
+        """Whether a plan action, queued or cut off by a reflex, waits for the end of that reflex."""
         with self._lock:
             return self._held and bool(self._normal or self._cut_off)
 
     def queued(self) -> tuple[Ticket, ...]:
-        """All tickets that have not ended, in the order in which they would be served."""
+        """All tickets that have not ended, in serving order."""
         with self._lock:
             return (*self._high, *self._normal)
 
     def clear(self, by: str) -> None:
-        """Cancel everything."""
+        """Cancel all tickets."""
         with self._lock:
             for ticket in self.queued():
                 self._end(ticket, TicketState.CANCELLED, by)
             self._wake()
 
     def wait(self, timeout: float) -> bool:
-        """Wait until a HIGH submission or a cancellation calls, at most `timeout` [s]; True if one did."""
+        """Wait at most `timeout` [s] for a HIGH submission, a cancellation or `wake`; True if one occurred."""
         with self._lock:
             called = self._urgent.wait_for(lambda: self._woken, timeout)
             self._woken = False

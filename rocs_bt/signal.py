@@ -1,4 +1,4 @@
-"""Signals: numbers that change every period, declared before they are written (docs/architecture.md)."""
+"""Signals: numbers that change every period and are declared before they are written (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from .units import NONE, Dimension
 
 @dataclass(frozen=True)
 class Signal:
-    """The declaration of one signal; its values live in Knowledge's signal table.
+    """Declaration of one signal; its values are in Knowledge's signal table.
 
     Attributes:
-        name: What rules, leaves and analysers call it, such as `front` or `pose`.
-        size: How many float64 values it has.
-        dimensions: The dimension of each value, or one for all of them.
-        bounds: Lowest and highest valid value, in SI units; a value outside of them is a broken one.
-        max_age: How long a written value stays valid [s]; +inf for one that never gets stale.
-        doc: One sentence for people.
+        name: Name used by rules, leaves and analysers, such as `front` or `pose`.
+        size: Number of float64 values.
+        dimensions: Dimension of each value, or one for all of them.
+        bounds: Lowest and highest valid value, SI units; a value outside them is invalid.
+        max_age: Time for which a written value stays valid [s]; +inf if it never becomes stale.
+        doc: Description, one sentence.
     """
 
     name: str
@@ -30,5 +30,5 @@ class Signal:
 
     @property
     def dimension(self) -> Dimension | None:
-        """The dimension all values share; None where they differ, as in a pose."""
+        """Common dimension of all values; None if they differ, as in a pose."""
         return self.dimensions[0] if len(set(self.dimensions)) == 1 else None

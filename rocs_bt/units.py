@@ -1,7 +1,7 @@
-"""Quantities with units: what files say, and the SI numbers inside (docs/architecture.md).
+"""Quantities with units: text in files, SI numbers in memory (docs/architecture.md).
 
 A file writes `"0.5 m"` or `"60 deg"`; the engine holds metres and radians. The angle is a dimension of its own
-here, so that a length cannot stand where an angle is meant.
+here, so that a length is rejected where an angle is expected.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Dimension:
         return _written(self.exponents)
 
 
-@lru_cache(maxsize=256)  # as for parse_unit: a scan's signal has one for each beam
+@lru_cache(maxsize=256)  # a scan's signal has one dimension for each beam
 def _written(exponents: tuple[int, ...]) -> str:
     def side(sign: int) -> list[str]:
         return [
@@ -113,10 +113,10 @@ def unit_names() -> tuple[str, ...]:
 
 @lru_cache(maxsize=256)  # a scan's signal names its unit once for each beam
 def parse_unit(text: str) -> Quantity:
-    """The SI factor and the dimension of a unit such as `m/s2`, `deg`, `1`.
+    """SI factor and dimension of a unit such as `m/s2`, `deg`, `1`.
 
     Raises:
-        UnitError: The text is no unit; the message lists what exists.
+        UnitError: The text is not a unit; the message lists the known units.
     """
     factor, dimension, at = 1.0, NONE, 0
     stripped = text.strip()
@@ -141,7 +141,7 @@ def parse_quantity(text: str) -> Quantity:
     """A quantity such as `0.5 m`, `-60 deg`, `20 Hz` or `3` (which has no dimension).
 
     Raises:
-        UnitError: No number, or no unit that is known.
+        UnitError: The text has no number or an unknown unit.
     """
     match = _NUMBER.match(text)
     if match is None:
@@ -151,17 +151,17 @@ def parse_quantity(text: str) -> Quantity:
 
 
 def convert(value: object, dimension: Dimension, what: str = "this value") -> float:
-    """A file's value as an SI number of the wanted dimension.
+    """A value from a file as an SI number of the expected dimension.
 
-    A plain number passes only where no unit is wanted; everything else must carry its unit.
+    A plain number is accepted only if the expected dimension is NONE; every other value must have its unit.
 
     Args:
-        value: What the file holds: a string such as `"0.5 m"`, or a number.
-        dimension: What is wanted.
-        what: The name of the value, for the message.
+        value: Value from the file: a string such as `"0.5 m"`, or a number.
+        dimension: Expected dimension.
+        what: Name of the value, for the message.
 
     Raises:
-        UnitError: No unit, an unknown one, or one of another dimension.
+        UnitError: The unit is missing, unknown or of another dimension.
     """
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise UnitError(Fault(f"{what} must be a quantity in {dimension}, found {value!r}."))
@@ -187,12 +187,12 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
 
 @dataclass(frozen=True)
 class Bounds:
-    """Which numbers make sense for a parameter, in SI units; NaN never does.
+    """Valid range of a parameter, in SI units; NaN is never valid.
 
     Attributes:
-        low: The least.
-        above: Whether it must be greater than that.
-        infinite: Whether infinity makes sense, such as for a duration without an end.
+        low: Lower bound.
+        above: Whether the value must be greater than `low`.
+        infinite: Whether infinity is valid, such as for a duration without an end.
     """
 
     low: float = -math.inf
@@ -200,7 +200,7 @@ class Bounds:
     infinite: bool = False
 
     def admit(self, value: float) -> bool:
-        """Whether a number lies within them."""
+        """Whether a number lies within the bounds."""
         return (value > self.low if self.above else value >= self.low) and (self.infinite or not math.isinf(value))
 
     def __str__(self) -> str:
@@ -213,8 +213,8 @@ FINITE = Bounds()
 POSITIVE = Bounds(0.0, above=True)
 NOT_NEGATIVE = Bounds(0.0)
 
-# What parameters of actions and missions are annotated with: a float in SI units, the dimension that files must give,
-# and which numbers make sense: any finite one, unless it says Positive, or as in Annotated[Metres, NOT_NEGATIVE].
+# Annotations for parameters of actions and missions: a float in SI units, the dimension required in files, and the
+# valid range: any finite number, unless the type is Positive... or Annotated[Metres, NOT_NEGATIVE].
 Metres = Annotated[float, LENGTH]
 MetresPerSecond = Annotated[float, SPEED]
 MetresPerSecondSquared = Annotated[float, ACCELERATION]
