@@ -69,9 +69,9 @@ class Oracle:
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Plan the way once."""
-        if "ground" not in task.told:
+        if "ground" not in task.privileged:
             raise InputError(Fault("an oracle needs a scene that tells its ground, found none.", hint="Take a family."))
-        self._robot, self._grid, self._way = Vehicle(task), task.told["ground"].grid(0.05), None
+        self._robot, self._grid, self._way = Vehicle(task), task.privileged["ground"].grid(0.05), None
 
     def act(self, observation: Observation) -> list[float] | None:
         """Steer along it."""

@@ -57,7 +57,7 @@ class Controller:
         robot_model: The class of `knowledge.robot`.
         strategy_model: The class of `knowledge.strategy`.
         schema: What may stand in its Knowledge.
-        privileged: What only an oracle may know (`Mission.told`).
+        privileged: Information for oracle planners only (`Mission.privileged`).
     """
 
     build: Callable[..., Any]
@@ -128,7 +128,7 @@ def build_agent(
         compile_guard=lambda text: compile_expression(text, environment),
         rule_reading=arc.reading,
         rng=runtime.rng,
-        told=controller.privileged,
+        privileged=controller.privileged,
     )
     plan = _plan(controller, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")

@@ -42,15 +42,15 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
     faults: list[Fault] = []
     for fact in facts:
         for key in ("guard", "query"):
-            text = fact.told.data.get(key)
+            text = fact.table.data.get(key)
             if not isinstance(text, str) or fact.kind not in ("strategy", "question"):
                 continue
             try:
                 knowledge.query(text)
             except InputError as error:
-                line, column = fact.told.place(key)
+                line, column = fact.table.place(key)
                 faults += (
-                    Fault(f"the {key} '{text}': {f.message}", fact.told.file, line, column, f.hint)
+                    Fault(f"the {key} '{text}': {f.message}", fact.table.file, line, column, f.hint)
                     for f in error.faults
                 )
     if faults:
@@ -64,8 +64,8 @@ class _Teller:
         self._graph = knowledge.graph
         self._fact = fact
         self._named = named
-        self._keys = [key for key in fact.told.data if key not in FactSpec.KEYS]
-        self._table = Table(fact.told.file, fact.told.data, fact.told.key, fact.told.places)
+        self._keys = [key for key in fact.table.data if key not in FactSpec.KEYS]
+        self._table = Table(fact.table.file, fact.table.data, fact.table.key, fact.table.places)
         self._table.faults = faults
         self._known = True
 

@@ -28,7 +28,7 @@ class PlannerSpec:
         parameters: The mission's, as a scenario writes them: `{"cruise": "0.5 m/s"}`.
         latency: How long it thinks [s], in simulated time; None where that is measured, which does not repeat.
         nodes: Dialect of a mission in XML: empty for ours, `nav2` for Nav2's nodes.
-        oracle: Whether it is told what only an oracle may know, such as the map (`Mission.told`).
+        oracle: Whether it gets privileged information, such as the map (`Mission.privileged`).
         doc: One sentence for people.
         source: The book or the paper that it is from.
         file: Its file; None for one that a program made.
@@ -45,19 +45,19 @@ class PlannerSpec:
     source: str = ""
     file: Path | None = None
 
-    def drives(self, scenario: ScenarioSpec, agent: str, told: Mapping[str, Any] | None = None) -> ScenarioSpec:
+    def drives(self, scenario: ScenarioSpec, agent: str, privileged: Mapping[str, Any] | None = None) -> ScenarioSpec:
         """A scenario in which this planner is the mind of an agent. The file, and so every random draw, stays.
 
         Args:
             scenario: The scenario.
             agent: The name of one of its agents.
-            told: What an oracle is told; other planners are not.
+            privileged: Information for oracle planners; not passed to others.
         """
-        known = (told or {}) if self.oracle else {}
+        known = (privileged or {}) if self.oracle else {}
         agents = [self._instead_of(each, known) if each.name == agent else each for each in scenario.agents]
         return replace(scenario, agents=tuple(agents))
 
-    def _instead_of(self, agent: AgentSpec, told: Mapping[str, Any]) -> AgentSpec:
+    def _instead_of(self, agent: AgentSpec, privileged: Mapping[str, Any]) -> AgentSpec:
         return replace(
             agent,
             mission=self.mission,
@@ -65,7 +65,7 @@ class PlannerSpec:
             parameters=dict(self.parameters),
             latency=self.latency,
             nodes=self.nodes,
-            told=told,
+            privileged=privileged,
         )
 
 

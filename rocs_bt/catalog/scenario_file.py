@@ -61,7 +61,7 @@ class AgentSpec:
         parameters: The mission's parameters as the file has them; the mission's annotations type them.
         line: Where its table stands in the file.
         parameters_line: Where its parameters stand in the file.
-        told: What only an oracle may know; a program sets it, no file (`Mission.told`).
+        privileged: Information for oracle planners only, set by programs, never by a file (`Mission.privileged`).
     """
 
     name: str
@@ -79,7 +79,7 @@ class AgentSpec:
     line: int = 0
     parameters_line: int = 0
     nodes: str = ""
-    told: Mapping[str, Any] = field(default_factory=dict)
+    privileged: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -171,21 +171,21 @@ class FactSpec:
         kind: Its kind; empty where the node is told of elsewhere and this says more about it.
         agents: Whose Knowledge it goes into.
         at: When they are told [s]; 0 for what they know at the start.
-        told: The table; its other keys are attributes of the kind and relations, which the agents' schema types.
+        table: Remaining keys: attributes and relations of the node, typed by the agents' schema.
     """
 
     node: str
     kind: str
     agents: tuple[str, ...]
     at: float
-    told: Table
+    table: Table
 
     KEYS = ("node", "kind", "agents", "at")
 
     @property
     def line(self) -> int:
         """Where its table stands in the file."""
-        return self.told.place()[0]
+        return self.table.place()[0]
 
 
 def read_facts(root: Table, agents: Sequence[str]) -> tuple[FactSpec, ...]:

@@ -44,7 +44,7 @@ class Setting:
         agent: Whose planner is compared.
         reference_length: How long a shortest way from start to goal is, as far as is known [m].
         difficulty: How hard it is, by measure.
-        told: What only an oracle may know.
+        privileged: Information for oracle planners only.
     """
 
     catalog: KeepingCatalog
@@ -52,11 +52,11 @@ class Setting:
     agent: str
     reference_length: float
     difficulty: Mapping[str, float] = field(default_factory=dict)
-    told: Mapping[str, Any] = field(default_factory=dict)
+    privileged: Mapping[str, Any] = field(default_factory=dict)
 
     def driven_by(self, planner: PlannerSpec) -> ScenarioSpec:
         """The scenario in which a planner is the mind of the agent; an oracle is told what it may know."""
-        return planner.drives(self.scenario, self.agent, self.told)
+        return planner.drives(self.scenario, self.agent, self.privileged)
 
 
 class Bench:
@@ -143,7 +143,7 @@ class Bench:
         catalog = scene.found_in(self.catalog)
         scenario = catalog.load_scenario(scene.name)
         length = scene.reference_length or _shortest(scenario, _agent(scenario, AGENT))
-        return Setting(catalog, scenario, AGENT, length, scene.difficulty, scene.told)
+        return Setting(catalog, scenario, AGENT, length, scene.difficulty, scene.privileged)
 
     def _of_scenario(self, place: ScenarioScene) -> Setting:
         scenario = self.catalog.load_scenario(place.scenario)

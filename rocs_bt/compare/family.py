@@ -70,8 +70,8 @@ class Scene:
         return self.ground.world(self.name, str(self.scenario.get("doc", "")))
 
     @property
-    def told(self) -> dict[str, Any]:
-        """What only an oracle may know."""
+    def privileged(self) -> dict[str, Any]:
+        """Information for oracle planners only: the ground and the reference path."""
         return {"ground": self.ground, "reference": self.reference}
 
     def found_in(self, catalog: C) -> C:

@@ -107,7 +107,7 @@ class MissionContext:
         survey: Options of a check of the mission; None in a run.
         rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
             it, so that a planner that draws repeats.
-        told: What only an oracle is told, such as the map of a scene; None for every other planner.
+        privileged: Information for oracle planners only, such as the map of a scene; None for all others.
 
     Attributes:
         leaves: The leaves that `build` has made, in that order.
@@ -118,7 +118,7 @@ class MissionContext:
         board: The board of the tree's root, where `build` may put what its nodes read.
         content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
         shared: What nodes of the tree share, by purpose, such as route planners and what they remember.
-        told: What only an oracle is told, such as the map of a scene; empty for every other planner.
+        privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class MissionContext:
         rule_reading: Callable[[str], str] = lambda rule: "",
         survey: Survey | None = None,
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
-        told: Mapping[str, Any] | None = None,
+        privileged: Mapping[str, Any] | None = None,
     ) -> None:
         self.name = name
         self.knowledge = knowledge
@@ -148,7 +148,7 @@ class MissionContext:
         self.board = Board(name=name)
         self.content: Content = NoContent()
         self.shared: dict[str, Any] = {}
-        self.told: Mapping[str, Any] = told or {}
+        self.privileged: Mapping[str, Any] = privileged or {}
         self._compile = compile_guard
         self.survey = survey
         self.fit = survey is None or survey.fit

@@ -43,7 +43,7 @@ class Task:
         tolerances: By name, how near counts as there [m].
         drive: What the wheels do, and their limits.
         knowledge: All that the robot knows: the graph, its own model, its signals.
-        told: What only an oracle is told; empty for everybody else.
+        privileged: Information for oracle planners only; empty for all others.
         route: Makes a route planner of planners/routes by its name.
     """
 
@@ -51,7 +51,7 @@ class Task:
     tolerances: Mapping[str, float]
     drive: Drive
     knowledge: Knowledge
-    told: Mapping[str, Any] = field(default_factory=dict)
+    privileged: Mapping[str, Any] = field(default_factory=dict)
     route: Callable[[str], RoutePlanner] = no_routes
 
 
@@ -174,7 +174,7 @@ class PythonPlan(Plan):
             tolerances={name: float(graph.get(name, "tolerance")) for name in goals},
             drive=self.knowledge.robot.drive,
             knowledge=self.knowledge,
-            told=self._mission.told,
+            privileged=self._mission.privileged,
             route=lambda name: self._mission.content.load_route(name)(self.knowledge),
         )
 

@@ -45,7 +45,7 @@ def load_controller(
         peers={name: tag for name, tag in scenario.tags.items() if name != agent.name},
         actions=mission_actions(mission),
         latency=agent.latency,
-        privileged=agent.told,
+        privileged=agent.privileged,
         schema=catalog.load_schema(),
     )
 

@@ -95,7 +95,7 @@ def test_a_python_planner_sees_what_the_robot_knows(project, catalog, planner):
         "assert set(s) == set(self.task.knowledge.signals.names); assert len(s['front']) > 1; "
         "assert observation.pose.distance(self.task.goals['goal']) > 1.0; "
         "assert self.task.tolerances['goal'] == 0.1; assert len(self.task.drive.wheels) == 2; return 0.0, 0.0",
-        reset="self.task = task; assert not task.told",
+        reset="self.task = task; assert not task.privileged",
     )
     file = project / "planners" / "told.py"
     file.write_text(file.read_text().replace("        assert set(s)", "        s = observation.signals; assert set(s)"))
@@ -144,9 +144,9 @@ def test_without_code_no_python_planner_runs(project, planner):
 
 
 def test_only_an_oracle_is_told_more(project, catalog, planner):
-    planner("told", "return 0.0, 0.0", reset="self.told = task.told; assert task.told == {'map': 7}")
+    planner("told", "return 0.0, 0.0", reset="self.privileged = task.privileged; assert task.privileged == {'map': 7}")
     bench = Bench(project)
-    setting = dataclasses.replace(bench.setting(ScenarioScene("short")), told={"map": 7})
+    setting = dataclasses.replace(bench.setting(ScenarioScene("short")), privileged={"map": 7})
     blind = catalog.load_planner("told")
     seeing = dataclasses.replace(blind, oracle=True)
     outcomes = [run(setting.driven_by(planner), setting.catalog).outcomes["R2"] for planner in (blind, seeing)]

@@ -20,7 +20,9 @@ def played(name, told=True):
     """Two seconds in an office, on a bench of its own."""
     bench = Bench()
     setting = bench.setting(OFFICE)
-    short = replace(setting, scenario=replace(setting.scenario, duration=2.0), told=setting.told if told else {})
+    short = replace(
+        setting, scenario=replace(setting.scenario, duration=2.0), privileged=setting.privileged if told else {}
+    )
     bench._settings[OFFICE] = short
     return bench.play(Trial("key", bench.catalog.load_planner(name), OFFICE, 1))
 
