@@ -220,7 +220,7 @@ class MacroAction(Action):
         """
 
 
-class Impossible(AtomicAction):
+class InvalidAction(AtomicAction):
     """Stands in for an action that cannot be made as it was asked for, and fails at once (CANNOT).
 
     A reflex whose parameters come out impossible must still stop what runs, and be told of, as any other.

@@ -40,12 +40,12 @@ def keyword_parameters(
     given = list(signature.parameters.values())
     if given and given[0].name == "self":
         given = given[1:]
-    by_place = [p for p in given if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    by_position = [p for p in given if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     open_end = any(p.kind is p.VAR_POSITIONAL for p in given)
     found, faults = {}, []
-    if len(by_place) < len(positional) and not open_end:
-        faults.append(Fault(f"{what} takes no {positional[len(by_place)]}.", hint=write))
-    for parameter in by_place[len(positional) :]:
+    if len(by_position) < len(positional) and not open_end:
+        faults.append(Fault(f"{what} takes no {positional[len(by_position)]}.", hint=write))
+    for parameter in by_position[len(positional) :]:
         hint = "Write a '*' before it: parameters are given by name."
         faults.append(Fault(f"parameter '{parameter.name}' of {what} is not keyword-only.", hint=f"{hint} {write}"))
     for parameter in (p for p in given if p.kind is p.KEYWORD_ONLY):
@@ -67,7 +67,7 @@ def read_arguments(
     owner: str,
     *,
     file: Path | None = None,
-    places: Mapping[str, tuple[int, int]] | None = None,
+    positions: Mapping[str, tuple[int, int]] | None = None,
 ) -> dict[str, Any]:
     """A file's values as keyword arguments: numbers in SI units, the rest as it is.
 
@@ -76,17 +76,17 @@ def read_arguments(
         values: The file's values, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
         owner: The taker of the parameters, for messages, such as `the mission`.
         file: The file.
-        places: Line and column of each value.
+        positions: Line and column of each value.
 
     Raises:
         InputError: A name, a type, a unit or a value is wrong, or a required parameter is missing; all faults at once.
     """
     faults = []
-    places = places or {}
+    positions = positions or {}
     start = f"{owner[:1].upper()}{owner[1:]}"
     for name in values:
         if name not in declared:
-            faults.append(unknown("parameter", name, declared, start).at(file, *places.get(name, (0, 0))))
+            faults.append(unknown("parameter", name, declared, start).at(file, *positions.get(name, (0, 0))))
     missing = [name for name, parameter in declared.items() if parameter.required and name not in values]
     if missing:
         faults.append(Fault(f"{owner} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(declared)}."))
@@ -95,7 +95,7 @@ def read_arguments(
         try:
             arguments[name] = read_argument(declared[name], values[name])
         except InputError as error:
-            faults.extend(error.at(file, *places.get(name, (0, 0))).faults)
+            faults.extend(error.at(file, *positions.get(name, (0, 0))).faults)
     if faults:
         raise InputError(*faults)
     return arguments

@@ -1,4 +1,4 @@
-"""TOML content with places: every fault knows its file, line and column, and all faults are collected.
+"""TOML content with positions: every fault knows its file, line and column, and all faults are collected.
 
 A `Table` is read key by key; keys that were not read are unknown keys.
 
@@ -35,7 +35,7 @@ class Table:
         faults: Every fault so far, in the whole document.
         bases: The files that this one is based on, the nearest first.
         data: The table as TOML has it.
-        places: Line and column of each key of the document that stands in it.
+        positions: Line and column of each key of the document that stands in it.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Table:
         file: Path,
         data: dict[str, Any],
         key: Key,
-        places: dict[Key, tuple[int, int]],
+        positions: dict[Key, tuple[int, int]],
         bases: tuple[Path, ...] = (),
     ) -> None:
         self.file = file
@@ -51,7 +51,7 @@ class Table:
         self.faults: list[Fault] = []
         self.bases = bases
         self.data = data
-        self.places = places
+        self.positions = positions
         self._asked: set[str] = set()
         self._children: list[Table] = []
 
@@ -63,16 +63,16 @@ class Table:
         """What messages call this table."""
         return ".".join(str(k) for k in self.key) or "the file"
 
-    def place(self, key: str | None = None) -> tuple[int, int]:
+    def position(self, key: str | None = None) -> tuple[int, int]:
         """Line and column of a key of this table, or of the table itself; 0 where unknown."""
         path = self.key if key is None else (*self.key, key)
-        if path and path not in self.places:
+        if path and path not in self.positions:
             # A table may only be implied, as `a` is by the header [a.b].
-            inner = next((k for k in self.places if k[: len(path)] == path), None)
+            inner = next((k for k in self.positions if k[: len(path)] == path), None)
             path = path if inner is None else inner
-        while path and path not in self.places:
+        while path and path not in self.positions:
             path = path[:-1]
-        return self.places.get(path, (0, 0))
+        return self.positions.get(path, (0, 0))
 
     def beside(self, name: str) -> Path:
         """The file of this name beside the document, or else beside one that it is based on."""
@@ -81,12 +81,12 @@ class Table:
 
     def fault(self, key: str | None, message: str, hint: str = "", warning: bool = False) -> None:
         """Note a fault at a key of this table, or at the table itself."""
-        line, column = self.place(key)
+        line, column = self.position(key)
         self.faults.append(Fault(message, self.file, line, column, hint, warning))
 
     def adopt(self, key: str | None, error: InputError) -> None:
         """Note the faults of an error that somebody else raised over a key's value."""
-        self.faults.extend(error.at(self.file, *self.place(key)).faults)
+        self.faults.extend(error.at(self.file, *self.position(key)).faults)
 
     def raw(self, key: str, default: Any = _MISSING) -> Any:
         """The value as it is; notes a fault and gives None where it is missing and has no default."""
@@ -214,7 +214,7 @@ class Table:
             child._note_unknown_keys()
 
     def _child(self, data: dict[str, Any], key: Key) -> Table:
-        child = Table(self.file, data, key, self.places, self.bases)
+        child = Table(self.file, data, key, self.positions, self.bases)
         child.faults = self.faults
         self._children.append(child)
         return child
@@ -261,5 +261,5 @@ def read_toml(file: Path, text: str | None = None) -> Table:
             raise InputError(
                 Fault(f"the file is not UTF-8 text: {error.reason} at byte {error.start}.", file)
             ) from error
-    data, places = parse_toml(text, file)
-    return Table(file, data, (), places)
+    data, positions = parse_toml(text, file)
+    return Table(file, data, (), positions)

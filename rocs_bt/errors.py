@@ -150,7 +150,7 @@ class RecordingError(RocsError):
 
 
 @contextmanager
-def blame(file: Path | None, line: int = 0) -> Iterator[None]:
+def located_at(file: Path | None, line: int = 0) -> Iterator[None]:
     """Whoever is refused in here was refused for what stands in a file.
 
     Faults that have no place get this one, and what Knowledge or a Pipeline refuses becomes a fault: content decides

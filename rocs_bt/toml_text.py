@@ -43,8 +43,8 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
     Raises:
         InputError: Not valid TOML, or beyond the bounds of this module.
     """
-    data, places = _parse_short(text, file) if len(text) <= _SHORT else _parse(text, file)
-    return _copied(data), dict(places)
+    data, positions = _parse_short(text, file) if len(text) <= _SHORT else _parse(text, file)
+    return _copied(data), dict(positions)
 
 
 def _parse(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, int]]]:
@@ -62,9 +62,9 @@ def _parse(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, 
         at = 0 if number is None else number.start()
         line, column = text.count("\n", 0, at) + 1, at - text.rfind("\n", 0, at)
         raise InputError(_not_64_bits(file, line, column)) from error
-    places = _positions(text)
-    _refuse_values(data, places, file)
-    return data, places
+    positions = _positions(text)
+    _refuse_values(data, positions, file)
+    return data, positions
 
 
 _parse_short = functools.lru_cache(maxsize=256)(_parse)  # a check reads a robot's file once for each use of the robot
@@ -135,7 +135,7 @@ def _refuse_long_keys(text: str, file: Path) -> None:
                 raise InputError(Fault(f"a key has more than {MAX_PARTS} parts.", file, number, begin + 1))
 
 
-def _refuse_values(data: Mapping[str, Any], places: Mapping[Key, tuple[int, int]], file: Path) -> None:
+def _refuse_values(data: Mapping[str, Any], positions: Mapping[Key, tuple[int, int]], file: Path) -> None:
     """Refuse integers beyond 64 bits, which TOML does not have, and values that nest too deep."""
     faults: list[Fault] = []
     rest: list[tuple[Key, Any]] = [((), data)]
@@ -143,11 +143,11 @@ def _refuse_values(data: Mapping[str, Any], places: Mapping[Key, tuple[int, int]
         key, value = rest.pop()
         if isinstance(value, (dict, list)):
             if len(key) > MAX_DEPTH:
-                raise InputError(_too_deep(file, *_nearest(key, places)))
+                raise InputError(_too_deep(file, *_nearest(key, positions)))
             parts = value.items() if isinstance(value, dict) else enumerate(value)
             rest.extend(((*key, name), part) for name, part in parts if isinstance(part, (dict, list, int)))
         elif value not in _INTEGERS:
-            faults.append(_not_64_bits(file, *_nearest(key, places)))
+            faults.append(_not_64_bits(file, *_nearest(key, positions)))
     if faults:
         raise InputError(*sorted(faults, key=lambda fault: (fault.line, fault.column)))
 
@@ -160,16 +160,16 @@ def _too_deep(file: Path, line: int = 0, column: int = 0) -> Fault:
     return Fault(f"tables and lists nest too deep: {MAX_DEPTH} levels at most.", file, line, column)
 
 
-def _nearest(key: Key, places: Mapping[Key, tuple[int, int]]) -> tuple[int, int]:
+def _nearest(key: Key, positions: Mapping[Key, tuple[int, int]]) -> tuple[int, int]:
     """Line and column of a key, or of the innermost table or list around it that has them."""
-    while key and key not in places:
+    while key and key not in positions:
         key = key[:-1]
-    return places.get(key, (0, 0))
+    return positions.get(key, (0, 0))
 
 
 def _positions(text: str) -> dict[Key, tuple[int, int]]:
     """Line and column of every key that begins a line, and of every table header."""
-    places: dict[Key, tuple[int, int]] = {}
+    positions: dict[Key, tuple[int, int]] = {}
     counts: dict[Key, int] = {}
     here: Key = ()
     for number, line, depth, _ in _lines(text):
@@ -183,10 +183,10 @@ def _positions(text: str) -> dict[Key, tuple[int, int]]:
             if brackets == 2:
                 index = counts[here] = counts.get(here, -1) + 1
                 here = (*here, index)
-            places.setdefault(here, (number, start + 1))
+            positions.setdefault(here, (number, start + 1))
         elif name and not brackets and line.startswith("=", end):
-            places.setdefault((*here, *name), (number, start + 1))
-    return places
+            positions.setdefault((*here, *name), (number, start + 1))
+    return positions
 
 
 def _dotted(line: str, at: int) -> tuple[list[str], int]:

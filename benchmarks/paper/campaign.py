@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rocs_bt import run
-from rocs_bt.catalog import KeepingCatalog
+from rocs_bt.catalog import CachingCatalog
 from rocs_bt.compare.sweep import local_pool
 from rocs_bt.record import Summary
 from rocs_bt.simulation import RECORDING, SUMMARY
@@ -89,6 +89,6 @@ def play_all(
 
 
 @lru_cache(maxsize=1)
-def _catalog(project: Path | None) -> KeepingCatalog:
+def _catalog(project: Path | None) -> CachingCatalog:
     """This process's catalog."""
-    return KeepingCatalog(project)
+    return CachingCatalog(project)

@@ -18,7 +18,7 @@ from ..clock import Clock
 from ..control.drive import Drive
 from ..control.follower import Follower, FollowerSettings
 from ..device import Sensor
-from ..errors import Fault, InputError, blame
+from ..errors import Fault, InputError, located_at
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
@@ -196,7 +196,7 @@ def _rule_files(
 
 def _plan(controller: Controller, mission: Mission) -> Plan:
     """The planner that a mission's `build` makes."""
-    with blame(*_source(controller.build)):
+    with located_at(*_source(controller.build)):
         planned = controller.build(mission, **controller.parameters)
         return planned if isinstance(planned, Plan) else TreePlan(planned, mission)
 
@@ -219,18 +219,18 @@ def describe(
         **sizes,
     )
     for sensor in robot.sensors:
-        with blame(robot.file, sensor.line):
+        with located_at(robot.file, sensor.line):
             graph.add(sensor.name, "sensor", **sensor.attributes)
             graph.relate(name, "has_sensor", sensor.name)
     for actuator in robot.actuators:
-        with blame(robot.file, actuator.line):
+        with located_at(robot.file, actuator.line):
             graph.add(actuator.name, "actuator", driver=actuator.driver, **_limits(actuator))
             graph.relate(name, "has_actuator", actuator.name)
     for place in places:
         x, y, yaw = place.pose
         pose = place.pose if math.isfinite(yaw) else type(place.pose)(x, y)
         attributes = dict(place.attributes) if place.kind == "object" else {"tolerance": place.tolerance}
-        with blame(None, place.line):  # of the scenario, which the caller knows
+        with located_at(None, place.line):  # of the scenario, which the caller knows
             knowledge.world.place(place.name, pose, kind=place.kind, **attributes)
     for peer, tag in peers.items():
         graph.add(peer, "peer", tag=tag)

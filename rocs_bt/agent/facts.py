@@ -48,7 +48,7 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
             try:
                 knowledge.query(text)
             except InputError as error:
-                line, column = fact.table.place(key)
+                line, column = fact.table.position(key)
                 faults += (
                     Fault(f"the {key} '{text}': {f.message}", fact.table.file, line, column, f.hint)
                     for f in error.faults
@@ -65,7 +65,7 @@ class _Teller:
         self._fact = fact
         self._named = named
         self._keys = [key for key in fact.table.data if key not in FactSpec.KEYS]
-        self._table = Table(fact.table.file, fact.table.data, fact.table.key, fact.table.places)
+        self._table = Table(fact.table.file, fact.table.data, fact.table.key, fact.table.positions)
         self._table.faults = faults
         self._known = True
 
@@ -124,7 +124,7 @@ class _Teller:
         if not isinstance(told, dict) or not isinstance(told.get(TO), str):
             table.fault(relation, f"{relation} leads to names, or to tables with 'to', found {told!r}.")
             return
-        edge = Table(table.file, told, (*table.key, relation, number), table.places)
+        edge = Table(table.file, told, (*table.key, relation, number), table.positions)
         edge.faults = table.faults
         declared = self._graph.schema.relation(relation).attributes
         for key in told:

@@ -10,7 +10,7 @@ from ..analyze import ANALYZERS, Analyze
 from ..catalog import RobotSpec, is_reference, running_class
 from ..clock import Rate
 from ..device import Sensor
-from ..errors import Fault, InputError, blame, unknown
+from ..errors import Fault, InputError, located_at, unknown
 from ..event import EventSink
 from ..knowledge import Knowledge
 from ..monitor import MONITORS, Monitor, Watched
@@ -32,9 +32,9 @@ def make_monitors(
     monitors, devices = [], {s.name: s for s in robot.sensors}
     for spec in robot.monitors:
         watched = [Watched(sensors[name], rates[name], devices[name].max_age) for name in spec.sensors]
-        with blame(robot.file, spec.line):
+        with located_at(robot.file, spec.line):
             cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
-        with blame(robot.file, spec.line), running_class(cls):
+        with located_at(robot.file, spec.line), running_class(cls):
             monitor = make_block(cls, spec.parameters, spec.name, watched, knowledge, sink)
             for sensor, size in monitor.expects().items():
                 if sensor not in spec.sensors:
@@ -58,9 +58,9 @@ def make_analyzers(
     """The analysers, attached to their monitors; those that write signals first, for the others to read."""
     analyzers: list[Analyze] = []
     for spec in robot.analyzers:
-        with blame(robot.file, spec.line):
+        with located_at(robot.file, spec.line):
             cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
-        with blame(robot.file, spec.line), running_class(cls):
+        with located_at(robot.file, spec.line), running_class(cls):
             analyzers.append(make_block(cls, spec.parameters, spec.name, knowledge, sink))
     found = {signal for analyze in analyzers for signal in _written(analyze)}
     by_name = {monitor.name: monitor for monitor in monitors}
@@ -92,7 +92,7 @@ def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], 
     first: dict[str, str] = {}
     for writer in writers:
         block = f"{'monitor' if isinstance(writer, Monitor) else 'analyze'} '{writer.name}'"
-        with blame(robot.file, lines.get(block, 0)), running_class(type(writer)):
+        with located_at(robot.file, lines.get(block, 0)), running_class(type(writer)):
             for signal in writer.signals():
                 if (other := first.setdefault(signal.name, block)) != block:
                     raise InputError(

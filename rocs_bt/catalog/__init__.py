@@ -5,7 +5,7 @@ above; blocks get what was found.
 """
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
-from .catalog import Catalog, KeepingCatalog
+from .catalog import CachingCatalog, Catalog
 from .entry import KINDS, Entry, content_hash, find_project, is_path, kind_of, make_entry, shipped_root
 from .planner_file import PlannerSpec, at_parameters, read_planner
 from .robot_file import load_robot
@@ -27,11 +27,11 @@ __all__ = [
     "ActuatorSpec",
     "AgentSpec",
     "AnalyzeSpec",
+    "CachingCatalog",
     "Catalog",
     "DriveSpec",
     "Entry",
     "FactSpec",
-    "KeepingCatalog",
     "MonitorSpec",
     "MoverSpec",
     "PlaceSpec",

@@ -30,7 +30,7 @@ from .entry import (
     scan,
     shipped_root,
 )
-from .inherit import laid_over_base
+from .inherit import merged_with_base
 from .planner_file import PlannerSpec, read_planner
 from .robot_file import load_robot
 from .robot_spec import RobotSpec
@@ -171,7 +171,7 @@ class Catalog:
         entry = self.find("scenario", name)
         file = entry.path
         own = read_toml(file) if entry.text is None else Table(file, self._made_scenario, (), {})
-        table = laid_over_base(own, lambda base: self.find("scenario", base, named_in=file).path)
+        table = merged_with_base(own, lambda base: self.find("scenario", base, named_in=file).path)
         return read_scenario(table, partial(self._missing, file))
 
     def content_of(self, scenario: ScenarioSpec) -> tuple[Entry, ...]:
@@ -188,11 +188,11 @@ class Catalog:
             entries += [self.find("robot", name)]
             entries += [self.find("robot", path.parent.name) for path in self.load_robot(name).bases]
         for agent in scenario.agents:
-            entries += self.content_of_mind(agent)
+            entries += self.content_of_controller(agent)
         entries += self.list("schema")
         return tuple(dict.fromkeys(entries))
 
-    def content_of_mind(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
+    def content_of_controller(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
         """What an agent's mind, or a planner, is made of: mission, rules, and what these name.
 
         Raises:
@@ -207,7 +207,7 @@ class Catalog:
         """The `content_hash` of everything that a scenario uses."""
         return content_hash(self.content_of(scenario))
 
-    def keep(self, key: Hashable, make: Callable[[], T]) -> T:
+    def cached(self, key: Hashable, make: Callable[[], T]) -> T:
         """What episodes of the same content share, such as a compiled world: here made anew for each."""
         return make()
 
@@ -445,7 +445,7 @@ LIMIT = 64
 """How many things are kept; what was not used for longest is let go."""
 
 
-class KeepingCatalog(Catalog):
+class CachingCatalog(Catalog):
     """A catalog that keeps what it has read and what was made of it. Files must not change while it is in use.
 
     Args:
@@ -455,29 +455,29 @@ class KeepingCatalog(Catalog):
 
     def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
         super().__init__(project, code=code)
-        self._kept: OrderedDict[Hashable, Any] = OrderedDict()
+        self._cached: OrderedDict[Hashable, Any] = OrderedDict()
 
-    def keep(self, key: Hashable, make: Callable[[], T]) -> T:
-        if key in self._kept:
-            self._kept.move_to_end(key)
-            return cast("T", self._kept[key])
-        made = self._kept[key] = make()
-        if len(self._kept) > LIMIT:
-            self._kept.popitem(last=False)
+    def cached(self, key: Hashable, make: Callable[[], T]) -> T:
+        if key in self._cached:
+            self._cached.move_to_end(key)
+            return cast("T", self._cached[key])
+        made = self._cached[key] = make()
+        if len(self._cached) > LIMIT:
+            self._cached.popitem(last=False)
         return made
 
     def load_robot(self, name: str) -> RobotSpec:
-        return self.keep(("robot", name), lambda: super(KeepingCatalog, self).load_robot(name))
+        return self.cached(("robot", name), lambda: super(CachingCatalog, self).load_robot(name))
 
     def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
         key = "mission", name, dialect
-        return self.keep(key, lambda: super(KeepingCatalog, self).load_mission(name, dialect))
+        return self.cached(key, lambda: super(CachingCatalog, self).load_mission(name, dialect))
 
-    def content_of_mind(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
+    def content_of_controller(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
         key = "mind", mind.mission, mind.rules, repr(mind.parameters), mind.nodes
-        return self.keep(key, lambda: super(KeepingCatalog, self).content_of_mind(mind))
+        return self.cached(key, lambda: super(CachingCatalog, self).content_of_controller(mind))
 
     def digest(self, scenario: ScenarioSpec) -> str:
         minds = tuple((a.name, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
         made = self._made.get("scenario"), self._made.get("world")
-        return self.keep(("digest", scenario.file, made, minds), lambda: super(KeepingCatalog, self).digest(scenario))
+        return self.cached(("digest", scenario.file, made, minds), lambda: super(CachingCatalog, self).digest(scenario))

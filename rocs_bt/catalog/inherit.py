@@ -15,7 +15,7 @@ from ..document import Table, read_toml
 from ..errors import InputError
 from ..toml_text import Key
 
-Places = dict[Key, tuple[int, int]]
+Positions = dict[Key, tuple[int, int]]
 DEVICE_KEYS = {
     "sensor": ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount"),
     "actuator": ("name", "driver", "unit", "range", "max_change", "max_command_age", "isolated"),
@@ -35,7 +35,7 @@ def no_base(name: str) -> Path:
     raise InputError(f"without a catalog nobody knows the base '{name}'. Load the file by its name.")
 
 
-def read_inheriting(file: Path, find: FindBase = no_base) -> Table:
+def read_with_base(file: Path, find: FindBase = no_base) -> Table:
     """The root table of a TOML file, laid over the file that its `base` names, and that one's.
 
     A fault in a table that is inherited whole is told at the line of `base`.
@@ -47,11 +47,11 @@ def read_inheriting(file: Path, find: FindBase = no_base) -> Table:
     Raises:
         InputError: A file cannot be read, there is no such base, or a file is based on itself.
     """
-    return laid_over_base(read_toml(file), find)
+    return merged_with_base(read_toml(file), find)
 
 
-def laid_over_base(own: Table, find: FindBase = no_base, readers: tuple[Path, ...] = ()) -> Table:
-    """A root table laid over the file that its `base` names, and that one's; see `read_inheriting`.
+def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, ...] = ()) -> Table:
+    """A root table laid over the file that its `base` names, and that one's; see `read_with_base`.
 
     Args:
         own: The root table.
@@ -66,32 +66,32 @@ def laid_over_base(own: Table, find: FindBase = no_base, readers: tuple[Path, ..
         path = find(name)
         if path.resolve() in readers:
             raise InputError(f"'{name}' is based on this very file. Take one 'base' out.")
-        base = laid_over_base(read_toml(path), find, readers)
+        base = merged_with_base(read_toml(path), find, readers)
     except InputError as error:
-        raise error.at(file, *own.place("base")) from error
-    places: Places = {(): own.place("base")}
-    data = _laid_over(own.data, base.data, (), (), own.places, places)
-    laid = Table(file, data, (), places, bases=(path, *base.bases))
+        raise error.at(file, *own.position("base")) from error
+    positions: Positions = {(): own.position("base")}
+    data = _laid_over(own.data, base.data, (), (), own.positions, positions)
+    laid = Table(file, data, (), positions, bases=(path, *base.bases))
     laid.text("base")
     return laid
 
 
 def _laid_over(
-    own: dict[str, Any], base: dict[str, Any], key: Key, there: Key, places: Places, found: Places
+    own: dict[str, Any], base: dict[str, Any], key: Key, there: Key, positions: Positions, found: Positions
 ) -> dict[str, Any]:
-    """`own` over `base`; moves the places of what stands at `key` in the file to `there` in what comes of it."""
+    """`own` over `base`; moves the positions of what stands at `key` in the file to `there` in what comes of it."""
     dropped = _not_inherited(own, base, key)
     laid = {name: value for name, value in base.items() if name not in dropped}
     for name, value in own.items():
         under = laid.get(name)
         here, to = (*key, name), (*there, name)
         if isinstance(value, dict) and isinstance(under, dict):
-            _move(places, found, here, to, deep=False)
-            laid[name] = _laid_over(value, under, here, to, places, found)
+            _move(positions, found, here, to, deep=False)
+            laid[name] = _laid_over(value, under, here, to, positions, found)
         elif under is not None and _are_tables(value) and _are_tables(under):
-            laid[name] = _arrays(value, under, here, to, places, found)
+            laid[name] = _arrays(value, under, here, to, positions, found)
         else:
-            _move(places, found, here, to)
+            _move(positions, found, here, to)
             laid[name] = value
     return laid
 
@@ -108,17 +108,17 @@ def _not_inherited(own: dict[str, Any], base: dict[str, Any], key: Key) -> set[s
 
 
 def _arrays(
-    own: list[dict[str, Any]], base: list[dict[str, Any]], key: Key, there: Key, places: Places, found: Places
+    own: list[dict[str, Any]], base: list[dict[str, Any]], key: Key, there: Key, positions: Positions, found: Positions
 ) -> list[dict[str, Any]]:
     laid = list(base)
     for i, table in enumerate(own):
         at = next((j for j, other in enumerate(base) if other.get("name") == table.get("name")), len(laid))
         here, to = (*key, i), (*there, at)
-        _move(places, found, here, to, deep=at == len(laid))
+        _move(positions, found, here, to, deep=at == len(laid))
         if at == len(laid):
             laid.append(table)
         else:
-            laid[at] = _laid_over(table, base[at], here, to, places, found)
+            laid[at] = _laid_over(table, base[at], here, to, positions, found)
     return laid
 
 
@@ -126,7 +126,7 @@ def _are_tables(value: Any) -> bool:
     return isinstance(value, list) and bool(value) and all(isinstance(v, dict) for v in value)
 
 
-def _move(places: Places, found: Places, key: Key, to: Key, *, deep: bool = True) -> None:
-    for place, where in places.items():
-        if place == key or (deep and place[: len(key)] == key):
-            found[(*to, *place[len(key) :])] = where
+def _move(positions: Positions, found: Positions, key: Key, to: Key, *, deep: bool = True) -> None:
+    for found_key, position in positions.items():
+        if found_key == key or (deep and found_key[: len(key)] == key):
+            found[(*to, *found_key[len(key) :])] = position

@@ -108,7 +108,7 @@ def at_parameters(planner: PlannerSpec, error: InputError) -> InputError:
     if planner.file is None:
         return error
     table = read_toml(planner.file)
-    return error.at(planner.file, *table.place("parameters" if "parameters" in table else None))
+    return error.at(planner.file, *table.position("parameters" if "parameters" in table else None))
 
 
 def _mission(root: Table, missing: Missing) -> str:

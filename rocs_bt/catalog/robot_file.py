@@ -18,7 +18,7 @@ from ..monitor import MONITORS
 from ..python_content import classes_in, is_reference
 from ..safety import Limits
 from ..units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
-from .inherit import DEVICE_KEYS, FindBase, no_base, read_inheriting
+from .inherit import DEVICE_KEYS, FindBase, no_base, read_with_base
 from .robot_spec import (
     ActuatorSpec,
     AnalyzeSpec,
@@ -28,7 +28,7 @@ from .robot_spec import (
     SensorSpec,
     robot_drive,
 )
-from .values import drive_parameters, driver_parameters, free_parameters, given_name
+from .values import drive_parameters, driver_parameters, free_parameters, read_name
 
 FORMAT = "robot/1"
 
@@ -43,7 +43,7 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     Raises:
         InputError: With every fault, each at its line.
     """
-    root = read_inheriting(file, find_base)
+    root = read_with_base(file, find_base)
     root.choice("format", (FORMAT,))
     doc = root.text("doc", "")
     model = _model(root)
@@ -60,7 +60,7 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     actuators = tuple(_actuator(t, wheels) for t in actuator_tables)
     drive = _drive(drive_table, wheels, actuators, monitor_tables)
     thresholds = {
-        rules: {name: (own.raw(name), *own.place(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
+        rules: {name: (own.raw(name), *own.position(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
         for rules, own in root.named_tables("rules").items()
     }
     root.done()
@@ -108,7 +108,7 @@ def _drive(table: Table, wheels: str, actuators: Sequence[ActuatorSpec], monitor
 
 
 def _sensor(table: Table) -> SensorSpec:
-    name = given_name(table)
+    name = read_name(table)
     dimension = _dimension(table)
     driver = _class(table, "driver")
     parameters, size = driver_parameters(table, DEVICE_KEYS["sensor"], driver)
@@ -124,8 +124,8 @@ def _sensor(table: Table) -> SensorSpec:
         mount=_mount(table.table("mount")) if "mount" in table else None,
         parameters=parameters,
         size=size,
-        line=table.place()[0],
-        places={key: table.place(key) for key in parameters},
+        line=table.position()[0],
+        positions={key: table.position(key) for key in parameters},
     )
 
 
@@ -163,7 +163,7 @@ def _wire_monitors(tables: Sequence[Table], sensors: Sequence[SensorSpec]) -> It
     """Each `[[monitor]]` with the sensors that it lists or that name it."""
     existing = [s.name for s in sensors]
     for table in _unique(tables):
-        name, listed = given_name(table), table.texts("sensors", [])
+        name, listed = read_name(table), table.texts("sensors", [])
         for sensor in listed:
             if sensor not in existing:
                 _unknown(table, "sensors", sensor, existing, "sensor")
@@ -171,7 +171,7 @@ def _wire_monitors(tables: Sequence[Table], sensors: Sequence[SensorSpec]) -> It
         if not listed:
             table.fault(None, f"no sensor feeds the monitor '{name}'.", "List some: sensors = [...].")
         parameters = free_parameters(table, ("name", "class", "sensors"))
-        yield MonitorSpec(name, _class(table, "class", MONITORS), tuple(listed), parameters, table.place()[0])
+        yield MonitorSpec(name, _class(table, "class", MONITORS), tuple(listed), parameters, table.position()[0])
 
 
 def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
@@ -182,7 +182,7 @@ def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
             _unknown(table, "monitors", name, names, "monitor")
     known = ("name", "class", "monitors")
     cls = _class(table, "class", ANALYZERS)
-    return AnalyzeSpec(given_name(table), cls, tuple(wanted), free_parameters(table, known), table.place()[0])
+    return AnalyzeSpec(read_name(table), cls, tuple(wanted), free_parameters(table, known), table.position()[0])
 
 
 def _actuator(table: Table, wheels: str) -> ActuatorSpec:
@@ -194,9 +194,9 @@ def _actuator(table: Table, wheels: str) -> ActuatorSpec:
     age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
     driver = _class(table, "driver")
     parameters, size = driver_parameters(table, DEVICE_KEYS["actuator"], driver)
-    places = {key: table.place(key) for key in parameters}
-    line, isolated = table.place()[0], table.flag("isolated", False)
-    return ActuatorSpec(given_name(table), driver, limits, age, parameters, size, line, places, isolated)
+    positions = {key: table.position(key) for key in parameters}
+    line, isolated = table.position()[0], table.flag("isolated", False)
+    return ActuatorSpec(read_name(table), driver, limits, age, parameters, size, line, positions, isolated)
 
 
 def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:

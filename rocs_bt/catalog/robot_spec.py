@@ -53,7 +53,7 @@ class SensorSpec:
         parameters: Arguments of the driver: in SI units for a shipped one, as the file has them for a user's own.
         size: How many values a reading has; None where only a user's own driver knows.
         line: Where its table stands in the file.
-        places: Line and column of each parameter.
+        positions: Line and column of each parameter.
     """
 
     name: str
@@ -68,7 +68,7 @@ class SensorSpec:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     size: int | None = None
     line: int = 0
-    places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -131,7 +131,7 @@ class ActuatorSpec:
         parameters: Arguments of the driver: in SI units for a shipped one, as the file has them for a user's own.
         size: How many values a command has; None where only a user's own driver knows.
         line: Where its table stands in the file.
-        places: Line and column of each parameter.
+        positions: Line and column of each parameter.
         isolated: Whether the device lives in a process of its own; on hardware only.
     """
 
@@ -142,7 +142,7 @@ class ActuatorSpec:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     size: int | None = None
     line: int = 0
-    places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     isolated: bool = False
 
     def guard(

@@ -13,7 +13,7 @@ from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, LENGTH, TIME
 from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
-from .values import free_parameters, given_name, latency_of
+from .values import free_parameters, latency_of, read_name
 
 FORMAT = "scenario/1"
 
@@ -115,7 +115,7 @@ class RequirementSpec:
         agents: Whom it is about.
         doc: One sentence for people.
         line: Where its table stands in the file.
-        place: Line and column of its text.
+        position: Line and column of its text.
     """
 
     name: str
@@ -123,7 +123,7 @@ class RequirementSpec:
     agents: tuple[str, ...]
     doc: str = ""
     line: int = 0
-    place: tuple[int, int] = (0, 0)
+    position: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -234,14 +234,14 @@ def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
         if name not in agents:
             table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
     return PlaceSpec(
-        name=given_name(table),
+        name=read_name(table),
         kind=kind,
         pose=_pose(table, yaw=math.nan),
         tolerance=table.quantity("tolerance", LENGTH, 0.1, low=1e-4),
         agents=told,
         # Of these only objects have attributes of their own; on others another key is a slip of the pen.
         attributes=free_parameters(table, known) if kind == "object" else {},
-        line=table.place()[0],
+        line=table.position()[0],
     )
 
 
@@ -262,8 +262,8 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
         shortest=success.quantity("shortest", LENGTH, low=1e-3) if "shortest" in success else None,
         latency=latency_of(table),
         parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
-        line=table.place()[0],
-        parameters_line=parameters.place()[0],
+        line=table.position()[0],
+        parameters_line=parameters.position()[0],
     )
 
 
@@ -287,7 +287,7 @@ def _mover(table: Table, missing: Missing) -> MoverSpec:
         pose=_pose(table),
         jitter=_jitter(table),
         parameters=free_parameters(table, known),
-        line=table.place()[0],
+        line=table.position()[0],
     )
 
 
@@ -302,17 +302,17 @@ def _requirement(table: Table, agents: Sequence[str]) -> RequirementSpec:
     if agent is not None and agent not in agents:
         table.fault("agent", f"no agent is named '{agent}'.", did_you_mean(agent, agents, "The scenario"))
     return RequirementSpec(
-        name=given_name(table),
+        name=read_name(table),
         require=table.text("require"),
         agents=tuple(agents) if agent is None else (agent,),
         doc=table.text("doc", ""),
-        line=table.place()[0],
-        place=table.place("require"),
+        line=table.position()[0],
+        position=table.position("require"),
     )
 
 
 def _name(table: Table) -> str:
-    name = given_name(table)
+    name = read_name(table)
     if name and not name.isidentifier():
         table.fault("name", f"'{name}' cannot name a body.", "Use letters, digits and '_', beginning with a letter.")
     return name

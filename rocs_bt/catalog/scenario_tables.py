@@ -75,7 +75,7 @@ def read_rate(table: Table) -> RateSpec:
         control=table.quantity("control", FREQUENCY, default.control, low=0.1, high=1e4),
         plan=table.quantity("plan", FREQUENCY, default.plan, low=0.01, high=1e4),
         sensors=table.quantity("sensors", FREQUENCY, low=0.01, high=1e4) if "sensors" in table else None,
-        line=table.place()[0],
+        line=table.position()[0],
     )
     if len(table.faults) > before:
         return default  # numbers that are out of bounds divide nothing
@@ -158,7 +158,7 @@ def read_share(root: Table, agents: Sequence[str]) -> ShareSpec | None:
         peers=tuple(table.texts("peers", [])),
         keys=table.beside(keys) if keys else None,
         group=group,
-        line=table.place()[0],
+        line=table.position()[0],
     )
 
 
@@ -185,7 +185,7 @@ class FactSpec:
     @property
     def line(self) -> int:
         """Where its table stands in the file."""
-        return self.table.place()[0]
+        return self.table.position()[0]
 
 
 def read_facts(root: Table, agents: Sequence[str]) -> tuple[FactSpec, ...]:
@@ -200,6 +200,6 @@ def _fact(table: Table, agents: Sequence[str]) -> FactSpec:
             table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
     for key in table.keys():  # noqa: SIM118 - a Table is no mapping; what these are only the schema tells
         table.raw(key)
-    alone = Table(table.file, table.data, table.key, table.places)  # whose faults are noted when the schema is known
+    alone = Table(table.file, table.data, table.key, table.positions)  # whose faults are noted when the schema is known
     at = table.quantity("at", TIME, 0.0, low=0.0, high=86400.0)
     return FactSpec(table.text("node"), table.text("kind", ""), told, at, alone)

@@ -32,7 +32,7 @@ _DRIVE_NUMBERS = {
 _NUMBER = re.compile(r"\s*[+-]?(\d|\.\d|inf\b)")
 
 
-def given_name(table: Table) -> str:
+def read_name(table: Table) -> str:
     """The `name` of a table, which must be a text that can be seen."""
     name = table.text("name")
     if name == table.raw("name", None) and not (name.strip() == name and is_name(name)):

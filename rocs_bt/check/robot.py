@@ -22,7 +22,7 @@ from ..drivers.mujoco import (
     make_actuator,
     make_sensor,
 )
-from ..errors import DeviceError, Fault, InputError, blame, unknown
+from ..errors import DeviceError, Fault, InputError, located_at, unknown
 from ..event import pack
 from ..monitor import Monitor
 from ..raised import describe
@@ -86,7 +86,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
         try:
             own = is_reference(device.driver) and isinstance(device, SensorSpec)
             where = _world(catalog, robot, robot.model, [(device, driver)]) if own else world
-            with blame(robot.file, device.line), driver.running():
+            with located_at(robot.file, device.line), driver.running():
                 if isinstance(device, SensorSpec):
                     made[device.name] = make_sensor(where, _NAME, device.name, driver.make, driver.parameters)
                 else:
@@ -183,7 +183,7 @@ def _trying(spec: SensorSpec | MonitorSpec, robot: RobotSpec, block: Sensor | Mo
     Raises:
         InputError: Anything was raised.
     """
-    with blame(robot.file, spec.line):
+    with located_at(robot.file, spec.line):
         try:
             with running_class(type(block)):
                 yield

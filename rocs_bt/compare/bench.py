@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._run import run
-from ..catalog import AgentSpec, KeepingCatalog, PlannerSpec, RequirementSpec, ScenarioSpec
+from ..catalog import AgentSpec, CachingCatalog, PlannerSpec, RequirementSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
 from ..errors import InputError, unknown
 from ..event import BodyMoved, Event, unpack
@@ -47,7 +47,7 @@ class Setting:
         privileged: Information for oracle planners only.
     """
 
-    catalog: KeepingCatalog
+    catalog: CachingCatalog
     scenario: ScenarioSpec
     agent: str
     reference_length: float
@@ -68,7 +68,7 @@ class Bench:
     """
 
     def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
-        self.catalog = KeepingCatalog(project, code=code)
+        self.catalog = CachingCatalog(project, code=code)
         self._settings: OrderedDict[Place, Setting] = OrderedDict()
 
     def setting(self, place: Place) -> Setting:

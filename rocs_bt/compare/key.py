@@ -59,7 +59,7 @@ class Keys:
         return _digest([*told, require] if require else told)
 
     def _planner(self, planner: PlannerSpec) -> str:
-        content = self._catalog.content_of_mind(planner)
+        content = self._catalog.content_of_controller(planner)
         python = [entry.path for entry in content if entry.path.suffix == ".py"]
         versions = {name: version for path in python for name, version in libraries(path).items()}
         told = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]

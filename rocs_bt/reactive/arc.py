@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..action import Action, Failure, Impossible, Reason, make_action
+from ..action import Action, Failure, InvalidAction, Reason, make_action
 from ..actions.stop import Stop
 from ..clock import Clock
 from ..errors import InputError, interrupts
@@ -235,7 +235,7 @@ class ReflexArc:
         try:
             action = make_action(self._actions, reflex.action, reflex.parameters)
         except InputError as error:  # what it cannot do must stop the robot, and not the arc
-            action = Impossible(reflex.action, reflex.parameters, error)
+            action = InvalidAction(reflex.action, reflex.parameters, error)
         except BaseException as error:  # content may raise anything
             if interrupts(error):
                 raise

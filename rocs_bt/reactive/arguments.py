@@ -69,7 +69,7 @@ class Placed:
 
     def place(self, table: Table, key: str, text: str = "") -> Place:
         """Where a key stands, or the first character of the expression that is its value."""
-        line, column = table.place(key)
+        line, column = table.position(key)
         if text and 0 < line <= len(self._lines):
             written = self._lines[line - 1]
             # An escape or a text of many lines is not found as it stands; then the key must do as the place.

@@ -195,7 +195,7 @@ def _rule(placed: Placed, table: Table, name: str, actions: Mapping[str, type[Ac
 
 
 def _places(placed: Placed, table: Table) -> dict[str, Place]:
-    places = {"": Place(table.file, *table.place())}
+    places = {"": Place(table.file, *table.position())}
     for key in ("when", *_PLACED):
         if key in table:
             value = table.raw(key) if key in ("when", "until") else ""

@@ -60,7 +60,7 @@ def read_tests(table: Table, rule: str, environment: Environment, action: type[A
         expected = [_expected(each, times, action) for each in written.tables("expect")]
         if not expected:
             written.fault(None, "the test expects nothing.", hint='Add expect = [{ t = "0 s", fires = true }].')
-        place = Place(written.file, *written.place())
+        place = Place(written.file, *written.position())
         tests.append(RuleTest(name, tuple(samples), tuple(expected), written.text("mode", ""), place))
     return tuple(tests)
 
@@ -127,7 +127,7 @@ def _expected(table: Table, times: Sequence[float], action: type[Action] | None)
                 parameters[key] = _parameter(table, declared[key], value)
             elif action:
                 table.adopt(key, InputError(unknown(f"parameter of {action.__name__}", key, declared, action.__name__)))
-    return Expected(found[-1] if found else -1, fires, parameters, Place(table.file, *table.place()))
+    return Expected(found[-1] if found else -1, fires, parameters, Place(table.file, *table.position()))
 
 
 def _parameter(table: Table, parameter: Parameter, value: Any) -> Any:

@@ -9,7 +9,7 @@ from functools import partial
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..catalog import AgentSpec, Catalog, ScenarioSpec
 from ..clock import Rate
-from ..errors import InputError, blame
+from ..errors import InputError, located_at
 from ..plan import mission_actions, mission_arguments
 from .options import Build
 from .random_streams import stream
@@ -78,7 +78,7 @@ def build_agents(
     for agent in scenario.agents:
         controller = load_controller(scenario, agent, catalog, (missions or {}).get(agent.name))
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
-        with blame(scenario.file, agent.line):
+        with located_at(scenario.file, agent.line):
             built = build_agent(
                 agent.name,
                 devices[agent.name],
@@ -86,7 +86,7 @@ def build_agents(
                 rates,
                 own,
                 load_class=catalog.load_class,
-                keep=catalog.keep,
+                keep=catalog.cached,
                 share=shares.get(agent.name),
             )
         agents.append(built)

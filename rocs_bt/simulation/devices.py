@@ -13,7 +13,7 @@ from ..device import Actuator, Sensor
 from ..drivers import constructor_parameters
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
-from ..errors import DeviceError, Fault, InputError, blame
+from ..errors import DeviceError, Fault, InputError, located_at
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Act
             does not take the device's keys; all faults at once.
     """
     kind = Sensor if isinstance(device, SensorSpec) else Actuator
-    with blame(robot.file, device.line):
+    with located_at(robot.file, device.line):
         if not is_reference(device.driver):
             message = f"the driver '{device.driver}' of '{device.name}' is one of a simulation."
             hint = "To drive a real robot write 'file.py:Class', a Sensor or Actuator of your own."
@@ -85,7 +85,7 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
         DeviceError: The constructor cannot reach the device.
     """
     driver = hardware_driver(catalog, robot, device)
-    with blame(robot.file, device.line), driver.running(DeviceError):
+    with located_at(robot.file, device.line), driver.running(DeviceError):
         return driver.make(device.name, host, **driver.parameters)
 
 
@@ -98,20 +98,22 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) ->
     """
     driver = hardware_driver(catalog, robot, actuator)
     file, _, cls = actuator.driver.partition(":")
-    with blame(robot.file, actuator.line):
+    with located_at(robot.file, actuator.line):
         maker = DeviceMaker(robot.beside(file), cls, actuator.name, driver.parameters)
         return IsolatedActuator(maker, actuator.max_command_age)
 
 
 def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> type:
     file, _, name = device.driver.partition(":")
-    with blame(robot.file, device.line):
+    with located_at(robot.file, device.line):
         return catalog.load_class(robot.beside(file), name)
 
 
 def _driver(cls: type, place: str, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
-    with blame(robot.file, device.line):
+    with located_at(robot.file, device.line):
         with running_class(cls):
             declared = constructor_parameters(cls, place)
         what = f"the driver {cls.__name__} of '{device.name}'"
-        return Driver(cls, read_arguments(declared, device.parameters, what, file=robot.file, places=device.places))
+        return Driver(
+            cls, read_arguments(declared, device.parameters, what, file=robot.file, positions=device.positions)
+        )

@@ -184,7 +184,7 @@ def requirement_faults(scenario: ScenarioSpec, agent: str, environment: Environm
         try:
             parse_requirement(spec.require, environment)
         except InputError as error:
-            line, column = spec.place
+            line, column = spec.position
             start = _column(scenario.file, line, column, spec.require)
             for fault in error.faults:
                 at = start + max(fault.column, 1) - 1 if start else column

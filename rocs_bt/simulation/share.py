@@ -9,7 +9,7 @@ from functools import partial
 
 from ..catalog import ScenarioSpec, ShareSpec
 from ..clock import Clock, SimulatedClock
-from ..errors import Fault, InputError, blame
+from ..errors import Fault, InputError, located_at
 from ..knowledge import Knowledge, Schema
 from ..knowledge.share import Ageing, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork, Trouble
 from ..knowledge.share.keys import Keys
@@ -33,11 +33,11 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
     if spec is None:
         return {}
     repeats = isinstance(clock, SimulatedClock)
-    with blame(scenario.file, spec.line):
+    with located_at(scenario.file, spec.line):
         network, key = _network(scenario, spec, clock, seed)
 
     def join(knowledge: Knowledge) -> Sharing:
-        with blame(scenario.file, spec.line):
+        with located_at(scenario.file, spec.line):
             scope = Scope(knowledge.graph.schema, spec.kinds, spec.relations, spec.private)
         return Sharing(
             knowledge,

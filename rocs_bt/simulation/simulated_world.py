@@ -10,7 +10,7 @@ from ..catalog import ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec,
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
 from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compile_model, make_actuator, make_sensor
-from ..errors import Fault, InputError, blame
+from ..errors import Fault, InputError, located_at
 from ..event import EventSink
 from ..geometry import Pose2
 from ..safety import SafetyGate
@@ -76,7 +76,7 @@ def build_world(
     world, robots = _compose(scenario, catalog, time)
     # Scripted objects first, since they have no choice of pose: robots are sampled again while they are inside of one.
     objects = _scripted_objects(world, scenario, seed)
-    with blame(scenario.file):
+    with located_at(scenario.file):
         starts = place_all(world, [*scenario.agents, *(m for m in scenario.movers if m.robot)], scenario.name, seed)
     wheels: dict[str, Callable[[], list[float]]] = {}
     sensors, actuators = {}, {}
@@ -114,7 +114,7 @@ def _sensors(
     for spec in robot.sensors:
         driver = mujoco_driver(catalog, robot, spec)
         rng = stream(scenario.name, seed, name, noise_of(spec.name))
-        with blame(robot.file, spec.line), driver.running():
+        with located_at(robot.file, spec.line), driver.running():
             made[spec.name] = make_sensor(
                 world, name, spec.name, driver.make, driver.parameters, noise=spec.noise, rng=rng
             )
@@ -155,7 +155,7 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
         placed.append(Placed(name, spec.model, mounts))
     arena, step = catalog.find("world", scenario.world), scenario.rate.physics
     key = ("model", arena, step, *((name, spec.file, name in minds) for name, spec in robots.items()))
-    model = catalog.keep(
+    model = catalog.cached(
         key, lambda: compile_model(arena.path, placed, step=step, within=catalog.roots, text=arena.text)
     )
     return MujocoWorld(model, list(robots), clock), robots
@@ -178,7 +178,7 @@ def _actuator(
 ) -> SafetyGate:
     """One actuator behind its limits; notes in `wheels` how fast the owner's wheels truly go."""
     driver = mujoco_driver(catalog, robot, spec)
-    with blame(robot.file, spec.line), driver.running():
+    with located_at(robot.file, spec.line), driver.running():
         device = make_actuator(world, owner, spec.name, driver.make, driver.parameters)
         gate = spec.guard(device, world.clock, scenario.rate.control_rate.period, sink, owner)
     if spec.name == robot.drive.actuator and hasattr(device, "measured"):
@@ -199,7 +199,7 @@ def _movers(
         robot = robots[mover.name]
         spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
         gate = _actuator(world, catalog, mover.name, robot, spec, scenario, None, wheels)
-        with blame(scenario.file, mover.line):
+        with located_at(scenario.file, mover.line):
             made = make_mover(
                 mover.script,
                 mover.parameters,
@@ -217,7 +217,7 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
     made = []
     for mover in (m for m in scenario.movers if not m.robot):
         rng = stream(scenario.name, seed, mover.name, START)
-        with blame(scenario.file, mover.line):
+        with located_at(scenario.file, mover.line):
             made.append(
                 make_scripted_object(
                     mover.script,

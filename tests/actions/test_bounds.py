@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.action import Impossible, Reason, make_action, parameters_of
+from rocs_bt.action import InvalidAction, Reason, make_action, parameters_of
 from rocs_bt.actions import ACTIONS
 from rocs_bt.errors import InputError
 from rocs_bt.event import AtomicStarted
@@ -83,7 +83,7 @@ def test_what_cannot_be_made_fails_as_what_it_was_asked_for(rig):
     asked = {"speed": math.inf, "timeout": 2.0}
     with pytest.raises(InputError) as caught:
         make_action(ACTIONS, "Flinch", asked)
-    ticket = rig.submit(Impossible("Flinch", asked, caught.value))
+    ticket = rig.submit(InvalidAction("Flinch", asked, caught.value))
     ticket.action.update(speed=0.1)
     rig.run()
     assert ticket.state is TicketState.FAILED

@@ -104,7 +104,7 @@ def test_any_text_is_toml_or_an_input_error(text):
     try:
         table = read_toml(FILE, text)
         for key in list(table.keys()):
-            assert table.place(key)[0] >= 0
+            assert table.position(key)[0] >= 0
     except InputError as error:
         assert error.faults[0].file == FILE
 
@@ -121,7 +121,7 @@ def test_the_place_of_every_key_is_its_line(items):
         expected[key] = "\n".join(lines).count("\n") + (2 if lines else 1)
         lines.append(f"{key} = {value}")
     table = read_toml(FILE, "\n".join(lines))
-    assert {key: table.place(key)[0] for key in expected} == expected
+    assert {key: table.position(key)[0] for key in expected} == expected
 
 
 HOSTILE = {
@@ -183,7 +183,7 @@ def test_the_bounds_themselves_are_no_fault():
     key = ".".join("a" * 100)
     told = f'# {key}.a\ns = """\n{key}.a\n"""\n'  # neither a comment nor a text has keys
     text = f"{told}{key} = 9223372036854775807\n[b]\nx = -9223372036854775808\ny = {'[' * 90}{']' * 90}\n"
-    assert read_toml(Path("f.toml"), text).table("b").place("x") == (7, 1)
+    assert read_toml(Path("f.toml"), text).table("b").position("x") == (7, 1)
 
 
 @pytest.mark.parametrize(
@@ -199,5 +199,5 @@ def test_the_bounds_themselves_are_no_fault():
 def test_any_key_has_its_place(line, column):
     with Steps() as steps:
         table = read_toml(Path("f.toml"), f"first = 1\n{line}\n")
-    assert (2, column) in table.places.values()
+    assert (2, column) in table.positions.values()
     assert steps.count < 200_000  # a few for each character

@@ -247,4 +247,4 @@ def test_the_parameters_of_a_users_own_driver_stay_as_they_are_until_its_class_i
         "wheel_radius": "9.75 cm",
     }
     line = next(i for i, text in enumerate(robot.read_text().splitlines(), 1) if text == "gain = 2.5")
-    assert found.places["gain"] == (line, 1)
+    assert found.positions["gain"] == (line, 1)

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt import Pose2
-from rocs_bt.catalog import Catalog, KeepingCatalog
+from rocs_bt.catalog import CachingCatalog, Catalog
 from rocs_bt.compare import Block, Ground, Post, Scene, Store, goal_scenario, load_family
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import place_named, play_again
@@ -199,7 +199,7 @@ def test_every_familys_scene_can_be_taken_apart(entry, tmp_path):
     assert not bare.things
     for i, each in enumerate((draft, draft.rounded(0.1, 15.0, ["", *draft.things]), bare)):
         each.scene.write(tmp_path / str(i))
-        catalogs = each.scene.found_in(KeepingCatalog()), Catalog(tmp_path / str(i))
+        catalogs = each.scene.found_in(CachingCatalog()), Catalog(tmp_path / str(i))
         made, read = (catalog.load_scenario("small") for catalog in catalogs)
         assert (made.name, made.agents[0].jitter) == ("small", Pose2(0.0, 0.0, 0.0))
         assert [agent.parameters for agent in made.agents] == [agent.parameters for agent in read.agents]

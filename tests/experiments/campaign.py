@@ -19,16 +19,16 @@ from functools import cache
 from typing import Any
 
 from rocs_bt import run
-from rocs_bt.catalog import KeepingCatalog, ScenarioSpec
+from rocs_bt.catalog import CachingCatalog, ScenarioSpec
 from rocs_bt.compare.sweep import local_pool
 
 LIMIT = 60.0  # [s] in which EXP1's goal must be reached
 
 
 @cache
-def variant(experiment: str, control: float) -> tuple[KeepingCatalog, ScenarioSpec]:
+def variant(experiment: str, control: float) -> tuple[CachingCatalog, ScenarioSpec]:
     """An experiment with another control rate, which is the sensors' too [1/s]; with its own it is as it is shipped."""
-    catalog = KeepingCatalog()
+    catalog = CachingCatalog()
     scenario = catalog.load_scenario(experiment)
     if control == scenario.rate.control:
         return catalog, scenario

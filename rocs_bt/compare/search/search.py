@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...catalog import Catalog, KeepingCatalog, PlannerSpec
+from ...catalog import CachingCatalog, Catalog, PlannerSpec
 from ...control.footprint import Footprint
 from ...errors import Fault, InputError
 from ..record import OUTCOMES, EpisodeRecord
@@ -101,7 +101,7 @@ def search(
             Fault(f"'{planner.name}' is told the map of a family's scene; a search changes it.", hint=hint)
         )
     options, home = options or SearchOptions(), catalog or Catalog.here()
-    keeping = KeepingCatalog(home.project, code=home.code)
+    keeping = CachingCatalog(home.project, code=home.code)
     with ExitStack() as stack:
         pool = executor or stack.enter_context(local_pool(options.workers or cores()))
         kept = stack.enter_context(Store()) if store is None else store

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...clock import Clock, SimulatedClock
-from ...errors import Fault, InputError, blame
+from ...errors import Fault, InputError, located_at
 from ..parameters import driver_class
 from .mjcf import examine_model
 from .sensor import MujocoSensor
@@ -102,7 +102,7 @@ def compile_model(
         model = read_model(robot.model, within)
         _check_base(model, robot.model)
         for sensor in robot.sensors:
-            with blame(sensor.file or robot.model, sensor.line), _compiling(robot.model), sensor.running():
+            with located_at(sensor.file or robot.model, sensor.line), _compiling(robot.model), sensor.running():
                 driver_class(SENSORS, sensor.driver, "sensor", "mujoco").prepare(model, sensor.name, sensor.parameters)
         _take_options(spec, model)
         spec.attach(model, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())

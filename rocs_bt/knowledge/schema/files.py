@@ -123,9 +123,9 @@ class _Reader:
 
     def _remember(self, path: tuple[str, str], table: Table, attributes: Iterable[str]) -> None:
         for key in table.data:
-            self._places[*path, key] = table.file, *table.place(key)
+            self._places[*path, key] = table.file, *table.position(key)
         for key in attributes:
-            place = table.places.get((*table.key, "attributes", key), table.place())
+            place = table.positions.get((*table.key, "attributes", key), table.position())
             self._places[*path, "attributes", key] = table.file, *place
 
     def unlinked(self) -> list[Fault]:

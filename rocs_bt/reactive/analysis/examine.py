@@ -29,12 +29,12 @@ def unused_names(document: Document) -> list[Fault]:
     return [
         Fault(
             f"nothing in this file uses the {kind} '{name}'.",
-            root.file, *table.place(name),
+            root.file, *table.position(name),
             hint="Take it out, or use it in a rule.",
             warning=True,
         )
         for kind in ("threshold", "alias")
-        for table in [Table(root.file, {}, (kind,), root.places)]
+        for table in [Table(root.file, {}, (kind,), root.positions)]
         for name in (root.data[kind] if isinstance(root.data.get(kind), dict) else ())
         if name not in used
     ]  # fmt: skip

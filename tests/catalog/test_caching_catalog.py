@@ -1,4 +1,4 @@
-"""KeepingCatalog: what it keeps is what a plain catalog would find."""
+"""CachingCatalog: what it keeps is what a plain catalog would find."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.catalog import Catalog, KeepingCatalog
+from rocs_bt.catalog import CachingCatalog, Catalog
 from rocs_bt.document import read_toml
 from rocs_bt.errors import InputError
 from rocs_bt.toml_text import as_data, as_toml, parse_toml
@@ -15,16 +15,16 @@ from rocs_bt.toml_text import as_data, as_toml, parse_toml
 
 @pytest.mark.parametrize("parameters", [{}, {"planner": "lattice"}, {"planner": "any_angle"}])
 def test_the_content_of_a_mind_is_that_of_its_own_parameters(parameters):
-    catalog, plain = KeepingCatalog(), Catalog()
+    catalog, plain = CachingCatalog(), Catalog()
     planner = plain.load_planner("hybrid")
-    catalog.content_of_mind(planner)
+    catalog.content_of_controller(planner)
     mind = replace(planner, parameters={**planner.parameters, **parameters})
     for _ in range(2):
-        assert catalog.content_of_mind(mind) == plain.content_of_mind(mind)
+        assert catalog.content_of_controller(mind) == plain.content_of_controller(mind)
 
 
 def test_a_scene_that_a_program_made_hides_one_of_the_project_and_the_rest_stays():
-    catalog, world = KeepingCatalog(), "<mujoco/>"
+    catalog, world = CachingCatalog(), "<mujoco/>"
     shipped = catalog.find("scenario", "exp1")
     document = read_toml(shipped.path).data | {"duration": "7 s", "world": "exp1"}
     made = catalog.with_scene("exp1", document, world)
