@@ -149,7 +149,7 @@ def test_a_chain_of_bases_and_a_shipped_one(based: Path) -> None:
     assert [file.parent.name for file in third.bases] == ["other", "bot"]
     assert third.drive.parameters["track"] == pytest.approx(0.4)
     assert catalog.load_robot("own_p3dx").sensors == tuple(
-        type(s)(**{**vars(s), "line": 2, "places": dict.fromkeys(s.places, (2, 1))})
+        type(s)(**{**vars(s), "line": 2, "positions": dict.fromkeys(s.positions, (2, 1))})
         for s in catalog.load_robot("pioneer_p3dx").sensors
     )
 
