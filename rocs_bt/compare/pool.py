@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import multiprocessing
 import os
 import pickle
@@ -12,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
+from multiprocessing.process import BaseProcess
 from typing import Any, ParamSpec, TypeVar
 
 from ..errors import RocsError
@@ -24,7 +25,6 @@ HUNG = 1
 """The exit code of a process that took longer than its wall limit, as faulthandler ends it."""
 
 _THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-_SPAWN = multiprocessing.get_context("spawn")  # physics and solvers bring threads, which a fork would lose
 _starting = threading.Lock()
 
 
@@ -124,7 +124,7 @@ class _Slot:
         self._name = name
         # One thread for numerics: there is a process for each core.
         self._environment = {**_THREADS, "TMPDIR": scratch}
-        self._process: SpawnProcess | None = None
+        self._process: BaseProcess | None = None
         self._line: Connection | None = None
 
     def do(self, payload: bytes) -> tuple[bool, Any]:
@@ -157,18 +157,35 @@ class _Slot:
         if self._process is not None:
             self._process.join()
 
-    def _started(self) -> tuple[SpawnProcess, Connection]:
+    def _started(self) -> tuple[BaseProcess, Connection]:
         if self._process is None or self._line is None:
-            self._line, theirs = _SPAWN.Pipe()
-            self._process = _SPAWN.Process(target=_live, args=(theirs,), name=self._name, daemon=True)
-            with _starting, _environment(self._environment):
+            self._line, theirs = multiprocessing.Pipe()
+            environment = {**os.environ, **self._environment}
+            self._process = _context().Process(target=_live, args=(theirs, environment), name=self._name, daemon=True)
+            with _starting, _environment(_THREADS):
                 self._process.start()
             theirs.close()
         return self._process, self._line
 
 
-def _live(line: Connection) -> None:
-    """A worker's life: take a task, do it, tell the result; until nobody is there any more."""
+@functools.cache
+def _context() -> Any:
+    """Start method: forks of a server that has imported the engine and runs no thread; else new interpreters.
+
+    A fork of this process would lose the threads of its physics and solvers.
+    """
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([f"{__package__}.bench"])
+    return context
+
+
+def _live(line: Connection, environment: Mapping[str, str]) -> None:
+    """Main loop of a worker: receive a task, run it, send its result; ends when the pipe is closed."""
+    os.environ.clear()
+    os.environ.update(environment)  # the server has the environment of the first pool
+    tempfile.tempdir = None
     threading.Thread(target=_end_with_parent, name="parent watch", daemon=True).start()
     while True:
         try:
