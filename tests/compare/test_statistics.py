@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import CensoredData, beta, binom, ecdf, permutation_test, ttest_1samp
+from scipy.stats import CensoredData, beta, binom, ecdf, permutation_test, trim_mean, ttest_1samp
 
 from rocs_bt.compare.statistics import (
     bootstrapped,
@@ -270,6 +270,9 @@ def test_a_profile_by_hand():
 def test_the_middle_half_says_nothing_of_failures():
     scores = np.array([0.5] * 980 + [0.0] * 20).reshape(100, 10)
     assert interquartile_mean(scores) == 0.5
+    for count in range(1, 40):
+        values = np.random.default_rng(count).normal(size=count)
+        assert interquartile_mean(values) == trim_mean(values, 0.25)
     assert interquartile_mean(np.arange(8.0).reshape(4, 2)) == pytest.approx(3.5)
 
 

@@ -63,10 +63,9 @@ def test_the_follower_keeps_within_the_safe_band() -> None:
 
 
 @pytest.mark.usefixtures("awake")
-@pytest.mark.parametrize(("name", "minds"), [("exp2", ["R3"]), ("exp3", ["R2", "R3"])])
-def test_on_wall_time_minds_drive_too_each_in_threads_of_its_own(name: str, minds: list[str]) -> None:
-    found = run(name, Catalog(), seed=1, mode="threaded", duration=8.0).summary.agents
-    assert list(found) == minds
+def test_on_wall_time_each_agent_drives_in_threads_of_its_own() -> None:
+    found = run("exp3", Catalog(), seed=1, mode="threaded", duration=8.0).summary.agents
+    assert list(found) == ["R2", "R3"]
     for agent in found.values():
         assert not agent.faults
         assert agent.outcome in ("timeout", "success")  # R3 may be at its goal already

@@ -72,15 +72,15 @@ def test_the_end_of_r2_is_noticed(shared):
 
 
 def test_the_same_seed_is_the_same_run_byte_by_byte_and_it_replays(shared, tmp_path):
-    result, events, folder = shared
-    again, same = play("exp3_shared")
-    assert again.summary.trajectory_hash == result.summary.trajectory_hash
-    blind = {"solve_time"}  # what a clock on the wall measures
+    _, events, folder = shared
+    _, same = play("exp3_shared", duration=12.0)
+    blind = {"solve_time"}  # a wall clock measures it
 
     def bits(found):
-        return [[getattr(e, f) for f in e.__struct_fields__ if f not in blind] for e in found]
+        return [repr([getattr(e, f) for f in e.__struct_fields__ if f not in blind]) for e in found if e.t < 11.9]
 
-    assert list(map(repr, bits(same))) == list(map(repr, bits(events)))
+    assert len(bits(same)) > 1000
+    assert bits(same) == bits(events)
     assert replay(Recording.open(folder / "run.mcap")) is None
 
 

@@ -7,13 +7,16 @@ from rocs_bt.catalog import Catalog
 from . import runs
 
 CATALOG = Catalog()
+QUICK = (1, 2)  # the other seeds run in `make soak`
 
 
 def test_every_shipped_scenario_has_its_golden_runs():
     assert set(runs.stored()["runs"]) == {f"{name} {seed}" for name in runs.shipped(CATALOG) for seed in runs.SEEDS}
 
 
-@pytest.mark.parametrize("seed", runs.SEEDS)
+@pytest.mark.parametrize(
+    "seed", [*QUICK, *(pytest.param(s, marks=pytest.mark.soak) for s in runs.SEEDS if s not in QUICK)]
+)
 @pytest.mark.parametrize("scenario", runs.shipped(CATALOG))
 def test_a_shipped_scenario_runs_as_it_ran(scenario, seed):
     golden = runs.stored()

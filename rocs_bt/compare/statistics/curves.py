@@ -7,6 +7,8 @@ moment in question says nothing of that moment.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -81,6 +83,9 @@ def interquartile_mean(values: Floats) -> float:
     It says how a planner mostly does, and nothing of how it fails: where three of four episodes are perfect it is
     perfect. So it stands beside the mean, never in its place.
     """
-    from scipy.stats import trim_mean
-
-    return float(trim_mean(values[~np.isnan(values)], 0.25))
+    known = values[~np.isnan(values)]
+    if (count := len(known)) == 0:
+        return math.nan
+    cut = count // 4
+    # As scipy.stats.trim_mean, whose checks take ten times as long as the mean: a bootstrap asks thousands of times.
+    return float(np.partition(known, (cut, count - cut - 1))[cut : count - cut].mean())
