@@ -76,7 +76,7 @@ class PurePursuit:
 
     def __call__(self, pose: Pose2, command: np.ndarray) -> np.ndarray:
         self.s = self.path.project(pose.x, pose.y, self.s)
-        x, y, _, _ = self.path.look(self.s + self.look_ahead)
+        x, y, _, _ = self.path.sample(self.s + self.look_ahead)
         dx, dy = x - pose.x, y - pose.y
         left = -math.sin(pose.yaw) * dx + math.cos(pose.yaw) * dy
         turn = CRUISE * 2.0 * left / max(dx * dx + dy * dy, 1e-9) if dx or dy else 0.0

@@ -17,7 +17,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from rocs_bt.control.elastic_band import STEP, Surroundings, headings, relaxed
+from rocs_bt.control.elastic_band import STEP, DistanceField, headings, relaxed
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.knowledge import OCCUPIED
@@ -143,14 +143,14 @@ class GridAstar(RoutePlanner):
         else:
             steps = np.arange(STEP, ahead, STEP)[:, None]
             points = np.vstack([here, here + steps * (cos(start.yaw), sin(start.yaw))])
-        free = field.around.sample(field.around.away, points) > field.inner
+        free = field.around.sample(field.around.distance, points) > field.inner
         return points[: max(1, int(np.argmin(free)) if not free.all() else len(points))]
 
 
 class Field(NamedTuple):
     """What is known of a rectangle of cells, ready to be searched."""
 
-    around: Surroundings
+    around: DistanceField
     cost: np.ndarray  # (rows, columns) of a metre, at least 1; inf where the hull cannot be
     inner: float  # radius of the hull's inner circle [m]
     revision: int
@@ -170,7 +170,7 @@ class Field(NamedTuple):
         cost = 1.0 / np.clip(share, SLOWEST, 1.0) + PINCH * np.clip(1.0 - share / SLOWEST, 0.0, 1.0)
         cost[away < inner] = TIGHT
         cost[away < inner - 0.6 * window.cell] = inf
-        around = Surroundings(window.x, window.y, window.cell, away, window.points())
+        around = DistanceField(window.x, window.y, window.cell, away, window.points())
         return cls(around, cost, inner, window.revision)
 
     def close(self, cost, place):
@@ -232,7 +232,10 @@ def _search(field, cost, start, goal):
     rows, columns = cost.shape
     here, there = field.around.cell(start), field.around.cell(goal)
     row, column = np.indices(cost.shape)
-    aim = ((goal[1] - field.around.y) / field.around.side - 0.5, (goal[0] - field.around.x) / field.around.side - 0.5)
+    aim = (
+        (goal[1] - field.around.y) / field.around.cell_size - 0.5,
+        (goal[0] - field.around.x) / field.around.cell_size - 0.5,
+    )
     up, aside = np.abs(row - aim[0]), np.abs(column - aim[1])
     guess = np.maximum(up, aside) + (sqrt(2.0) - 1.0) * np.minimum(up, aside)
     ends = np.array([there[0] * columns + there[1]]) if there is not None else _edge(rows, columns, aim)
@@ -253,22 +256,24 @@ def _search(field, cost, start, goal):
 
 def _let_out(field, cost, place):
     """Change the costs such that a robot that stands too near to something may drive off, at a price."""
-    around, here = int(0.5 / field.around.side), field.around.cell(place)
+    around, here = int(0.5 / field.around.cell_size), field.around.cell(place)
     if cost[here] == inf:
         part = tuple(slice(max(at - around, 0), at + around + 1) for at in here)
-        cost[part] = np.where(np.isinf(cost[part]) & (field.around.away[part] > field.around.side), TIGHT, cost[part])
+        cost[part] = np.where(
+            np.isinf(cost[part]) & (field.around.distance[part] > field.around.cell_size), TIGHT, cost[part]
+        )
         cost[here] = TIGHT
 
 
 def _turning(field, cost, start):
     """Add to the costs what a turn costs who looks elsewhere."""
-    reach = int(NEAR / field.around.side)
+    reach = int(NEAR / field.around.cell_size)
     row, column = field.around.cell(start)
     part = slice(max(row - reach, 0), row + reach + 1), slice(max(column - reach, 0), column + reach + 1)
     rows, columns = np.mgrid[part]
-    y, x = (rows - row) * field.around.side, (columns - column) * field.around.side
+    y, x = (rows - row) * field.around.cell_size, (columns - column) * field.around.cell_size
     away = np.hypot(x, y)
-    back = 0.5 - 0.5 * (x * cos(start.yaw) + y * sin(start.yaw)) / np.maximum(away, field.around.side)
+    back = 0.5 - 0.5 * (x * cos(start.yaw) + y * sin(start.yaw)) / np.maximum(away, field.around.cell_size)
     cost[part][:] += np.where(away < NEAR, BACK * back, 0.0)[: cost[part].shape[0], : cost[part].shape[1]]
 
 
@@ -327,7 +332,7 @@ def _too_tight(field, footprint, points, start, clearance):
     """
     if len(points) < 2:
         return None
-    near = np.flatnonzero(field.around.sample(field.around.away, points) < footprint.outer + clearance)
+    near = np.flatnonzero(field.around.sample(field.around.distance, points) < footprint.outer + clearance)
     if len(near) == 0:
         return None
     yaws = headings(points)

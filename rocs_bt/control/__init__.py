@@ -1,4 +1,5 @@
-"""Numerics that know no MAPE-K: drive kinematics, paths, speed profiles and the trajectory follower.
+"""Numerics without MAPE-K: drive kinematics, paths, speed profiles, the trajectory follower and filters.
 
-It imports geometry and errors only, and is the only folder that imports casadi. Whoever moves a robot may import it.
+This package imports only geometry and errors, and is the only one that imports casadi. Any code that moves a robot may
+import it.
 """

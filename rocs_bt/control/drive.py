@@ -1,11 +1,11 @@
-"""Drive kinematics: what the wheels do to the body, and back, as three small matrices.
+"""Drive kinematics between wheel speeds and body twist, as small matrices.
 
 Source: Lynch and Park, Modern Robotics (2017), 13.2 (mecanum) and 13.3 (differential). A skid drive is a
 differential one whose effective track, wider than the built one, is identified from turns (Mandow et al.,
 Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007).
 
-Matrices are multiplied by `dot`, here and in the follower: for ones as small as these it takes half the time of `@`,
-to the same bits.
+Here and in the follower matrices are multiplied by `dot`: for small ones it is twice as fast as `@`, with bit-identical
+results.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """A drive whose body twist and wheel speeds are linear in a few coordinates q.
+    """Linear drive kinematics in a few coordinates q.
 
-    With q = (left, right) rim speeds for a differential drive and q = (forward, left, turn) for a mecanum one,
-    `twist = twist_from_q @ q` and `wheel speeds = wheels_from_q @ q`, so limits on wheels are linear in q.
+    q is (left, right) wheel linear speeds for a differential drive and (forward, left, turn) for a mecanum drive.
+    `twist = twist_from_q @ q` and `wheel speeds = wheels_from_q @ q`, so wheel limits are linear in q.
 
     Attributes:
-        name: The kind, such as `differential`.
-        wheels: (w,) Names in the order of every wheel command.
-        twist_from_q: (3, n) Rows forward [m/s], left [m/s], turn [rad/s].
-        wheels_from_q: (w, n) Rim speeds [m/s].
-        max_wheel_speed: Largest wheel linear speed that is planned, either way [m/s]; at most the actuator's limit.
-        max_wheel_acceleration: Largest wheel linear acceleration that is planned, either way [m/s2]; at most the
-            actuator's limit.
+        name: Kind of drive, such as `differential`.
+        wheels: Wheel names, in the order of every wheel command, length w.
+        twist_from_q: Rows forward [m/s], left [m/s], turn [rad/s], shape (3, n).
+        wheels_from_q: Wheel linear speeds [m/s], shape (w, n).
+        max_wheel_speed: Planning limit of the wheel linear speed, in both directions [m/s]; at most the actuator's.
+        max_wheel_acceleration: Planning limit of the wheel linear acceleration, in both directions [m/s2]; at most the
+            actuator's.
 
     Raises:
         InputError: A limit is not positive, or the matrices do not fit each other.
@@ -68,89 +68,92 @@ class Drive:
                 f"{self.wheels_from_q.shape}."
             )
         if np.linalg.matrix_rank(self.wheels_from_q) < n:
-            raise InputError(f"drive '{self.name}': its {n} coordinates do not follow from its wheel speeds.")
+            raise InputError(
+                f"drive '{self.name}': its {n} coordinates are not determined by its wheel speeds; wheels_from_q has "
+                f"rank {np.linalg.matrix_rank(self.wheels_from_q)}."
+            )
 
     @cached_property
     def q_from_twist(self) -> Array:
-        """(n, 3) The coordinates of a body twist; motions that the drive cannot make are dropped."""
-        # Who cannot choose to go sideways does so where a turn skids: that is no part of what is asked for.
-        asked = self.twist_from_q * [[1.0], [0.0], [1.0]]
-        if np.linalg.matrix_rank(asked) < asked.shape[1]:
-            asked = self.twist_from_q
-        return np.asarray(np.linalg.pinv(asked), dtype=float)
+        """Matrix from body twist to coordinates, shape (n, 3); ignores motions that the drive cannot make."""
+        # A skid drive moves sideways only as a consequence of a turn, so this part is not commanded.
+        commanded = self.twist_from_q * [[1.0], [0.0], [1.0]]
+        if np.linalg.matrix_rank(commanded) < commanded.shape[1]:
+            commanded = self.twist_from_q
+        return np.asarray(np.linalg.pinv(commanded), dtype=float)
 
     @cached_property
     def q_from_wheels(self) -> Array:
-        """(n, w) The coordinates that fit wheel speeds best, in the least-squares sense."""
+        """Least-squares matrix from wheel speeds to coordinates, shape (n, w)."""
         return np.asarray(np.linalg.pinv(self.wheels_from_q), dtype=float)
 
     @cached_property
     def _twist_from_wheels(self) -> Array:
-        """(3, w) The body twist of wheel speeds."""
+        """Matrix from wheel speeds to body twist, shape (3, w)."""
         return self.twist_from_q @ self.q_from_wheels
 
     @cached_property
     def speed_limit(self) -> float:
-        """The fastest straight drive forward [m/s]."""
+        """Maximum speed straight ahead [m/s]."""
         return self._limit(Twist2(1.0))
 
     @cached_property
     def turn_limit(self) -> float:
-        """The fastest turn on the spot [rad/s]."""
+        """Maximum turn rate on the spot [rad/s]."""
         return self._limit(Twist2(0.0, turn=1.0))
 
     @cached_property
     def pivot(self) -> float:
-        """How far ahead of the base the place lies that moves only along the heading, however the robot turns [m]."""
+        """Distance ahead of the base of the point without lateral velocity in turns [m]; 0 but for skid drives."""
         return 0.0 - float(self.twist_from_q[1] @ self.q_from_twist[:, 2])
 
     @cached_property
     def without_pivot(self) -> Drive:
-        """This drive as one that turns about its base, which is nearly where a skid drive does that drives backward."""
+        """This drive with the pivot at its base, which is nearly so for a skid drive in reverse."""
         turning = self.twist_from_q.copy()
         turning[1] += self.pivot * turning[2]
         return self if self.pivot == 0.0 else replace(self, twist_from_q=turning)
 
     @property
     def arm(self) -> float:
-        """Rim speed that a turn of 1 rad/s costs [m]: half the track of a differential drive."""
+        """Wheel linear speed per turn rate [m]: half the track of a differential drive."""
         return self.speed_limit / self.turn_limit
 
     def coordinates(self, wheel_speeds: Array) -> Array:
-        """(n,) The drive coordinates q of wheel rim speeds (w,) [m/s]."""
+        """Drive coordinates q, shape (n,), of wheel linear speeds (w,) [m/s]."""
         q: Array = self.q_from_wheels.dot(wheel_speeds)
         return q
 
     def wheel_speeds(self, twist: Twist2) -> Array:
-        """(w,) Rim speeds [m/s] that make a body twist; sideways motion is dropped where there is none."""
+        """Wheel linear speeds (w,) [m/s] of a body twist; lateral motion is ignored if the drive cannot make it."""
         q = self.q_from_twist.dot((twist.forward, twist.left, twist.turn))
         speeds: Array = self.wheels_from_q.dot(q)
         return speeds
 
     def twist(self, wheel_speeds: Array) -> Twist2:
-        """The body twist that wheel rim speeds (w,) [m/s] make without slip."""
+        """Body twist of wheel linear speeds (w,) [m/s] without slip."""
         forward, left, turn = self._twist_from_wheels.dot(wheel_speeds).tolist()
         return twist2((forward, turn, left))
 
     def saturate(self, wheel_speeds: Array) -> Array:
-        """(w,) The wheel speeds [m/s] scaled by one factor into what is planned; commands are limited by the gate."""
+        """Wheel speeds (w,) [m/s] scaled by one factor into the planning limit; the safety gate limits commands."""
         fastest = _largest(wheel_speeds)
         if fastest <= self.max_wheel_speed:
             return wheel_speeds
         return wheel_speeds * (self.max_wheel_speed / fastest)
 
     def approach(self, now: Array, wanted: Array, period: float) -> Array:
-        """The wheel speeds nearest to `wanted`, on the straight way there, that one period allows.
+        """Wheel speeds nearest to the desired ones, on the line from the present ones, that one period allows.
 
-        Both limits are convex and `now` keeps them, so shortening the step in proportion always ends within both.
+        Both limits are convex and `now` is within them, so a proportionally shortened step is within both.
 
         Args:
-            now: (w,) Present wheel speeds, within the limits [m/s].
-            wanted: (w,) Where they should go [m/s].
-            period: The time there is [s].
+            now: Present wheel speeds, within the limits, shape (w,) [m/s].
+            wanted: Desired wheel speeds, shape (w,) [m/s].
+            period: Control period [s].
 
         Returns:
-            (w,) Wheel speeds [m/s] with |v| <= max_wheel_speed and |v - now| <= max_wheel_acceleration * period.
+            Wheel speeds (w,) [m/s] with |v| <= max_wheel_speed and |v - now| <= max_wheel_acceleration * period.
         """
         step = self.saturate(wanted) - now
         largest, allowed = _largest(step), self.max_wheel_acceleration * period
@@ -161,12 +164,12 @@ class Drive:
 
 
 def differential_drive(*, track: float, max_wheel_speed: float, max_wheel_acceleration: float) -> Drive:
-    """Two driven wheels, in the order left, right.
+    """Differential drive: two driven wheels, in the order left, right.
 
     Args:
-        track: Between the wheels' contact points [m].
-        max_wheel_speed: Rim [m/s].
-        max_wheel_acceleration: Rim [m/s2].
+        track: Distance between the contact points of the wheels [m].
+        max_wheel_speed: Wheel linear speed limit [m/s].
+        max_wheel_acceleration: Wheel linear acceleration limit [m/s2].
     """
     _require_positive("differential", track=track)
     return Drive("differential", ("left", "right"), _sides(track), np.eye(2), max_wheel_speed, max_wheel_acceleration)
@@ -175,14 +178,14 @@ def differential_drive(*, track: float, max_wheel_speed: float, max_wheel_accele
 def skid_drive(
     *, effective_track: float, max_wheel_speed: float, max_wheel_acceleration: float, pivot: float = 0.0
 ) -> Drive:
-    """Four driven wheels that cannot steer, in the order front left, front right, rear left, rear right.
+    """Skid drive: four driven, fixed wheels, in the order front left, front right, rear left, rear right.
 
     Args:
-        effective_track: The track of the differential drive that turns as this one does [m].
-        max_wheel_speed: Rim [m/s].
-        max_wheel_acceleration: Rim [m/s2].
-        pivot: How far ahead of the base the place lies that moves only where the robot looks, as the middle of a
-            differential drive's axle does: about it the robot turns, and what is behind it skids outward [m].
+        effective_track: Track of the differential drive that turns at the same rate [m].
+        max_wheel_speed: Wheel linear speed limit [m/s].
+        max_wheel_acceleration: Wheel linear acceleration limit [m/s2].
+        pivot: Distance ahead of the base of the point without lateral velocity, like the axle centre of a differential
+            drive [m]. The robot turns about it; points behind it skid outward.
     """
     _require_positive("skid", effective_track=effective_track)
     if not math.isfinite(pivot):
@@ -196,13 +199,13 @@ def skid_drive(
 def mecanum_drive(
     *, half_length: float, half_width: float, max_wheel_speed: float, max_wheel_acceleration: float
 ) -> Drive:
-    """Four wheels with rollers at 45 degrees, in the order front left, front right, rear left, rear right.
+    """Mecanum drive: four wheels with rollers at 45 deg, in the order front left, front right, rear left, rear right.
 
     Args:
         half_length: Half of the distance between the axles [m].
         half_width: Half of the distance between left and right wheels [m].
-        max_wheel_speed: Rim [m/s].
-        max_wheel_acceleration: Rim [m/s2].
+        max_wheel_speed: Wheel linear speed limit [m/s].
+        max_wheel_acceleration: Wheel linear acceleration limit [m/s2].
     """
     _require_positive("mecanum", half_length=half_length, half_width=half_width)
     arm = half_length + half_width
@@ -211,10 +214,14 @@ def mecanum_drive(
 
 
 def make_drive(kind: str, **numbers: float) -> Drive:
-    """The drive of a kind that `DRIVES` knows, from the numbers its constructor takes.
+    """Drive of a kind in `DRIVES`.
+
+    Args:
+        kind: Kind of drive.
+        numbers: Arguments of its constructor.
 
     Raises:
-        UnknownName: No such kind; the message lists what exists.
+        UnknownName: No such kind; the message lists the kinds.
         InputError: A number is missing, superfluous or out of range.
     """
     if kind not in DRIVES:
@@ -229,7 +236,7 @@ def make_drive(kind: str, **numbers: float) -> Drive:
 
 _FOUR = ("front_left", "front_right", "rear_left", "rear_right")
 LIMITS = ("max_wheel_speed", "max_wheel_acceleration")
-"""Numbers of every kind: what a robot's actuator allows, or less where its `[drive]` prefers that."""
+"""Parameters of every kind: the limits of the robot's actuator, or lower ones from its `[drive]` table."""
 
 DRIVES: dict[str, tuple[Callable[..., Drive], tuple[str, ...]]] = {
     "differential": (differential_drive, ("track", *LIMITS)),
@@ -238,11 +245,11 @@ DRIVES: dict[str, tuple[Callable[..., Drive], tuple[str, ...]]] = {
 }
 
 OPTIONAL = {"skid": ("pivot",)}
-"""Numbers that a kind takes and does not need."""
+"""Optional parameters by kind."""
 
 
 def _largest(numbers: Array) -> float:
-    # For a handful of numbers several times faster than numpy.
+    # Several times faster than numpy for a few numbers.
     return float(max(map(abs, numbers.tolist())))
 
 

@@ -15,58 +15,58 @@ from .drive import Array
 from .footprint import Footprint
 
 STEP = 0.1
-"""Between the points of a way [m]."""
+"""Distance between the points of a path [m]."""
 
 ROUNDS, STIFF, PUSH = 25, 20.0, 0.02
-"""Of the first relaxation: how often, how stiff the band is, and how far a point of the hull's rim is pushed [m]."""
+"""First relaxation: iterations, stiffness of the band, and largest push on a point of the hull's outline [m]."""
 
 RIM, ROOM = 12, 0.3
-"""How many points of the rim are pushed, each by what is nearer than this gap [m]."""
+"""Number of pushed points on the outline, and the gap below which an obstacle pushes them [m]."""
 
 FITTED, SUPPLE, FIT, FIT_PUSH, SHARP = 20, 2.0, 0.08, 0.01, 0.005
-"""Of the second, by the exact places of what is nearer than FIT: how often, how stiff, how far it is pushed [m], and by
-how much farther things count for a third [m]."""
+"""Second relaxation, by the exact positions of obstacles nearer than FIT [m]: iterations, stiffness, FIT, largest push
+[m], and the additional distance at which an obstacle has 1/e of the weight of the nearest one [m]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
-    """What stands in a rectangle of cells; rows go north, columns east.
+class DistanceField:
+    """Distances to obstacles in a rectangle of cells; rows go north, columns east.
 
     Attributes:
-        x: Western edge, in the world frame [m].
-        y: Southern edge [m].
-        side: Of a cell [m].
-        away: (rows, columns) From each cell's centre to the nearest thing [m].
-        points: (k, 2) Where things stand [m].
+        x: Western edge, world frame [m].
+        y: Southern edge, world frame [m].
+        cell_size: Side of a cell [m].
+        distance: Distance from each cell's centre to the nearest obstacle, shape (rows, columns) [m].
+        points: Positions of the obstacles, world frame, shape (k, 2) [m].
     """
 
     x: float
     y: float
-    side: float
-    away: Array
+    cell_size: float
+    distance: Array
     points: Array
 
     def cell(self, point: Array) -> tuple[int, int] | None:
-        """Row and column of a place (2,) [m]; None outside."""
-        row, column = int((point[1] - self.y) // self.side), int((point[0] - self.x) // self.side)
-        inside = 0 <= row < self.away.shape[0] and 0 <= column < self.away.shape[1]
+        """Row and column of a position (2,) [m]; None outside."""
+        row, column = int((point[1] - self.y) // self.cell_size), int((point[0] - self.x) // self.cell_size)
+        inside = 0 <= row < self.distance.shape[0] and 0 <= column < self.distance.shape[1]
         return (row, column) if inside else None
 
     def centres(self) -> Array:
-        """(rows, columns, 2) Of all cells, in the world frame [m]."""
-        rows, columns = np.indices(self.away.shape)
-        return np.stack([self.x + (columns + 0.5) * self.side, self.y + (rows + 0.5) * self.side], axis=-1)
+        """Centres of all cells, world frame, shape (rows, columns, 2) [m]."""
+        rows, columns = np.indices(self.distance.shape)
+        return np.stack([self.x + (columns + 0.5) * self.cell_size, self.y + (rows + 0.5) * self.cell_size], axis=-1)
 
-    def sample(self, what: Array, points: Array) -> Array:
-        """(k, ...) Values of a grid (rows, columns, ...) at points (k, 2) [m], linear between the cells' centres."""
-        rows, columns = what.shape[:2]
-        at = (points - (self.x, self.y)) / self.side - 0.5
+    def sample(self, grid: Array, points: Array) -> Array:
+        """Bilinear interpolation of a grid (rows, columns, ...) at points (k, 2) [m], shape (k, ...)."""
+        rows, columns = grid.shape[:2]
+        at = (points - (self.x, self.y)) / self.cell_size - 0.5
         u, v = np.clip(at[:, 0], 0.0, columns - 1.001), np.clip(at[:, 1], 0.0, rows - 1.001)
         i, j = v.astype(np.intp), u.astype(np.intp)
         u, v = u - j, v - i
-        if what.ndim == 3:
+        if grid.ndim == 3:
             u, v = u[:, None], v[:, None]
-        flat, at = what.reshape(rows * columns, *what.shape[2:]), i * columns + j
+        flat, at = grid.reshape(rows * columns, *grid.shape[2:]), i * columns + j
         low = (1.0 - u) * flat.take(at, axis=0) + u * flat.take(at + 1, axis=0)
         at += columns
         values: Array = (1.0 - v) * low + v * ((1.0 - u) * flat.take(at, axis=0) + u * flat.take(at + 1, axis=0))
@@ -74,19 +74,19 @@ class Surroundings:
 
 
 def headings(points: Array) -> Array:
-    """(k,) Along a way (k, 2) of two points or more [rad]."""
+    """Headings along a path (k, 2) of two or more points, shape (k,) [rad]."""
     chord = np.vstack([points[1:2] - points[:1], points[2:] - points[:-2], points[-1:] - points[-2:-1]])
     return np.arctan2(chord[:, 1], chord[:, 0])
 
 
-def relaxed(around: Surroundings, footprint: Footprint, points: Array, fixed: int) -> Array:
-    """Path that was relaxed as an elastic band, which obstacles near the driving hull push away.
+def relaxed(around: DistanceField, footprint: Footprint, points: Array, fixed: int) -> Array:
+    """Path relaxed as an elastic band that obstacles near the driving hull push away.
 
     Args:
         around: Obstacles around the path.
         footprint: Hull of the robot.
         points: Path at steps of about `STEP` [m], shape (k, 2).
-        fixed: Number of first points that do not move; the very first and the last never do.
+        fixed: Number of initial points that do not move; the very first and the last never do.
 
     Returns:
         Relaxed path [m], shape (k, 2).
@@ -96,8 +96,8 @@ def relaxed(around: Surroundings, footprint: Footprint, points: Array, fixed: in
 
     if len(points) < first + 3:
         return points
-    north, east = np.gradient(around.away, around.side)
-    grids, band, rim = np.stack([around.away, east, north], axis=-1), points.copy(), _rim(footprint)
+    north, east = np.gradient(around.distance, around.cell_size)
+    grids, band, rim = np.stack([around.distance, east, north], axis=-1), points.copy(), _rim(footprint)
     factor, bound = _stiff(len(points), first, STIFF)
     for ease in np.linspace(1.0, 0.2, ROUNDS):
         heading = headings(band)
@@ -113,37 +113,37 @@ def relaxed(around: Surroundings, footprint: Footprint, points: Array, fixed: in
     return _fitted(around, footprint, band, first)
 
 
-def _fitted(around: Surroundings, footprint: Footprint, band: Array, first: int) -> Array:
-    """The points such that the hull is in the middle of what is very near, which the field is too coarse to tell."""
+def _fitted(around: DistanceField, footprint: Footprint, band: Array, first: int) -> Array:
+    """Second relaxation: centres the hull between very near obstacles, for which the field is too coarse."""
     from scipy.linalg import cho_solve_banded
 
     factor, bound = _stiff(len(band), first, SUPPLE)
     for _ in range(FITTED):
-        near = first + np.flatnonzero(around.sample(around.away, band[first:-1]) < footprint.outer + FIT)
+        near = first + np.flatnonzero(around.sample(around.distance, band[first:-1]) < footprint.outer + FIT)
         if len(near) == 0:
             break
         low, high = band[near].min(axis=0) - footprint.outer - FIT, band[near].max(axis=0) + footprint.outer + FIT
-        things = around.points[((around.points > low) & (around.points < high)).all(axis=1)]
-        if len(things) == 0:  # the interpolated distances are smaller than the true ones
+        obstacles = around.points[((around.points > low) & (around.points < high)).all(axis=1)]
+        if len(obstacles) == 0:  # the interpolated distances are smaller than the exact ones
             break
         heading = headings(band)
         ahead = np.column_stack([np.cos(heading), np.sin(heading)])
         aside = ahead[:, ::-1] * (-1.0, 1.0)
         force, turn = np.zeros_like(band), np.zeros(len(band))
-        ahead_push, aside_push, turn[near] = _pushed(footprint, band[near], ahead[near], things)
+        ahead_push, aside_push, turn[near] = _pushed(footprint, band[near], ahead[near], obstacles)
         force[near] = ahead_push[:, None] * ahead[near] + aside_push[:, None] * aside[near]
         step = np.clip(_moved(force, turn, aside), -FIT_PUSH, FIT_PUSH)
         band[first:-1] = cho_solve_banded(factor, (band + step)[first:-1] - bound @ band)
     return band
 
 
-def _pushed(footprint: Footprint, points: Array, ahead: Array, things: Array) -> tuple[Array, Array, Array]:
-    """(k,) How far things push the hull at each of some points: ahead, aside, and about its middle [m, m, m2]."""
+def _pushed(footprint: Footprint, points: Array, ahead: Array, obstacles: Array) -> tuple[Array, Array, Array]:
+    """Pushes of obstacles on the hull at points of the band, shape (k,): ahead [m], aside [m] and torque [m2]."""
     half_x, half_y = 0.5 * footprint.length, 0.5 * footprint.width
-    dx, dy = (things[:, axis] - points[:, axis, None] for axis in (0, 1))
+    dx, dy = (obstacles[:, axis] - points[:, axis, None] for axis in (0, 1))
     x, y = dx * ahead[:, :1] + dy * ahead[:, 1:], dy * ahead[:, :1] - dx * ahead[:, 1:]
     arm_x, arm_y = np.clip(x, -half_x, half_x), np.clip(y, -half_y, half_y)
-    out_x, out_y = x - arm_x, y - arm_y  # from the hull; what is in it is driven out by the nearest side
+    out_x, out_y = x - arm_x, y - arm_y  # from the hull; an obstacle inside leaves it by the nearest side
     away = np.hypot(out_x, out_y)
     over_x, over_y = np.abs(x) - half_x, np.abs(y) - half_y
     over = np.maximum(over_x, over_y)
@@ -157,7 +157,7 @@ def _pushed(footprint: Footprint, points: Array, ahead: Array, things: Array) ->
     away = np.maximum(away, 1e-9)
     x, y = -weight * (out_x / away), -weight * (out_y / away)
     turn = (arm_x * y - arm_y * x).sum(axis=1)
-    return np.asfortranarray(x).sum(axis=1), np.asfortranarray(y).sum(axis=1), turn  # summed up thing by thing
+    return np.asfortranarray(x).sum(axis=1), np.asfortranarray(y).sum(axis=1), turn  # summed obstacle by obstacle
 
 
 def _turned(arms: Array, forces: Array) -> Array:
@@ -166,9 +166,9 @@ def _turned(arms: Array, forces: Array) -> Array:
 
 
 def _moved(force: Array, turn: Array, aside: Array) -> Array:
-    """(k, 2) Where forces and torques on the hull, all along a way, move its points.
+    """Steps of the band's points from forces and torques on the hull, shape (k, 2) [m].
 
-    A torque turns the hull, whose heading is that of the chord between its neighbours.
+    A torque turns the hull, whose heading is that of the chord between the neighbouring points.
     """
     step, turning = force.copy(), turn[:, None] * aside / (2.0 * STEP)
     step[1:] += turning[:-1]
@@ -178,15 +178,16 @@ def _moved(force: Array, turn: Array, aside: Array) -> Array:
 
 @lru_cache(maxsize=512)
 def _stiff(count: int, first: int, stiff: float) -> tuple[tuple[Array, bool], Array]:
-    """The bending of a band whose first points, and whose last, are held.
+    """Bending matrix I + stiff D'D of a band whose first points and last point are fixed.
 
     Returns:
-        I + stiff D'D of the points that are free, as a Cholesky factor, and their rows of it for those that are held.
+        Cholesky factor of the block of the free points, and the rows of the free points with only the columns of the
+        fixed ones.
     """
     from scipy.linalg import cholesky_banded
     from scipy.sparse import diags_array
 
-    # Sparse, as a dense product of this size wakes all threads of BLAS, which costs far more than it takes.
+    # Sparse, because a dense product of this size wakes all BLAS threads, which costs far more than the product.
     second = diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(count - 2, count))
     bending = stiff * (second.T @ second).toarray()
     free = bending[first:-1, first:-1] + np.eye(count - first - 1)
@@ -199,7 +200,7 @@ def _stiff(count: int, first: int, stiff: float) -> tuple[tuple[Array, bool], Ar
 
 
 def _rim(footprint: Footprint) -> Array:
-    """(RIM, 2) Points on the hull's rim, in the body frame [m]."""
+    """Points on the hull's outline, body frame, shape (RIM, 2) [m]."""
     x, y = 0.5 * footprint.length, 0.5 * footprint.width
     corners = np.array([(x, y), (-x, y), (-x, -y), (x, -y), (x, y)])
     stations = np.array([0.0, 2.0 * x, 2.0 * (x + y), 4.0 * x + 2.0 * y, 4.0 * (x + y)])

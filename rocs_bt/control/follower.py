@@ -1,7 +1,7 @@
-"""The trajectory follower: one small quadratic program a control period, and a ladder for when it fails.
+"""Trajectory follower: one small quadratic program per control period, with fallbacks if the solver fails.
 
-It turns a reference and a pose into the next wheel speeds. Its work is bounded, its commands keep the wheels' limits
-whatever happens, and it ends in a braking ramp rather than in an exception or a NaN.
+It computes the next wheel speeds from a reference and a pose in bounded time. Its commands always keep the wheel
+limits. The last fallback is a braking ramp, never an exception or NaN.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ SOLVED: Final = "solved"
 PREVIOUS: Final = "previous plan"
 BRAKING: Final = "braking"
 
-_INSTANT = 1e-9  # [s] below which durations are rounding
+_INSTANT = 1e-9  # [s] durations below this are rounding errors
 
-FARTHEST = 1e6  # A pose with larger coordinates [m, rad] would overflow.
-TOLERANCE = 1.01  # A plan may exceed a limit by so much before it counts as truncated; the final step cuts the rest.
+FARTHEST = 1e6  # [m, rad] larger coordinates would overflow
+TOLERANCE = 1.01  # plans beyond this share of a limit count as failed; the final step removes a smaller excess
 
 
 @dataclass(frozen=True)
 class FollowerSettings:
-    """How the follower plans.
+    """Settings of the follower.
 
     Attributes:
-        blocks: Lengths of the plan's pieces, in stages; their sum is the horizon.
-        dt: Length of a stage [s].
-        weights: What deviations cost.
-        iterations: The most steps of the solver in a period.
-        patience: Periods in a row that the previous plan may stand in for a failed one.
-        wheel_delay: Dead time from a command until the wheels begin to follow it [s].
-        wheel_lag: Time constant of the first-order lag with which the wheels then follow it [s].
-        jump: A pose this much farther than the wheels can have driven means that the robot was carried [m].
+        blocks: Lengths of the move blocks, in stages; their sum is the horizon.
+        dt: Duration of a stage [s].
+        weights: Weights of the cost.
+        iterations: Maximum number of solver iterations per period.
+        patience: Maximum number of consecutive periods that use the previous plan after failed solves.
+        wheel_delay: Dead time between a command and the response of the wheels [s].
+        wheel_lag: Time constant of the wheels' first-order response after the dead time [s].
+        jump: Distance between two poses beyond which the robot was carried and its plan is discarded [m].
     """
 
     blocks: tuple[int, ...] = (1, 1, 1, 2, 2, 3, 4, 6)
@@ -58,20 +58,20 @@ class FollowerSettings:
 
     @property
     def late(self) -> float:
-        """By how much steadily changing wheel speeds are late behind their command [s]."""
+        """Delay of steadily changing wheel speeds behind their command [s]."""
         return self.wheel_delay + self.wheel_lag
 
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """What to do in the coming period, and how it came about.
+    """Command for the coming period, and its source.
 
     Attributes:
-        wheel_speeds: (w,) Rim speeds to command [m/s].
-        rung: `solved`; `previous plan` when the solver failed; `braking` when nothing else was left.
-        cross_track: Distance from the reference, left of it positive [m]; NaN when unknown.
-        heading_error: Yaw minus the reference's [rad]; NaN when unknown.
-        solve_time: What this step took by the injected timer [s]; NaN without one.
+        wheel_speeds: Wheel linear speeds to command, shape (w,) [m/s].
+        rung: Source of the command: `solved`, `previous plan` if the solver failed, or `braking` as the last fallback.
+        cross_track: Cross-track error, left of the reference positive [m]; NaN if unknown.
+        heading_error: Yaw minus the reference's [rad]; NaN if unknown.
+        solve_time: Duration of this step by the injected timer [s]; NaN without a timer.
     """
 
     wheel_speeds: Array
@@ -87,16 +87,15 @@ class Command:
 
 
 class Follower:
-    """Follows references with one drive.
+    """Trajectory follower of one drive.
 
-    The state of the wheels is what was commanded last, which makes every program feasible. Say `wheel_speeds` when
-    somebody else drove since, such as a reflex.
+    It assumes that the wheels have the last commanded speeds, which makes every program feasible. Pass `wheel_speeds`
+    to `step` if something else, such as a reflex, has commanded the wheels since.
 
     Args:
-        drive: Whose wheels to command.
-        settings: How to plan.
-        timer: Read before and after each step to fill `Command.solve_time`, such as `time.perf_counter`; the follower
-            itself never reads a clock.
+        drive: Drive to command.
+        settings: Settings; None for the default ones.
+        timer: Timer such as `time.perf_counter`, for `Command.solve_time` only [s].
     """
 
     def __init__(
@@ -121,30 +120,34 @@ class Follower:
 
     @cached_property
     def backward(self) -> Follower:
-        """Who follows while the robot drives backward: it turns nearly about its base, so there is no pivot."""
+        """Follower for backward driving, in which a skid drive turns nearly about its base: no pivot."""
         return self if self.drive.pivot == 0.0 else Follower(self.drive.without_pivot, self.settings, self._timer)
 
     def reset(self) -> None:
-        """Forget plan, wheels and history, as for a robot at rest."""
+        """Reset plan, wheel speeds and history to those of a robot at rest."""
         self._wheels = self._rest
         self._twist = Twist2(0.0)
-        self._plan: Array | None = None  # (blocks + 1, n) nodes of q, the first of them the last command
+        self._plan: Array | None = None  # (blocks + 1, n) nodes of q; the first is the last command
         self._misses = 0
         self._pose: Pose2 | None = None
-        self._sent: deque[tuple[float, Array]] = deque()  # commands on the way to the wheels, the oldest first
-        self._turning = self._rest  # (w,) modelled wheel speeds, of the commands that have arrived [m/s]
+        self._sent: deque[tuple[float, Array]] = deque()  # commands within the dead time, the oldest first
+        self._turning = self._rest  # (w,) modelled wheel speeds after the dead time [m/s]
 
     def step(self, pose: Pose2, wheel_speeds: Array | None, reference: Reference, period: float) -> Command:
-        """The command of one control period. Never raises on numbers, never returns NaN wheel speeds.
+        """Compute the command of one control period; NaN input never raises and never gives NaN wheel speeds.
 
         Args:
-            pose: The robot, in the world frame.
-            wheel_speeds: (w,) Present rim speeds [m/s] when they are not those commanded last; else None.
-            reference: What to follow.
-            period: How long the command will hold [s].
+            pose: Pose of the robot, world frame.
+            wheel_speeds: Present wheel linear speeds, shape (w,) [m/s], if they are not the last commanded ones; else
+                None.
+            reference: Reference to follow.
+            period: Control period, for which the command holds [s].
 
         Returns:
-            A command within the wheels' speed limit and within acceleration limit * period of the present speeds.
+            Command within the speed limit and within acceleration limit * period of the present speeds.
+
+        Raises:
+            InputError: The period is not positive, or the number of wheel speeds is wrong.
         """
         if not 0.0 < period < math.inf:
             raise InputError(f"a control period must be a positive time, found {period} s.")
@@ -170,7 +173,7 @@ class Follower:
         return Command(self._wheels.copy(), rung, cross, heading, took)
 
     def _take_over(self, wheel_speeds: Array) -> bool:
-        """Adopt wheel speeds that somebody else commanded; False when they are not numbers."""
+        """Adopt measured wheel speeds; False if they are not finite."""
         speeds = np.asarray(wheel_speeds, dtype=float)
         if speeds.shape != self._wheels.shape:
             raise InputError(f"drive '{self.drive.name}' has wheels {self.drive.wheels}, found {speeds.size} speeds.")
@@ -182,15 +185,15 @@ class Follower:
         return True
 
     def _lead(self, period: float) -> float:
-        """How far ahead of its arrival a command must be planned [s].
+        """Lead time of the plan before a command takes effect [s].
 
-        Wheels that follow with a time constant T make a pose p of which p + T dp/dt moves as commanded. The plan ramps
-        the wheels to the command that is held from now on, so the command itself is half a period ahead of the plan.
+        If the wheels follow with a time constant T, the point p + T dp/dt moves as commanded, for pose p. The plan
+        ramps the wheels to the command that is held from now on, so the command is half a period ahead of the plan.
         """
         return max(self.settings.wheel_lag - 0.5 * period, -self.settings.wheel_delay)
 
     def _ahead(self, pose: Pose2, turning: Array, lead: float) -> Pose2:
-        """The pose that answers the coming command at once; forgets the plan when the robot was carried off."""
+        """Pose that responds to the coming command without lag; discards the plan after a jump of the pose."""
         ahead = pose
         if lead != 0.0:
             twist = self.drive.twist(turning)
@@ -201,7 +204,7 @@ class Follower:
         return ahead
 
     def _predict(self, pose: Pose2) -> tuple[Pose2, Array]:
-        """Pose and modelled wheel speeds (w,) [m/s] at the time when the coming command reaches the wheels."""
+        """Pose and modelled wheel speeds (w,) [m/s] when the coming command reaches the wheels."""
         turning = self._turning
         for time, wheels in self._sent:
             then, mean = self._respond(turning, wheels, time)
@@ -209,7 +212,7 @@ class Follower:
         return Pose2(pose.x, pose.y, wrap_angle(pose.yaw)), turning
 
     def _send(self, period: float) -> None:
-        """Put the present command on its way; what has arrived at the end of the period moves the modelled wheels."""
+        """Queue the present command; apply those past the dead time at the period's end to the modelled wheels."""
         delay, lag = self.settings.wheel_delay, self.settings.wheel_lag
         if delay == lag == 0.0:
             return
@@ -224,7 +227,7 @@ class Follower:
             left -= arrived
 
     def _respond(self, turning: Array, wheels: Array, time: float) -> tuple[Array, Array]:
-        """Wheel speeds after a time [s] of one command, and their mean meanwhile, (w,) each [m/s]."""
+        """Wheel speeds after a time [s] of one command, and their mean over that time, shape (w,) each [m/s]."""
         lag = self.settings.wheel_lag
         if lag == 0.0:
             return wheels, wheels
@@ -232,12 +235,12 @@ class Follower:
         return wheels + decay * off, wheels + (lag / time) * (1.0 - decay) * off
 
     def _plan_ahead(self, pose: Pose2, stages: Array, period: float) -> tuple[Rung, Array]:
-        """The rung reached, and the wheel speeds (w,) wanted at the end of the period [m/s]."""
+        """Source of the command, and desired wheel speeds (w,) at the end of the period [m/s]."""
         if period != self._shift_period:
             times = np.concatenate([[0.0], self._layout.ends[1:]]) + period
             self._shift, self._shift_period = self._layout.interpolation(times), period
         q = self.drive.coordinates(self._wheels)
-        # A failed solve may have come from its own starting point: begin the next one afresh.
+        # The starting point may have caused a failed solve, so the next one starts from the present speeds.
         start = q if self._plan is None or self._misses > 0 else self._plan[1:]
         rung: Rung = SOLVED
         nodes = self._program.solve(pose, q, start, stages)
@@ -252,12 +255,12 @@ class Follower:
 
 
 class _Program:
-    """The compiled program with its buffers; calling it through them costs a microsecond instead of a hundred."""
+    """Compiled program with preallocated buffers: a call overhead of 1 us instead of 100 us."""
 
     def __init__(self, layout: Layout, settings: FollowerSettings) -> None:
         self._function = build(layout, settings.weights, settings.iterations)
         n, size = layout.n, layout.size
-        # CasADi keeps bare pointers into these arrays, so they live as long as the buffer does.
+        # CasADi keeps bare pointers into these arrays: they must live as long as the buffer.
         self._input = np.zeros(self._function.numel_in(0))
         self._nodes = np.zeros((len(layout.blocks) + 1, n))
         self._output = self._nodes.reshape(-1)[n:]  # the nodes after the first
@@ -270,7 +273,7 @@ class _Program:
         self._buffer.set_res(0, self._output.data)
 
     def solve(self, pose: Pose2, q: Array, start: Array, stages: Array) -> Array:
-        """(blocks + 1, n) Nodes of the plan from q on; NaN where the solver wrote nothing."""
+        """Nodes of the plan from q on, shape (blocks + 1, n); NaN where the solver wrote nothing."""
         self._input[:3] = pose
         self._input[3 : 3 + self._n] = q
         self._start[:] = start
@@ -283,14 +286,14 @@ class _Program:
 
 
 def _moved(pose: Pose2, twist: Twist2, time: float) -> Pose2:
-    """The pose after a time [s] of a steady twist, by the midpoint rule; its yaw goes on beyond pi."""
+    """Pose after a time [s] of a constant twist, by the midpoint rule; the yaw is not wrapped."""
     half = 0.5 * time * twist.turn
     x, y = Pose2(0.0, 0.0, pose.yaw + half).transform(time * twist.forward, time * twist.left)
     return Pose2(pose.x + x, pose.y + y, pose.yaw + 2.0 * half)
 
 
 def _leading(stages: Array, lead: float) -> Array:
-    """Stages (k, 6) for the pose that answers commands at once: each moved on by `lead` [s] of its own twist."""
+    """Stages (k, 6) moved on by `lead` [s] of their own twist, for the pose that responds without lag."""
     c, s = np.cos(stages[:, 2]), np.sin(stages[:, 2])
     moved = stages.copy()
     moved[:, 0] += lead * (c * stages[:, 3] - s * stages[:, 4])

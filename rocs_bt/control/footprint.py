@@ -1,4 +1,4 @@
-"""Footprint: how near a rectangular hull comes to points around it."""
+"""Rectangular footprint: gaps, clearance and contact times to points."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ..geometry import Twist2
 from .drive import Array
 
 GROUP = 4
-"""Of so many poses in a row the nearest things are sought together."""
+"""Number of consecutive poses whose nearest points are searched together."""
 
 CLOSING = 0.008
-"""Of a point within the margin that comes nearer by less nothing is said [m]: what is passed closely is no contact."""
+"""Approach of a point inside the margin that counts as contact [m]; below it the point is only passed."""
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """A robot's outline seen from above: a rectangle whose middle is the base.
+    """Outline of a robot from above: a rectangle centred on the base.
 
     Attributes:
-        length: Along the robot [m].
-        width: Across it [m].
+        length: Size along the robot [m].
+        width: Size across the robot [m].
 
     Raises:
         InputError: A side is not a positive number.
@@ -39,27 +39,30 @@ class Footprint:
 
     @property
     def inner(self) -> float:
-        """Radius of the greatest circle within [m]."""
+        """Radius of the inscribed circle [m]."""
         return 0.5 * min(self.length, self.width)
 
     @property
     def outer(self) -> float:
-        """Radius of the least circle around [m]."""
+        """Radius of the circumscribed circle [m]."""
         return 0.5 * math.hypot(self.length, self.width)
 
     def gaps(self, points: Array) -> Array:
-        """(...,) How far points (..., 2) of the body frame are from the hull [m]; inside, minus how deep."""
+        """Signed distances of points (..., 2), body frame, to the hull, shape (...,) [m]; negative inside."""
         over = np.abs(points) - (0.5 * self.length, 0.5 * self.width)
         outside = np.maximum(over, 0.0)
         gaps: Array = np.hypot(outside[..., 0], outside[..., 1]) + np.minimum(over.max(axis=-1), 0.0)
         return gaps
 
     def clearance(self, poses: Array, points: Array) -> Array:
-        """(k,) The hull's gap to the nearest of some points in each of some poses [m]; +inf without points.
+        """Gap of the hull to the nearest point at each pose.
 
         Args:
-            poses: (k, 3) x [m], y [m], yaw [rad], in the world frame.
-            points: (m, 2) In the world frame [m].
+            poses: Poses, world frame, shape (k, 3) [m, m, rad].
+            points: Points, world frame, shape (m, 2) [m].
+
+        Returns:
+            Gaps, shape (k,) [m]; negative if a point is inside, +inf without points.
         """
         if len(points) == 0 or len(poses) == 0:
             return np.full(len(poses), np.inf)
@@ -68,7 +71,7 @@ class Footprint:
         moved = np.hypot(*(poses[groups] - middle[:, None])[..., :2].transpose(2, 0, 1)).max(axis=1)
         dx, dy = points[:, 0] - middle[:, :1], points[:, 1] - middle[:, 1:2]
         away = dx * dx + dy * dy
-        # Beyond that nothing can be the nearest, however the hull is turned.
+        # Points beyond this distance cannot be the nearest at any heading of the hull.
         reach = np.sqrt(away.min(axis=1)) + 2.0 * moved + self.outer - self.inner + 1e-9
         group, near = np.nonzero(away <= (reach * reach)[:, None])
         at, (x, y) = poses[groups[group]], points[near].T[:, :, None]
@@ -80,16 +83,19 @@ class Footprint:
         return least[: len(poses)]
 
     def contact_time(self, points: Array, twist: Twist2, times: Array, margin: float = 0.0) -> float:
-        """The first of some times at which a hull that keeps its twist has a point within a margin [s]; or +inf.
+        """First time at which a hull with constant twist has a point within a margin.
 
-        A point that is within the margin already counts once the motion has brought it nearer by `CLOSING`: who is too
-        close may still leave, or pass.
+        A point that is already within the margin counts only once it has come nearer by `CLOSING`, so that a robot
+        close to an obstacle can leave or pass it.
 
         Args:
-            points: (m, 2) Around the robot, in its body frame [m].
-            twist: Its velocity, in its body frame.
-            times: (k,) From now on, ascending [s].
-            margin: The gap that counts as contact [m].
+            points: Points around the robot, body frame, shape (m, 2) [m].
+            twist: Velocity of the robot, body frame.
+            times: Times to check, from now on, ascending, shape (k,) [s].
+            margin: Gap that counts as contact [m].
+
+        Returns:
+            Time of contact [s]; +inf without contact.
         """
         turn = twist.turn * times
         # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0: see geometry.along_arc.

@@ -1,4 +1,4 @@
-"""Curves in the plane, looked up by arc length."""
+"""Planar paths, sampled by arc length."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ import numpy.typing as npt
 from ..errors import InputError
 from .drive import Array
 
-SPACING = 0.01  # [m] Fine enough that a right-angled corner is cut by less than 4 mm.
-MAX_SAMPLES = 1_000_000  # 10 km at that spacing; the arrays of a path then take about 100 MB.
-REACH = 0.05  # [m] Heading is that of a chord this far each way, so that a polyline's kinks do not become spikes.
+SPACING = 0.01  # [m] cuts a right-angled corner by less than 4 mm
+MAX_SAMPLES = 1_000_000  # 10 km at that spacing: about 100 MB of arrays
+REACH = 0.05  # [m] half the chord that defines the heading; smooths the kinks of a polyline
 
 
 class Grid:
-    """A function of one variable, sampled from 0 on at even steps, and held beyond both ends.
+    """Linear interpolation of a function sampled at even steps from 0 on, constant beyond both ends.
 
     Args:
-        rows: (n, c) Values at 0, spacing, 2 spacing and so on.
-        spacing: The step; 0 for a function that is the same everywhere.
+        rows: Values at 0, spacing, 2 spacing and so on, shape (n, c).
+        spacing: Step; 0 for a constant function.
     """
 
     def __init__(self, rows: Array, spacing: float) -> None:
         self._rows = np.ascontiguousarray(rows, dtype=float)
-        # One more row of no change, so that the last sample needs no case of its own.
+        # A final row of zero slope, so that the last sample needs no special case.
         self._slopes = np.vstack([np.diff(rows, axis=0), np.zeros((1, rows.shape[1]))])
         self._last = len(rows) - 1
         self._per_unit = 1.0 / spacing if spacing > 0.0 else 0.0
 
-    def at(self, places: Array) -> Array:
-        """(k, c) Rows at places (k,)."""
-        steps = np.minimum(np.maximum(places * self._per_unit, 0.0), self._last)
+    def at(self, arguments: Array) -> Array:
+        """Interpolated rows at arguments (k,), shape (k, c)."""
+        steps = np.minimum(np.maximum(arguments * self._per_unit, 0.0), self._last)
         cell = steps.astype(np.intp)
         rows: Array = self._rows.take(cell, axis=0) + (steps - cell)[:, None] * self._slopes.take(cell, axis=0)
         return rows
 
-    def look(self, place: float) -> list[float]:
-        """(c,) The row at one place, as plain numbers."""
-        step = min(max(place * self._per_unit, 0.0), self._last)
+    def row(self, argument: float) -> list[float]:
+        """Interpolated row at one argument, as c plain numbers."""
+        step = min(max(argument * self._per_unit, 0.0), self._last)
         cell = int(step)
         part = step - cell
         slopes = self._slopes[cell].tolist()
@@ -48,20 +48,20 @@ class Grid:
 
 
 class Path:
-    """A polyline, resampled at equal arc length, with heading and curvature.
+    """Polyline resampled at equal arc length, with heading and curvature.
 
-    Heading and curvature are those of chords over `REACH` each way: a corner is a short, sharp bend, and the many
-    small kinks of a sampled curve are the curve. Points that repeat are dropped. A path of one place (one point, or
-    all the same) is legal: its length is 0, its heading and curvature are 0, and everything projects onto it.
+    Heading and curvature are those of chords over `REACH` each way, so a corner becomes a short, sharp bend, and the
+    small kinks of a sampled curve are smoothed. Repeated points are dropped. A path of one position (one point, or all
+    equal) is legal: length, heading and curvature are 0, and every point projects onto it.
 
     Args:
-        points: (m, 2) Positions along the way, in the world frame [m].
-        spacing: Arc length between samples, made a little smaller so that they fit [m].
+        points: Positions along the path, world frame, shape (m, 2) [m].
+        spacing: Arc length between samples, reduced so that they fit evenly [m].
 
     Attributes:
         length: Arc length [m].
-        spacing: Between samples [m].
-        samples: (n, 4) x [m], y [m], heading without jumps [rad], curvature, left positive [1/m]; read-only.
+        spacing: Arc length between samples [m].
+        samples: x [m], y [m], continuous heading [rad], curvature, left positive [1/m]; read-only, shape (n, 4).
 
     Raises:
         InputError: No points, not (m, 2), not finite, or longer than `MAX_SAMPLES` times the spacing.
@@ -89,16 +89,16 @@ class Path:
 
     @classmethod
     def line(cls, a: Sequence[float], b: Sequence[float]) -> Path:
-        """The straight way from a to b; of each the first two numbers, x and y, count [m]."""
+        """Straight path from a to b, of which the first two numbers are x and y [m]."""
         return cls([list(a[:2]), list(b[:2])])
 
     @classmethod
     def through(cls, points: npt.ArrayLike, corner_radius: float = 0.0) -> Path:
-        """A polyline whose corners are rounded by arcs.
+        """Polyline with corners rounded by arcs.
 
         Args:
-            points: (m, 2) Corners [m].
-            corner_radius: Of the arcs, smaller where a leg is too short for it; 0 leaves corners sharp [m].
+            points: Corners, shape (m, 2) [m].
+            corner_radius: Radius of the arcs, reduced if a leg is too short; 0 keeps sharp corners [m].
 
         Raises:
             InputError: As for the class, or the radius is negative.
@@ -112,43 +112,43 @@ class Path:
         return cls(np.vstack([corners[:1], *arcs, corners[-1:]]))
 
     def at(self, s: npt.ArrayLike) -> Array:
-        """Samples between samples: (4,) or (k, 4) for one or k arc lengths [m], held at both ends.
+        """Interpolated samples at one or k arc lengths [m], shape (4,) or (k, 4); constant beyond both ends.
 
-        Columns: x [m], y [m], heading without jumps [rad], curvature [1/m].
+        Columns: x [m], y [m], continuous heading [rad], curvature [1/m].
         """
         rows = self._grid.at(np.atleast_1d(np.asarray(s, dtype=float)))
         return rows if np.ndim(s) else rows[0]
 
-    def look(self, s: float) -> tuple[float, float, float, float]:
-        """The same for one arc length, faster: x [m], y [m], heading [rad], curvature [1/m]."""
-        x, y, heading, curvature = self._grid.look(s)
+    def sample(self, s: float) -> tuple[float, float, float, float]:
+        """Faster `at` for one arc length [m]: x [m], y [m], heading [rad], curvature [1/m]."""
+        x, y, heading, curvature = self._grid.row(s)
         return x, y, heading, curvature
 
     def position(self, s: npt.ArrayLike) -> Array:
-        """(2,) or (k, 2) Positions at arc lengths s [m], in the world frame [m]."""
+        """Positions at arc lengths s [m], world frame, shape (2,) or (k, 2) [m]."""
         return self.at(s)[..., :2]
 
     def heading(self, s: npt.ArrayLike) -> Array:
-        """() or (k,) Tangent directions at arc lengths s [m], without jumps of 2 pi [rad]."""
+        """Tangent directions at arc lengths s [m], without jumps of 2 pi, shape () or (k,) [rad]."""
         return self.at(s)[..., 2]
 
     def curvature(self, s: npt.ArrayLike) -> Array:
-        """() or (k,) Curvatures at arc lengths s [m], left positive [1/m]."""
+        """Curvatures at arc lengths s [m], left positive, shape () or (k,) [1/m]."""
         return self.at(s)[..., 3]
 
     def project(self, x: float, y: float, hint: float | None = None, window: float = 0.5, least: float = 0.0) -> float:
-        """The arc length of the nearest place on the path [m].
+        """Arc length of the nearest point on the path [m].
 
-        With a hint the search begins close to it, so that a path which crosses itself is followed in order. The
-        window doubles while the best place is at its edge or farther away than the window is wide, so a robot that
-        was carried off is found again.
+        With a hint the search begins near it, so a path that crosses itself is followed in order. The window doubles
+        while the best point is at its edge or farther away than half its width, so a robot that was carried away is
+        found again.
 
         Args:
-            x: World frame [m].
-            y: World frame [m].
-            hint: An arc length near which to look first; None looks everywhere [m].
-            window: How far from the hint to look first, each way [m].
-            least: Places before this arc length do not count [m].
+            x: Position, world frame [m].
+            y: Position, world frame [m].
+            hint: Arc length at which the search begins; None searches the whole path [m].
+            window: Initial search distance from the hint, each way [m].
+            least: Minimum arc length of the result [m].
         """
         if self.length == 0.0:
             return 0.0
@@ -171,7 +171,7 @@ class Path:
             half *= 2
 
     def _refine(self, x: float, y: float, best: int) -> float:
-        """The nearest place on the two cells that meet at a sample [m]."""
+        """Arc length of the nearest point on the two segments that meet at a sample [m]."""
         nearest, found = math.inf, best * self.spacing
         for cell in (best - 1, best):
             if not 0 <= cell < self._cells:
@@ -203,15 +203,15 @@ def _distinct(points: Array) -> Array:
 
 
 def _bend(xy: Array, spacing: float) -> tuple[Array, Array]:
-    """Heading without jumps [rad] and curvature [1/m] of evenly spaced points, from chords of `REACH` each way."""
+    """Continuous heading [rad] and curvature [1/m] of evenly spaced points, from chords of `REACH` each way."""
     last = len(xy) - 1
     index = np.arange(last + 1)
     reach = max(1, round(REACH / spacing))
-    # At the ends the chord keeps both sides alike, so that it stays the tangent of an arc.
+    # Near the ends the chord is shortened on both sides, so that it remains the tangent of an arc.
     side = np.maximum(np.minimum(np.minimum(index, last - index), reach), 1)
     fore, aft = np.minimum(index + side, last), np.maximum(index - side, 0)
     chord = xy[fore] - xy[aft]
-    # Where a path doubles back the chord vanishes; the next cell is then the way to go.
+    # Where a path doubles back, the chord vanishes; the next segment then gives the heading.
     onward = np.minimum(index, last - 1)
     lost = np.hypot(*chord.T) < 0.1 * spacing * (fore - aft)
     chord[lost] = (xy[onward + 1] - xy[onward])[lost]
@@ -220,7 +220,7 @@ def _bend(xy: Array, spacing: float) -> tuple[Array, Array]:
 
 
 def _arc(before: Array, corner: Array, after: Array, radius: float) -> Array:
-    """(k, 2) Points on the arc that rounds a corner [m]; the corner itself where there is nothing to round."""
+    """Points on the arc that rounds a corner, shape (k, 2) [m]; the corner itself if the path is straight there."""
     to, away = corner - before, after - corner
     length_to, length_away = float(np.hypot(*to)), float(np.hypot(*away))
     to, away = to / length_to, away / length_away

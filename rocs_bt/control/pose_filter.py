@@ -1,8 +1,7 @@
-"""Where a robot is, from its own motion and from fixes: a small extended Kalman filter.
+"""Extended Kalman filter over pose and gyro bias.
 
-The motion is what wheels and gyro tell of each short stretch, taken as an arc; it enters as a control with noise in
-the body frame that grows with what was driven. Fixes are positions and headings in the world frame. With a gyro its
-bias is estimated too: it shows in what the fixes correct.
+The prediction uses wheels and gyro: each short motion is an arc, whose body-frame noise grows with the distance. The
+corrections are position and heading fixes in the world frame. With a gyro, its bias is estimated from the fixes.
 Sources: Thrun, Burgard and Fox, Probabilistic Robotics (2005), 5.4 (odometry as a control) and 7.4 (the filter);
 Borenstein and Feng, Gyrodometry, ICRA 1996 (the turn from the gyro, where there is one).
 """
@@ -21,17 +20,17 @@ from .drive import Array
 
 @dataclass(frozen=True)
 class PoseNoise:
-    """What a filter takes for granted of the sensors; standard deviations, of what grows after one unit.
+    """Noise parameters of the filter, as standard deviations; growing ones are given for one unit of motion or time.
 
     Attributes:
-        along: Of the way driven, after a metre [m].
-        aside: Of the slip to the side, after a metre [m].
-        turning: Of the heading by the wheels, after a turn of a radian, and after a metre of way [rad].
-        gyro: Of a turn rate that the gyro tells [rad/s].
-        bias: Of the gyro's bias at the start [rad/s].
-        drift: Of the position, after a second, whatever the wheels do [m].
-        position: Of each coordinate of a fix [m].
-        heading: Of the heading of a fix [rad].
+        along: Error of the driven distance, after a metre [m].
+        aside: Lateral slip, after a metre [m].
+        turning: Error of the wheels' heading, after a turn of a radian and after a metre [rad].
+        gyro: Error of the gyro's turn rate [rad/s].
+        bias: Initial bias of the gyro [rad/s].
+        drift: Drift of the position, after a second, independent of the motion [m].
+        position: Error of each coordinate of a position fix [m].
+        heading: Error of a heading fix [rad].
     """
 
     along: float = 0.02
@@ -45,15 +44,15 @@ class PoseNoise:
 
 
 class PoseFilter:
-    """Follows one robot.
+    """Extended Kalman filter of one robot's pose.
 
     Args:
-        pose: A first fix, world frame.
-        noise: What to take for granted.
+        pose: First fix, world frame.
+        noise: Noise parameters; None for the default ones.
 
     Attributes:
-        state: (4,) x [m], y [m], yaw [rad], in (-pi, pi], and the gyro's bias [rad/s].
-        covariance: (4, 4) Of the state.
+        state: x [m], y [m], yaw [rad], in (-pi, pi], and gyro bias [rad/s], shape (4,).
+        covariance: Covariance of the state, shape (4, 4).
     """
 
     def __init__(self, pose: Pose2, noise: PoseNoise | None = None) -> None:
@@ -62,14 +61,14 @@ class PoseFilter:
         self.covariance: Array = np.diag(np.square([noise.position, noise.position, noise.heading, noise.bias]))
 
     def predict(self, forward: float, left: float, turn: float, dt: float, turn_rate: float = math.nan) -> None:
-        """Move on by what was driven in one stretch.
+        """Propagate the state by one short motion.
 
         Args:
-            forward: The way of the body's centre along the arc [m].
-            left: Its way to the side [m], of drives that can go there.
-            turn: What the wheels tell of the turn [rad].
-            dt: How long it took [s].
-            turn_rate: What the gyro tells, the mean of the stretch [rad/s]; NaN without one.
+            forward: Distance of the body's centre along the arc [m].
+            left: Lateral distance, of drives that can move sideways [m].
+            turn: Turn measured by the wheels [rad].
+            dt: Duration of the motion [s].
+            turn_rate: Mean turn rate measured by the gyro [rad/s]; NaN without a gyro.
         """
         noise, way = self.noise, math.hypot(forward, left)
         by_gyro = math.isfinite(turn_rate)
@@ -78,7 +77,7 @@ class PoseFilter:
             turn = (turn_rate - float(self.state[3])) * dt
         yaw, half = float(self.state[2]), 0.5 * turn
         c, s = math.cos(yaw + half), math.sin(yaw + half)
-        # The chord's share of the arc, and how that changes with half the turn.
+        # Ratio of chord to arc, and its derivative by half the turn.
         chord = math.sin(half) / half if abs(half) > 1e-6 else 1.0
         bend = (math.cos(half) - chord) / half if abs(half) > 1e-6 else -half / 3.0
         ahead, aside = c * forward - s * left, s * forward + c * left  # world frame, as long as the arc
@@ -98,30 +97,30 @@ class PoseFilter:
         self.covariance[1, 0] += (a - b) * c * s
 
     def widen(self, distance: float, angle: float) -> None:
-        """Trust the position by a distance [m] less, and the heading by an angle [rad]."""
+        """Increase the uncertainty: add standard deviations of the position [m] and of the heading [rad]."""
         self.covariance[[0, 1, 2], [0, 1, 2]] += distance**2, distance**2, angle**2
 
     def fix_position(self, x: float, y: float) -> None:
-        """Take a position, world frame [m]."""
+        """Correct the state by a position fix, world frame [m]."""
         self._correct((0, 1), np.array([x, y]) - self.state[:2], self.noise.position)
 
     def fix_heading(self, yaw: float) -> None:
-        """Take a heading, world frame [rad]."""
+        """Correct the state by a heading fix, world frame [rad]."""
         self._correct((2,), np.array([wrap_angle(yaw - float(self.state[2]))]), self.noise.heading)
 
     @property
     def pose(self) -> Pose2:
-        """Where the robot most likely is, world frame."""
+        """Estimated pose, world frame."""
         return Pose2(*self.state[:3].tolist())
 
     @property
     def spread(self) -> float:
-        """Standard deviation of the position, along the axis on which it is greatest [m]."""
+        """Standard deviation of the position along its major axis [m]."""
         (a, b), (_, d) = self.covariance[:2, :2].tolist()
         return math.sqrt(max(0.0, 0.5 * (a + d) + math.hypot(0.5 * (a - d), b)))
 
     def _correct(self, which: Sequence[int], error: Array, deviation: float) -> None:
-        """Take a measurement of some of the state, whose values are all equally sure."""
+        """Correct by a measurement of some state variables, all with the same standard deviation."""
         chosen = np.eye(4)[list(which)]
         across = self.covariance @ chosen.T
         spread = deviation**2 * np.eye(len(which))
@@ -129,5 +128,5 @@ class PoseFilter:
         self.state = self.state + gain @ error
         self.state[2] = wrap_angle(float(self.state[2]))
         rest = np.eye(4) - gain @ chosen
-        # Joseph's form: symmetric and positive whatever rounding does.
+        # Joseph form: stays symmetric and positive under rounding.
         self.covariance = rest @ self.covariance @ rest.T + gain @ spread @ gain.T

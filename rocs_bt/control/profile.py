@@ -1,6 +1,7 @@
-"""How fast to drive where on a path.
+"""Speed profile along a path.
 
-Source: the two-pass scheme of Lynch and Park, Modern Robotics (2017), 9.4, with limits on wheels and side force.
+Source: the two-pass scheme of Lynch and Park, Modern Robotics (2017), 9.4, with limits on wheels and lateral
+acceleration.
 """
 
 from __future__ import annotations
@@ -14,18 +15,18 @@ from .drive import Array, Drive
 from .path import Path
 
 CRAWL = 1e-6
-"""Speed below which rounding decides how fast a profile is, and with which times are reckoned there [m/s]."""
+"""Minimum speed for the passing times [m/s]; lower speeds of a profile are rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedProfile:
-    """Speeds on a path's samples, and the time it takes to drive them.
+    """Speed limits at a path's samples, and passing times at these speeds.
 
     Attributes:
-        stations: (n,) Arc lengths of the samples [m].
-        speeds: (n,) Speed limits there [m/s].
-        times: (n,) When each is passed by a robot that drives the limits [s].
-        acceleration: What the profile was made with, on a straight [m/s2].
+        stations: Arc lengths of the samples, shape (n,) [m].
+        speeds: Speed limits at the samples, shape (n,) [m/s].
+        times: Passing times at the speed limits, shape (n,) [s].
+        acceleration: Acceleration limit of the profile on a straight [m/s2].
     """
 
     stations: Array
@@ -39,25 +40,28 @@ class SpeedProfile:
     _squared: Array = field(init=False, repr=False)
 
     def speed(self, s: float | Array) -> Array:
-        """() or (k,) The limits at arc lengths s [m/s]; squares are interpolated, as constant acceleration does."""
+        """Limits at arc lengths s [m], shape () or (k,) [m/s]; linear in the squared speed (constant acceleration)."""
         return np.sqrt(np.interp(s, self.stations, self._squared))
 
     def time(self, s: float) -> float:
-        """When arc length s [m] is passed [s]."""
+        """Passing time of the arc length s [m] at the speed limits [s]."""
         return float(np.interp(s, self.stations, self.times))
 
     def station(self, time: float | Array) -> Array:
-        """() or (k,) The arc lengths passed at times [s], held at both ends [m]."""
+        """Arc lengths passed at times [s], constant beyond both ends, shape () or (k,) [m]."""
         return np.asarray(np.interp(time, self.times, self.stations))
 
     def ahead(self, s: float, speed: float, limit: float, times: Array) -> Array:
-        """(k,) The arc lengths [m] at times (k,) from s on [s], never faster than the limits or than v + a t.
+        """Predicted arc lengths of a robot that accelerates within the limits.
 
         Args:
-            s: Arc length now [m].
-            speed: v [m/s].
-            limit: The limit at s [m/s].
-            times: Ascending [s].
+            s: Present arc length [m].
+            speed: Present speed v [m/s].
+            limit: Speed limit at s [m/s].
+            times: Times from now on, ascending, shape (k,) [s].
+
+        Returns:
+            Arc lengths, shape (k,) [m]; the speed never exceeds the limits or v + a t.
         """
         if speed >= limit:
             return self.station(self.time(s) + times)
@@ -65,7 +69,7 @@ class SpeedProfile:
         found: Array = s + 0.5 * (speed + gained) * times
         over = gained > self.speed(found)
         first = int(over.argmax())
-        if over[first]:  # from the last moment of free acceleration on the profile's own timetable holds
+        if over[first]:  # after the last time of free acceleration, the profile's own passing times apply
             start, since = (float(found[first - 1]), float(times[first - 1])) if first else (s, 0.0)
             found[first:] = self.station(self.time(start) - since + times[first:])
         return found
@@ -82,20 +86,21 @@ def speed_profile(
     end_speed: float = 0.0,
     limit: Array | None = None,
 ) -> SpeedProfile:
-    """The fastest speeds that keep the wheels, the side force and the cruise speed within their limits.
+    """Fastest profile within the limits of wheels, lateral acceleration and cruise speed.
 
-    Each sample allows min(cruise, v_max / (1 + |k| arm), sqrt(a_lat / |k|)), the second because the outer wheel
-    runs faster than the body; then a pass each way keeps the acceleration, which a curve divides by the same term.
+    Each sample allows min(cruise, v_max / (1 + |k| arm), sqrt(a_lat / |k|)) at curvature k. The second term keeps the
+    outer wheel, which is faster than the body, within its limit. A forward and a backward pass then limit the
+    acceleration, which curves divide by the same term.
 
     Args:
-        path: Where to drive.
-        drive: Whose wheel limits count.
-        cruise: The speed wanted on a straight [m/s].
-        lateral_acceleration: Side force a unit of mass in curves [m/s2].
-        acceleration: Along the path [m/s2]; None takes the wheels' own.
-        start_speed: At the beginning [m/s]; None sets no limit, which suits a robot that may enter anywhere.
-        end_speed: At the end [m/s].
-        limit: (n,) What else limits the speed at each sample, such as how near things are [m/s].
+        path: Path to drive.
+        drive: Drive with the wheel limits.
+        cruise: Speed on straight parts [m/s].
+        lateral_acceleration: Maximum lateral acceleration in curves [m/s2].
+        acceleration: Maximum acceleration along the path [m/s2]; None for the limit of the wheels.
+        start_speed: Speed limit at the start [m/s]; None for no limit, for a robot that may join anywhere.
+        end_speed: Speed limit at the end [m/s].
+        limit: Additional speed limits at each sample, for example from clearance, shape (n,) [m/s].
 
     Raises:
         InputError: A speed or an acceleration is out of range.
@@ -122,8 +127,8 @@ def speed_profile(
 
 
 def _two_passes(squared: Array, acceleration: Array, spacing: float) -> Array:
-    """Squared speeds [m2/s2] cut to what the acceleration [m2/s] allows forward and backward."""
-    # v_i^2 <= v_j^2 + 2 a |s_i - s_j| for all j is a running minimum once the ramp G is taken off.
+    """Squared speeds [m2/s2] limited by the acceleration [m/s2] in both directions."""
+    # v_i^2 <= v_j^2 + 2 a |s_i - s_j| for all j is a running minimum after subtracting the ramp.
     gained = np.minimum(acceleration[1:], acceleration[:-1]) * (2.0 * spacing)
     ramp = np.concatenate([[0.0], np.cumsum(gained)])
     forward = ramp + np.minimum.accumulate(squared - ramp)
@@ -132,7 +137,7 @@ def _two_passes(squared: Array, acceleration: Array, spacing: float) -> Array:
 
 
 def _times(speeds: Array, spacing: float) -> Array:
-    """(n,) Passing times [s]; exact for constant acceleration between samples, finite where speeds are zero."""
+    """Passing times, shape (n,) [s]; exact for constant acceleration between samples, finite at zero speed."""
     if spacing == 0.0:
         return np.zeros_like(speeds)
     means = np.maximum(0.5 * (speeds[1:] + speeds[:-1]), CRAWL)

@@ -1,4 +1,4 @@
-"""Where the robot should be over the next moments: along a path, along a timetable, or turning on the spot."""
+"""References for the follower: a path, timed poses, or a turn on the spot."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from .drive import Array
 from .path import REACH, Grid, Path
 from .profile import SpeedProfile
 
-TURN_RATE = 1.5  # [rad/s] Gentle enough for sonars to keep up with.
+TURN_RATE = 1.5  # [rad/s] slow enough for sonars
 TURN_ACCELERATION = 4.0  # [rad/s2]
-SHARP = math.radians(100.0)  # A corner by more leads back: it is taken on the spot, for there is no driving round it.
+SHARP = math.radians(100.0)  # beyond this angle a corner leads back, and the robot turns on the spot
 
 
 class Preview(NamedTuple):
-    """What a reference asks for, and how far the robot is from it.
+    """Future poses and twists of a reference, and the present tracking errors.
 
     Attributes:
-        stages: (k, 6) x [m], y [m], yaw [rad] in the world frame, without jumps and begun within pi of the robot's,
-            then forward [m/s], left [m/s], turn [rad/s] in the body frame.
-        cross_track: The robot's distance from the reference, left of it positive [m].
-        heading_error: The robot's yaw minus the reference's, in (-pi, pi] [rad].
+        stages: x [m], y [m] and yaw [rad], world frame, and forward [m/s], left [m/s] and turn [rad/s], body frame,
+            shape (k, 6). The yaw is continuous and starts within pi of the robot's.
+        cross_track: Distance of the robot from the reference, left of it positive [m].
+        heading_error: Yaw of the robot minus that of the reference, in (-pi, pi] [rad].
     """
 
     stages: Array
@@ -37,40 +37,40 @@ class Preview(NamedTuple):
 
 
 class Reference(ABC):
-    """Something to follow."""
+    """Reference trajectory of the follower."""
 
     @abstractmethod
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
-        """Look ahead from where the robot is.
+        """Sample the reference ahead of the robot.
 
         Args:
-            pose: The robot, in the world frame.
-            twist: Its velocity, in its body frame.
-            times: (k,) How far to look ahead of the moment of that pose, ascending [s].
-            lead: How far ahead of now that moment is, when the follower has predicted the pose [s].
+            pose: Pose of the robot, world frame, predicted by the follower.
+            twist: Velocity of the robot, body frame.
+            times: Times of the stages after the time of that pose, ascending, shape (k,) [s].
+            lead: Time of that pose after the present time [s].
         """
 
 
 class PathReference(Reference):
-    """A path at the speeds of a profile, begun anew at each look from where the robot is.
+    """Path with a speed profile, sampled from the robot's present arc length.
 
-    So a robot that was held up drives on from there instead of chasing a phantom. The stations are s0 + the integral
-    of min(profile(s), v + a t). A robot whose heading is far off the path's turns on the spot first; so does one at a
-    sharp corner, whose place is where the next leg begins.
+    A delayed robot therefore continues from its position instead of chasing a moving target. The arc lengths are s0 +
+    the integral of min(profile(s), v + a t). A robot with a large heading error turns on the spot first, and so does a
+    robot at a sharp corner, whose arc length is set to the start of the next leg.
 
     Args:
-        path: Where.
-        profile: How fast; made for the same path.
-        turn_first: Heading error beyond which to turn on the spot [rad].
-        turn_rate: Of that turn [rad/s].
-        turn_acceleration: Of that turn [rad/s2].
-        pivot: The drive's: how far ahead of its base the place lies about which it turns [m].
+        path: Path.
+        profile: Speed profile of the same path.
+        turn_first: Heading error beyond which the robot turns on the spot [rad].
+        turn_rate: Maximum rate of that turn [rad/s].
+        turn_acceleration: Angular acceleration of that turn [rad/s2].
+        pivot: Pivot of the drive ahead of its base, see `Drive.pivot` [m].
 
     Raises:
         InputError: The profile was made for another path.
 
     Attributes:
-        s: The arc length of the robot's place on the path at the last look [m]; None before the first.
+        s: Arc length of the robot at the last sample [m]; None before the first.
     """
 
     def __init__(
@@ -87,9 +87,12 @@ class PathReference(Reference):
         self.profile = profile
         self.s: float | None = None
         if len(profile.speeds) != len(path.samples):
-            raise InputError("a path reference needs the speed profile of its own path, found that of another.")
+            raise InputError(
+                f"a path reference needs the speed profile of its own path with {len(path.samples)} samples, found one "
+                f"with {len(profile.speeds)}."
+            )
         self._grid = Grid(np.column_stack([path.samples, profile.speeds**2]), path.spacing)
-        self._corners = [corner + REACH for corner in _sharp_corners(path)]  # where the next leg begins
+        self._corners = [corner + REACH for corner in _sharp_corners(path)]  # arc lengths at which the next legs begin
         self._turn_first = turn_first
         self._turn_rate = turn_rate
         self._turn_acceleration = turn_acceleration
@@ -101,15 +104,15 @@ class PathReference(Reference):
         return self.path.length - (self.s or 0.0)
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
-        s = self.s = self._place(pose)
-        x, y, tangent, _, squared = self._grid.look(s)
-        yaw = tangent if self.path.length > 0.0 else pose.yaw  # a single place asks for no heading
+        s = self.s = self._project(pose)
+        x, y, tangent, _, squared = self._grid.row(s)
+        yaw = tangent if self.path.length > 0.0 else pose.yaw  # a path of one point has no heading
         error = wrap_angle(pose.yaw - yaw)
         c, s_yaw = math.cos(yaw), math.sin(yaw)
         cross = c * (pose.y - y) - s_yaw * (pose.x - x)
         if abs(error) > self._turn_first:
             turning = _turn(pose.yaw, -error, twist.turn, self._turn_rate, self._turn_acceleration, times)
-            return Preview(_standing(pose, *turning, self._pivot), cross, error)
+            return Preview(_turn_stages(pose, *turning, self._pivot), cross, error)
         along = max(0.0, twist.forward * math.cos(error) - twist.left * math.sin(error))
         there = self._grid.at(self.profile.ahead(s, along, math.sqrt(squared), times))
         speeds = np.minimum(np.sqrt(there[:, 4]), along + self.profile.acceleration * times)
@@ -120,8 +123,8 @@ class PathReference(Reference):
         stages[:, 5] = speeds * there[:, 3]
         return Preview(stages, cross, error)
 
-    def _place(self, pose: Pose2) -> float:
-        """The arc length of the robot's place on the path [m]; never again before a sharp corner that it was at."""
+    def _project(self, pose: Pose2) -> float:
+        """Arc length of the robot on the path [m]; never before a sharp corner that it has reached."""
         if not self._corners:
             return self.path.project(pose.x, pose.y, self.s)
         passed = max((leg for leg in self._corners if leg <= (self.s or 0.0)), default=0.0)
@@ -130,17 +133,17 @@ class PathReference(Reference):
 
 
 class TimedReference(Reference):
-    """Poses at given times, such as a planned trajectory or a leader's predicted way.
+    """Poses at given times, such as a planned trajectory or the predicted path of a leader.
 
-    Before the first time the first pose is held, after the last the last.
+    The first pose holds before the first time, the last pose after the last time.
 
     Args:
-        times: (m,) Strictly ascending, on the clock of `now` [s].
-        poses: (m, 3) x [m], y [m], yaw [rad] in the world frame.
-        now: Tells the present time, such as `clock.now` [s].
+        times: Times on the clock of `now`, strictly ascending, shape (m,) [s].
+        poses: x [m], y [m], yaw [rad], world frame, shape (m, 3).
+        now: Function that returns the present time, such as `clock.now` [s].
 
     Raises:
-        InputError: The arrays do not fit, are not finite, or the times do not ascend.
+        InputError: The shapes do not fit, a value is not finite, or the times do not ascend.
     """
 
     def __init__(self, times: npt.ArrayLike, poses: npt.ArrayLike, now: Callable[[], float]) -> None:
@@ -157,7 +160,7 @@ class TimedReference(Reference):
         if (np.abs(moved[:, 2]) >= math.pi).any():
             self._poses[:, 2] = np.unwrap(self._poses[:, 2])
             moved = np.diff(self._poses, axis=0)
-        # A row of rest on either side, found by the same search as the velocities between.
+        # A row of zero velocity at each end, so that the same search covers times outside.
         self._since = np.concatenate([self._times[:1], self._times])
         self._from = np.concatenate([self._poses[:1], self._poses])
         self._velocity = np.zeros((len(self._from), 3))
@@ -168,7 +171,7 @@ class TimedReference(Reference):
         start = self._now() + lead
         at = np.empty(len(times) + 1)
         at[0], at[1:] = start, start + times
-        row = self._times.searchsorted(at, "right")  # as np.interp does it, to the bit, for all three at once
+        row = self._times.searchsorted(at, "right")  # bit-identical to np.interp, for all three columns at once
         stages = np.empty((len(at), 6))
         passed = (at - self._since.take(row))[:, None]
         stages[:, :3] = self._velocity.take(row, axis=0) * passed + self._from.take(row, axis=0)
@@ -185,15 +188,15 @@ class TimedReference(Reference):
 
 
 class TurnReference(Reference):
-    """A turn on the spot to a yaw, the short way round.
+    """Turn on the spot to a yaw, in the shorter direction.
 
     Args:
-        yaw: Where to look in the end, in the world frame [rad].
-        x: The spot [m].
-        y: The spot [m].
-        rate: Fastest turn [rad/s].
-        acceleration: [rad/s2].
-        pivot: The drive's: how far ahead of its base the place lies about which it turns [m].
+        yaw: Final yaw, world frame [rad].
+        x: Position of the turn, world frame [m].
+        y: Position of the turn, world frame [m].
+        rate: Maximum turn rate [rad/s].
+        acceleration: Angular acceleration [rad/s2].
+        pivot: Pivot of the drive ahead of its base, see `Drive.pivot` [m].
     """
 
     def __init__(
@@ -216,11 +219,11 @@ class TurnReference(Reference):
         error = wrap_angle(pose.yaw - self.yaw)
         cross = math.cos(self.yaw) * (pose.y - self.y) - math.sin(self.yaw) * (pose.x - self.x)
         turning = _turn(pose.yaw, -error, twist.turn, self._rate, self._acceleration, times)
-        return Preview(_standing(Pose2(self.x, self.y, pose.yaw), *turning, self._pivot), cross, error)
+        return Preview(_turn_stages(Pose2(self.x, self.y, pose.yaw), *turning, self._pivot), cross, error)
 
 
 def _sharp_corners(path: Path) -> list[float]:
-    """Arc lengths at which a path bends by more than SHARP within REACH each way [m]."""
+    """Arc lengths at which the heading of a path changes by more than SHARP within REACH each way [m]."""
     if path.length <= 2.0 * REACH:
         return []
     cells, heading = round(REACH / path.spacing), path.samples[:, 2]
@@ -230,9 +233,9 @@ def _sharp_corners(path: Path) -> list[float]:
 
 
 def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: float, times: Array) -> tuple[Array, Array]:
-    """Yaws [rad] and turn rates [rad/s] of a trapezoidal turn by `error` from `yaw`, now turning at `turn`."""
+    """Yaws [rad] and turn rates [rad/s] of a trapezoidal turn by `error` from `yaw`, at a present rate of `turn`."""
     if error * turn < 0.0 and abs(error) > math.pi - 0.3:
-        error -= math.copysign(math.tau, error)  # half-way round already: go on rather than back
+        error -= math.copysign(math.tau, error)  # already near the half turn: continue instead of reversing
     sign = math.copysign(1.0, error)
     angle, w0 = abs(error), max(0.0, sign * turn)
     peak = max(w0, min(rate, math.sqrt(acceleration * angle + 0.5 * w0 * w0)), 1e-9)
@@ -246,8 +249,8 @@ def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: floa
     return yaw + sign * np.minimum(turned, angle), sign * np.maximum(rates, 0.0)
 
 
-def _standing(pose: Pose2, yaws: Array, rates: Array, pivot: float) -> Array:
-    """(k, 6) Stages of a turn on the spot from a pose, about a place that is so far ahead of the base [m]."""
+def _turn_stages(pose: Pose2, yaws: Array, rates: Array, pivot: float) -> Array:
+    """Stages of a turn on the spot from a pose, about a pivot ahead of the base [m], shape (k, 6)."""
     stages = np.zeros((len(yaws), 6))
     stages[:, 0], stages[:, 1], stages[:, 2], stages[:, 5] = pose.x, pose.y, yaws, rates
     if pivot != 0.0:

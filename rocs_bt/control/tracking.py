@@ -1,14 +1,14 @@
-"""The follower's quadratic program: linearised, condensed, move-blocked, and solved in one CasADi Function.
+"""Quadratic program of the follower: linearised, condensed, move-blocked, and solved in one CasADi Function.
 
-The plan is the drive coordinates q at the ends of a few blocks, linear in between: wheel speed limits are bounds at
-the block ends, wheel acceleration limits are rows on neighbours, both exact. From the commanded speed a plan that
-brakes always exists, so the program is feasible by construction.
+The plan consists of the drive coordinates q at the ends of a few blocks, with linear interpolation between them. Wheel
+speed limits are bounds at the block ends, wheel acceleration limits are constraints on neighbours; both are exact. A
+braking plan from the commanded speed always exists, so the program is feasible by construction.
 
-The condensing uses the group structure of the plane's motions. The discretised pose moves by
-p+ = p + dt R(yaw + dt w / 2) v, which commutes with rigid motions of the world, so a small change of q during stage j
-changes every later pose by the same *spatial* twist (c, t): dp_k = c + J p_k t, dyaw_k = t, with J the quarter turn.
-Once a block is over its sensitivity is constant, and a block of the Hessian between two settled variables is one
-product of three numbers: the work is linear in the horizon instead of quadratic.
+The condensing uses the group structure of planar motions. The discretised pose moves by
+p+ = p + dt R(yaw + dt w / 2) v, which commutes with rigid motions of the world. A small change of q during stage j
+therefore changes every later pose by the same *spatial* twist (c, t): dp_k = c + J p_k t, dyaw_k = t, with J the
+quarter turn. After the end of a block its sensitivity is constant, and a Hessian block between two settled variables is
+one product of 3-vectors. The work is linear in the horizon instead of quadratic.
 
 Sources: Gros et al., From linear to nonlinear MPC: bridging the gap via the real-time iteration, Int. J. Control
 93(1), 2020; Frison, Algorithms and methods for high-performance MPC, 2015 (condensing); Arnstrom, Bemporad and
@@ -32,15 +32,15 @@ from .drive import Array, Drive
 
 @dataclass(frozen=True)
 class Weights:
-    """What deviations cost, each squared and summed over the stages.
+    """Weights of the squared errors, summed over the stages.
 
     Attributes:
-        along: Distance along the reference's heading [1/m2].
-        across: Distance across it [1/m2].
-        heading: [1/rad2].
-        speed: Wheel speeds against the reference's [s2/m2].
-        acceleration: Wheel accelerations [s4/m2].
-        terminal: Factor on the last stage, in place of a terminal set [1].
+        along: Weight of the position error along the reference's heading [1/m2].
+        across: Weight of the position error across it [1/m2].
+        heading: Weight of the heading error [1/rad2].
+        speed: Weight of the wheel speeds' difference from the reference [s2/m2].
+        acceleration: Weight of the wheel accelerations [s4/m2].
+        terminal: Factor on the last stage, instead of a terminal set [1].
     """
 
     along: float = 20.0
@@ -53,12 +53,12 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """The sizes and the constant matrices of the program.
+    """Sizes and constant matrices of the program.
 
     Attributes:
-        drive: Whose limits hold.
-        blocks: Lengths of the blocks, in stages.
-        dt: Length of a stage [s].
+        drive: Drive with the wheel limits.
+        blocks: Lengths of the move blocks, in stages.
+        dt: Duration of a stage [s].
     """
 
     drive: Drive
@@ -73,7 +73,7 @@ class Layout:
 
     @cached_property
     def _content(self) -> tuple[object, ...]:
-        """All that a program is made from."""
+        """All inputs of a program, for equality and hash."""
         drive = self.drive
         matrices = tuple((m.shape, m.tobytes()) for m in (drive.twist_from_q, drive.wheels_from_q))
         return matrices, drive.max_wheel_speed, drive.max_wheel_acceleration, self.blocks, self.dt
@@ -86,27 +86,27 @@ class Layout:
 
     @property
     def n(self) -> int:
-        """Coordinates of the drive."""
+        """Number of drive coordinates."""
         return int(self.drive.twist_from_q.shape[1])
 
     @property
     def stages(self) -> int:
-        """Stages of the horizon."""
+        """Number of stages of the horizon."""
         return sum(self.blocks)
 
     @property
     def size(self) -> int:
-        """Variables of the program."""
+        """Number of variables of the program."""
         return self.n * len(self.blocks)
 
     @cached_property
     def ends(self) -> Array:
-        """(blocks + 1,) Times of the plan's nodes, the first of them now [s]."""
+        """Times of the plan's nodes, the first of them 0, shape (blocks + 1,) [s]."""
         return self.dt * np.concatenate([[0.0], np.cumsum(self.blocks)])
 
     @cached_property
     def rows(self) -> Array:
-        """(r, n) Wheel speeds of q, without wheels that repeat another [1]."""
+        """Matrix from q to wheel speeds without repeated wheels, shape (r, n) [1]."""
         kept: list[Array] = []
         for row in self.drive.wheels_from_q:
             if not any(np.allclose(row, k) or np.allclose(row, -k) for k in kept):
@@ -115,35 +115,35 @@ class Layout:
 
     @cached_property
     def speed_rows(self) -> Array:
-        """(r * blocks, size + n) Wheel speeds of (q now, plan), as shares of the limit."""
+        """Matrix from (present q, plan) to wheel speeds as shares of the limit, shape (r * blocks, size + n)."""
         pick = np.eye(len(self.blocks) + 1)[1:]
         return np.asarray(np.kron(pick, self.rows) / self.drive.max_wheel_speed, dtype=float)
 
     @cached_property
     def acceleration_rows(self) -> Array:
-        """(r * blocks, size + n) Wheel accelerations of (q now, plan), as shares of the limit."""
+        """Matrix from (present q, plan) to wheel accelerations as shares of the limit, shape (r * blocks, size + n)."""
         differences = np.diff(np.eye(len(self.blocks) + 1), axis=0) / np.diff(self.ends)[:, None]
         rows = np.kron(differences, self.rows) / self.drive.max_wheel_acceleration
         return np.asarray(rows, dtype=float)
 
     def interpolation(self, times: npt.NDArray[np.floating[Any]]) -> Array:
-        """(k, blocks + 1) Weights of the nodes at times [s], held after the last."""
+        """Interpolation weights of the nodes at times (k,) [s], constant after the last, shape (k, blocks + 1)."""
         unit = np.eye(len(self.ends))
         return np.column_stack([np.interp(times, self.ends, column) for column in unit])
 
 
 @lru_cache(maxsize=8)  # building takes as long as a hundred solves
 def build(layout: Layout, weights: Weights, iterations: int) -> Any:
-    """The program as a CasADi Function of one vector; the same Function for the same arguments.
+    """Build the program as a CasADi Function of one vector; equal arguments return the same Function.
 
-    Its input is, one after the other: pose (3,), q now (n,), the plan to linearise at (blocks * n,), and for each stage
-    the wanted x, y, yaw and q (stages * (3 + n)). Its output is the new plan (blocks * n,). Nothing tells whether the
-    solver succeeded: check the plan.
+    The input vector is: pose (3,), present q (n,), the plan to linearise at (blocks * n,), and the reference x, y, yaw
+    and q of each stage (stages * (3 + n)). The output is the new plan (blocks * n,). The Function does not report
+    whether the solver succeeded: check the plan.
 
     Args:
         layout: Sizes and limits.
-        weights: The cost.
-        iterations: The most steps of the active-set solver; a truncated solve breaks limits, which the check sees.
+        weights: Weights of the cost.
+        iterations: Maximum iterations of the active-set solver; the plan of a truncated solve violates limits.
     """
     import casadi as ca
 
@@ -167,7 +167,7 @@ def build(layout: Layout, weights: Weights, iterations: int) -> Any:
 
 
 def _linearise(ca: Any, layout: Layout, weights: Weights, p: Any) -> tuple[Any, Any, Any, Any]:
-    """Hessian, gradient of the step, q now and the plan it is taken from, as expressions of p."""
+    """Hessian, gradient, present q and the plan to linearise at, as expressions of p."""
     n, size = layout.n, layout.size
     now, plan = p[3 : 3 + n], p[3 + n : 3 + n + size]
     wanted = ca.reshape(p[3 + n + size :], 3 + n, layout.stages)
@@ -178,7 +178,7 @@ def _linearise(ca: Any, layout: Layout, weights: Weights, p: Any) -> tuple[Any, 
 
 
 def _speed_cost(ca: Any, layout: Layout, weights: Weights, nodes: Any, wanted: Any) -> tuple[Any, Any]:
-    """The part of the cost that is quadratic by itself: wheel speeds at stage ends, and wheel accelerations."""
+    """Hessian and gradient of the exactly quadratic cost: wheel speeds at stage ends, and wheel accelerations."""
     metric = layout.rows.T @ layout.rows * (layout.n / len(layout.rows))
     ends = layout.interpolation(layout.dt * np.arange(1, layout.stages + 1))
     worth = np.full(layout.stages, weights.speed)
@@ -193,7 +193,7 @@ def _speed_cost(ca: Any, layout: Layout, weights: Weights, nodes: Any, wanted: A
 def _pose_cost(ca: Any, layout: Layout, weights: Weights, pose: Any, nodes: Any, wanted: Any) -> tuple[Any, Any]:
     """Gauss-Newton Hessian and gradient of the pose errors, with respect to the plan."""
     twists, metrics, pulls = _roll_out(ca, layout, weights, pose, nodes, wanted)
-    for k in reversed(range(layout.stages - 1)):  # what a spatial twist at stage k costs in all that follows
+    for k in reversed(range(layout.stages - 1)):  # cost of a spatial twist at stage k in all later stages
         metrics[k] = metrics[k] + metrics[k + 1]
         pulls[k] = pulls[k] + pulls[k + 1]
     middles = layout.interpolation(layout.dt * (np.arange(layout.stages) + 0.5))[:, 1:]
@@ -218,7 +218,7 @@ def _pose_cost(ca: Any, layout: Layout, weights: Weights, pose: Any, nodes: Any,
 
 
 def _overlap(ca: Any, twists: list[Any], weighted: list[Any], own: list[Any], a: list[float], b: list[float]) -> Any:
-    """(n, n) Hessian block of a variable with itself or with a later one that acts in some of the same stages."""
+    """Hessian block (n, n) of a variable with itself or with a later one that shares stages with it."""
     acted_a = acted_b = tail = ca.SX(*twists[0].shape)
     block = ca.SX(*own[0].shape)
     for k, (share_a, share_b) in enumerate(zip(a, b, strict=True)):
@@ -232,9 +232,9 @@ def _overlap(ca: Any, twists: list[Any], weighted: list[Any], own: list[Any], a:
 
 
 def _roll_out(ca: Any, layout: Layout, weights: Weights, pose: Any, nodes: Any, wanted: Any) -> tuple[Any, Any, Any]:
-    """For each stage: spatial twist of q (3, n), metric (3, 3) and pull (3, 1) of the pose error at its end.
+    """Spatial twist of q (3, n), metric (3, 3) and pull (3, 1) of the pose error at the end of each stage.
 
-    Positions are relative to the robot, so that numbers stay small in a large world.
+    Positions are relative to the robot, so numbers stay small in a large world.
     """
     linear, turn = ca.DM(layout.drive.twist_from_q[:2]), ca.DM(layout.drive.twist_from_q[2:])
     middles = nodes @ ca.DM(layout.interpolation(layout.dt * (np.arange(layout.stages) + 0.5)).T)
@@ -258,11 +258,11 @@ def _roll_out(ca: Any, layout: Layout, weights: Weights, pose: Any, nodes: Any, 
 
 
 def _pose_error(ca: Any, weights: Weights, factor: float, at: Any, yaw: Any, wanted: Any, pose: Any) -> tuple[Any, Any]:
-    """Metric (3, 3) and pull (3, 1) of one pose error, for spatial twists."""
+    """Metric (3, 3), the Gauss-Newton Hessian, and pull (3, 1), the gradient, of one pose error for spatial twists."""
     c, s = ca.cos(wanted[2]), ca.sin(wanted[2])
     more = factor * (weights.along - weights.across)
     metric = factor * weights.across * ca.DM.eye(2) + more * ca.vertcat(c, s) @ ca.horzcat(c, s)
-    spin = ca.vertcat(-at[1], at[0])  # J p: how the position moves when the world turns about the origin
+    spin = ca.vertcat(-at[1], at[0])  # J p: velocity of the position under a rotation of the world about the origin
     position = metric @ (at - (wanted[:2] - pose[:2]))
     heading = factor * weights.heading * (yaw - wanted[2])
     lever = metric @ spin

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rocs_bt.control.elastic_band import STEP, Surroundings, relaxed
+from rocs_bt.control.elastic_band import STEP, DistanceField, relaxed
 from rocs_bt.control.footprint import Footprint
 
 CELL = 0.05
@@ -20,7 +20,7 @@ def window(rows, columns, things, reach):
     away = np.full((rows, columns), reach)
     for point in points:
         away = np.minimum(away, np.hypot(*np.moveaxis(centres - point, -1, 0)))
-    return Surroundings(0.0, 0.0, CELL, away, points)
+    return DistanceField(0.0, 0.0, CELL, away, points)
 
 
 @given(

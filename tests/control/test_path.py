@@ -46,7 +46,7 @@ def test_projection_is_the_nearest_place(corners: list[tuple[float, float]], poi
 def test_projection_from_a_near_hint_finds_the_foot_of_the_normal(error: float, at: float, offset: float) -> None:
     path = circle(1.5, 400)
     s = at * path.length
-    x, y, yaw, _ = path.look(s)
+    x, y, yaw, _ = path.sample(s)
     found = path.project(x - offset * math.sin(yaw), y + offset * math.cos(yaw), s + error)
     assert found == pytest.approx(s, abs=0.02)
 
@@ -80,7 +80,7 @@ def test_single_and_vectorised_look_ups_agree() -> None:
     rows = path.at(stations)
     for s, row in zip(stations, rows, strict=True):
         np.testing.assert_allclose(path.at(s), row, atol=1e-12)
-        np.testing.assert_allclose(path.look(float(s)), row, atol=1e-12)
+        np.testing.assert_allclose(path.sample(float(s)), row, atol=1e-12)
     assert path.at(-0.5)[0] == 0.0
     np.testing.assert_allclose(path.position(99.0), [1.0, 2.0])
 
@@ -113,7 +113,7 @@ def test_a_path_of_one_place_is_legal(same: list[tuple[float, float]]) -> None:
     assert path.length == 0.0
     assert path.project(7.0, -3.0, hint=2.0) == 0.0
     np.testing.assert_array_equal(path.at([0.0, 5.0]), [[1.0, 2.0, 0.0, 0.0]] * 2)
-    assert path.look(3.0) == (1.0, 2.0, 0.0, 0.0)
+    assert path.sample(3.0) == (1.0, 2.0, 0.0, 0.0)
 
 
 def test_repeated_points_change_nothing() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.elastic_band import Surroundings
+from rocs_bt.control.elastic_band import DistanceField
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
@@ -72,7 +72,7 @@ def test_the_search_finds_a_cheapest_way_as_networkx_does(seed):
     cost[rng.random(shape) < rng.choice([0.0, 0.2, 0.45])] = math.inf
     start, goal = (0, int(rng.integers(shape[1]))), (shape[0] - 1, int(rng.integers(shape[1])))
     cost[start] = cost[goal] = 1.0
-    field = MODULE["Field"](Surroundings(0.0, 0.0, 1.0, cost, np.empty((0, 2))), cost, 0.2, 0)
+    field = MODULE["Field"](DistanceField(0.0, 0.0, 1.0, cost, np.empty((0, 2))), cost, 0.2, 0)
     found = MODULE["_search"](field, cost, (start[1] + 0.5, start[0] + 0.5), (goal[1] + 0.5, goal[0] + 0.5))
     expected = dijkstra(cost, start, goal)
     if found is None:
