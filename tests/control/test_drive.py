@@ -107,5 +107,5 @@ def test_wrong_numbers_are_named() -> None:
 def test_matrices_that_do_not_fit_are_refused() -> None:
     with pytest.raises(InputError, match=r"shapes \(3, 2\) and \(1, 2\)"):
         Drive("odd", ("only",), np.zeros((3, 2)), np.eye(2), 1.0, 1.0)
-    with pytest.raises(InputError, match="do not follow from its wheel speeds"):
+    with pytest.raises(InputError, match="are not determined by its wheel speeds"):
         Drive("odd", ("a", "b"), np.zeros((3, 2)), np.ones((2, 2)), 1.0, 1.0)
