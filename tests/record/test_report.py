@@ -229,3 +229,13 @@ def test_in_a_browser_an_empty_run_is_no_error(browser, tmp_path):
     browser.open((tmp_path / "report.html").as_uri())
     assert browser.evaluate("time.textContent") == "0.00"
     assert browser.errors == []
+
+
+@pytest.mark.browser
+def test_in_a_browser_the_play_button_is_on_the_first_screen(browser, recording, tmp_path):
+    write_report(recording, recording.summary, tmp_path / "report.html")
+    browser.call("Emulation.setDeviceMetricsOverride", width=1366, height=768, deviceScaleFactor=1, mobile=False)
+    browser.open((tmp_path / "report.html").as_uri())
+    assert browser.evaluate("document.querySelector('#play').getBoundingClientRect().bottom") < 768
+    browser.call("Emulation.clearDeviceMetricsOverride")
+    assert browser.errors == []

@@ -7,8 +7,10 @@ const makeArena = (picture) => {
   const X = (x) => left + x * scale, Y = (y) => top - y * scale;
   const fit = ([x0, y0, x1, y1]) => {
     const dpr = window.devicePixelRatio || 1, pad = 18;
-    width = picture.parentElement.clientWidth;
-    height = Math.min(width * (y1 - y0) / (x1 - x0), 0.82 * Math.max(window.innerHeight, 480));
+    width = Math.max(picture.parentElement.clientWidth, 3 * pad);  // a page that is not laid out yet has no width
+    // The controls below the picture stay on the first screen, unless little of the picture would be left.
+    const above = picture.getBoundingClientRect().top + window.scrollY, screen = Math.max(window.innerHeight, 480);
+    height = Math.min(width * (y1 - y0) / (x1 - x0), Math.max(screen - above - 72, 0.5 * screen));
     picture.style.height = height + "px";
     picture.width = width * dpr; picture.height = height * dpr;
     g.setTransform(dpr, 0, 0, dpr, 0, 0);
