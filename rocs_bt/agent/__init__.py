@@ -1,7 +1,7 @@
-"""One robot's MAPE-K loop: builds, connects and runs its blocks.
+"""Agents: build, connect and run the MAPE-K blocks of one robot.
 
-It is the only composer, so it alone imports monitors, analysers, planners, Execute and reflexes together. `simulation`
-and the layers above import it.
+Only this package imports monitors, analysers, planners, Execute and reflexes together. `simulation` and the layers
+above import it.
 """
 
 from ..catalog import robot_drive

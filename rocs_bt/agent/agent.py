@@ -1,7 +1,7 @@
-"""Agent: the autonomic manager of one robot (paper, 4.1; docs/architecture.md).
+"""Agent: autonomic manager of one robot (paper, 4.1; docs/architecture.md).
 
-Exactly one Knowledge, Plan, Execute and Pipeline by construction, and no global state, so several agents live in one
-process. It holds the blocks and knows the order of effects; `lockstep` and `threaded` run the same blocks.
+An agent has exactly one Knowledge, Plan, Execute and Pipeline, and no global state: several agents can run in one
+process. It holds the blocks and their order of execution; `lockstep` and `threaded` run the same blocks.
 """
 
 from __future__ import annotations
@@ -23,37 +23,37 @@ from .exceptions import ContentExceptions
 from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile
 
-HALT = 3
-"""Periods of the plan that its last turn may take before the agent stops without it."""
+PLAN_CLOSE_PERIODS = 3
+"""Timeout for the plan's last run, in plan periods; after that the agent stops without closing the plan."""
 
 
 class Agent:
-    """One robot's MAPE-K loop, built by `build_agent`.
+    """MAPE-K loop of one robot, built by `build_agent`.
 
     Args:
-        name: The agent, and its robot's node in Knowledge.
-        knowledge: K.
-        devices: The devices of its robot.
-        blocks: Its blocks.
+        name: Name of the agent and of its robot's node in Knowledge.
+        knowledge: K of MAPE-K.
+        devices: Devices of the robot.
+        blocks: Blocks of the agent.
         rates: Rates of the blocks.
-        runtime: Clock and sink of the run.
-        rule_files: The rule files in force.
-        sharing: Keeps Knowledge the same as that of other agents; None where it is its own.
+        runtime: Clock and event sink of the run.
+        rule_files: Active rule files.
+        sharing: Knowledge sharing with other agents; None without sharing.
 
     Attributes:
-        name: The agent, and its robot's node in Knowledge.
-        knowledge: K.
-        monitors: M, in the order of robot.toml.
-        analyzes: A, in the order of robot.toml.
-        plan: P.
-        execute: E.
-        arc: The reflex arc over all ReactiveModels.
-        pipeline: The queue between them.
-        rule_files: The rule files in force, which can be read anew.
-        sharing: Keeps Knowledge the same as that of other agents; None where it is its own.
-        failure: The block that failed, and why; None while all is well.
-        stopped: Whether it was stopped; nothing comes after that.
-        reacted: When the reflexes were last evaluated [s].
+        name: Name of the agent and of its robot's node in Knowledge.
+        knowledge: K of MAPE-K.
+        monitors: M of MAPE-K, in the order of robot.toml.
+        analyzes: A of MAPE-K, in the order of robot.toml.
+        plan: P of MAPE-K.
+        execute: E of MAPE-K.
+        arc: Reflex arc over all ReactiveModels.
+        pipeline: Queue of actions between Plan, the reflex arc and Execute.
+        rule_files: Active rule files, which can be reloaded.
+        sharing: Knowledge sharing with other agents; None without sharing.
+        failure: First block failure; None if no block failed.
+        stopped: Whether the agent was stopped; a stopped agent cannot be restarted.
+        reacted: Time of the last evaluation of the reflexes [s].
     """
 
     def __init__(
@@ -99,19 +99,19 @@ class Agent:
 
     @property
     def going(self) -> bool:
-        """Whether it has neither failed nor been stopped: only then do its blocks run."""
+        """Whether the agent has neither failed nor been stopped; its blocks run only then."""
         return self.failure is None and not self.stopped
 
     @property
     def status(self) -> str:
-        """The mission's: `RUNNING`, `SUCCESS` or `FAILURE`. What it makes of a broken Execute does not count."""
+        """Status of the mission: `RUNNING`, `SUCCESS` or `FAILURE`; `RUNNING` if Execute failed."""
         if self.execute.broken:
             return "RUNNING"
         return "FAILURE" if self._exceptions.failure else self.plan.status
 
     @property
     def reflex(self) -> str:
-        """Rule of the active reflex; empty while none is active."""
+        """Rule of the active reflex; empty if no reflex is active."""
         return self.arc.active or ""
 
     @property
@@ -120,21 +120,21 @@ class Agent:
         return self.pipeline.blocked
 
     def reading(self, rule: str) -> str:
-        """Guard of a rule with the values of its last firing, such as `min(front) = 0.21 m`; empty before the first."""
+        """Guard values of a rule's last firing, such as `min(front) = 0.21 m`; empty before its first firing."""
         return self.arc.reading(rule)
 
     @property
     def reason(self) -> str:
-        """Why the mission, or a block, failed; empty while nothing did."""
+        """Reason of the failure of a block or of the mission; empty without a failure."""
         return str(self.failure) if self.failure is not None else self._exceptions.failure or self.plan.reason
 
     def step(self, count: int) -> None:
-        """One control period in lockstep: the order of effects of docs/architecture.md.
+        """Run one control period in lockstep, in the order of docs/architecture.md.
 
-        A block that raises stops the wheels; from then on nothing happens.
+        If a block raises, the wheels stop and later calls do nothing.
 
         Args:
-            count: Control periods since the start; the clock says the same.
+            count: Number of control periods since the start.
         """
         if not self.going:
             return
@@ -143,31 +143,31 @@ class Agent:
             if self.sharing is not None and self.sharing.due(t):
                 block = "sharing"
                 self.sharing.run(t)
-            for block, monitor in self._monitors:  # noqa: B007 - told where it breaks
+            for block, monitor in self._monitors:  # noqa: B007 - `block` names the failed block below
                 monitor.run(t, count)
             block = "reflexes"
             self.react(t)
-            for block, analyze in self._analyzes:  # noqa: B007 - told where it breaks
+            for block, analyze in self._analyzes:  # noqa: B007 - `block` names the failed block below
                 analyze.run(t)
             block = "plan"
             if self.rates.plan.due(count) or self.plan.called:
                 self.decide(t)
             block = "execute"
             self.execute.run(t)
-        except BaseException as error:  # the boundary of a block: whatever it raises must stop it
+        except BaseException as error:  # block boundary: any exception must stop the agent
             if interrupts(error):
                 raise
             self._broke(block, error)
 
     def react(self, t: float) -> None:
-        """Evaluate the reflexes on a fresh snapshot; may be called from any monitor's thread."""
+        """Evaluate the reflexes on a new snapshot; may be called from the thread of any monitor."""
         self.arc.run(self.knowledge.signals.snapshot(t, np.empty(self.knowledge.signals.size)), t)
         self.reacted = t
 
     def decide(self, t: float) -> None:
-        """One turn of Plan; none once it is closed, Execute broke, or content raised beyond its limit.
+        """Run Plan once, unless it is closed, Execute failed, or the limit of content exceptions was reached.
 
-        An exception of content is reported, and the robot brakes. Safe while another thread stops the agent.
+        If content raises, the exception is reported and the robot brakes. Another thread may stop the agent meanwhile.
         """
         with self._planning:
             if not (self._plan_closed or self.execute.broken or self._exceptions.failure):
@@ -176,10 +176,10 @@ class Agent:
                 self.pipeline.charge(self._timer() - begun)
 
     def _blaming(self, turn: Callable[..., None], *args: object) -> None:
-        """Run a part of Plan; an exception that content raised goes no further."""
+        """Run a part of Plan and handle exceptions of content; other exceptions propagate."""
         try:
             turn(*args)
-        except BaseException as error:  # the boundary of a block: whatever it raises must stop it
+        except BaseException as error:  # block boundary: any exception must stop the agent
             if interrupts(error):
                 raise
             if (raised := self.plan.blame(error)) is None:
@@ -187,14 +187,14 @@ class Agent:
             self._exceptions.take(raised)
 
     def guarded(self, block: str, turn: Callable[..., None], *args: object) -> None:
-        """Run one turn of a block; if it raises or ends, stop the wheels first and keep the reason."""
+        """Run a block once; if it raises or calls for an exit, stop the wheels and record the failure."""
         if self.going:
             self._attempt(block, turn, *args)
 
     def _attempt(self, block: str, turn: Callable[..., None], *args: object) -> None:
         try:
             turn(*args)
-        except BaseException as error:  # the boundary of a block: whatever it raises must stop it
+        except BaseException as error:  # block boundary: any exception must stop the agent
             if interrupts(error):
                 raise
             self._broke(block, error)
@@ -209,10 +209,10 @@ class Agent:
     def fail(
         self, block: str, kind: str, detail: str, cause: BaseException | None = None, *, owner: str = "engine"
     ) -> None:
-        """Stop the wheels for good, then report the failure. Safe under threads; the first failure counts.
+        """Stop the wheels permanently, then report the failure. Thread-safe; only the first failure counts.
 
         Args:
-            block: Name of the block or of the actuator.
+            block: Name of the block or actuator.
             kind: `raised`, `ended` or `hung`.
             detail: Reason.
             cause: The exception.
@@ -234,17 +234,19 @@ class Agent:
         self.fail(name, error.kind, str(error), error, owner="content")
 
     def brake(self) -> None:
-        """Send all actuators to neutral for good, at once; from any thread. The blocks go on, and move nothing."""
+        """Send all actuators to neutral permanently; thread-safe. The blocks keep running without effect."""
         self._attempt("execute", self.execute.close)
         self._shut()
 
     def stop(self, by: str = "the end of the run") -> None:
-        """Go to neutral, halt the plan and cancel everything, once; the agent may not be used after it.
+        """Stop the wheels, then halt the plan and cancel all actions. The agent cannot be used afterwards.
 
-        The wheels stop first, whatever the plan does. After a failure too: what runs is halted and stopped, so that
-        every ticket and every node comes to its end.
+        Also works after a failure: running nodes are halted and open tickets are cancelled. A second call does nothing.
+
+        Args:
+            by: Reason of the stop, for events.
         """
-        with self._failing:  # a failure that another thread tells of is told to its end first
+        with self._failing:  # lets another thread finish reporting its failure first
             if self.stopped:
                 return
         self.brake()
@@ -258,7 +260,7 @@ class Agent:
             self._attempt("sharing", self.sharing.halt, self.clock.now())
 
     def close(self) -> None:
-        """Let go of all devices, actuators first, and of the peers that it shares with, whatever raises on the way."""
+        """Close all devices, actuators first, and the sharing; each is closed even if another raises."""
         with ExitStack() as stack:
             if self.sharing is not None:
                 stack.callback(self.sharing.close)
@@ -268,8 +270,8 @@ class Agent:
                 stack.callback(actuator.close)
 
     def _close_plan(self) -> None:
-        """Close the plan between two of its turns; one that hangs is left alone."""
-        if not self._planning.acquire(timeout=HALT * self.rates.plan.every * self.rates.control.period):
+        """Close the plan between two runs; a plan that hangs is not closed."""
+        if not self._planning.acquire(timeout=PLAN_CLOSE_PERIODS * self.rates.plan.every * self.rates.control.period):
             return
         try:
             self._plan_closed = True
@@ -278,11 +280,11 @@ class Agent:
             self._planning.release()
 
     def _shut(self) -> str:
-        """Send all actuators to neutral for good; tells of those that did not obey."""
+        """Send all actuators to neutral permanently; the result describes those that raised."""
         problems = ""
         for actuator in self.actuators.values():
             try:
                 actuator.shut()
-            except Exception as error:  # noqa: BLE001 - one that breaks its contract must not keep the next from stopping
+            except Exception as error:  # noqa: BLE001 - a faulty driver must not keep the next actuator from stopping
                 problems += f"; and actuator '{actuator.name}' did not stop: {type(error).__name__}: {error}"
         return problems

@@ -1,4 +1,4 @@
-"""Making a block of robot.toml: a Monitor or an Analyze with the parameters that its table gives."""
+"""Construct Monitors and Analyzers from their tables in robot.toml."""
 
 from __future__ import annotations
 
@@ -16,11 +16,16 @@ _TYPES: Mapping[str, tuple[type, ...]] = {"float": (int, float), "int": (int,), 
 
 
 def make_block(cls: type[T], parameters: Mapping[str, Any], *args: Any) -> T:
-    """A block, made of `args` (its name first) and its parameters.
+    """Construct a block.
+
+    Args:
+        cls: Class of the block.
+        parameters: Keyword arguments from robot.toml.
+        args: Positional arguments, the block's name first.
 
     Raises:
-        InputError: A parameter does not exist, is missing, or is not of the type that the class declares.
-        Exception: What a user's own class raises.
+        InputError: A parameter is unknown, missing, or not of the type that the class annotates.
+        Exception: A user's class raised it.
     """
     what = f"{cls.__name__} '{args[0]}'"
     declared = _declared(cls)
@@ -34,14 +39,14 @@ def make_block(cls: type[T], parameters: Mapping[str, Any], *args: Any) -> T:
     try:
         inspect.signature(cls).bind(*args, **parameters)
         return cls(*args, **parameters)
-    except (TypeError, ValueError, OverflowError) as error:  # what only the class itself can tell
-        if content_line(error) is not None:  # a user's own class raised it, at that line
+    except (TypeError, ValueError, OverflowError) as error:  # refused by the constructor itself
+        if content_line(error) is not None:  # raised in a user's class
             raise
         raise InputError(f"{what} does not take these parameters: {error}.") from error
 
 
 def _declared(cls: type) -> dict[str, str]:
-    """How the constructors of a class and of its bases annotate what they take, as written; its own word wins."""
+    """Annotations of the constructor parameters of a class and its bases, as text; a subclass overrides its bases."""
     found: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         if inspect.isfunction(make := vars(base).get("__init__")):
@@ -51,5 +56,5 @@ def _declared(cls: type) -> dict[str, str]:
 
 
 def _fits(value: Any, types: tuple[type, ...]) -> bool:
-    # What is not equal to itself is NaN, with which no comparison holds.
+    # NaN is not equal to itself.
     return isinstance(value, types) and not isinstance(value, bool) and value == value

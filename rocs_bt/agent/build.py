@@ -1,4 +1,4 @@
-"""Building an agent: robot.toml's wiring, a mission and rule files become blocks that are connected (paper, 5.2)."""
+"""Build an agent: blocks from robot.toml, a mission and rule files, connected as in the paper, 5.2."""
 
 from __future__ import annotations
 
@@ -39,25 +39,25 @@ Keep = Callable[[Hashable, Callable[[], Any]], Any]
 
 @dataclass(frozen=True)
 class Controller:
-    """What makes a robot an agent: what it is to do and when it flinches.
+    """Controller of an agent: mission, reflexes and initial knowledge, without the robot.
 
     Attributes:
-        build: The mission: given a `Mission` and its parameters it returns the tree, or a user's own `Plan`.
-        mission: The mission's name.
-        parameters: The mission's parameters, SI units.
-        rules: The rule files.
-        reflexes: Makes reactive models in Python, besides the rule files, from the agent's Knowledge.
-        places: What it is told of the world at the start.
-        facts: What else it knows at the start, and what it will be told.
-        peers: Which other robots there are, and by which tag a robot sensor knows each.
-        actions: Actions besides the shipped ones.
-        latency: How long its planner thinks [s]: what it decides takes effect that much later; None where that is
-            measured as it runs, which does not repeat.
-        world_model: The class of `knowledge.world`, for a user's own (paper, 5.3: optional extension points).
-        robot_model: The class of `knowledge.robot`.
-        strategy_model: The class of `knowledge.strategy`.
-        schema: What may stand in its Knowledge.
-        privileged: Information for oracle planners only (`Mission.privileged`).
+        build: Mission function: takes a `Mission` and the parameters, returns the tree or a user's own `Plan`.
+        mission: Name of the mission.
+        parameters: Parameters of the mission, SI units.
+        rules: Rule files.
+        reflexes: Factory of reactive models in Python, in addition to the rule files; takes the agent's Knowledge.
+        places: Places and objects known at the start.
+        facts: Facts known at the start (time 0) and facts scheduled for later.
+        peers: Tags of the other robots, by name; robot sensors identify peers by tag.
+        actions: Actions in addition to the shipped ones.
+        latency: Planning latency [s]: decisions take effect this much later. None measures it during the run, which
+            makes the run non-repeatable.
+        world_model: Class of `knowledge.world` (paper, 5.3: optional extension points).
+        robot_model: Class of `knowledge.robot`.
+        strategy_model: Class of `knowledge.strategy`.
+        schema: Schema of the Knowledge graph.
+        privileged: Ground-truth information for oracle planners (`Mission.privileged`).
     """
 
     build: Callable[..., Any]
@@ -88,20 +88,20 @@ def build_agent(
     keep: Keep = lambda key, make: make(),
     share: Callable[[Knowledge], Sharing] | None = None,
 ) -> Agent:
-    """Build, wire and check all blocks of one agent; nothing runs yet.
+    """Build, connect and check all blocks of one agent; nothing runs yet.
 
     Args:
-        name: The agent's name.
-        devices: Its robot's table, which is built exactly, and devices.
-        controller: Mission, rules and knowledge at the start.
+        name: Name of the agent.
+        devices: Specification and devices of the robot.
+        controller: Mission, rules and initial knowledge.
         rates: Rates of the blocks.
         runtime: Clock, sink, timer and random streams.
-        load_class: Loads a class that robot.toml names as `file.py:Class`.
-        keep: Shares what agents of the same content have in common (`Catalog.keep`).
-        share: Makes it share its knowledge; None for one that shares nothing.
+        load_class: Loader of classes that robot.toml names as `file.py:Class`.
+        keep: Cache for data that agents of the same content share (`Catalog.keep`).
+        share: Factory of the knowledge sharing; None without sharing.
 
     Raises:
-        InputError: A class, signal, action or parameter that is named does not exist, with every fault.
+        InputError: An unknown class, signal, action or parameter; lists every fault.
     """
     robot, clock, sink = devices.robot, runtime.clock, runtime.sink
     drive = robot_drive(robot.drive)
@@ -141,7 +141,7 @@ def build_agent(
 def _body(
     devices: RobotDevices, knowledge: Knowledge, drive: Drive, rates: Rates, runtime: Runtime, sharing: Sharing | None
 ) -> RobotBody:
-    """What the agent's actions may use."""
+    """The robot's body as the agent's actions use it."""
     body = RobotBody(
         knowledge=knowledge,
         drive=drive,
@@ -159,13 +159,13 @@ def _body(
 def _knowledge(
     name: str, robot: RobotSpec, drive: Drive, controller: Controller, clock: Clock, sink: EventSink
 ) -> Knowledge:
-    """What the agent knows at the start."""
+    """Knowledge at the start; also checks that the scheduled facts fit."""
     knowledge = Knowledge(
         name, clock, sink, controller.schema, controller.world_model, controller.robot_model, controller.strategy_model
     )
     describe(knowledge, robot, drive, controller.places, controller.peers)
     add_facts(knowledge, [fact for fact in controller.facts if not fact.at])
-    if any(fact.at for fact in controller.facts):  # what will be told must fit too, and that is known now
+    if any(fact.at for fact in controller.facts):  # a dry run finds faults of scheduled facts before the run
         rehearsal = Knowledge(name, clock, NullSink(), controller.schema)
         describe(rehearsal, robot, drive, controller.places, controller.peers)
         add_facts(rehearsal, sorted(controller.facts, key=lambda fact: fact.at))
@@ -180,7 +180,7 @@ def _rule_files(
     knowledge: Knowledge,
     keep: Keep,
 ) -> list[RuleFile]:
-    """The rule files in force; agents of the same robot and mission share what was read."""
+    """Active rule files; agents with the same robot and mission share the parsed rules."""
     return [
         RuleFile(
             file,
@@ -195,7 +195,7 @@ def _rule_files(
 
 
 def _plan(controller: Controller, mission: Mission) -> Plan:
-    """The planner that a mission's `build` makes."""
+    """Plan that the mission's `build` returns; a tree is wrapped in a `TreePlan`."""
     with located_at(*_source(controller.build)):
         planned = controller.build(mission, **controller.parameters)
         return planned if isinstance(planned, Plan) else TreePlan(planned, mission)
@@ -204,7 +204,7 @@ def _plan(controller: Controller, mission: Mission) -> Plan:
 def describe(
     knowledge: Knowledge, robot: RobotSpec, drive: Drive, places: Sequence[PlaceSpec], peers: Mapping[str, int]
 ) -> None:
-    """Put the robot, its devices and blocks, and what it is told of the world, into the graph (paper, 4.2)."""
+    """Write the robot, its devices, the places and the peers into the graph (paper, 4.2)."""
     graph, name = knowledge.graph, knowledge.agent
     knowledge.robot.drive = drive
     sizes = {key: value for key, value in (("length", robot.length), ("width", robot.width)) if math.isfinite(value)}
@@ -230,52 +230,56 @@ def describe(
         x, y, yaw = place.pose
         pose = place.pose if math.isfinite(yaw) else type(place.pose)(x, y)
         attributes = dict(place.attributes) if place.kind == "object" else {"tolerance": place.tolerance}
-        with located_at(None, place.line):  # of the scenario, which the caller knows
+        with located_at(None, place.line):  # the caller adds the scenario's file
             knowledge.world.place(place.name, pose, kind=place.kind, **attributes)
     for peer, tag in peers.items():
         graph.add(peer, "peer", tag=tag)
 
 
 def _limits(actuator: ActuatorSpec) -> dict[str, float]:
-    """Attributes of an actuator's node: what every one of its values may be commanded."""
+    """Attributes of an actuator's node: the command range that holds for all of its values."""
     limits = actuator.limits
     found = {"range_low": max(limits.low), "range_high": min(limits.high), "max_command_age": actuator.max_command_age}
     return found | ({"max_change": limits.max_change} if math.isfinite(limits.max_change) else {})
 
 
 def thresholds(robot: RobotSpec, rules: Path) -> dict[str, Override]:
-    """A robot's own values of the thresholds of a rule file."""
+    """Thresholds of a rule file that robot.toml overrides, by name."""
     own = robot.thresholds.get(rules.stem, {})
     return {name: Override(value, robot.file, *place) for name, (value, *place) in own.items()}
 
 
 def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:
-    """Tell rules of the agent's mode, the attribute `mode` of its own node, now and when it changes."""
+    """Pass the agent's mode, the attribute `mode` of its own node, to the rules now and on every change."""
 
-    def tell() -> None:
+    def enter() -> None:
         mode = knowledge.graph.attributes(knowledge.agent).get("mode", "")
         for model in models:
             model.enter(mode)
 
-    knowledge.graph.subscribe(lambda change: tell() if change.name == "mode" else None, node=knowledge.agent)
-    tell()
+    knowledge.graph.subscribe(lambda change: enter() if change.name == "mode" else None, node=knowledge.agent)
+    enter()
 
 
 def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
-    """Have what others say put where the robot's mailbox reads it."""
+    """Deliver received messages to the robot's mailbox sensor."""
     sharing.messenger.letterbox = next((s.letterbox for s in sensors.values() if isinstance(s, Mailbox)), None)
     return sharing
 
 
 def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, SafetyGate]) -> None:
-    """That the drive's actuator has a motor for each of its wheels."""
+    """Check that the drive's actuator has one motor per wheel.
+
+    Raises:
+        InputError: The numbers differ.
+    """
     size, wheels = actuators[robot.drive.actuator].size, drive.wheels
     if size != len(wheels):
         line = next((a.line for a in robot.actuators if a.name == robot.drive.actuator), 0)
         raise InputError(
             Fault(
-                f"the actuator '{robot.drive.actuator}' takes {size} rim speeds, but a '{robot.drive.kind}' drive has "
-                f"{len(wheels)} wheels.",
+                f"the actuator '{robot.drive.actuator}' takes {size} wheel speeds, but a '{robot.drive.kind}' drive "
+                f"has {len(wheels)} wheels.",
                 robot.file,
                 line,
                 hint=f"Give it a motor for each: {', '.join(wheels)}.",
@@ -284,7 +288,7 @@ def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, Safety
 
 
 def _source(build: Callable[..., Any]) -> tuple[Path | None, int]:
-    """Where a mission's function stands: its file, and its line; an XML mission tells its file."""
+    """File and line of a mission's function; for an XML mission the attribute `file` of the function."""
     if isinstance(file := getattr(build, "file", None), Path):
         return file, 0
     code = getattr(inspect.unwrap(build), "__code__", None)

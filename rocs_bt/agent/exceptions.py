@@ -1,8 +1,8 @@
-"""Exceptions of content in a running agent.
+"""Handling of exceptions that content raises in a running agent.
 
-The robot brakes, the exception is reported, and the plan is asked again from the current state. The third exception
-within 10 s fails the mission. A reflex whose action raises stops the robot until the latch of its rule clears, a
-reactive model until it no longer raises.
+The robot brakes, the exception is reported, and the plan replans from the current state. The third exception within
+10 s fails the mission. If the action of a reflex raises, the robot stops until the latch of the rule clears. If a
+reactive model raises, the robot stops until the model no longer raises.
 """
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from ..plan import Plan
 from ..raised import Raised
 
 LIMIT = 3
-"""Exceptions within `WINDOW` that fail the mission."""
+"""Number of exceptions within `WINDOW` that fails the mission."""
 
 WINDOW = 10.0
-"""Time within which exceptions are counted [s]."""
+"""Time window in which exceptions are counted [s]."""
 
 _OF_REFLEXES = {
     "reflex action": "stops until the latch of the rule clears",
     "reactive model": "stops until the model no longer raises",
 }
-"""What is done about the exceptions that the reflex arc answers, by kind."""
+"""Reaction to the exceptions that the reflex arc handles, by kind."""
 
-_SLACK = 1e-9  # [s] by which sums of periods may miss a time
+_SLACK = 1e-9  # [s] rounding tolerance of summed periods
 
 
 class ContentExceptions:
-    """Takes the exceptions that leaves, planners and actions of one agent raise; safe under threads.
+    """Handler of the exceptions that leaves, planners and actions of one agent raise; thread-safe.
 
     Args:
         agent: Name of the agent.
-        pipeline: Its NORMAL actions are cancelled, so that the robot brakes. An active reflex goes on.
-        plan: Asked again from the current state.
-        clock: Time.
-        sink: Takes the ContentRaised events.
+        pipeline: Pipeline of the agent; its NORMAL actions are cancelled, an active reflex continues.
+        plan: Plan of the agent, which replans after an exception.
+        clock: Clock of the run.
+        sink: Sink for ContentRaised events.
 
     Attributes:
-        failure: Reason of the mission's failure; empty until content raised beyond the limit.
+        failure: Reason of the mission's failure; empty until the limit is reached.
     """
 
     def __init__(self, agent: str, pipeline: Pipeline, plan: Plan, clock: Clock, sink: EventSink) -> None:
@@ -57,9 +57,9 @@ class ContentExceptions:
         self._closed = False
 
     def take(self, raised: Raised) -> None:
-        """Brake first, then report the exception, then ask the plan again or fail the mission.
+        """Brake, report the exception, then replan or fail the mission.
 
-        The exception of a reactive model or of a reflex's action is reported and not counted: the reflex arc stops the
+        Exceptions of reactive models and of reflex actions are reported but not counted: the reflex arc stops the
         robot.
         """
         if (effect := _OF_REFLEXES.get(raised.kind)) is not None:
@@ -72,14 +72,14 @@ class ContentExceptions:
             self._plan.replan(name)
 
     def close(self) -> None:
-        """The agent is stopped: later exceptions are reported and not counted."""
+        """Stop counting: exceptions after the agent's stop are only reported."""
         self._closed = True
 
     def _report(self, raised: Raised, effect: str) -> None:
         self._sink.emit(raised.event(self._clock.now(), self._agent, effect))
 
     def _count(self, raised: Raised) -> str:
-        """Count an exception, and say what is done about it."""
+        """Count an exception; returns the reaction as text."""
         now = self._clock.now()
         with self._lock:
             if self._closed:
@@ -91,6 +91,6 @@ class ContentExceptions:
             self._times.append(now)
             count = f"{len(self._times)} of {LIMIT} within {WINDOW:g} s"
             if len(self._times) < LIMIT:
-                return f"brakes and asks the plan again ({count})"
+                return f"brakes and replans ({count})"
             self.failure = f"{raised}; {LIMIT} exceptions within {WINDOW:g} s"
             return f"the mission fails ({count})"

@@ -1,4 +1,4 @@
-"""Telling an agent what it knows at the start: facts become nodes, attributes and relations of its graph."""
+"""Write the facts of a scenario into an agent's graph as nodes, attributes and relations."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ POSE = ("x", "y", "yaw")
 
 
 def add_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
-    """Put facts into the graph: first all nodes, so that relations may lead to what is told later.
+    """Write facts into the graph: all nodes first, so that a relation can lead to a node of a later fact.
 
     Raises:
-        InputError: The schema refuses something, with every fault at its line.
+        InputError: A fact violates the schema; lists every fault with its line.
     """
     faults: list[Fault] = []
     with knowledge.graph.held():
         named = {fact.node for fact in facts}
-        tellers = [_Teller(knowledge, fact, named, faults) for fact in facts]
-        for tell in (_Teller.add, _Teller.relate):
-            for teller in tellers:
-                tell(teller)
+        writers = [_FactWriter(knowledge, fact, named, faults) for fact in facts]
+        for write in (_FactWriter.add, _FactWriter.relate):
+            for writer in writers:
+                write(writer)
     if faults:
         raise InputError(*faults)
 
 
 def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
-    """Hold the guards of strategies, and the questions, against the language of queries, before anybody asks them.
+    """Check the syntax of queries in facts: guards of strategies and queries of questions.
 
     Raises:
-        InputError: One of them is no query, with every fault at its line.
+        InputError: A text is not a valid query; lists every fault with its line.
     """
     faults: list[Fault] = []
     for fact in facts:
@@ -57,8 +57,8 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
         raise InputError(*faults)
 
 
-class _Teller:
-    """One fact on its way into the graph."""
+class _FactWriter:
+    """Writer of one fact into the graph."""
 
     def __init__(self, knowledge: Knowledge, fact: FactSpec, named: Collection[str], faults: list[Fault]) -> None:
         self._graph = knowledge.graph
@@ -70,7 +70,7 @@ class _Teller:
         self._known = True
 
     def add(self) -> None:
-        """Add the node with its attributes, or set those of one that is there."""
+        """Add the node with its attributes, or set attributes of an existing node."""
         graph, fact, table = self._graph, self._fact, self._table
         kind = fact.kind or (graph.kind(fact.node) if graph.has(fact.node) else "")
         if kind not in graph.schema.kinds:
@@ -80,7 +80,7 @@ class _Teller:
             else:
                 names = graph.nodes()
                 hint = f"Give it a kind, or {did_you_mean(fact.node, names, 'Knowledge')}"
-                table.fault("node", f"nothing is named '{fact.node}' yet.", hint)
+                table.fault("node", f"there is no node '{fact.node}' yet.", hint)
             return
         declared = graph.schema.kinds[kind].attributes
         for key in self._keys:
@@ -98,7 +98,7 @@ class _Teller:
             table.fault(None, str(error))
 
     def relate(self) -> None:
-        """Draw the edges from the node."""
+        """Add the edges that start at the node."""
         if not self._known:
             return
         for key in self._keys:
@@ -107,34 +107,34 @@ class _Teller:
                 for i, target in enumerate(targets):
                     self._edge(key, i, target)
                 if len(targets) > 1 and self._graph.schema.relation(key).single:
-                    self._table.fault(key, f"{key} leads to one node alone, found {len(targets)}.")
+                    self._table.fault(key, f"{key} leads to one node only, found {len(targets)}.")
 
     @property
     def _kind(self) -> str:
         return self._graph.kind(self._fact.node)
 
     def _targets(self, relation: str) -> list[Any]:
-        told = self._table.raw(relation)
-        return told if isinstance(told, list) else [told]
+        value = self._table.raw(relation)
+        return value if isinstance(value, list) else [value]
 
-    def _edge(self, relation: str, number: int, told: Any) -> None:
+    def _edge(self, relation: str, number: int, value: Any) -> None:
         table, source = self._table, self._fact.node
-        if isinstance(told, str):
-            told = {TO: told}
-        if not isinstance(told, dict) or not isinstance(told.get(TO), str):
-            table.fault(relation, f"{relation} leads to names, or to tables with 'to', found {told!r}.")
+        if isinstance(value, str):
+            value = {TO: value}
+        if not isinstance(value, dict) or not isinstance(value.get(TO), str):
+            table.fault(relation, f"{relation} takes names, or tables with 'to', found {value!r}.")
             return
-        edge = Table(table.file, told, (*table.key, relation, number), table.positions)
+        edge = Table(table.file, value, (*table.key, relation, number), table.positions)
         edge.faults = table.faults
         declared = self._graph.schema.relation(relation).attributes
-        for key in told:
+        for key in value:
             if key not in declared and key not in (TO, BOTH_WAYS):
                 table.fault(relation, f"{relation} has no attribute '{key}'.", did_you_mean(key, declared, "It"))
-        if told[TO] in self._named and not self._graph.has(told[TO]):
-            return  # what is wrong with that fact is told already
-        values = {key: _value(edge, key, declared[key]) for key in told if key in declared}
-        ways = [(source, told[TO]), (told[TO], source)]
-        for a, b in ways if edge.flag(BOTH_WAYS, False) else ways[:1]:
+        if value[TO] in self._named and not self._graph.has(value[TO]):
+            return  # the fault of that fact is already reported
+        values = {key: _value(edge, key, declared[key]) for key in value if key in declared}
+        directions = [(source, value[TO]), (value[TO], source)]
+        for a, b in directions if edge.flag(BOTH_WAYS, False) else directions[:1]:
             try:
                 self._graph.relate(a, relation, b, **values)
             except KnowledgeError as error:
@@ -143,12 +143,12 @@ class _Teller:
 
 
 def _relations_of(kind: str, schema: Schema) -> list[str]:
-    """The relations that may start from a kind."""
+    """Names of the relations that may start at a kind."""
     return [r.name for r in schema.relations.values() if any(schema.is_a(kind, source) for source in r.sources)]
 
 
 def _value(table: Table, key: str, attribute: Attribute) -> Any:
-    """A value of a file as the schema types it; faults are noted, and what is harmless is given."""
+    """Value of a file in the type of the schema; if it is wrong the table records a fault and returns a default."""
     dimension = attribute.dimensions[0]
     if attribute.type is float:
         return table.quantity(key, dimension, high=float("inf"))
@@ -159,4 +159,4 @@ def _value(table: Table, key: str, attribute: Attribute) -> Any:
         for extra in sorted({*pose.keys()} - {*POSE}):
             table.fault(key, f"a pose has no '{extra}'.", did_you_mean(extra, POSE, "It"))
         return Pose2(pose.quantity("x", LENGTH), pose.quantity("y", LENGTH), pose.quantity("yaw", ANGLE, 0.0))
-    return table.raw(key)  # the graph's own check says what it must be
+    return table.raw(key)  # the graph checks the type

@@ -1,4 +1,4 @@
-"""The heartbeat of threaded mode: watches the threads of an agent's blocks, and is watched by them."""
+"""Heartbeat of threaded mode: supervises the threads of an agent's blocks, which supervise it in turn."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from .worker import PATIENCE, Ticker, Worker
 
 
 class Heartbeat:
-    """Checks once a control period that no worker has ended or hangs; a thread of its own.
+    """Thread that checks once per control period that no worker has ended or hangs.
 
-    Its own death must not go unnoticed: every worker calls `check` before a turn, so the first worker whose turn comes
-    stops the wheels and reports it.
+    Each worker calls `check` before its cycle. If the heartbeat itself ends or hangs, the next worker stops the wheels
+    and reports it.
 
     Args:
-        agent: The agent whose workers it watches.
-        clock: The agent's clock.
-        phase: First beat, counted from the start of a control period [s].
-        stop: Set at the end of the run: after it no thread is missed.
+        agent: Agent of the supervised workers.
+        clock: Clock of the agent.
+        phase: Offset of the first beat from the start of a control period [s].
+        stop: Event set at the end of the run; supervision ends with it.
 
     Attributes:
-        workers: The watched workers.
+        workers: Supervised workers.
     """
 
     def __init__(self, agent: Agent, clock: WallClock, phase: float, stop: threading.Event) -> None:
@@ -38,23 +38,23 @@ class Heartbeat:
         self._thread = threading.Thread(target=self._run, name=f"{agent.name}/heartbeat", daemon=True)
 
     def start(self) -> None:
-        """Start the thread. The workers' threads must run already."""
+        """Start the thread. The workers' threads must be running."""
         self._thread.start()
 
     def join(self) -> None:
-        """Wait for the thread's end after the run; not for ever."""
+        """Wait for the thread's end after the run, at most 1 s."""
         self._thread.join(timeout=1.0)
 
     def check(self) -> None:
-        """Stop the agent if the heartbeat's thread has ended or hangs; called by each worker before a turn.
+        """Stop the agent if the heartbeat's thread has ended or hangs; called by each worker before a cycle.
 
-        Like the heartbeat itself it counts periods and not seconds: when the whole process gets no processor, the
-        workers have no turns either, and nothing is blamed.
+        Missed periods are counted, not seconds: if the whole process gets no CPU time, the workers do not run either
+        and no failure is reported.
         """
         if self._thread.ident is None or self._stop.is_set():
             return
         if not self._thread.is_alive():
-            self._agent.fail("heartbeat", "ended", "its thread is gone")
+            self._agent.fail("heartbeat", "ended", "its thread has ended")
         elif (now := self._clock.now()) >= self._missed_at + self._period:
             self._missed, self._missed_at = self._missed + 1, now
             if self._missed > PATIENCE:
@@ -69,5 +69,5 @@ class Heartbeat:
                 if (block := worker.hangs()) is not None:
                     self._agent.fail(block, "hung", worker.overdue)
                 elif not worker.thread.is_alive() and not self._stop.is_set() and self._agent.going:
-                    self._agent.fail(worker.name, "ended", "its thread is gone")
+                    self._agent.fail(worker.name, "ended", "its thread has ended")
             self._missed, self._missed_at = 0, self._clock.now()

@@ -1,4 +1,4 @@
-"""Parts that an agent is built from: its robot's devices, its rates, its runtime and its blocks."""
+"""Parts of an agent: devices, rates, runtime and blocks."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from ..safety import SafetyGate
 
 @dataclass(frozen=True)
 class RobotDevices:
-    """A robot's table and its devices, one for each sensor and actuator of the table.
+    """Specification of a robot and its devices, one per sensor and actuator of the specification.
 
     Attributes:
-        robot: The robot.toml.
+        robot: Content of robot.toml.
         sensors: Sensors by name.
-        actuators: Actuators behind their limits, by name.
-        sensor_rates: Rates of the sensors in control periods, by name.
+        actuators: Safety gates of the actuators, by name.
+        sensor_rates: Rates of the sensors in control periods, by sensor name.
     """
 
     robot: RobotSpec
@@ -42,8 +42,8 @@ class Rates:
     """Rates of the blocks in control periods.
 
     Attributes:
-        control: Reflexes, Execute and the follower; the base of all others.
-        plan: Plan.
+        control: Control rate: reflexes, Execute and the follower. All other rates are divisions of it.
+        plan: Rate of Plan.
     """
 
     control: Rate
@@ -52,14 +52,13 @@ class Rates:
 
 @dataclass(frozen=True)
 class Runtime:
-    """What all blocks of an agent share while it runs.
+    """Services that the blocks of an agent share.
 
     Attributes:
-        clock: Time.
-        sink: Takes the events.
-        timer: Measures solve times of the follower, and the planning time of a planner whose latency is measured [s];
-            None measures nothing.
-        rng: Makes the random stream of a purpose, for the mission.
+        clock: Clock of the run.
+        sink: Sink for all events.
+        timer: Timer [s] for the follower's solve times and for planners with measured latency; None disables both.
+        rng: Factory of the mission's random streams, by purpose.
     """
 
     clock: Clock
@@ -69,22 +68,22 @@ class Runtime:
 
     @property
     def planning_timer(self) -> Callable[[], float]:
-        """Measures planning time [s]; on wall time planning takes its time anyway, so nothing is measured."""
+        """Timer of planning time [s]; constant 0 on wall time, where planning delays itself."""
         timed = self.timer is not None and isinstance(self.clock, SimulatedClock)
         return self.timer if timed and self.timer is not None else lambda: 0.0
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """The blocks of an agent.
+    """Blocks of an agent.
 
     Attributes:
-        monitors: M, in the order of robot.toml.
-        analyzes: A, in the order of robot.toml.
-        plan: P.
-        execute: E.
-        arc: The reflex arc over all ReactiveModels.
-        pipeline: The queue between them.
+        monitors: M of MAPE-K, in the order of robot.toml.
+        analyzes: A of MAPE-K, in the order of robot.toml.
+        plan: P of MAPE-K.
+        execute: E of MAPE-K.
+        arc: Reflex arc over all ReactiveModels.
+        pipeline: Queue of actions between Plan, the reflex arc and Execute.
     """
 
     monitors: Sequence[Monitor]

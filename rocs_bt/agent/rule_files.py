@@ -1,4 +1,4 @@
-"""Rule files that change while their agent runs: read anew, checked, and put in force, or left alone."""
+"""Reload of rule files while their agent runs: a changed file is checked, then activated or rejected."""
 
 from __future__ import annotations
 
@@ -15,25 +15,26 @@ from ..knowledge import Knowledge
 from ..reactive import Override, RuleModel, RuleSet, included_files, load_rules, rule_misfits
 
 POLL = 0.2
-"""How often a watching thread looks at the files [s]."""
+"""Interval at which a watching thread checks the files [s]."""
 
 
 class RuleFile:
-    """One rule file in force in an agent.
+    """Active rule file of an agent.
 
     Args:
-        file: The file.
-        environment: The agent's signals.
-        actions: The agent's actions by name.
-        overrides: The robot's own values of thresholds, by name.
-        knowledge: All that the robot knows.
-        keep: Gives what was read before by another agent of the same content, or else reads it.
+        file: Path of the rule file.
+        environment: Signals of the agent.
+        actions: Actions of the agent, by name.
+        overrides: Thresholds that robot.toml overrides, by name.
+        knowledge: Knowledge of the agent.
+        keep: Cache of parsed rules, shared by agents of the same content.
 
     Attributes:
-        model: Its rules, live.
+        file: Path of the rule file.
+        model: Reactive model of the active rules.
 
     Raises:
-        InputError: The file is wrong.
+        InputError: The file is invalid.
     """
 
     def __init__(
@@ -54,23 +55,23 @@ class RuleFile:
         self.model = RuleModel(self._stamped(keep(self._load)))
 
     def changed(self) -> bool:
-        """Whether the file, or one that it includes, is another than when it was read last."""
+        """Whether the file or an included file has changed since the last load."""
         return any(stamp != _stamp(path) for path, stamp in self._stamps.items())
 
     def reload(self) -> RuleSet:
-        """Read the file anew, check it, and put its rules in force from the next snapshot on; safe from any thread.
+        """Read and check the file again; its rules are active from the next snapshot on. Thread-safe.
 
-        Rules of the same name stay latched and keep their timers; windows of temporal operations begin anew.
+        Rules of the same name keep their latches and timers; the windows of temporal operators restart empty.
 
         Returns:
-            What is in force now.
+            The active rules.
 
         Raises:
-            InputError: Something in it is wrong, with every fault; the old rules stay in force.
+            InputError: The file is invalid; lists every fault. The old rules stay active.
         """
         from ..reactive.analysis import examine_rules
 
-        before = {path: _stamp(path) for path in self._stamps}  # what changes while it is read is another change
+        before = {path: _stamp(path) for path in self._stamps}  # a change during the load is a later change
         found = examine_rules(self.file, self._environment, self._actions, self._overrides)
         wrong = [fault for fault in found if not fault.warning]
         try:
@@ -78,7 +79,7 @@ class RuleFile:
         except InputError as error:
             wrong = wrong or list(error.faults)
         if wrong:
-            # A file that it includes from now on may be the one to mend.
+            # The fault may be in a newly included file: watch it too.
             self._stamps = {path: _stamp(path) for path in included_files(self.file)} | before
             raise InputError(*wrong)
         rules = self._stamped(rules)
@@ -86,8 +87,8 @@ class RuleFile:
         self.model.replace(rules)
         return rules
 
-    def look(self, agent: str, clock: Clock, sink: EventSink) -> None:
-        """Reload the file if it has changed, and tell of it as a RulesReplaced event of the agent."""
+    def reload_if_changed(self, agent: str, clock: Clock, sink: EventSink) -> None:
+        """Reload the file if it has changed, and emit a RulesReplaced event of the agent."""
         if not self.changed():
             return
         try:
@@ -95,9 +96,9 @@ class RuleFile:
         except InputError as error:
             first, *more = error.faults
             others = f" ({len(more)} more)" if more else ""
-            accepted, detail = False, f"the old rules stay in force: {first}{others}"
+            accepted, detail = False, f"the old rules stay active: {first}{others}"
         else:
-            accepted, detail = True, f"{len(rules.rules)} rules in force: {', '.join(r.name for r in rules.rules)}"
+            accepted, detail = True, f"active rules ({len(rules.rules)}): {', '.join(r.name for r in rules.rules)}"
         sink.emit(RulesReplaced(t=clock.now(), agent=agent, rules=self.file.stem, accepted=accepted, detail=detail))
 
     def _load(self) -> RuleSet:
@@ -112,12 +113,12 @@ class RuleFile:
 
 
 class RuleWatch:
-    """Looks at rule files from a thread of its own, which no control waits for; a context manager.
+    """Watcher of rule files in a separate thread; a context manager. It never delays control.
 
     Args:
-        files: The files, with the agents whose they are.
-        clock: Time, for the events.
-        sink: Where RulesReplaced events go; safe under threads.
+        files: Rule files with the names of their agents.
+        clock: Clock of the events.
+        sink: Sink for RulesReplaced events; must be thread-safe.
     """
 
     def __init__(self, files: Iterable[tuple[str, RuleFile]], clock: Clock, sink: EventSink) -> None:
@@ -140,30 +141,30 @@ class RuleWatch:
         if self._failure is not None:
             raise self._failure
 
-    def look(self) -> None:
-        """Look at all files now."""
+    def check(self) -> None:
+        """Reload all changed files now."""
         for agent, file in self._files:
-            file.look(agent, self._clock, self._sink)
+            file.reload_if_changed(agent, self._clock, self._sink)
 
     def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """A function that looks, and then does what `watch` does; for lockstep, once a control period."""
+        """A function that calls `check`, then `watch`; in lockstep it is called once per control period."""
 
-        def look_and_watch(t: float) -> bool:
-            self.look()
+        def check_and_watch(t: float) -> bool:
+            self.check()
             return watch(t)
 
-        return look_and_watch if self._files else watch
+        return check_and_watch if self._files else watch
 
     def _run(self) -> None:
         try:
             while not self._stop.wait(POLL):
-                self.look()
-        except Exception as error:  # noqa: BLE001 - the thread's boundary: kept, and raised where it is waited for
+                self.check()
+        except Exception as error:  # noqa: BLE001 - thread boundary: `__exit__` raises it
             self._failure = error
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
-    """What tells that a file is another one: when it was written and how long it is; None where there is none."""
+    """Modification time [ns] and size of a file; None if there is no file."""
     try:
         status = path.stat()
     except OSError:

@@ -1,8 +1,8 @@
-"""Threaded: the same blocks on wall time, a thread each, as in the paper's 5.2 (docs/architecture.md).
+"""Threaded mode: the blocks of an agent on wall time, one thread each (paper, 5.2; docs/architecture.md).
 
-A thread for every Monitor, Analyze, Plan and Execute. The reflex arc runs on the thread of the monitor whose sample
-wakes it, and a HIGH submission wakes Execute; nothing is polled. A heartbeat notices a thread that ended, or that
-hangs, within three of its block's periods; the threads notice the heartbeat's own death.
+Every Monitor, Analyze, Plan and Execute has a thread. The reflex arc runs in the thread of the monitor whose sample
+triggers it, and a HIGH submission wakes Execute; nothing is polled. A heartbeat detects a thread that ended or hangs
+within three periods of its block; the threads detect the end of the heartbeat.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from ..knowledge.share import Sharing
 from ..monitor import Monitor
 from .agent import Agent
 from .heartbeat import Heartbeat
-from .worker import PACE, Step, Ticker, Worker
+from .worker import FAST_SWITCHING, Step, Ticker, Worker
 
-_UNWATCHED = 1.5  # control periods without a sample, after which the reflexes are evaluated without one
-_SHARED = 0.2  # [s] that a turn of sharing may normally take
-_REST = 4.0  # times as long as its last turn took sharing rests: whoever floods it gets a fifth of a processor
+_UNWATCHED = 1.5  # control periods without a sample until the reflexes are evaluated without one
+_SHARED = 0.2  # [s] normal duration of a sharing cycle
+_REST = 4.0  # pause of sharing per duration of its last cycle: a flooding peer gets at most 1/5 of a CPU
 
 
 class ThreadedRunner:
-    """Runs one agent's blocks in threads; a context manager. Leaving it ends the threads, and stops the agent.
+    """Runs one agent's blocks in threads; a context manager. Leaving it ends the threads and stops the agent.
 
     Args:
-        agent: Built on a `WallClock`.
-        clock: That clock.
+        agent: Agent, built with a `WallClock`.
+        clock: Clock of the agent.
 
     Attributes:
-        workers: The blocks' threads.
+        workers: Threads of the blocks.
     """
 
     def __init__(self, agent: Agent, clock: WallClock) -> None:
@@ -40,7 +40,7 @@ class ThreadedRunner:
         self._clock = clock
         self._period = agent.rates.control.period
         self._stop = threading.Event()
-        # Spread over the period, so that blocks do not wait for each other's turn at the interpreter.
+        # Start times are spread over the period, so that blocks do not compete for the interpreter lock.
         self._spread = self._period / (len(agent.monitors) + 2)
         self._act_at = self._period - self._spread
         self._plan_at = self._plan_called_at = self._rested_at = 0.0
@@ -48,7 +48,7 @@ class ThreadedRunner:
         self._heartbeat.workers = self.workers = self._build()
 
     def __enter__(self) -> ThreadedRunner:
-        PACE.enter()
+        FAST_SWITCHING.enter()
         for worker in self.workers:
             worker.thread.start()
         self._heartbeat.start()
@@ -63,11 +63,11 @@ class ThreadedRunner:
             self.agent.sharing.awake.set()
         for analyze in self.agent.analyzes:
             analyze.inbox.wake()
-        for worker in self.workers:  # one that hangs is left behind: it is a daemon, and ends when its turn does
+        for worker in self.workers:  # a thread that hangs is not waited for: it is a daemon
             worker.thread.join(timeout=worker.patience)
         self._heartbeat.join()
         self.agent.stop()
-        PACE.leave()
+        FAST_SWITCHING.leave()
 
     def _build(self) -> list[Worker]:
         agent, period = self.agent, self._period
@@ -107,7 +107,7 @@ class ThreadedRunner:
         self.agent.react(self._clock.now())
 
     def _wait_unwatched(self) -> bool:
-        """Wait until no monitor has evaluated the reflexes for a while: they must see that their signals are stale."""
+        """Wait until no monitor has evaluated the reflexes for `_UNWATCHED` periods, to detect stale signals."""
         patience, since = _UNWATCHED * self._period, self._clock.now()
         while True:
             if not self._clock.wait_until(max(since, self.agent.reacted) + patience, self._stop):
@@ -120,7 +120,7 @@ class ThreadedRunner:
         return not self._stop.is_set()
 
     def _wait_plan(self) -> bool:
-        """Wait until the plan is due or called; like in lockstep, it runs at most once a control period."""
+        """Wait until the plan is due or called; as in lockstep, it runs at most once per control period."""
         plan, now = self.agent.plan, self._clock.now
         if not self._clock.wait_until(self._plan_called_at + self._period, self._stop):
             return False
@@ -131,20 +131,20 @@ class ThreadedRunner:
         return not self._stop.is_set()
 
     def _wait_execute(self) -> bool:
-        """Wait until the control period is over, or something else than what Execute serves is on top."""
+        """Wait for the end of the control period, or until another ticket than the running one is on top."""
         pipeline, now = self.agent.pipeline, self._clock.now
         while pipeline.wait(max(self._act_at - now(), 0.0)):
             if self._stop.is_set():
                 return False
             if pipeline.top() is not self.agent.execute.running:
-                self._act_at = now() + self._period  # the phase starts anew, so that nothing is acted twice in a period
+                self._act_at = now() + self._period  # restart the phase: at most one act per period
                 return True
         late = now() > self._act_at + self._period
         self._act_at = (now() if late else self._act_at) + self._period
         return not self._stop.is_set()
 
     def _wait_share(self, sharing: Sharing) -> bool:
-        """Wait until there is something to share, or the period is over; not more often than is allowed."""
+        """Wait until there is something to share or the period is over, within the maximum rate."""
         sharing.awake.wait(self._period)
         return self._clock.wait_until(max(sharing.due_at, self._rested_at), self._stop)
 

@@ -1,4 +1,4 @@
-"""The Monitors and Analyze blocks of a robot.toml: made, connected, and their signals declared (paper, 5.2)."""
+"""Construct and connect the Monitors and Analyzers of a robot.toml, and declare their signals (paper, 5.2)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,11 @@ def make_monitors(
     sink: EventSink,
     load_class: LoadClass,
 ) -> list[Monitor]:
-    """The Monitors of a robot.toml with their sensors, in its order."""
+    """Monitors of a robot.toml with their sensors, in the order of the file.
+
+    Raises:
+        InputError: An unknown class or sensor, wrong parameters, or another number of values than a monitor expects.
+    """
     monitors, devices = [], {s.name: s for s in robot.sensors}
     for spec in robot.monitors:
         watched = [Watched(sensors[name], rates[name], devices[name].max_age) for name in spec.sensors]
@@ -42,7 +46,7 @@ def make_monitors(
                 if devices[sensor].size not in (None, size):
                     raise InputError(
                         f"{spec.cls} '{spec.name}' expects {size} values from the sensor '{sensor}', which has "
-                        f"{devices[sensor].size}. Make the two agree."
+                        f"{devices[sensor].size}. Make both equal."
                     )
         monitors.append(monitor)
     return monitors
@@ -55,7 +59,11 @@ def make_analyzers(
     sink: EventSink,
     load_class: LoadClass,
 ) -> list[Analyze]:
-    """The analysers, attached to their monitors; those that write signals first, for the others to read."""
+    """Analyzers, attached to their monitors; those that write signals first, since the others may read these.
+
+    Raises:
+        InputError: An unknown class or signal, or wrong parameters.
+    """
     analyzers: list[Analyze] = []
     for spec in robot.analyzers:
         with located_at(robot.file, spec.line):
@@ -70,10 +78,10 @@ def make_analyzers(
         with running_class(type(analyze)):
             missed = [name for name in analyze.expects() if name not in heard]
         if odd := [name for name in missed if not isinstance(name, str)]:
-            message = f"'{spec.name}' listens to signals by name, found {odd[0]!r:.40}."
+            message = f"'{spec.name}' must declare the names of its input signals, found {odd[0]!r:.40}."
             raise InputError(Fault(message, robot.file, spec.line))
         if unheard := [name for name in missed if name not in found]:
-            where = f"What '{spec.name}' listens to"
+            where = f"The input of '{spec.name}'"
             raise InputError(*(unknown("signal", n, heard, where).at(robot.file, spec.line) for n in unheard))
         analyze.from_knowledge = tuple(missed)
         for monitor in spec.monitors:
@@ -82,10 +90,10 @@ def make_analyzers(
 
 
 def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], robot: RobotSpec) -> None:
-    """Declare what the monitors and analysers write; after this the layout of a snapshot is fixed.
+    """Declare the signals that monitors and analysers write; this fixes the layout of a snapshot.
 
     Raises:
-        InputError: Two blocks write one signal, or a sensor of robot.toml names one that nobody writes.
+        InputError: Two blocks write one signal, or a sensor of robot.toml names a signal that no block writes.
     """
     lines = {f"monitor '{m.name}'": m.line for m in robot.monitors}
     lines |= {f"analyze '{a.name}'": a.line for a in robot.analyzers}
@@ -96,7 +104,7 @@ def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], 
             for signal in writer.signals():
                 if (other := first.setdefault(signal.name, block)) != block:
                     raise InputError(
-                        f"the {other} and the {block} both write the signal '{signal.name}'. Take one of them out."
+                        f"the {other} and the {block} both write the signal '{signal.name}'. Remove one of them."
                     )
                 knowledge.signals.declare(signal)
     known = knowledge.signals.names
@@ -111,13 +119,13 @@ def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], 
 
 
 def _written(block: Monitor | Analyze) -> list[str]:
-    """The names of the signals that a block writes."""
+    """Names of the signals that a block writes."""
     with running_class(type(block)):
         return [signal.name for signal in block.signals()]
 
 
 def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpec, load_class: LoadClass) -> type[T]:
-    """A class by its name in our table, or by `file.py:Class` beside robot.toml."""
+    """Class of a block: a shipped one by name, or a user's by `file.py:Class`, relative to robot.toml."""
     if is_reference(name):
         file, _, cls = name.partition(":")
         return load_class(robot.beside(file), cls)

@@ -1,4 +1,4 @@
-"""What threads are made of: a worker that runs a block's turns, its timer, and the pace of the interpreter."""
+"""Threads of an agent's blocks: worker, periodic timer, and the interpreter's switch interval."""
 
 from __future__ import annotations
 
@@ -11,36 +11,41 @@ from ..clock import WallClock
 from .agent import Agent
 
 SWITCH_INTERVAL = 0.0005
-"""[s] How long a thread that burns Python may keep the interpreter from the others; the default is 5 ms."""
+"""Interpreter switch interval [s]: time after which a busy thread yields to others; Python's default is 5 ms."""
 
 PATIENCE = 3
-"""Periods within which a block that ended or hangs is noticed."""
+"""Number of periods within which an ended or hanging block is detected."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """A part of a worker's turn, and the block that answers for it."""
+    """Part of a worker's cycle.
+
+    Attributes:
+        block: Name of the block that runs, for messages.
+        run: Function to call.
+    """
 
     block: str
     run: Callable[[], None]
 
 
 class Worker:
-    """A thread that runs turns until it is told to end, or its agent failed or was stopped.
+    """Thread that runs cycles of a block until `wait` returns False, or the agent fails or is stopped.
 
     Args:
-        agent: Whose blocks these are.
-        name: The thread's block, for messages.
-        steps: One turn.
-        wait: Sleeps until the next turn; False ends the thread.
-        period: How long a turn may normally take [s].
-        beat: How often `hangs` is asked [s].
-        check_heartbeat: Called before each turn; fails the agent if the heartbeat has ended.
+        agent: Agent of the blocks.
+        name: Name of the thread's block, for messages.
+        steps: Steps of one cycle.
+        wait: Sleeps until the next cycle; False ends the thread.
+        period: Normal maximum duration of a cycle [s].
+        beat: Interval between calls of `hangs` [s].
+        check_heartbeat: Called before each cycle; fails the agent if the heartbeat has ended.
 
     Attributes:
-        name: The thread's block.
-        patience: How long a turn may take before it counts as hung [s].
-        thread: The thread; a daemon, as a block that hangs for ever must not keep the process from ending.
+        name: Name of the thread's block.
+        patience: Duration of a cycle after which it counts as hung [s].
+        thread: The thread; a daemon, so that a hanging block does not keep the process alive.
     """
 
     def __init__(
@@ -68,10 +73,10 @@ class Worker:
         self._beats = 0
 
     def hangs(self) -> str | None:
-        """The block that hangs; None while all is well. Asked once a beat.
+        """Name of the block that hangs, or None; called once per beat.
 
-        Beats are counted and not seconds: when the whole process gets no processor the heart does not beat either,
-        and nobody is blamed.
+        Beats are counted, not seconds: if the whole process gets no CPU time, the heartbeat does not run either and
+        no failure is reported.
         """
         doing, turns = self._doing, self._turns
         self._beats = self._beats + 1 if doing is not None and turns == self._seen else 0
@@ -80,8 +85,8 @@ class Worker:
 
     @property
     def overdue(self) -> str:
-        """Why `hangs` says so, in words."""
-        return f"one turn has not ended after {PATIENCE} periods of {self.patience / PATIENCE:.3g} s"
+        """Reason that a block counts as hung, as text."""
+        return f"one cycle has not ended after {PATIENCE} periods of {self.patience / PATIENCE:.3g} s"
 
     def _run(self) -> None:
         while self._wait() and self._agent.going:
@@ -94,17 +99,17 @@ class Worker:
 
 
 class Ticker:
-    """A periodic deadline that skips what it missed instead of catching up in a burst.
+    """Periodic timer that skips missed deadlines instead of catching up in a burst.
 
     Args:
-        clock: Time.
-        period: Between two deadlines [s].
-        stop: Ends it.
-        phase: The first deadline [s].
+        clock: Clock of the deadlines.
+        period: Time between two deadlines [s].
+        stop: Event that ends the timer.
+        phase: Time of the first deadline [s].
 
     Attributes:
-        period: Between two deadlines [s].
-        count: How many deadlines came before the last one.
+        period: Time between two deadlines [s].
+        count: Index of the last deadline, from 0; -1 before the first.
     """
 
     def __init__(self, clock: WallClock, period: float, stop: threading.Event, phase: float = 0.0) -> None:
@@ -115,15 +120,15 @@ class Ticker:
         self._stop = stop
 
     def wait(self) -> bool:
-        """Sleep until the next deadline; False when it was stopped."""
+        """Sleep until the next deadline; False if the timer was stopped."""
         self.count = max(self.count + 1, int((self._clock.now() - self._phase) / self.period))
         return self._clock.wait_until(self.count * self.period + self._phase, self._stop)
 
 
-class Pace:
-    """Lets threads hand the interpreter over often while any runner of the process wants that.
+class FastSwitching:
+    """Short interpreter switch interval while at least one threaded runner is active.
 
-    The switch interval is one number for the whole process: the first runner sets it, the last one puts it back.
+    The switch interval is global to the process: the first runner sets it, the last one restores it.
     """
 
     def __init__(self) -> None:
@@ -132,7 +137,7 @@ class Pace:
         self._before = 0.0
 
     def enter(self) -> None:
-        """One more runner."""
+        """Register a runner; the first one shortens the interval."""
         with self._lock:
             if self._runners == 0:
                 self._before = sys.getswitchinterval()
@@ -140,11 +145,11 @@ class Pace:
             self._runners += 1
 
     def leave(self) -> None:
-        """One runner less."""
+        """Unregister a runner; the last one restores the interval."""
         with self._lock:
             self._runners -= 1
             if self._runners == 0:
                 sys.setswitchinterval(self._before)
 
 
-PACE = Pace()
+FAST_SWITCHING = FastSwitching()

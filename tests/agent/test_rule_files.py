@@ -42,7 +42,7 @@ class Folder:
 
     def look(self):
         before = len(self.sink.events)
-        self.rules.look("R1", SimulatedClock(0.05), self.sink)
+        self.rules.reload_if_changed("R1", SimulatedClock(0.05), self.sink)
         return [(e.accepted, e.detail) for e in self.sink.events[before:]]
 
     def latched(self, front, t):
@@ -72,14 +72,14 @@ def test_an_action_that_does_not_fit_the_robot_is_refused_and_the_old_rules_stay
     assert "the drive takes 2 wheel speeds (left, right), found 1" in detail
     assert folder.rules.model.rules is before
     folder.file.write_text(two)
-    assert folder.look() == [(True, "1 rules in force: mine/Near")]
+    assert folder.look() == [(True, "active rules (1): mine/Near")]
 
 
 def test_a_latched_rule_goes_on_with_its_new_action(tmp_path):
     folder = Folder(tmp_path)
     assert folder.latched(0.4, 0.0)[0]["angle"] == pytest.approx(np.radians(60))
     folder.file.write_text(RULES.format(angle=90.5))
-    assert folder.look() == [(True, "1 rules in force: mine/Near")]
+    assert folder.look() == [(True, "active rules (1): mine/Near")]
     assert folder.latched(0.8, 0.1)[0]["angle"] == pytest.approx(np.radians(90.5))  # only `until` would let it go
     assert folder.look() == []
 
@@ -100,7 +100,7 @@ def test_what_is_wrong_is_said_once_and_the_old_rules_stay(tmp_path):
     folder.common.write_text(COMMON.replace("0.5 m", "0.5 s"))
     ((accepted, detail),) = folder.look()
     assert not accepted
-    assert "the old rules stay in force: " in detail
+    assert "the old rules stay active: " in detail
     assert "mine.toml:4:9" in detail
     assert folder.look() == []
     assert len(folder.latched(0.4, 0.0)) == 1

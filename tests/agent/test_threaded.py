@@ -12,7 +12,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
 from rocs_bt.agent import ThreadedRunner
-from rocs_bt.agent.worker import PACE, Pace, Step, Ticker, Worker
+from rocs_bt.agent.worker import FAST_SWITCHING, FastSwitching, Step, Ticker, Worker
 from rocs_bt.clock import SimulatedClock, WallClock
 from rocs_bt.event import ActuatorCommanded, BlockFailed, ListSink, RuleChanged, TicketChanged
 from rocs_bt.plan import Plan
@@ -261,14 +261,14 @@ def test_a_ticker_skips_what_it_missed():
 
 
 def test_the_pace_is_put_back_by_the_last_one():
-    pace, before = Pace(), sys.getswitchinterval()
+    pace, before = FastSwitching(), sys.getswitchinterval()
     pace.enter()
     pace.enter()
     pace.leave()
     assert sys.getswitchinterval() < before
     pace.leave()
     assert sys.getswitchinterval() == pytest.approx(before)
-    assert PACE._runners == 0
+    assert FAST_SWITCHING._runners == 0
 
 
 def test_events_reach_the_sink_in_order_and_all_of_them():

@@ -152,4 +152,4 @@ def test_an_exception_of_an_engine_action_names_the_line_that_yielded_it(middle,
     told = rocs_bt("run", "first", "--no-report")
     assert told.code == 1
     words = "action 'SetWheelSpeed' raised ValueError: could not convert string to float: '0.6 m/s'"
-    assert f"{words} (patrol.py:{line}); brakes and asks the plan again (1 of 3 within 10 s)" in told.out
+    assert f"{words} (patrol.py:{line}); brakes and replans (1 of 3 within 10 s)" in told.out

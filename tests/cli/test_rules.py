@@ -346,7 +346,7 @@ class TestWatching:
             (0.55, False, "keep_clear", "R1"),
             (1.05, True, "keep_clear", "R1"),
         ]
-        assert "the old rules stay in force: " in told[0].detail
+        assert "the old rules stay active: " in told[0].detail
         assert re.search(r"keep_clear.toml:5:\d+: .*'<' needs one unit|needs one unit", told[0].detail)
         recorded = [e for e in Recording.open(result.recording).events() if isinstance(e, RulesReplaced)]
         assert recorded == told
@@ -387,7 +387,7 @@ class TestWatching:
 
         monkeypatch.setattr(RuleWatch, "__enter__", begin)
         told = rocs_bt("run", "first", "--mode", "threaded", "--for", "3", "--no-report", "--watch-rules")
-        assert re.search(r"\d\.\d\d s, R1: keep_clear: the old rules stay in force", told.err)
+        assert re.search(r"\d\.\d\d s, R1: keep_clear: the old rules stay active", told.err)
 
 
 def test_help_tells_of_all_three():

@@ -64,7 +64,7 @@ WRONG = [
         MOTORS,
         'driver = "velocity"\nmotors = ["left_motor"]',
         "[[actuator]]",
-        "the actuator 'wheels' takes 1 rim speeds, but a 'differential' drive has 2 wheels. Give it a motor",
+        "the actuator 'wheels' takes 1 wheel speeds, but a 'differential' drive has 2 wheels. Give it a motor",
     ),
     (
         ROBOT,

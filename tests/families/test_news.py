@@ -67,7 +67,7 @@ def test_facts_come_in_the_order_of_their_times_and_repeat(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("fact", "message"),
     [
-        ({"node": "gaol", "at": "2 s", "pose": {"x": "3 m", "y": "1 m"}}, "nothing is named 'gaol' yet"),
+        ({"node": "gaol", "at": "2 s", "pose": {"x": "3 m", "y": "1 m"}}, "there is no node 'gaol' yet"),
         ({"node": "goal", "at": "2 s", "colour": "red"}, "a goal has no attribute and no relation 'colour'"),
         ({"node": "goal", "at": "-2 s"}, "at must be"),
         ({"node": "goal", "at": 2.0}, "at needs a unit"),

@@ -200,7 +200,7 @@ def test_the_first_exception_brakes_and_the_plan_is_asked_again(what, raising, t
     (event,) = run.of(ContentRaised)
     assert (event.kind, event.content, event.detail) == (kind, name, "Rotten: a worm")
     assert (event.file, event.line) == ("test_content.py", LINE)
-    assert event.effect == "brakes and asks the plan again (1 of 3 within 10 s)"
+    assert event.effect == "brakes and replans (1 of 3 within 10 s)"
     commands = {e.t: any(e.values) for e in run.of(ActuatorCommanded)}
     assert [moves for t, moves in commands.items() if AT - 0.2 < t < AT + 0.25] == [True] * 3 + [False] + [True] * 4
     assert not commands[event.t]
@@ -218,7 +218,7 @@ def test_the_first_exception_brakes_and_the_plan_is_asked_again(what, raising, t
 def test_the_third_exception_within_ten_seconds_fails_the_mission(what, raising):
     kind, name, run = raising(what, AT, on=True, duration=20.0, rules=())
     events = run.of(ContentRaised)
-    assert [e.effect.split(" (")[0] for e in events] == ["brakes and asks the plan again"] * 2 + ["the mission fails"]
+    assert [e.effect.split(" (")[0] for e in events] == ["brakes and replans"] * 2 + ["the mission fails"]
     assert run.agent.outcome == "failed"
     reason = f"{kind} '{name}' raised Rotten: a worm (test_content.py:{LINE}); 3 exceptions within 10 s"
     assert run.agent.reason == f"the mission failed: {reason}"

@@ -116,11 +116,11 @@ def test_on_the_command_line_the_line_of_content_is_named(tmp_path, capsys, monk
         "line 1 column 2 (char 1) (patrol.py:19); "
     )
     assert f"R1 failed (first, seed 1): the mission failed: {raised}3 exceptions within 10 s\n" in shown
-    assert f"  fault at 1.10 s: {raised}brakes and asks the plan again (1 of 3 within 10 s)\n" in shown
+    assert f"  fault at 1.10 s: {raised}brakes and replans (1 of 3 within 10 s)\n" in shown
     summary = json.loads((tmp_path / "mine/runs/first-1/summary.json").read_text())
     assert summary["agents"]["R1"]["exceptions"] == {"leaf both/camera": 3}
     report = (tmp_path / "mine/runs/first-1/report.html").read_text()
-    assert "brakes and asks the plan again (2 of 3 within 10 s)" in report
+    assert "brakes and replans (2 of 3 within 10 s)" in report
     assert "exceptions of content" in report
     assert call(["replay", "runs/first-1", "--why", "1.12"]) == 0
     why = capsys.readouterr().out

@@ -296,4 +296,4 @@ def test_rules_that_are_broken_meanwhile_are_told(real: Callable[[str], Catalog]
     drive("real", catalog, duration=1.2, sinks=[sink], watch_rules=True)
     (told,) = [e for e in sink.events if isinstance(e, RulesReplaced)]
     assert (told.agent, told.rules, told.accepted) == ("R2", "avoid_collision", False)
-    assert "the old rules stay in force: " in told.detail
+    assert "the old rules stay active: " in told.detail
