@@ -111,7 +111,7 @@ WRONG = [
         "[[analyze]]",
         "no signal is named 'fron'. Did you mean 'front'",
     ),
-    (ROBOT, GROUPS, GROUPS.replace("range", "pose"), "[[analyze]]", "no signal is named 'front'. What 'obstacle'"),
+    (ROBOT, GROUPS, GROUPS.replace("range", "pose"), "[[analyze]]", "no signal is named 'front'. The input of"),
     (ROBOT, 'near = "0.6 m"', 'near = "6 m"', "[[analyze]]", "near must be above 0 m and below clear, found 6 m"),
     (ROBOT, 'noise = "0 m"', 'noise = "inf m"', "noise", "noise must be finite, found 'inf m'"),
     (ROBOT, 'track = "0.331 m"', 'track = "0 m"', "[drive]", "track of a 'differential' drive must be a positive"),
