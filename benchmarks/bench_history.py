@@ -65,7 +65,7 @@ def _cpu(call: Callable[[], object], clock: Callable[[], int] = time.thread_time
 def _writing(folder: Path) -> list[Row]:
     graph = _graph()
     plain = statistics.median(_cpu(lambda: _write(graph, NODES)) for _ in range(5)) / NODES
-    with Journal(folder / "writing.sqlite", patient=True, every=60.0) as journal:
+    with Journal(folder / "writing.sqlite", blocking=True, every=60.0) as journal:
         journal.attach(graph)
         rounds, flushes = [], []
         for _ in range(5):
@@ -73,7 +73,7 @@ def _writing(folder: Path) -> list[Row]:
             flushes.append(_cpu(journal.flush) / NODES)
         kept = statistics.median(rounds)
     file, begin = folder / "naive.sqlite", graph.revision
-    naive = Journal(file, patient=True, every=60.0)  # what a write costs that waits for its own transaction
+    naive = Journal(file, blocking=True, every=60.0)  # what a write costs that waits for its own transaction
     naive.attach(graph)
 
     def one_by_one() -> None:
@@ -102,7 +102,7 @@ def _asking(folder: Path) -> Iterator[Row]:
     assert isinstance(clock, SimulatedClock)
     raw = networkx.MultiDiGraph(graph.view)
     copy = statistics.median(_cpu(raw.copy) for _ in range(5))
-    with Journal(folder / "asking.sqlite", patient=True) as journal:
+    with Journal(folder / "asking.sqlite", blocking=True) as journal:
         journal.attach(graph)
         _write(graph, WRITES, clock.advance)
     with History(folder / "asking.sqlite") as history:

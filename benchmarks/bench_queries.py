@@ -124,7 +124,7 @@ def _past(known: Any, raw: Any, rdf: world.Rdf | None) -> Iterator[Row]:
     The others have no past: who wants one copies the graph at every moment, and asks the copy.
     """
     clock, graph = known.clock, known.graph
-    with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "knowledge.sqlite", patient=True) as journal:
+    with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "knowledge.sqlite", blocking=True) as journal:
         journal.attach(graph)
         past = known.past = JournalPast(journal, graph)
         for i in range(world.COUNT):

@@ -26,7 +26,7 @@ from rocs_bt import run as play
 from rocs_bt.catalog import Catalog
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share import Entry, Scope, Sharing
-from rocs_bt.knowledge.share.wire import Delta, Say, Want, encode
+from rocs_bt.knowledge.share.wire import Delta, Request, TextMessage, encode
 from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
 
 SEEDS = size((1, 2, 3), (1,))
@@ -147,7 +147,7 @@ def _flood(what: str, listen: str, peer: str) -> None:
         number += 1
         bad = [Entry((f"box {i}", "object", "radius"), -1.0, 10**15, origin, number + i) for i in range(300)]
         delta = Delta(number, 0, 1, "", {}, {}, bad, [0.0] * len(bad))
-        for message in (Say(number, "x" * 1000), Want({}), delta):
+        for message in (TextMessage(number, "x" * 1000), Request({}), delta):
             link.send(encode(origin, message, b""))
         for length in (100, 60000):
             link.send(bytes(length))

@@ -263,7 +263,7 @@ def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:
 
 def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
     """Deliver received messages to the robot's mailbox sensor."""
-    sharing.messenger.letterbox = next((s.letterbox for s in sensors.values() if isinstance(s, Mailbox)), None)
+    sharing.messenger.message_queue = next((s.message_queue for s in sensors.values() if isinstance(s, Mailbox)), None)
     return sharing
 
 

@@ -23,7 +23,7 @@ def add_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
         InputError: A fact violates the schema; lists every fault with its line.
     """
     faults: list[Fault] = []
-    with knowledge.graph.held():
+    with knowledge.graph.locked():
         named = {fact.node for fact in facts}
         writers = [_FactWriter(knowledge, fact, named, faults) for fact in facts]
         for write in (_FactWriter.add, _FactWriter.relate):

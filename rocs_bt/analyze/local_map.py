@@ -159,7 +159,7 @@ class LocalMap(Analyze):
         row, column = math.floor(eye.y / grid.cell), math.floor(eye.x / grid.cell)
         dx, dy = eye.x - (column + 0.5) * grid.cell, eye.y - (row + 0.5) * grid.cell
         passed, (rows, columns) = self._seen_through(dx, dy, eye.yaw, reach), self._disc
-        return grid.look(hits, np.stack([rows[passed] + row, columns[passed] + column]).T)
+        return grid.add_scan(hits, np.stack([rows[passed] + row, columns[passed] + column]).T)
 
     def _seen_through(self, dx: float, dy: float, yaw: float, reach: Array) -> Any:
         """Which cells of the disc the beams go beyond, from an eye beside the centre of its middle cell [m]."""

@@ -104,9 +104,9 @@ class TrackObjects(Analyze):
     def _look(self, t: float, pose: Pose2, ranges: Sequence[float]) -> Iterable[Change]:
         beams = self._beams
         sightings = [s for s in beams.sightings(pose, ranges) if not self._is_peer(s)]
-        seen = self._belief.look(t, sightings, lambda track: beams.in_view(pose, ranges, track))
-        things = self._belief.things
-        with self.knowledge.graph.held():
+        seen = self._belief.update(t, sightings, lambda track: beams.in_view(pose, ranges, track))
+        things = self._belief.confirmed
+        with self.knowledge.graph.locked():
             for number in seen.vanished:
                 del self._written[number]
                 if self.knowledge.graph.has(self._node(number)):

@@ -191,18 +191,18 @@ def query(run: Path, text: str, agent: str | None, run_number: int | None, t: fl
 
     Exits with 0 when there is an answer, with 1 when there is none.
     """
-    from ..knowledge import Asker, compile_query
+    from ..knowledge import QueryContext, compile_query
     from ..record import Recording
-    from ..record.knowledge import recorded_asker
+    from ..record.knowledge import recorded_context
 
     log = open_log(run, agent, run_number)
     t = log.end if t is None else t
-    asker, signals = Asker(log.agent, None, t, past=log), None
+    context, signals = QueryContext(log.agent, None, t, past=log), None
     if (recorded := run / "run.mcap" if run.is_dir() else run).suffix == ".mcap" and recorded.exists():
-        asker, signals = recorded_asker(Recording.open(recorded), log, t)
+        context, signals = recorded_context(Recording.open(recorded), log, t)
     state = state_of(log, t)
     try:
-        answers = compile_query(text, state.schema, signals).ask(state, asker)
+        answers = compile_query(text, state.schema, signals).ask(state, context)
     except InputError as error:
         raise error.at(Path("query"), 1) from error
     except KnowledgeError as error:
@@ -215,9 +215,9 @@ def _table(answers: Answers) -> str:
     """The answers in columns."""
     if not answers:
         return "nothing answers."
-    if not answers.things and not answers.columns:
+    if not answers.variables and not answers.columns:
         return "yes."
-    heads = [*answers.things, *answers.columns]
+    heads = [*answers.variables, *answers.columns]
     values = answers.values or ((),) * len(answers)
     rows = [[*names, *map(_shown, given)] for names, given in zip(answers.rows, values, strict=True)]
     widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]

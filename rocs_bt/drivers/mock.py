@@ -21,7 +21,7 @@ from ..control.drive import Drive
 from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
-from ..knowledge.share import Letterbox, packed
+from ..knowledge.share import MessageQueue, packed
 from ..safety import SafetyGate
 from .common import GyroModel, RobotSensorModel
 from .parameters import (
@@ -256,10 +256,10 @@ class MockMailbox(MockSensor):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.letterbox = Letterbox()
+        self.message_queue = MessageQueue()
 
     def sample(self) -> list[float]:
-        return packed(self.letterbox.take())
+        return packed(self.message_queue.take())
 
 
 SENSORS: Mapping[str, type[MockSensor]] = {

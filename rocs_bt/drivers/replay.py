@@ -9,7 +9,7 @@ from ..clock import Clock
 from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError
 from ..event import ContentRaised, Event, SensorFailed, SensorRead
-from ..knowledge.share import Letterbox, packed
+from ..knowledge.share import MessageQueue, packed
 from ..raised import Raised, RecordedException
 
 SensorEvent = SensorRead | SensorFailed | ContentRaised
@@ -53,11 +53,11 @@ class ReplayMailbox(Sensor):
 
     def __init__(self, name: str, clock: Clock) -> None:
         super().__init__(name)
-        self.letterbox = Letterbox()
+        self.message_queue = MessageQueue()
         self._clock = clock
 
     def read(self) -> Reading:
-        return Reading(self._clock.now(), packed(self.letterbox.take()))
+        return Reading(self._clock.now(), packed(self.message_queue.take()))
 
 
 class ReplayActuator(Actuator):

@@ -9,9 +9,9 @@ from .graph import KnowledgeGraph
 from .knowledge import Knowledge
 from .model import Model
 from .occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, Window
-from .query import Answers, Asker, Find, Query, compile_query, find
+from .query import Answers, Find, Query, QueryContext, compile_query, find
 from .readable import NoPast, Past, Readable, Stamp
-from .roadmap import Roadmap, Way, beside, draw_roads
+from .roadmap import Roadmap, Route, add_lattice_roads, segment_distance
 from .robot import RobotModel
 from .schema import POSE, SCHEMA, Schema, load_schema, schema_text
 from .signals import SignalTable, SignalWriter
@@ -26,7 +26,6 @@ __all__ = [
     "SCHEMA",
     "UNKNOWN",
     "Answers",
-    "Asker",
     "Attribute",
     "Candidate",
     "Choice",
@@ -40,10 +39,12 @@ __all__ = [
     "OccupancyGrid",
     "Past",
     "Query",
+    "QueryContext",
     "Readable",
     "Relation",
     "Roadmap",
     "RobotModel",
+    "Route",
     "Schema",
     "SignalTable",
     "SignalWriter",
@@ -51,13 +52,12 @@ __all__ = [
     "StrategyModel",
     "SubscriberFailure",
     "Subscription",
-    "Way",
     "Window",
     "WorldModel",
-    "beside",
+    "add_lattice_roads",
     "compile_query",
-    "draw_roads",
     "find",
     "load_schema",
     "schema_text",
+    "segment_distance",
 ]

@@ -12,7 +12,7 @@ from ..errors import InputError, KnowledgeError
 from ..event import EventSink
 from ..geometry import Pose2
 from .graph import KnowledgeGraph
-from .query import Answers, Asker, Find, Query, compile_query, read_parameters
+from .query import Answers, Find, Query, QueryContext, compile_query, read_parameters
 from .readable import NoPast, Past
 from .schema import Schema
 from .signals import SignalTable
@@ -84,7 +84,7 @@ class KnowledgeBase(ABC):
             InputError: The text is no query; with the column.
             KnowledgeError: A parameter that no query takes, or nobody keeps the past that is asked for.
         """
-        return self.query(str(query), **parameters).ask(self.graph, self.asker(), **parameters)
+        return self.query(str(query), **parameters).ask(self.graph, self.query_context(), **parameters)
 
     def holds(self, query: str | Find, **parameters: Any) -> bool:
         """Whether a query has any answer; see `ask`.
@@ -93,7 +93,7 @@ class KnowledgeBase(ABC):
             InputError: The text is no query; with the column.
             KnowledgeError: A parameter that no query takes, or nobody keeps the past that is asked for.
         """
-        return self.query(str(query), **parameters).holds(self.graph, self.asker(), **parameters)
+        return self.query(str(query), **parameters).holds(self.graph, self.query_context(), **parameters)
 
     def query(self, text: str, **parameters: Any) -> Query:
         """The compiled query of a text, for parameters like these.
@@ -114,11 +114,11 @@ class KnowledgeBase(ABC):
                 raise error.at(Path("query"), 1) from error
         return self._queries[key]
 
-    def asker(self) -> Asker:
+    def query_context(self) -> QueryContext:
         """The robot as one who asks: its name, where it is, the time, its signals."""
         t = self.clock.now()
         pose, read = self.pose(t), self.signals.read
-        return Asker(
+        return QueryContext(
             self.agent, None if math.isnan(pose.x) else pose, t, lambda name: read(name, t).tolist(), self.past
         )
 

@@ -27,7 +27,7 @@ def is_name(text: object) -> bool:
     return isinstance(text, str) and 0 < len(text) <= NAME_LIMIT and text.isprintable()
 
 
-def known(what: str, name: str, names: Mapping[str, T], owner: str) -> T:
+def lookup(what: str, name: str, names: Mapping[str, T], owner: str) -> T:
     """What a name stands for.
 
     Raises:

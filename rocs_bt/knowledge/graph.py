@@ -14,13 +14,13 @@ from ..clock import Clock
 from ..errors import KnowledgeError
 from ..event import EventSink, KnowledgeChanged
 from .attribute import Attribute, Live
-from .declaration import NAME_LIMIT, checked, is_name, known
+from .declaration import NAME_LIMIT, checked, is_name, lookup
 from .readable import Readable, Stamp
 from .schema import SCHEMA, Schema
 from .signals import Array
-from .space import Batch
+from .spatial_index import Batch
 from .store import Row, Store
-from .subscription import Callback, Followers, SubscriberFailure, Subscribers, Subscription
+from .subscription import Callback, SubscriberFailure, Subscribers, Subscription, WriteObservers
 
 _NEVER = Stamp(-math.inf, 0)
 
@@ -43,7 +43,7 @@ class KnowledgeGraph(Readable):
         revision: Of the newest change.
         agent: The agent's name.
         clock: Where it reads the time.
-        followers: Who is handed every whole write.
+        write_observers: Who is handed every whole write.
     """
 
     def __init__(self, clock: Clock, sink: EventSink, agent: str = "", schema: Schema = SCHEMA) -> None:
@@ -53,14 +53,14 @@ class KnowledgeGraph(Readable):
         self._sink = sink
         self.agent = agent
         self._lock = threading.RLock()
-        self._held = 0
+        self._locks = 0
         self._store = Store(schema)
         self._rows = self._store.rows
         self._declared = {name: kind.attributes for name, kind in schema.kinds.items()}
         self._lineages = schema.lineages
         self._stamps: dict[str, dict[str, Stamp]] = {}
         self._subscribers = Subscribers(sink)
-        self.followers = Followers()
+        self.write_observers = WriteObservers()
         self._live: Callable[[str], Array] | None = None
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -136,21 +136,21 @@ class KnowledgeGraph(Readable):
         """A read-only, live networkx MultiDiGraph with relations as edge keys; under threads use it inside `held`."""
         return self._store.view
 
-    def held(self) -> AbstractContextManager[Any]:
+    def locked(self) -> AbstractContextManager[Any]:
         """Hold the graph still: no other thread writes. Gives the view.
 
         For an algorithm over the view, or for several writes that belong together; subscribers are told at the end.
         """
-        return _Hold(self)
+        return _Lock(self)
 
-    def _hold(self) -> None:
+    def _acquire(self) -> None:
         self._lock.acquire()
-        self._held += 1
+        self._locks += 1
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         try:
-            self._held -= 1
-            if self.followers.all:
+            self._locks -= 1
+            if self.write_observers.all:
                 self._settle()
         finally:
             self._lock.release()
@@ -215,13 +215,13 @@ class KnowledgeGraph(Readable):
                 self._store.changed(node, row, "pose" in values)
                 for name in changed:
                     stamps[name] = Stamp(t, self._change("attribute", node, name, values[name], t, kind))
-                if self.followers.all:
+                if self.write_observers.all:
                     self._settle()
             else:
                 row.write(values, t, row["revision"])
         finally:
             lock.release()
-        if self._subscribers.pending and not self._held:
+        if self._subscribers.pending and not self._locks:
             self._subscribers.deliver()
 
     def remove(self, node: str) -> None:
@@ -329,7 +329,7 @@ class KnowledgeGraph(Readable):
             return self._rows[node]
         except KeyError:
             with self._lock:
-                return known("node", node, self._rows, "Knowledge")
+                return lookup("node", node, self._rows, "Knowledge")
 
     def _live_values(self, declared: Mapping[str, Attribute], values: Mapping[str, Any]) -> dict[str, Array | None]:
         live, signal = self._live, values.get("signal")
@@ -347,8 +347,8 @@ class KnowledgeGraph(Readable):
             t=t, agent=self.agent, what=what, subject=node, name=name, value=_plain(value), revision=revision
         )
         self._sink.emit(change)
-        if self.followers.all:
-            self.followers.note(change)
+        if self.write_observers.all:
+            self.write_observers.note(change)
         if self._subscribers.all:
             self._subscribers.queue(change, (node,), self._lineages[kind])
         return revision
@@ -362,23 +362,23 @@ class KnowledgeGraph(Readable):
             revision=self.revision, attributes={n: _plain(v) for n, v in attributes.items()},
         )  # fmt: skip
         self._sink.emit(change)
-        if self.followers.all:
-            self.followers.note(change)
+        if self.write_observers.all:
+            self.write_observers.note(change)
         if self._subscribers.all:
             kinds = self._lineages[self.kind(source)] + self._lineages[self.kind(target)]
             self._subscribers.queue(change, (source, target), kinds, relation)
 
     def _settle(self) -> None:
-        if self.followers.all and not self._held:
-            self.followers.settle()
+        if self.write_observers.all and not self._locks:
+            self.write_observers.settle()
 
     def _deliver(self) -> None:
         # Inside `held` the lock is still ours, or will be asked for again: whoever leaves it delivers.
-        if not self._held:
+        if not self._locks:
             self._subscribers.deliver()
 
 
-class _Hold(AbstractContextManager[Any]):
+class _Lock(AbstractContextManager[Any]):
     """Holds a graph for a while; three times as quick as a generator would."""
 
     __slots__ = ("_graph",)
@@ -387,11 +387,11 @@ class _Hold(AbstractContextManager[Any]):
         self._graph = graph
 
     def __enter__(self) -> Any:
-        self._graph._hold()
+        self._graph._acquire()
         return self._graph.view
 
     def __exit__(self, *error: object) -> None:
-        self._graph._let_go()
+        self._graph._release()
 
 
 def _present(row: Row, declared: Mapping[str, Attribute]) -> dict[str, Any]:

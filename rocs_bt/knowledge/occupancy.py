@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ..errors import KnowledgeError
 from .signals import Array
 
-MEMORY = 20
+MAX_ECHOES = 20
 """Over about so many echoes the place of a thing in its cell is the mean: noise goes, and what moves is followed."""
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 1
@@ -26,13 +26,13 @@ UNKNOWN, FREE, OCCUPIED = -1, 0, 1
 HIT, MISS = 0.9, -0.4
 """What one look adds to a cell's log odds: of an echo in it, of a beam through it."""
 
-SURE = 3.6
+EVIDENCE_LIMIT = 3.6
 """Log odds beyond which more of the same adds nothing: so nothing is believed for ever, once it is gone."""
 
 FREE_BELOW, OCCUPIED_ABOVE = -0.2, 0.5
 """Log odds below which a cell counts as free, above which as occupied; between the two nobody knows."""
 
-MOST_CELLS = 4_000_000
+MAX_CELLS = 4_000_000
 """The most cells of one grid."""
 
 Cells = npt.NDArray[np.intp]
@@ -82,7 +82,7 @@ class OccupancyGrid:
         revision: Counts the changes of what is occupied; evidence that changes no cell's state does not count.
 
     Raises:
-        KnowledgeError: A size is not positive, or there would be more than `MOST_CELLS`.
+        KnowledgeError: A size is not positive, or there would be more than `MAX_CELLS`.
     """
 
     def __init__(self, cell: float = 0.05, side: float = 40.0) -> None:
@@ -90,16 +90,16 @@ class OccupancyGrid:
             raise KnowledgeError(f"a grid needs a cell of positive size and a side no less, found {cell} m, {side} m.")
         self.cell = cell
         self._count = math.ceil(side / cell)
-        if self._count**2 > MOST_CELLS:
+        if self._count**2 > MAX_CELLS:
             raise KnowledgeError(
-                f"a grid of {side} m with cells of {cell} m has {self._count**2} cells; the most are {MOST_CELLS}. "
+                f"a grid of {side} m with cells of {cell} m has {self._count**2} cells; the most are {MAX_CELLS}. "
                 "Take a greater cell or a smaller side."
             )
         self.revision = 0
         self._lock = threading.Lock()
         self._evidence = np.zeros((self._count, self._count), np.float32)
         self._echoes = np.zeros((self._count, self._count, 2), np.float32)  # from the cell's centre [m]
-        self._heard = np.zeros((self._count, self._count), np.float32)  # how many echoes, MEMORY at most
+        self._echo_counts = np.zeros((self._count, self._count), np.float32)  # how many echoes, MAX_ECHOES at most
         self._corner = np.array([-(self._count // 2), -(self._count // 2)])  # row and column of its first cell
 
     def cells(self, points: Array) -> Cells:
@@ -119,7 +119,7 @@ class OccupancyGrid:
             return
         with self._lock:
             here, there = zip(*(_overlap(s, self._count) for s in shift), strict=True)
-            for name in ("_evidence", "_echoes", "_heard"):
+            for name in ("_evidence", "_echoes", "_echo_counts"):
                 old = getattr(self, name)
                 rolled = np.zeros_like(old)
                 rolled[there] = old[here]
@@ -127,7 +127,7 @@ class OccupancyGrid:
             self._corner = np.array(wanted)
             self.revision += 1
 
-    def look(self, hits: Array, passed: Cells) -> int:
+    def add_scan(self, hits: Array, passed: Cells) -> int:
         """Take in one look: where echoes came from, and cells that a beam went through.
 
         A cell that is in both had an echo. What is outside of the grid is passed over.
@@ -146,10 +146,10 @@ class OccupancyGrid:
             hit, which, count = np.unique(at, return_inverse=True, return_counts=True)
             evidence = self._evidence.reshape(-1)
             old, sure = evidence[hit], evidence[through]
-            less = np.maximum(sure + MISS, -SURE)
+            less = np.maximum(sure + MISS, -EVIDENCE_LIMIT)
             evidence[through] = less
             # Once for each cell, so that a near thing is no surer than a far one.
-            new = np.minimum(old + HIT, SURE)
+            new = np.minimum(old + HIT, EVIDENCE_LIMIT)
             evidence[hit] = new
             self._locate(hit, which, count, offsets[inside])
             gone = through[(sure > OCCUPIED_ABOVE) & (less <= OCCUPIED_ABOVE)]
@@ -160,19 +160,19 @@ class OccupancyGrid:
 
     def _locate(self, hit: Indices, which: Indices, count: Indices, offsets: npt.NDArray[np.float32]) -> None:
         """Take new echoes into the cells' means."""
-        echoes, heard = self._echoes.reshape(-1, 2), self._heard.reshape(-1)
-        known = np.minimum(heard[hit], MEMORY)
+        echoes, counts = self._echoes.reshape(-1, 2), self._echo_counts.reshape(-1)
+        known = np.minimum(counts[hit], MAX_ECHOES)
         total = known + count
         fresh = np.column_stack([np.bincount(which, offsets[:, axis], len(hit)) for axis in (0, 1)])
         echoes[hit] = (echoes[hit] * known[:, None] + fresh) / total[:, None]
-        heard[hit] = np.minimum(total, MEMORY)
+        counts[hit] = np.minimum(total, MAX_ECHOES)
 
     def clear(self, x: float, y: float, radius: float) -> None:
         """Forget all that is known around a place [m]."""
         with self._lock:
             rows, columns = np.indices(self._evidence.shape) + self._corner[:, None, None]
             away = np.hypot((columns + 0.5) * self.cell - x, (rows + 0.5) * self.cell - y)
-            self._evidence[away <= radius] = self._heard[away <= radius] = 0.0
+            self._evidence[away <= radius] = self._echo_counts[away <= radius] = 0.0
             self.revision += 1
 
     def occupied(self) -> Cells:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol
 
 from ..errors import KnowledgeError
 from ..geometry import Pose2
-from .declaration import known
+from .declaration import lookup
 from .schema import Schema
 
 
@@ -69,7 +69,7 @@ class Readable(ABC):
             KnowledgeError: No such node or attribute; lists what exists.
         """
 
-    def held(self) -> AbstractContextManager[Any]:
+    def locked(self) -> AbstractContextManager[Any]:
         """Hold the graph still while one reads; nothing to be done where nobody writes."""
         return nullcontext()
 
@@ -192,14 +192,14 @@ class Readable(ABC):
     def _row(self, node: str) -> Mapping[str, Any]:
         row = self.row(node)
         return (
-            known("node", node, dict[str, Mapping[str, Any]].fromkeys(self.nodes(), {}), "Knowledge")
+            lookup("node", node, dict[str, Mapping[str, Any]].fromkeys(self.nodes(), {}), "Knowledge")
             if row is None
             else row
         )
 
     def _declares(self, node: str, row: Mapping[str, Any], attribute: str) -> None:
         declared = self.schema.kinds[row["kind"]].attributes
-        known(f"attribute of the {row['kind']} '{node}'", attribute, declared, "It")
+        lookup(f"attribute of the {row['kind']} '{node}'", attribute, declared, "It")
 
     def _ends(self, node: str, relation: str, ends: Mapping[str, Any]) -> list[str]:
         if not ends:

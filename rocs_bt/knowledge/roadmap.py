@@ -25,11 +25,11 @@ Search = Callable[[Any, str, str, Callable[[str, str], float]], list[str]]
 """Finds the cheapest chain of nodes: of a networkx DiGraph whose edges have a `weight`, from one node to another, with
 a lower bound of what is left between two nodes. Raises networkx.NetworkXNoPath."""
 
-HERE = 1e-6  # [m] Who is so near to a place is there.
+SAME_POSITION = 1e-6  # [m] Who is so near to a place is there.
 _START, _END = "\0start", "\0end"  # which no place is called
 
 
-class Way(NamedTuple):
+class Route(NamedTuple):
     """A way over a roadmap.
 
     Attributes:
@@ -62,7 +62,7 @@ class Roadmap:
         self._at: dict[str, Point] = {}
         self._roads: list[tuple[str, str]] = []  # those that are closed too: somebody may stand on one
         self.closed: list[str] = []
-        with knowledge.graph.held():
+        with knowledge.graph.locked():
             shut = _shut(knowledge)
             for source, target, road in _roads(knowledge):
                 if why := _in_the_way(road, width, shut.get((source, target))):
@@ -71,7 +71,7 @@ class Roadmap:
         slopes = [d["weight"] / away for a, b, d in self.graph.edges(data=True) if (away := self._away(a, b)) > 0.0]
         self._least = min(slopes, default=0.0)
 
-    def way(self, start: Point, goal: Point, search: Search) -> Way | None:
+    def route(self, start: Point, goal: Point, search: Search) -> Route | None:
         """The cheapest way over the roads; None where there is none.
 
         The way onto the roads and from them to the goal is straight: to the ends of the road that is nearest, or to the
@@ -104,7 +104,7 @@ class Roadmap:
             return None
         cost = sum(graph.edges[edge]["weight"] for edge in pairwise(chain))
         points = [start, *(self._at[n] for n in chain[1:-1]), goal]
-        return Way([p for i, p in enumerate(points) if i == 0 or p != points[i - 1]], chain[1:-1], cost)
+        return Route([p for i, p in enumerate(points) if i == 0 or p != points[i - 1]], chain[1:-1], cost)
 
     def _join(self, knowledge: Knowledge, source: str, target: str, road: dict[str, Any], *, is_open: bool) -> None:
         for node in (source, target):
@@ -122,12 +122,12 @@ class Roadmap:
         """The place that is at a point; else the ends of the road that is nearest, of equal ones an open one."""
 
         def order(road: tuple[str, str]) -> tuple[float, bool, bool, tuple[str, str]]:
-            away = beside(point, self._at[road[0]], self._at[road[1]])
+            away = segment_distance(point, self._at[road[0]], self._at[road[1]])
             # A road that passes over a place without a junction is as near as those that end there.
             return round(away, 9), not here(road), not self.graph.has_edge(*road), road
 
         def here(road: tuple[str, str]) -> list[str]:
-            return [n for n in road if math.dist(point, self._at[n]) < HERE]
+            return [n for n in road if math.dist(point, self._at[n]) < SAME_POSITION]
 
         ends = min(self._roads, key=order)
         return tuple(here(ends)[:1]) or ends
@@ -151,7 +151,7 @@ class Roadmap:
         return bool(self.graph.has_edge(a, b))
 
 
-def beside(point: Point, a: Point, b: Point) -> float:
+def segment_distance(point: Point, a: Point, b: Point) -> float:
     """How far a point is from a line between two others [m]."""
     along, length = (b[0] - a[0], b[1] - a[1]), math.dist(a, b)
     if length == 0.0:
@@ -183,7 +183,7 @@ def _in_the_way(road: dict[str, Any], width: float, door: str | None) -> str:
     return "too narrow" if road.get("width", math.inf) < width else ""
 
 
-def draw_roads(
+def add_lattice_roads(
     knowledge: Knowledge, window: Window, *, spacing: float, clearance: float, prefix: str = "at"
 ) -> list[str]:
     """Make places and roads of the free space of a map, as a lattice; gives the names of the places.
@@ -214,7 +214,7 @@ def draw_roads(
     rows, columns = (np.floor((np.arange(int(n / every)) + 0.5) * every).astype(int) for n in clear.shape)
     at = {(i, j): (int(r), int(c)) for i, r in enumerate(rows) for j, c in enumerate(columns) if clear[r, c]}
     names = {key: f"{prefix}_{key[1]}_{key[0]}" for key in at}
-    with knowledge.graph.held():
+    with knowledge.graph.locked():
         for key, (r, c) in at.items():
             pose = Pose2(window.x + (c + 0.5) * window.cell, window.y + (r + 0.5) * window.cell, 0.0)
             knowledge.world.place(names[key], pose)

@@ -11,7 +11,7 @@ from ..geometry import Pose2
 from .attribute import Attribute
 from .declaration import Kind, Relation
 from .schema import Schema
-from .space import Space
+from .spatial_index import SpatialIndex
 
 
 class Row(dict[str, Any]):
@@ -62,8 +62,8 @@ class Store:
         self.targets: dict[tuple[str, str], dict[str, Row]] = {}
         self.sources: dict[tuple[str, str], dict[str, Row]] = {}
         self.recent: dict[str, None] = {}
-        self.spaces = {name: Space() for name, kind in schema.kinds.items() if _has_pose(kind)}
-        self.around: dict[str | None, tuple[Space, ...]] = {None: tuple(self.spaces.values())}
+        self.spaces = {name: SpatialIndex() for name, kind in schema.kinds.items() if _has_pose(kind)}
+        self.around: dict[str | None, tuple[SpatialIndex, ...]] = {None: tuple(self.spaces.values())}
         for name, family in schema.families.items():
             self.around[name] = tuple(self.spaces[kind] for kind in family if kind in self.spaces)
         self._lineages = schema.lineages

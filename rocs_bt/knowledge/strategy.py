@@ -52,7 +52,7 @@ class Expectation:
     successes: float
 
 
-def likeness(a: Situation, b: Situation, weights: Mapping[str, float]) -> float:
+def similarity(a: Situation, b: Situation, weights: Mapping[str, float]) -> float:
     """How like each other two situations are, between 0 and 1; a question that was not asked in both is not alike.
 
     Args:
@@ -71,7 +71,7 @@ def likeness(a: Situation, b: Situation, weights: Mapping[str, float]) -> float:
 def expected(strategy: str, now: Situation, uses: list[Use], weights: Mapping[str, float]) -> Expectation:
     """What may be expected of a strategy now."""
     own = [
-        (likeness(now, use.situation, weights) ** SHARPNESS, use.success) for use in uses if use.strategy == strategy
+        (similarity(now, use.situation, weights) ** SHARPNESS, use.success) for use in uses if use.strategy == strategy
     ]
     count, good = sum(weight for weight, _ in own), sum(weight for weight, success in own if success)
     return Expectation((good + 1.0) / (count + 2.0), count, good)
@@ -140,7 +140,7 @@ class StrategyModel(Model):
             falls_back_to: The strategy to take when this one does not serve; it must exist.
             attributes: What a strategy holds, such as `mission`.
         """
-        with self.graph.held():
+        with self.graph.locked():
             if falls_back_to is not None:
                 self.graph.kind(falls_back_to)
             self.graph.add(name, "strategy", **attributes)
@@ -166,7 +166,7 @@ class StrategyModel(Model):
         Returns:
             The node of this use, for `end`.
         """
-        with self.graph.held():
+        with self.graph.locked():
             self.use(name)
             met = self.situation() if situation is None else situation
             numbers = [int(use.rpartition("_")[2]) for use in self.graph.nodes("use") if use.startswith("use_")]
@@ -186,7 +186,7 @@ class StrategyModel(Model):
             outcome: `success`, `failure` or `halted`.
             reason: Of a failure.
         """
-        with self.graph.held():
+        with self.graph.locked():
             if self.graph.has(use) and self.graph.get(use, "outcome") is None:
                 self.graph.set(use, outcome=outcome, ended=self.graph.clock.now(), reason=reason or None)
 

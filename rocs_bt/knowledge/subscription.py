@@ -13,7 +13,7 @@ import msgspec
 from ..event import EventSink, KnowledgeChanged, SubscriberDetached
 
 Callback: TypeAlias = Callable[[KnowledgeChanged], None]
-Follower: TypeAlias = Callable[[list[KnowledgeChanged]], None]
+WriteObserver: TypeAlias = Callable[[list[KnowledgeChanged]], None]
 
 
 class Delivery(msgspec.Struct, frozen=True, gc=False):
@@ -143,24 +143,24 @@ class Subscribers:
         )
 
 
-class Followers:
+class WriteObservers:
     """Who is handed every whole write as its changes, in order; one `held` block is one write.
 
-    For what keeps or shares the graph and must see no half of a write. A follower is called under the writer's lock:
+    For what keeps or shares the graph and must see no half of a write. A observer is called under the writer's lock:
     it must be as quick as to put the list into a queue, and must not raise. All methods are called under that lock.
     """
 
     def __init__(self) -> None:
-        self.all: tuple[Follower, ...] = ()
+        self.all: tuple[WriteObserver, ...] = ()
         self._written: list[KnowledgeChanged] = []
 
-    def add(self, follower: Follower) -> None:
+    def add(self, observer: WriteObserver) -> None:
         """Hand writes to this one too."""
-        self.all = (*self.all, follower)
+        self.all = (*self.all, observer)
 
-    def remove(self, follower: Follower) -> None:
+    def remove(self, observer: WriteObserver) -> None:
         """Hand nothing more to this one."""
-        self.all = tuple(f for f in self.all if f != follower)
+        self.all = tuple(f for f in self.all if f != observer)
 
     def note(self, change: KnowledgeChanged) -> None:
         """A part of the write in progress."""
@@ -170,8 +170,8 @@ class Followers:
         """The write in progress is whole."""
         if self._written:
             written, self._written = self._written, []
-            for follower in self.all:
-                follower(written)
+            for observer in self.all:
+                observer(written)
 
 
 def _name(callback: Callback) -> str:

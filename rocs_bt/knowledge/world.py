@@ -32,7 +32,7 @@ class WorldModel(Model):
         Raises:
             KnowledgeError: The node is of another kind, or the schema refuses something.
         """
-        with self.graph.held():
+        with self.graph.locked():
             if not self.graph.has(name):
                 self.graph.add(name, kind, pose=pose, **attributes)
             elif (is_kind := self.graph.kind(name)) != kind:
@@ -105,7 +105,7 @@ class WorldModel(Model):
         if goal is not None:
             self.graph.relate(self.name, "pursues", goal)
             return
-        with self.graph.held():
+        with self.graph.locked():
             for old in self.graph.related(self.name, "pursues"):
                 self.graph.unrelate(self.name, "pursues", old)
 

@@ -10,7 +10,7 @@ from typing import Any
 from ..channel import Signals
 from ..device import Reading
 from ..errors import Fault, InputError
-from ..knowledge.share import Letter, unpacked
+from ..knowledge.share import ReceivedMessage, unpacked
 from ..signal import Signal
 from ..units import NONE
 from .monitor import Monitor
@@ -40,7 +40,7 @@ class MessageMonitor(Monitor):
                 self._remember(letter)
         return {"messages": [float(self._count)]}
 
-    def _remember(self, letter: Letter) -> None:
+    def _remember(self, letter: ReceivedMessage) -> None:
         self._count += 1
         graph, node = self.knowledge.graph, f"message {self._count}"
         graph.add(node, "message", sender=letter.sender, text=letter.text, number=self._count)

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..errors import KnowledgeError
 from ..geometry import Pose2
-from ..knowledge import Knowledge, Roadmap, Way, beside
+from ..knowledge import Knowledge, Roadmap, Route, segment_distance
 
 Point = tuple[float, float]
 """x and y in the world frame [m]."""
@@ -75,7 +75,7 @@ class RoadRoutePlanner(RoutePlanner):
 
     def __init__(self, knowledge: Knowledge) -> None:
         super().__init__(knowledge)
-        self._kept: tuple[Any, Point, Way] | None = None  # the roads, the goal, the way
+        self._kept: tuple[Any, Point, Route] | None = None  # the roads, the goal, the way
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         """The corners of a way over the roads that are as wide as the robot and the clearance on both sides [m].
@@ -93,7 +93,7 @@ class RoadRoutePlanner(RoutePlanner):
             if known == roads.graph.adj and towards == goal[:2] and off_way(start[:2], kept.points) <= OFF:
                 return kept.points
         try:
-            way = roads.way(start[:2], goal[:2], self.search)
+            way = roads.route(start[:2], goal[:2], self.search)
         except KnowledgeError as error:
             raise NoRoute(str(error)) from error
         if way is None:
@@ -103,11 +103,11 @@ class RoadRoutePlanner(RoutePlanner):
         return way.points
 
     @property
-    def way(self) -> Way | None:
+    def way(self) -> Route | None:
         """The way that `route` has returned last, with its places and its cost; None before the first one."""
         return None if self._kept is None else self._kept[2]
 
 
 def off_way(point: Point, way: Sequence[Point]) -> float:
     """How far a point is from a way's nearest leg [m]."""
-    return min(beside(point, a, b) for a, b in pairwise(way)) if len(way) > 1 else math.dist(point, way[0])
+    return min(segment_distance(point, a, b) for a, b in pairwise(way)) if len(way) > 1 else math.dist(point, way[0])

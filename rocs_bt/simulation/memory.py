@@ -8,7 +8,16 @@ from pathlib import Path
 from msgspec import UNSET, UnsetType
 
 from ..agent import Agent
-from ..knowledge.history import History, Journal, JournalPast, Loaded, from_json_text, lasting, load_into, to_json_text
+from ..knowledge.history import (
+    History,
+    Journal,
+    JournalPast,
+    LoadResult,
+    from_json_text,
+    load_into,
+    persistent_part,
+    to_json_text,
+)
 from ..record import KnowledgeFile, Remembered
 
 
@@ -50,7 +59,7 @@ class Memory:
         if self._path is None:
             return
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        self._journal = Journal(self._path, label, patient=patient)
+        self._journal = Journal(self._path, label, blocking=patient)
         for agent in self._agents:
             self._journal.attach(agent.knowledge.graph)
             past = agent.knowledge.past = JournalPast(self._journal, agent.knowledge.graph)
@@ -81,12 +90,12 @@ class Memory:
     def _recall(self, path: Path, agent: Agent) -> None:
         schema = agent.knowledge.graph.schema
         with History(path, agent.name, schema=schema) as history:
-            state, faults = lasting(history.as_of(), schema, path)
+            state, faults = persistent_part(history.as_of(), schema, path)
         self.recalled[agent.name] = to_json_text(state)
         self._refused[agent.name] = [fault.message for fault in faults]
 
 
-def recall(recalled: Mapping[str, str], agents: Sequence[Agent]) -> dict[str, Loaded]:
+def recall(recalled: Mapping[str, str], agents: Sequence[Agent]) -> dict[str, LoadResult]:
     """Load what each agent remembers, as JSON, into its knowledge: what it took in, by its name."""
     loaded = {}
     for agent in agents:

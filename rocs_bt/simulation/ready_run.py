@@ -113,7 +113,7 @@ def set_up(spec: ScenarioSpec, catalog: Catalog, options: RunOptions) -> ReadyRu
 
 def sharing_counts(agents: Sequence[Agent]) -> dict[str, Mapping[str, float] | None]:
     """Counts of shared knowledge by agent; None for an agent that does not share."""
-    return {agent.name: None if agent.sharing is None else agent.sharing.told() for agent in agents}
+    return {agent.name: None if agent.sharing is None else agent.sharing.statistics() for agent in agents}
 
 
 def simulated_agents(

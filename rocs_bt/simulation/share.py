@@ -11,7 +11,7 @@ from ..catalog import ScenarioSpec, ShareSpec
 from ..clock import Clock, SimulatedClock
 from ..errors import Fault, InputError, located_at
 from ..knowledge import Knowledge, Schema
-from ..knowledge.share import Ageing, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork, Trouble
+from ..knowledge.share import Ageing, Impairments, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork
 from ..knowledge.share.keys import Keys
 from ..knowledge.share.zenoh_network import ZenohNetwork, check_address
 from .random_streams import NETWORK, stream
@@ -72,10 +72,10 @@ def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
 def _network(scenario: ScenarioSpec, spec: ShareSpec, clock: Clock, seed: int) -> tuple[Network, bytes]:
     """The network, and the key of whoever is on it."""
     if isinstance(clock, SimulatedClock):
-        trouble = Trouble(spec.loss, spec.latency, spec.jitter)
-        if trouble == Trouble():
+        impairments = Impairments(spec.loss, spec.latency, spec.jitter)
+        if impairments == Impairments():
             return LocalNetwork(), b""
-        return SimulatedNetwork(clock.now, stream(scenario.name, seed, "", NETWORK), trouble), b""
+        return SimulatedNetwork(clock.now, stream(scenario.name, seed, "", NETWORK), impairments), b""
     if not spec.listen:
         return LocalNetwork(), b""
     keys = None if spec.keys is None else Keys.read(spec.keys)

@@ -19,7 +19,7 @@ def mapped(rig, *points):
     rig.knowledge.graph.set("R1", length=0.5, width=0.4)
     rig.knowledge.world.occupancy = grid = OccupancyGrid(0.05, 12.0)
     for _ in range(3):
-        grid.look(np.array(points).reshape(-1, 2), np.empty((0, 2), dtype=np.intp))
+        grid.add_scan(np.array(points).reshape(-1, 2), np.empty((0, 2), dtype=np.intp))
 
 
 def begin(rig, points=STRAIGHT, **parameters):
@@ -76,7 +76,7 @@ def test_a_map_that_changes_slows_it_on_the_same_way(rig):
     ticket = begin(rig)
     rig.run(10)
     for _ in range(3):
-        rig.knowledge.world.occupancy.look(np.array([*wall(0.3), *wall(-0.3)]), np.empty((0, 2), dtype=np.intp))
+        rig.knowledge.world.occupancy.add_scan(np.array([*wall(0.3), *wall(-0.3)]), np.empty((0, 2), dtype=np.intp))
     rig.finish(ticket)
     v = np.diff([p.x for p in rig.path]) / rig.body.period
     assert max(s for s, p in zip(v, rig.path, strict=False) if 1.2 < p.x < 1.8) < 0.5

@@ -15,7 +15,7 @@ from pathlib import Path
 from rocs_bt.clock import WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.share import Letterbox, Scope, Sharing
+from rocs_bt.knowledge.share import MessageQueue, Scope, Sharing
 from rocs_bt.knowledge.share.keys import Keys
 from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
 
@@ -33,7 +33,7 @@ def main(name: str, listen: str, keys_folder: str, error: str, *peers: str) -> N
         calendar=lambda: time.time() + float(error),
         key=b"" if keys is None else keys.secret,
     )
-    sharing.messenger.letterbox = Letterbox()
+    sharing.messenger.message_queue = MessageQueue()
     stop = threading.Event()
 
     def share() -> None:
@@ -76,7 +76,7 @@ def obey(words: list[str], knowledge: Knowledge, sharing: Sharing) -> object:
                 "written": sharing.written,
                 "acknowledged": sharing.acknowledged,
                 "pending": sharing.pending,
-                "letters": [letter.text for letter in sharing.messenger.letterbox.take(99)],
+                "letters": [letter.text for letter in sharing.messenger.message_queue.take(99)],
                 "counts": sharing.counts.as_dict(),
             }
     return None

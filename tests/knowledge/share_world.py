@@ -12,7 +12,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Knowledge, Schema
-from rocs_bt.knowledge.share import Ageing, Entry, Scope, Sharing, SimulatedNetwork, Trouble
+from rocs_bt.knowledge.share import Ageing, Entry, Impairments, Scope, Sharing, SimulatedNetwork
 from rocs_bt.knowledge.share.wire import Delta
 from rocs_bt.signal import Signal
 from rocs_bt.units import NONE
@@ -123,4 +123,4 @@ def picture(knowledge: Knowledge, scope: Scope) -> Mapping[str, Any]:
     return dict(sorted(found.items()))
 
 
-__all__ = ["NOW", "TURN", "Peers", "Pose2", "Trouble", "delta", "entry", "picture"]
+__all__ = ["NOW", "TURN", "Impairments", "Peers", "Pose2", "delta", "entry", "picture"]

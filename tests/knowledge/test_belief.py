@@ -21,16 +21,16 @@ def seen(x, y, sigma=0.05, radius=0.1):
 def looks(belief, count, *sightings, t=0.0, in_view=True, period=0.1):
     """So many looks that show the same; gives the last one."""
     for k in range(count):
-        last = belief.look(t + k * period, list(sightings), lambda track: in_view)
+        last = belief.update(t + k * period, list(sightings), lambda track: in_view)
     return last
 
 
 def test_what_is_seen_often_is_told_of_and_what_is_seen_once_is_not():
     belief = Belief()
-    assert belief.look(0.0, [seen(1.0, 0.0)], lambda track: True).appeared == []
-    assert belief.things == {}
-    assert belief.look(0.1, [seen(1.0, 0.0)], lambda track: True).appeared == [1]
-    assert belief.things[1].mean[:2] == pytest.approx([1.0, 0.0])
+    assert belief.update(0.0, [seen(1.0, 0.0)], lambda track: True).appeared == []
+    assert belief.confirmed == {}
+    assert belief.update(0.1, [seen(1.0, 0.0)], lambda track: True).appeared == [1]
+    assert belief.confirmed[1].mean[:2] == pytest.approx([1.0, 0.0])
 
 
 def test_what_a_look_should_have_shown_vanishes_and_what_is_hidden_stays():
@@ -39,13 +39,13 @@ def test_what_a_look_should_have_shown_vanishes_and_what_is_hidden_stays():
         looks(belief, 10, seen(1.0, 0.0))
         last = [looks(belief, 1, t=1.0 + 0.1 * k, in_view=in_view) for k in range(10)]
         assert any(look.vanished == [1] for look in last) is gone
-        assert bool(belief.things) is not gone
+        assert bool(belief.confirmed) is not gone
 
 
 def test_what_nobody_sees_for_long_is_forgotten():
     belief = Belief(BeliefSettings(half_life=2.0))
     looks(belief, 10, seen(1.0, 0.0))
-    assert belief.things[1].existence > 0.9
+    assert belief.confirmed[1].existence > 0.9
     assert looks(belief, 1, t=20.0, in_view=False).vanished == [1]
 
 
@@ -53,8 +53,8 @@ def test_two_that_pass_each_other_keep_their_numbers():
     belief, t = Belief(), 0.0
     for k in range(80):
         t = 0.05 * k
-        belief.look(t, [seen(-1.0 + 0.5 * t, 0.3), seen(1.0 - 0.5 * t, -0.3)][:: (-1) ** k], lambda track: True)
-    tracks = belief.things
+        belief.update(t, [seen(-1.0 + 0.5 * t, 0.3), seen(1.0 - 0.5 * t, -0.3)][:: (-1) ** k], lambda track: True)
+    tracks = belief.confirmed
     assert sorted(tracks) == [1, 2]
     assert tracks[1].mean == pytest.approx([-1.0 + 0.5 * t, 0.3, 0.5, 0.0], abs=0.1)
     assert tracks[2].mean == pytest.approx([1.0 - 0.5 * t, -0.3, -0.5, 0.0], abs=0.1)
@@ -65,7 +65,7 @@ def test_the_filter_finds_what_weighted_least_squares_finds():
     times = 0.1 * np.arange(30)
     sigma = rng.uniform(0.02, 0.3, 30)
     points = np.column_stack([1.0 + 0.4 * times, 2.0 - 0.2 * times]) + sigma[:, None] * rng.normal(size=(30, 2))
-    track = Track.begun(0.0, seen(*points[0], sigma[0]), 0.5, speed=1e6)
+    track = Track.start(0.0, seen(*points[0], sigma[0]), 0.5, speed=1e6)
     for t, point, s in list(zip(times, points, sigma, strict=True))[1:]:
         track.predict(t, acceleration=1e-15, half_life=1e9)
         track.update(seen(*point, s), 0.9, 0.1)
@@ -80,7 +80,7 @@ def test_its_covariance_is_as_large_as_its_errors():
     rng, q, sigma, errors = np.random.default_rng(4), 0.05, 0.05, []
     for _ in range(150):
         truth = np.array([0.0, 0.0, *rng.normal(0.0, 0.3, 2)])
-        track = Track.begun(0.0, seen(*(truth[:2] + sigma * rng.normal(size=2)), sigma), 0.5, speed=0.3)
+        track = Track.start(0.0, seen(*(truth[:2] + sigma * rng.normal(size=2)), sigma), 0.5, speed=0.3)
         for k in range(1, 21):
             kick = rng.multivariate_normal([0.0, 0.0], q * np.array([[0.1**3 / 3, 0.1**2 / 2], [0.1**2 / 2, 0.1]]), 2)
             truth = truth + 0.1 * np.array([*truth[2:], 0.0, 0.0]) + np.concatenate([kick[:, 0], kick[:, 1]])
@@ -100,17 +100,17 @@ places = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 def test_whatever_is_seen_beliefs_are_probabilities_and_covariances_positive(story):
     belief, known = Belief(), set()
     for k, (points, visible) in enumerate(story):
-        look = belief.look(0.1 * k, [seen(*p) for p in points], lambda track, visible=visible: visible)
+        look = belief.update(0.1 * k, [seen(*p) for p in points], lambda track, visible=visible: visible)
         known = (known | set(look.appeared)) - set(look.vanished)
-        assert known == set(belief.things)
-        for track in belief.things.values():
+        assert known == set(belief.confirmed)
+        for track in belief.confirmed.values():
             assert 0.0 < track.existence < 1.0
             assert np.linalg.eigvalsh(track.covariance).min() > 0.0
             assert np.allclose(track.covariance, track.covariance.T)
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"detection": 1.0}, {"first": 0.7}, {"clutter": 0.9}, {"half_life": 0.0}, {"gate": math.inf}]
+    "wrong", [{"detection": 1.0}, {"initial": 0.7}, {"clutter": 0.9}, {"half_life": 0.0}, {"gate": math.inf}]
 )
 def test_settings_that_make_no_sense_are_refused(wrong):
     with pytest.raises(InputError):
@@ -171,7 +171,7 @@ def test_a_wall_is_no_thing_and_two_things_are_two():
 def test_what_is_hidden_too_far_or_where_nobody_looks_is_not_in_view():
     pose = Pose2(0.0, 0.0, 0.0)
     clear, hidden = ranges_of(SCAN, pose, [], cone=1), ranges_of(SCAN, pose, [(1.0, 0.0, 0.3)], cone=1)
-    ahead, behind, far = (Track.begun(0.0, seen(x, 0.0), 0.5, 0.3) for x in (3.0, -3.0, 9.0))
+    ahead, behind, far = (Track.start(0.0, seen(x, 0.0), 0.5, 0.3) for x in (3.0, -3.0, 9.0))
     assert SCAN.in_view(pose, clear, ahead)
     assert not SCAN.in_view(pose, hidden, ahead)
     assert not SCAN.in_view(pose, clear, behind)

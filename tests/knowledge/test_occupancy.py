@@ -14,17 +14,17 @@ NO_CELLS = np.empty((0, 2), dtype=np.intp)
 
 def seen(grid, *points, times=1):
     for _ in range(times):
-        grid.look(np.array(points), NO_CELLS)
+        grid.add_scan(np.array(points), NO_CELLS)
 
 
 def test_nothing_is_known_then_something_stands_there_then_it_is_gone():
     grid, place = OccupancyGrid(0.1, 4.0), np.array([[0.52, -0.31]])
     assert grid.state(0.52, -0.31) == UNKNOWN
-    assert grid.look(place, NO_CELLS) == 1
+    assert grid.add_scan(place, NO_CELLS) == 1
     assert grid.state(0.52, -0.31) == OCCUPIED
     looks = 0
     while grid.state(0.52, -0.31) != FREE:
-        grid.look(NONE, grid.cells(place))
+        grid.add_scan(NONE, grid.cells(place))
         looks += 1
     assert 1 < looks < 10
 
@@ -32,7 +32,7 @@ def test_nothing_is_known_then_something_stands_there_then_it_is_gone():
 def test_an_echo_outweighs_the_beams_that_pass_it_in_the_same_look():
     grid, place = OccupancyGrid(0.1, 4.0), np.array([[0.5, 0.5]])
     for _ in range(30):
-        grid.look(place, grid.cells(place))
+        grid.add_scan(place, grid.cells(place))
     assert grid.state(0.5, 0.5) == OCCUPIED
 
 
@@ -48,7 +48,7 @@ def test_what_was_sure_for_long_goes_as_fast_as_what_was_sure_for_short():
 def test_echoes_are_averaged_within_their_cell():
     grid, rng = OccupancyGrid(0.1, 4.0), np.random.default_rng(1)
     for _ in range(200):
-        grid.look(np.array([[0.53, 0.56]]) + rng.normal(0.0, 0.008, (1, 2)), NO_CELLS)
+        grid.add_scan(np.array([[0.53, 0.56]]) + rng.normal(0.0, 0.008, (1, 2)), NO_CELLS)
     (point,) = grid.window((0.0, 0.0), (1.0, 1.0)).points()
     assert point == pytest.approx((0.53, 0.56), abs=0.006)
 
@@ -58,7 +58,7 @@ def test_only_changes_of_what_is_occupied_count():
     seen(grid, (0.5, 0.5))
     before = grid.revision
     seen(grid, (0.5, 0.5))
-    grid.look(NONE, grid.cells(np.array([[1.0, 1.0]])))
+    grid.add_scan(NONE, grid.cells(np.array([[1.0, 1.0]])))
     assert grid.revision == before
 
 
@@ -99,7 +99,7 @@ places = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 @given(st.lists(places, min_size=1, max_size=9), st.lists(places, max_size=9), places, places)
 def test_points_are_those_of_the_window_of_the_same_rectangle(hits, passed, one, other):
     grid = OccupancyGrid(0.5, 4.0)
-    grid.look(np.array(hits), grid.cells(np.array(passed).reshape(-1, 2)))
+    grid.add_scan(np.array(hits), grid.cells(np.array(passed).reshape(-1, 2)))
     low, high = (tuple(edge) for edge in np.sort([one, other], axis=0).tolist())
     window = grid.window(low, high)
     assert grid.points(low, high).tolist() == window.echoes[window.states == OCCUPIED].tolist()
@@ -112,7 +112,7 @@ def test_a_look_tells_how_many_cells_became_occupied_or_ceased_to_be(looks):
     for hits, passed in looks:
         before = set(map(tuple, grid.occupied().tolist()))
         cells = grid.cells(np.array(passed).reshape(-1, 2))
-        changed = grid.look(np.array(hits).reshape(-1, 2), np.vstack([cells, cells[:2]]))
+        changed = grid.add_scan(np.array(hits).reshape(-1, 2), np.vstack([cells, cells[:2]]))
         assert changed == len(before ^ set(map(tuple, grid.occupied().tolist())))
 
 

@@ -11,7 +11,17 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError, KnowledgeError
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.knowledge import SCHEMA, Asker, Attribute, Kind, Knowledge, KnowledgeGraph, Readable, compile_query, find
+from rocs_bt.knowledge import (
+    SCHEMA,
+    Attribute,
+    Kind,
+    Knowledge,
+    KnowledgeGraph,
+    QueryContext,
+    Readable,
+    compile_query,
+    find,
+)
 from rocs_bt.knowledge.history import State
 from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH, Quantity
@@ -286,7 +296,7 @@ def test_a_kind_of_the_projects_own_is_asked_for_like_any_other() -> None:
     query = compile_query("object o where o.kind == 'cone'", schema)
     assert query.ask(graph).names == ["c"]
     assert compile_query("cone where colour == 'red' and distance(cone) < 2 m", schema).ask(
-        graph, Asker("R2", Pose2(0.0, 0.0))
+        graph, QueryContext("R2", Pose2(0.0, 0.0))
     ).names == ["c"]
     with pytest.raises(KnowledgeError, match="compiled for another schema"):
         compile_query("object").ask(graph)
@@ -299,7 +309,7 @@ def test_a_query_sees_one_moment_while_others_write(yard: Knowledge) -> None:
     def swap() -> None:
         while not going.is_set():
             for x in (-5.0, 5.0):
-                with graph.held():  # to nobody else are the two ever on one side, or one of them gone
+                with graph.locked():  # to nobody else are the two ever on one side, or one of them gone
                     graph.set("left", pose=Pose2(x, 5.0))
                     graph.remove("box3")
                     graph.add("box3", "object", pose=Pose2(-x, 5.0))

@@ -14,7 +14,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError, KnowledgeError
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.knowledge import SCHEMA, Asker, KnowledgeGraph, Readable, compile_query
+from rocs_bt.knowledge import SCHEMA, KnowledgeGraph, QueryContext, Readable, compile_query
 from rocs_bt.knowledge.history import State
 from rocs_bt.knowledge.query import read_parameters
 
@@ -159,9 +159,9 @@ def conditions(shown: list[Var]) -> st.SearchStrategy[Any]:
 
 def asked_of(graph: Readable, asked: Asked, here: Pose2 | None) -> list[tuple[str, ...]]:
     query = compile_query(str(asked))
-    asker = Asker("R2", here, 1.0)
-    found = query.ask(graph, asker)
-    assert query.holds(graph, asker) == bool(found)
+    context = QueryContext("R2", here, 1.0)
+    found = query.ask(graph, context)
+    assert query.holds(graph, context) == bool(found)
     assert found.things == tuple(var.name for var in asked.shown)
     return list(found.rows)
 
@@ -259,6 +259,6 @@ def test_a_text_is_a_query_or_is_refused_with_its_place(text: str) -> None:
     graph = KnowledgeGraph(SimulatedClock(0.05), NullSink(), "R2")
     graph.add("home", "goal", pose=Pose2(1.0, 2.0))
     try:
-        query.ask(graph, Asker("R2", Pose2(0.0, 0.0), 1.0))
+        query.ask(graph, QueryContext("R2", Pose2(0.0, 0.0), 1.0))
     except KnowledgeError as error:
         assert "nobody keeps" in str(error)

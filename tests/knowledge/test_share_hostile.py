@@ -15,13 +15,13 @@ from rocs_bt.knowledge.share import Counts, Entry
 from rocs_bt.knowledge.share.inbox import PER_SENDER, Inbox
 from rocs_bt.knowledge.share.wire import (
     FRAME_LIMIT,
-    Beat,
-    Bye,
+    Ack,
     Delta,
-    Have,
-    Heard,
-    Say,
-    Want,
+    Heartbeat,
+    Leave,
+    Request,
+    TextAck,
+    TextMessage,
     decode,
     encode,
     genuine,
@@ -72,7 +72,7 @@ def test_what_is_not_sealed_with_the_key_is_not_even_read():
 
 def test_what_is_too_long_is_not_even_unsealed():
     peers = two()
-    counts = throw(peers, encode("M#1", Say(1, "x" * FRAME_LIMIT), KEY), bytes(FRAME_LIMIT + 1))
+    counts = throw(peers, encode("M#1", TextMessage(1, "x" * FRAME_LIMIT), KEY), bytes(FRAME_LIMIT + 1))
     assert (counts.oversized, counts.unauthenticated) == (2, 0)
 
 
@@ -131,7 +131,7 @@ def test_impossible_stamps_and_numbers_are_refused(stamp, number):
 @pytest.mark.parametrize("origin", ["M\x1b[2J#1", "M#1\n", "\0#1", "M\u202e#1"])
 def test_a_start_whose_name_cannot_be_printed_is_not_heard(origin):
     peers = two()
-    counts = throw(peers, encode(origin, Say(1, "hello"), KEY), encode(origin, Bye(), KEY))
+    counts = throw(peers, encode(origin, TextMessage(1, "hello"), KEY), encode(origin, Leave(), KEY))
     assert counts.malformed == 2
     assert not [e for e in peers.sink.events if isinstance(e, PeerCame) and e.start == origin]
 
@@ -184,7 +184,7 @@ def test_who_floods_crowds_out_itself_alone():
     sharing = peers.sharing["R1"]
     before = everything(peers)
     for i in range(5000):
-        sharing._inbox.put(encode("M#1", Want({"x#1": i}), KEY))
+        sharing._inbox.put(encode("M#1", Request({"x#1": i}), KEY))
     peers.knowledge["R0"].graph.set("box", radius=0.7)
     peers.turn(3)
     assert sharing.counts.flooded == 5000 - PER_SENDER
@@ -211,7 +211,7 @@ def test_a_flood_of_names_is_bounded_too():
     peers = two()
     sharing = peers.sharing["R1"]
     for i in range(3000):
-        sharing._inbox.put(encode(f"M{i}#1", Beat({}, 0, "", 0.0, 0.0), KEY))
+        sharing._inbox.put(encode(f"M{i}#1", Heartbeat({}, 0, "", 0.0, 0.0), KEY))
         if i % 200 == 0:
             peers.turn()
     peers.turn(10)
@@ -231,12 +231,14 @@ def test_a_lie_about_what_was_seen_hides_nothing_for_ever():
 
 
 MESSAGES = st.one_of(
-    st.builds(Beat, st.dictionaries(st.text(max_size=5), st.integers(-5, 2**40)), st.integers(0, 2**63), st.text()),
-    st.builds(Want, st.dictionaries(st.text(max_size=5), st.integers(-5, 2**40))),
-    st.builds(Have, st.integers(-(2**60), 2**60)),
-    st.builds(Say, st.integers(-5, 5), st.text()),
-    st.builds(Heard, st.integers(-5, 5), st.text()),
-    st.builds(Bye),
+    st.builds(
+        Heartbeat, st.dictionaries(st.text(max_size=5), st.integers(-5, 2**40)), st.integers(0, 2**63), st.text()
+    ),
+    st.builds(Request, st.dictionaries(st.text(max_size=5), st.integers(-5, 2**40))),
+    st.builds(Ack, st.integers(-(2**60), 2**60)),
+    st.builds(TextMessage, st.integers(-5, 5), st.text()),
+    st.builds(TextAck, st.integers(-5, 5), st.text()),
+    st.builds(Leave),
     st.builds(
         delta,
         st.builds(

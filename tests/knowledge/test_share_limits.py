@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from rocs_bt.event import PeerFault
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA
-from rocs_bt.knowledge.share import Ageing, Counts, Entry, Letterbox, Scope, inbox, replica, sharing
+from rocs_bt.knowledge.share import Ageing, Counts, Entry, MessageQueue, Scope, inbox, replica, sharing
 from rocs_bt.knowledge.share.replica import STAMP_LIMIT
-from rocs_bt.knowledge.share.wire import FRAME_LIMIT, Beat, Have, Say, encode, parts
+from rocs_bt.knowledge.share.wire import FRAME_LIMIT, Ack, Heartbeat, TextMessage, encode, parts
 
 from . import share_world as world
 from .share_world import NOW, delta
@@ -161,12 +161,12 @@ class TestClocks:
             for name in ("R0", "R2")
         }
         assert len([e for e in peers.sink.events if isinstance(e, PeerFault)]) == 3
-        figures = {name: sharing.told()["clock_ahead"] for name, sharing in peers.sharing.items()}
+        figures = {name: sharing.statistics()["clock_ahead"] for name, sharing in peers.sharing.items()}
         assert figures == {"R0": 0.0, "R1": pytest.approx(3e8, abs=1.0), "R2": 0.0}
 
     def test_clocks_that_agree_but_for_what_a_network_takes_are_left_alone(self):
         peers = world.Peers(3)
-        peers.network.trouble = world.Trouble(latency=0.4, jitter=0.3)
+        peers.network.impairments = world.Impairments(latency=0.4, jitter=0.3)
         peers.error["R1"] = 0.9  # [s]
         peers.start()
         peers.turn(400)
@@ -187,7 +187,7 @@ class TestClocks:
     def test_a_time_that_no_clock_shows_is_not_followed(self, time, ahead):
         peers = world.Peers(2).start()
         peers.settle()
-        told(peers, "R0", Beat({}, 0, "x", time, ahead))
+        told(peers, "R0", Heartbeat({}, 0, "x", time, ahead))
         peers.turn()
         assert peers.sharing["R0"].clock.ahead == 0.0
         assert peers.sharing["R0"].counts.malformed == 1
@@ -213,7 +213,8 @@ class TestMemory:
             told(peers, "R1", delta(sync=i, scope=scope, upto={f"{'x' * 150}{i} {j}#1": 1 for j in range(200)}))
         peers.turn(60)
         assert (
-            len(encode("R1#1", Beat(peers.sharing["R1"].replica.seen, 2**63, scope, 1e9, 1e9), b"")) < FRAME_LIMIT // 2
+            len(encode("R1#1", Heartbeat(peers.sharing["R1"].replica.seen, 2**63, scope, 1e9, 1e9), b""))
+            < FRAME_LIMIT // 2
         )
         peers.knowledge["R1"].graph.add("box", "object")
         peers.turn(60)
@@ -236,19 +237,19 @@ class TestMemory:
     def test_a_flood_of_messages_does_not_pile_up_answers_nor_keep_us_from_telling(self):
         peers = world.Peers(2).start()
         one = peers.sharing["R1"]
-        one.messenger.letterbox = Letterbox()
+        one.messenger.message_queue = MessageQueue()
         peers.settle()
         numbers = itertools.count(1)
         for _ in range(100):
             for _ in range(200):
-                told(peers, "R1", Say(next(numbers), "x"))
+                told(peers, "R1", TextMessage(next(numbers), "x"))
             peers.turn()
         assert len(one._out) <= sharing.TURN_OUT * 4
         assert one.counts.flooded > 0
         peers.knowledge["R1"].graph.add("box", "object")
         for _ in range(8):
             for _ in range(200):
-                told(peers, "R1", Say(next(numbers), "x"))
+                told(peers, "R1", TextMessage(next(numbers), "x"))
             peers.turn()
         assert peers.knowledge["R0"].graph.has("box")
 
@@ -280,12 +281,12 @@ class TestMemory:
         door = inbox.Inbox(b"", counts)
         for i in range(10):
             for name in "ABCDE":
-                door.put(encode(f"{name}#1", Say(i, "x" * 3000), b""))
+                door.put(encode(f"{name}#1", TextMessage(i, "x" * 3000), b""))
         waiting = door.take(1000)
         assert {sender for sender, _ in waiting} == {f"{name}#1" for name in "ABCDE"}
         assert [message.number for sender, message in waiting if sender == "A#1"] == list(range(room))
         assert len(waiting) + counts.flooded == 50
-        door.put(encode("A#1", Say(99, "x"), b""))
+        door.put(encode("A#1", TextMessage(99, "x"), b""))
         assert len(door.take(9)) == 1  # there is room again
 
     @pytest.mark.parametrize("origin", ["", "#", "M", "M#", "M#" + "1" * 300])
@@ -299,7 +300,7 @@ class TestMemory:
     def test_nobody_can_have_more_of_our_writes_than_there_are(self):
         peers = world.Peers(2).start()
         peers.settle()
-        told(peers, "R0", Have(2**40), sender="R1#1")
+        told(peers, "R0", Ack(2**40), sender="R1#1")
         peers.turn()
         assert peers.sharing["R0"].acknowledged <= peers.sharing["R0"].written
 

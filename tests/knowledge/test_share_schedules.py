@@ -113,7 +113,7 @@ class Play:
             self.peers.start(f"R{agent}")
 
     def trouble(self, loss: float, jitter: float) -> None:
-        self.peers.network.trouble = world.Trouble(loss=loss, jitter=jitter, repeats=0.2 if loss else 0.0)
+        self.peers.network.impairments = world.Impairments(loss=loss, jitter=jitter, repeats=0.2 if loss else 0.0)
 
     def clock(self, agent: int, error: float) -> None:
         self.peers.error[f"R{agent}"] = error

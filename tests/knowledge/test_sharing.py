@@ -8,8 +8,8 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import PeerCame, PeerVanished
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind
-from rocs_bt.knowledge.history import History, Journal, lasting, load_into
-from rocs_bt.knowledge.share import Ageing, Letterbox, Scope, Trouble
+from rocs_bt.knowledge.history import History, Journal, load_into, persistent_part
+from rocs_bt.knowledge.share import Ageing, Impairments, MessageQueue, Scope
 
 from . import share_world as world
 
@@ -184,7 +184,7 @@ class TestDisk:
     def test_what_was_acknowledged_outlives_the_end_of_all_where_one_keeps_a_journal(self, tmp_path):
         """A journal follows a graph, and what peers wrote is in it too: who acknowledged it has it on disk."""
         peers = Peers(2).start()
-        journal = Journal(tmp_path / "R1.sqlite", patient=True)
+        journal = Journal(tmp_path / "R1.sqlite", blocking=True)
         journal.attach(peers.knowledge["R1"].graph)
         peers.knowledge["R0"].graph.add("dock", "place", pose=Pose2(1.0, 2.0, 0.5))
         peers.turn(5)
@@ -195,7 +195,7 @@ class TestDisk:
         peers.start()
         journal.close()
         with History(tmp_path / "R1.sqlite", "R1") as past:
-            load_into(peers.knowledge["R1"].graph, lasting(past.as_of(), past.schema, past.path)[0])
+            load_into(peers.knowledge["R1"].graph, persistent_part(past.as_of(), past.schema, past.path)[0])
         peers.settle()
         assert peers.knowledge["R0"].graph.get("dock", "pose") == Pose2(1.0, 2.0, 0.5)
 
@@ -265,7 +265,7 @@ class TestAgeing:
         return peers
 
     def test_others_know_where_a_robot_is_by_now_though_its_word_takes_a_while(self, peers):
-        peers.network.trouble = Trouble(latency=0.4)
+        peers.network.impairments = Impairments(latency=0.4)
         for i in range(100):
             told_pose(peers, "R1", 0.05 * i, speed=1.0)
             peers.turn()
@@ -306,9 +306,9 @@ class TestAgeing:
 class TestMessages:
     def talking(self, count=3, **trouble):
         peers = Peers(count).start()
-        peers.network.trouble = Trouble(**trouble)
+        peers.network.impairments = Impairments(**trouble)
         for sharing in peers.sharing.values():
-            sharing.messenger.letterbox = Letterbox()
+            sharing.messenger.message_queue = MessageQueue()
         peers.turn(30)
         return peers
 
@@ -317,7 +317,7 @@ class TestMessages:
         sent = [peers.sharing["R0"].messenger.send("R1", f"number {i}") for i in range(20)]
         peers.turn(200)
         assert all(delivery.done for delivery in sent)
-        box = peers.sharing["R1"].messenger.letterbox
+        box = peers.sharing["R1"].messenger.message_queue
         assert sorted(letter.text for letter in box.take(99)) == sorted(f"number {i}" for i in range(20))
 
     def test_to_all_means_all_that_are_there(self):
@@ -329,14 +329,14 @@ class TestMessages:
     def test_a_full_mailbox_and_a_missing_one_say_so(self):
         peers = self.talking()
         messenger = peers.sharing["R0"].messenger
-        peers.sharing["R2"].messenger.letterbox = None
+        peers.sharing["R2"].messenger.message_queue = None
         many = [messenger.send("R1", "x") for _ in range(65)]
         nobody = messenger.send("R2", "x")
         peers.turn(60)
         assert sum(delivery.done for delivery in many) == 64
         assert many[-1].problems == {"R1": "the mailbox is full"}
         assert nobody.problems == {"R2": "'R2' has no mailbox"}
-        peers.sharing["R1"].messenger.letterbox.take(99)
+        peers.sharing["R1"].messenger.message_queue.take(99)
         peers.turn(20)
         assert many[-1].done
 

@@ -10,7 +10,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import KnowledgeError
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.strategy import KEPT, Use, expected, likeness
+from rocs_bt.knowledge.strategy import KEPT, Use, expected, similarity
 
 
 @pytest.fixture
@@ -109,9 +109,9 @@ weights = st.dictionaries(st.sampled_from("abcd"), st.floats(0.0, 10.0))
 
 @given(answers, answers, weights)
 def test_likeness_is_symmetric_and_one_for_the_same(a, b, w):
-    assert 0.0 <= likeness(a, b, w) <= 1.0
-    assert likeness(a, b, w) == likeness(b, a, w)
-    assert likeness(a, a, w) == 1.0
+    assert 0.0 <= similarity(a, b, w) <= 1.0
+    assert similarity(a, b, w) == similarity(b, a, w)
+    assert similarity(a, a, w) == 1.0
 
 
 @given(st.lists(st.tuples(answers, st.booleans()), max_size=8), answers, weights)

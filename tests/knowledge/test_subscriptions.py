@@ -144,7 +144,7 @@ def test_one_that_raises_is_detached_and_reported_and_harms_nobody(graph: Knowle
 def test_changes_made_while_holding_are_told_at_the_end(graph: KnowledgeGraph) -> None:
     changes: list[KnowledgeChanged] = []
     graph.subscribe(changes.append)
-    with graph.held() as view, graph.held():
+    with graph.locked() as view, graph.locked():
         graph.set("box", radius=0.5)
         graph.set("home", tolerance=0.5)
         assert view.nodes["box"]["radius"] == 0.5
@@ -157,7 +157,7 @@ def test_changes_made_before_an_error_while_holding_are_told_too(graph: Knowledg
     graph.subscribe(changes.append)
 
     def fail() -> None:
-        with graph.held():
+        with graph.locked():
             graph.set("box", radius=0.5)
             raise RuntimeError("half-way")
 
@@ -192,7 +192,7 @@ def test_whoever_needs_a_whole_graph_waits_while_another_thread_holds_it(
         done.set()
 
     other = threading.Thread(target=body)
-    with graph.held() as view:
+    with graph.locked() as view:
         before = {n: dict(view.nodes[n]) for n in view}, list(view.edges), graph.revision
         other.start()
         assert started.wait(10.0)

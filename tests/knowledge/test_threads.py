@@ -163,7 +163,7 @@ def test_no_change_of_the_graph_is_lost_or_told_out_of_order() -> None:
         assert graph.related("R2", "near") in ([], ["box"])
 
     def walk() -> None:
-        with graph.held() as view:
+        with graph.locked() as view:
             lengths = {n: (row.get("length"), row.get("width")) for n, row in view.nodes(data=True)}
             assert all(a == b for a, b in lengths.values())
             assert view.number_of_edges() <= 1

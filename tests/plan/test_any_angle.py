@@ -27,7 +27,7 @@ def knowing(occupied, **body):
     knowledge.world.occupancy = grid = OccupancyGrid(CELL, 30.0)
     cells = np.array(sorted(occupied), np.intp).reshape(-1, 2)
     for _ in range(3):
-        grid.look(grid.centres(cells), np.empty((0, 2), np.intp))
+        grid.add_scan(grid.centres(cells), np.empty((0, 2), np.intp))
     return knowledge
 
 

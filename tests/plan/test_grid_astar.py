@@ -38,7 +38,7 @@ class Bench:
 
     def see(self, *things):
         for thing in things:
-            self.grid.look(thing, np.empty((0, 2), dtype=np.intp))
+            self.grid.add_scan(thing, np.empty((0, 2), dtype=np.intp))
         for _ in range(5):
             self.clock.advance()
 

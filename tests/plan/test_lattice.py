@@ -22,7 +22,7 @@ def knowing(*points, length=0.5, width=0.4):
     knowledge.graph.set("R1", length=length, width=width)
     knowledge.world.occupancy = grid = OccupancyGrid(0.05, 30.0)
     for _ in range(3):
-        grid.look(np.array(points, float).reshape(-1, 2), np.empty((0, 2), np.intp))
+        grid.add_scan(np.array(points, float).reshape(-1, 2), np.empty((0, 2), np.intp))
     return knowledge
 
 
@@ -81,11 +81,11 @@ def test_a_way_is_kept_until_something_stands_on_it():
     first = planner.route(START, GOAL, 0.05)
     assert planner.route(Pose2(*first[1], 0.0), GOAL, 0.05) is first
     far = np.array([(3.0, -3.0)])
-    knowledge.world.occupancy.look(far, np.empty((0, 2), np.intp))
+    knowledge.world.occupancy.add_scan(far, np.empty((0, 2), np.intp))
     assert planner.route(Pose2(*first[1], 0.0), GOAL, 0.05) is first
     middle = first[len(first) // 2]
     for _ in range(3):
-        knowledge.world.occupancy.look(np.array([middle]), np.empty((0, 2), np.intp))
+        knowledge.world.occupancy.add_scan(np.array([middle]), np.empty((0, 2), np.intp))
     assert planner.route(Pose2(*first[1], 0.0), GOAL, 0.05) is not first
 
 

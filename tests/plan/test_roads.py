@@ -13,7 +13,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import KnowledgeError
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.knowledge import FREE, OCCUPIED, Knowledge, Roadmap, Window, draw_roads
+from rocs_bt.knowledge import FREE, OCCUPIED, Knowledge, Roadmap, Window, add_lattice_roads
 from rocs_bt.plan import NoRoute
 
 DIJKSTRA, ASTAR = (Catalog().load_route(name) for name in ("dijkstra", "astar"))
@@ -146,7 +146,7 @@ def test_both_find_what_brute_force_finds(spots, drawn):
     if not {"p0", "p1"} <= used:
         return  # nobody stands at an end of a road: how the roads are joined is another matter
     searches = [planner(knowledge).search for planner in (DIJKSTRA, ASTAR)]
-    ways = [Roadmap(knowledge).way(start, goal, search) for search in searches]
+    ways = [Roadmap(knowledge).route(start, goal, search) for search in searches]
     if best == math.inf:
         assert ways == [None, None]
         return
@@ -179,7 +179,7 @@ def test_roads_are_drawn_where_the_map_is_free():
     rows = ["#" * 42] + ["#" + "." * 40 + "#"] * 40 + ["#" * 42]
     wall = [row[:20] + "##" + row[22:] if i < 30 else row for i, row in enumerate(rows)]
     knowledge = knowing({})
-    names = draw_roads(knowledge, a_map(wall), spacing=0.5, clearance=0.2)
+    names = add_lattice_roads(knowledge, a_map(wall), spacing=0.5, clearance=0.2)
     poses = [knowledge.world.pose_of(name) for name in names]
     assert len(names) > 40
     assert all(0.3 < p.x < 3.9 and 0.3 < p.y < 3.9 for p in poses)
@@ -193,7 +193,7 @@ def test_roads_are_drawn_where_the_map_is_free():
 @given(st.lists(st.text("..........#?", min_size=16, max_size=16), min_size=16, max_size=16), st.floats(0.05, 0.3))
 def test_no_road_comes_nearer_than_the_clearance(rows, clearance):
     knowledge, window = knowing({}), a_map(rows)
-    draw_roads(knowledge, window, spacing=0.3, clearance=clearance)
+    add_lattice_roads(knowledge, window, spacing=0.3, clearance=clearance)
     blocked = np.argwhere(window.states != FREE)[:, ::-1] * window.cell + 0.5 * window.cell
     for a, _, b in knowledge.graph.edges("connects"):
         ends = [knowledge.world.pose_of(name)[:2] for name in (a, b)]
@@ -206,4 +206,4 @@ def test_no_road_comes_nearer_than_the_clearance(rows, clearance):
 
 def test_a_lattice_finer_than_the_map_is_refused():
     with pytest.raises(KnowledgeError, match=r"roads 0.05 m apart cannot be drawn on cells of 0.1 m"):
-        draw_roads(knowing({}), a_map(["..", ".."]), spacing=0.05, clearance=0.0)
+        add_lattice_roads(knowing({}), a_map(["..", ".."]), spacing=0.05, clearance=0.0)

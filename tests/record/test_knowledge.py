@@ -33,7 +33,7 @@ def told(tmp_path_factory):
     folder = tmp_path_factory.mktemp("told")
     clock, recorder = SimulatedClock(0.05), Recorder(folder / "run.mcap", synthetic.header())
     graph = KnowledgeGraph(clock, recorder, "R2")
-    with Journal(folder / "knowledge.sqlite", "exp1-7", patient=True) as journal:
+    with Journal(folder / "knowledge.sqlite", "exp1-7", blocking=True) as journal:
         journal.attach(graph)
         graph.add("R2", "robot")
         graph.add("origin", "goal", pose=Pose2(0.0, 0.0))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError, unknown
-from ...knowledge.share import Letterbox, packed
+from ...knowledge.share import MessageQueue, packed
 from ...record.header import Beam
 from ..common import GyroModel, RobotSensorModel
 from ..parameters import (
@@ -197,10 +197,10 @@ class MailboxSensor(MujocoSensor):
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
         read_parameters(MailboxParameters, parameters, f"mailbox '{name}'")
-        self.letterbox = Letterbox()
+        self.message_queue = MessageQueue()
 
     def sample(self) -> list[float]:
-        return packed(self.letterbox.take())
+        return packed(self.message_queue.take())
 
 
 SENSORS: Mapping[str, type[MujocoSensor]] = {

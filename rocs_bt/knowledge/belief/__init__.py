@@ -1,5 +1,5 @@
 """Belief: what may be there, how surely, and where: tracks that sightings begin, move and end."""
 
-from .belief import Belief, BeliefSettings, Seen, Sighting, Track
+from .belief import Belief, BeliefSettings, BeliefUpdate, Sighting, Track
 
-__all__ = ["Belief", "BeliefSettings", "Seen", "Sighting", "Track"]
+__all__ = ["Belief", "BeliefSettings", "BeliefUpdate", "Sighting", "Track"]

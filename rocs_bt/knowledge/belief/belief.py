@@ -64,7 +64,7 @@ class Track:
     seen: float
 
     @classmethod
-    def begun(cls, t: float, sighting: Sighting, existence: float, speed: float) -> Track:
+    def start(cls, t: float, sighting: Sighting, existence: float, speed: float) -> Track:
         """A track of what was just seen for the first time.
 
         Args:
@@ -171,18 +171,20 @@ class BeliefSettings:
 
     detection: float = 0.8
     clutter: float = 0.2
-    first: float = 0.3
-    sure: float = 0.6
-    gone: float = 0.1
+    initial: float = 0.3
+    confirmed: float = 0.6
+    forgotten: float = 0.1
     half_life: float = 10.0
     gate: float = 9.21
     start_speed: float = 0.3
     acceleration: float = 0.05
 
     def __post_init__(self) -> None:
-        chances = (self.detection, self.clutter, self.first, self.sure, self.gone)
-        if not all(0.0 < chance < 1.0 for chance in chances) or not self.gone < self.first < self.sure:
-            raise InputError(f"probabilities must be between 0 and 1, and gone < first < sure, found {chances}.")
+        chances = (self.detection, self.clutter, self.initial, self.confirmed, self.forgotten)
+        if not all(0.0 < chance < 1.0 for chance in chances) or not self.forgotten < self.initial < self.confirmed:
+            raise InputError(
+                f"probabilities must be between 0 and 1, and forgotten < initial < confirmed, found {chances}."
+            )
         if self.clutter >= self.detection:
             raise InputError(f"clutter must be below detection, found {self.clutter} and {self.detection}.")
         sizes = (self.half_life, self.gate, self.start_speed, self.acceleration)
@@ -191,7 +193,7 @@ class BeliefSettings:
 
 
 @dataclass(frozen=True)
-class Seen:
+class BeliefUpdate:
     """What one look did.
 
     Attributes:
@@ -213,15 +215,15 @@ class Belief:
     def __init__(self, settings: BeliefSettings | None = None) -> None:
         self.settings = settings or BeliefSettings()
         self._tracks: dict[int, Track] = {}
-        self._told: set[int] = set()
+        self._confirmed: set[int] = set()
         self._count = 0
 
     @property
-    def things(self) -> Mapping[int, Track]:
+    def confirmed(self) -> Mapping[int, Track]:
         """The tracks that are told of, by number."""
-        return {number: self._tracks[number] for number in sorted(self._told)}
+        return {number: self._tracks[number] for number in sorted(self._confirmed)}
 
-    def look(self, t: float, sightings: Sequence[Sighting], in_view: Callable[[Track], bool]) -> Seen:
+    def update(self, t: float, sightings: Sequence[Sighting], in_view: Callable[[Track], bool]) -> BeliefUpdate:
         """Take one look.
 
         Args:
@@ -240,7 +242,7 @@ class Belief:
                 track.miss(given.detection)
         for i in sorted(set(range(len(sightings))) - set(pairs.values())):
             self._count += 1
-            self._tracks[self._count] = Track.begun(t, sightings[i], given.first, given.start_speed)
+            self._tracks[self._count] = Track.start(t, sightings[i], given.initial, given.start_speed)
         return self._settled()
 
     def _assigned(self, sightings: Sequence[Sighting]) -> dict[int, int]:
@@ -256,13 +258,15 @@ class Belief:
         rows, columns = linear_sum_assignment(np.where(cost <= self.settings.gate, cost, far))
         return {numbers[r]: int(c) for r, c in zip(rows, columns, strict=True) if cost[r, c] <= self.settings.gate}
 
-    def _settled(self) -> Seen:
+    def _settled(self) -> BeliefUpdate:
         given = self.settings
-        gone = [number for number, track in self._tracks.items() if track.existence < given.gone]
+        gone = [number for number, track in self._tracks.items() if track.existence < given.forgotten]
         for number in gone:
             del self._tracks[number]
-        vanished = sorted(self._told.intersection(gone))
-        self._told.difference_update(gone)
-        appeared = [n for n, track in self._tracks.items() if track.existence >= given.sure and n not in self._told]
-        self._told.update(appeared)
-        return Seen(appeared, vanished)
+        vanished = sorted(self._confirmed.intersection(gone))
+        self._confirmed.difference_update(gone)
+        appeared = [
+            n for n, track in self._tracks.items() if track.existence >= given.confirmed and n not in self._confirmed
+        ]
+        self._confirmed.update(appeared)
+        return BeliefUpdate(appeared, vanished)

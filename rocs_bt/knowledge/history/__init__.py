@@ -5,7 +5,7 @@ from .exchange import from_json_text, to_json_text
 from .graphml import from_graphml, to_graphml
 from .history import History, RunEntry
 from .journal import Journal, JournalPast, write_state
-from .load import Loaded, lasting, load_into
+from .load import LoadResult, load_into, persistent_part
 from .state import State
 
 __all__ = [
@@ -13,15 +13,15 @@ __all__ = [
     "History",
     "Journal",
     "JournalPast",
-    "Loaded",
+    "LoadResult",
     "RunEntry",
     "State",
     "Stretch",
     "from_graphml",
     "from_json_text",
-    "lasting",
     "load_into",
     "log_of",
+    "persistent_part",
     "to_graphml",
     "to_json_text",
     "write_state",

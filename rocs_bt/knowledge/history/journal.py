@@ -34,7 +34,7 @@ class Journal:
     process may be killed at any moment: the file then opens to a state that was, and misses at most the last flush.
 
     Where a queue is full, because the disk stands still or is slower than the writers, either the writer waits
-    (`patient`, for lockstep, where nobody looks at a wall clock), or changes are left out, counted in `lost`; once
+    (`blocking`, for lockstep, where nobody looks at a wall clock), or changes are left out, counted in `lost`; once
     there is room the state is taken anew and the file says which revisions it misses. So what is known now is always
     right, and a control loop never waits.
 
@@ -43,7 +43,7 @@ class Journal:
         label: Name of the run for people, such as `exp1-7`.
         keep: Changes of one agent that are kept.
         limit: Writes of one agent that may wait.
-        patient: Whether a writer waits while the queue is full.
+        blocking: Whether a writer waits while the queue is full.
         every: Time between two flushes [s of wall time].
 
     Raises:
@@ -57,12 +57,12 @@ class Journal:
         *,
         keep: int = KEEP,
         limit: int = LIMIT,
-        patient: bool = False,
+        blocking: bool = False,
         every: float = FLUSH,
     ) -> None:
         self.path = path
-        self._label, self._keep, self._limit, self._patient, self._every = label, keep, limit, patient, every
-        self._tapes: tuple[_WriterQueue, ...] = ()
+        self._label, self._keep, self._limit, self._blocking, self._every = label, keep, limit, blocking, every
+        self._queues: tuple[_WriterQueue, ...] = ()
         self._connection = open_to_write(path)
         self._writing = threading.Lock()
         self._wake = threading.Event()
@@ -75,7 +75,7 @@ class Journal:
     @property
     def lost(self) -> int:
         """Changes that were left out because a queue was full."""
-        return sum(tape.lost for tape in self._tapes)
+        return sum(queue.lost for queue in self._queues)
 
     def attach(self, graph: KnowledgeGraph) -> None:
         """Write the present state of a graph, and every change from now on.
@@ -83,10 +83,10 @@ class Journal:
         Raises:
             RecordingError: The file cannot be written.
         """
-        with graph.held():
-            tape = _WriterQueue(graph, State.of(graph), self._limit, self._patient, self._wake)
-            graph.followers.add(tape.take)
-        self._tapes = (*self._tapes, tape)
+        with graph.locked():
+            queue = _WriterQueue(graph, State.of(graph), self._limit, self._blocking, self._wake)
+            graph.write_observers.add(queue.take)
+        self._queues = (*self._queues, queue)
         self.flush()
 
     def flush(self) -> None:
@@ -108,9 +108,9 @@ class Journal:
         if self._closing:
             return
         self._closing = True
-        for tape in self._tapes:
-            with tape.graph.held():
-                tape.graph.followers.remove(tape.take)
+        for queue in self._queues:
+            with queue.graph.locked():
+                queue.graph.write_observers.remove(queue.take)
         self._wake.set()
         self._thread.join()
         try:
@@ -140,22 +140,22 @@ class Journal:
                 self._write()
             except Exception as error:  # noqa: BLE001 - the thread's boundary: kept, and raised where it is waited for
                 self._failure = error
-                for tape in self._tapes:
-                    tape.end()
+                for queue in self._queues:
+                    queue.end()
 
     def _write(self) -> None:
-        batches = [(tape, part) for tape in self._tapes for part in tape.drain()]
+        batches = [(queue, part) for queue in self._queues for part in queue.drain()]
         if not batches:
             return
         connection = self._connection
         connection.execute("BEGIN IMMEDIATE")
         try:
-            for tape, (base, changes) in batches:
+            for queue, (base, changes) in batches:
                 if base is not None:
                     self._run_number = self._run_number or next_run(connection)
-                    tape.stretch = begin_stretch(connection, self._run_number, self._label, base)
-                append(connection, tape.stretch, changes)
-                compact(connection, tape.graph.agent, self._keep)
+                    queue.stretch = begin_stretch(connection, self._run_number, self._label, base)
+                append(connection, queue.stretch, changes)
+                compact(connection, queue.graph.agent, self._keep)
             connection.execute("COMMIT")
         except Exception:  # whatever it is, nothing of this flush is kept, and it goes on
             connection.close()
@@ -171,14 +171,14 @@ class _WriterQueue:
         lost: Number of changes that were left out.
     """
 
-    def __init__(self, graph: KnowledgeGraph, base: State, limit: int, patient: bool, wake: threading.Event) -> None:
+    def __init__(self, graph: KnowledgeGraph, base: State, limit: int, blocking: bool, wake: threading.Event) -> None:
         self.graph = graph
         self.stretch = 0
         self.lost = 0
         self._base: State | None = base
         self._last = base.revision
         self._queue: deque[list[KnowledgeChanged]] = deque()
-        self._limit, self._patient, self._wake = limit, patient, wake
+        self._limit, self._blocking, self._wake = limit, blocking, wake
         self._room = threading.Event()
         self._ended = False
         self._gap = False
@@ -189,7 +189,7 @@ class _WriterQueue:
         queue = self._queue
         if len(queue) >= self._limit // 2:
             self._wake.set()
-            while self._patient and len(queue) >= self._limit and not self._ended:
+            while self._blocking and len(queue) >= self._limit and not self._ended:
                 self._room.clear()
                 self._wake.set()
                 self._room.wait(FLUSH)
@@ -211,13 +211,13 @@ class _WriterQueue:
         changes = self._taken()
         parts: list[Part] = [(base, changes)] if base is not None or changes else []
         if self._gap or lost != self._noticed:
-            anew = self._anew()
-            if anew is not None:
-                parts.append((anew, []))
+            restarted = self._restart()
+            if restarted is not None:
+                parts.append((restarted, []))
         return parts
 
     def _taken(self) -> list[KnowledgeChanged]:
-        """The changes that wait, up to where some are missing; nothing more comes then until `_anew`."""
+        """The changes that wait, up to where some are missing; nothing more comes then until `_restart`."""
         changes: list[KnowledgeChanged] = []
         for _ in range(len(self._queue)):
             written = self._queue.popleft()
@@ -228,7 +228,7 @@ class _WriterQueue:
         self._room.set()
         return changes
 
-    def _anew(self) -> State | None:
+    def _restart(self) -> State | None:
         """The graph's state now, copied while its writers go on; None where they were too quick, for another time.
 
         A copy made without the lock may hold some newer writes and miss others; every write since it began makes it

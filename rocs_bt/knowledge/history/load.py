@@ -17,7 +17,7 @@ NOT_REMEMBERED = ("robot", "part", "monitor", "analyze", "rule_set", "peer", "pe
 
 
 @dataclass(frozen=True)
-class Loaded:
+class LoadResult:
     """What a graph accepted.
 
     Attributes:
@@ -31,7 +31,7 @@ class Loaded:
     refused: tuple[str, ...]
 
 
-def lasting(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault]]:
+def persistent_part(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault]]:
     """The part of a state that is worth remembering, and the faults of what the schema refuses.
 
     Left out is what belongs to a run and not to the world: the robot itself, its parts and blocks and the edges that
@@ -59,7 +59,7 @@ def lasting(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault
     return importer.state, importer.faults
 
 
-def load_into(graph: KnowledgeGraph, state: State) -> Loaded:
+def load_into(graph: KnowledgeGraph, state: State) -> LoadResult:
     """Take a state into a graph, as one write, as of now.
 
     What the graph holds stands: a node that is there gains attributes that nobody wrote yet, and an edge that is there
@@ -67,12 +67,12 @@ def load_into(graph: KnowledgeGraph, state: State) -> Loaded:
     """
     refused: list[str] = []
     nodes = edges = 0
-    with graph.held():
+    with graph.locked():
         for name in state.nodes():
             nodes += _take_node(graph, state, name, refused)
         for edge in state.edges():
             edges += _take_edge(graph, state, edge, refused)
-    return Loaded(nodes, edges, tuple(refused))
+    return LoadResult(nodes, edges, tuple(refused))
 
 
 def _lasts(state: State, name: str) -> bool:

@@ -1,6 +1,6 @@
 """From the text of a query to a Query, and the plan of its steps.
 
-The plan says in which order the things of a query are found, and makes each test as early as it can be made. A thing
+The plan says in which order the variables of a query are found, and makes each test as early as it can be made. A thing
 that is named, or must be near a place, comes first; then what the links of those lead to; then the others in the order
 in which the query mentions them. Which order does not change the answers.
 """
@@ -61,7 +61,7 @@ class Condition:
     """A part of `where` that must hold by itself, with what it depends on."""
 
     node: Node
-    things: frozenset[int]
+    variables: frozenset[int]
     links: frozenset[int]
 
 
@@ -73,7 +73,7 @@ def conditions_of(node: Node | None, slots: Sequence[Slot]) -> list[Condition]:
         return [condition for arg in node.args for condition in conditions_of(arg, slots)]
     read = [slots[i] for i in node.reads()]
     none = frozenset[int]()
-    return [Condition(node, none.union(*(s.things for s in read)), none.union(*(s.links for s in read)))]
+    return [Condition(node, none.union(*(s.variables for s in read)), none.union(*(s.links for s in read)))]
 
 
 class Planner:
@@ -81,7 +81,7 @@ class Planner:
 
     Args:
         schema: What may stand in the graph.
-        pattern: Its things and links.
+        pattern: Its variables and links.
         scope: Its slots.
         conditions: The parts of its `where`.
         nearest: The thing that must come nearest first, and the code of the place; None where none must.
@@ -106,25 +106,25 @@ class Planner:
 
     def steps(self) -> list[Step]:
         """The steps."""
-        shown = [i for i, thing in enumerate(self._pattern.things) if not thing.hidden]
+        shown = [i for i, variable in enumerate(self._pattern.variables) if not variable.hidden]
         steps: list[Step] = [Test(test_of(early, self._scope.slots))] if (early := self._ready()) else []
         steps += self._join(shown, [*enumerate(self._pattern.links)], self._bound)
         return steps
 
-    def _join(self, things: Sequence[int], links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
-        """Steps that find these things and check these links."""
+    def _join(self, variables: Sequence[int], links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
+        """Steps that find these variables and check these links."""
         steps: list[Step] = []
-        left = [i for i in things if i not in bound]
+        left = [i for i in variables if i not in bound]
         while True:
             steps += self._checks(links, bound)
             if not left:
                 return steps
-            step, thing = self._next(left, links, bound)
-            left.remove(thing)
-            bound.add(thing)
+            step, variable = self._next(left, links, bound)
+            left.remove(variable)
+            bound.add(variable)
             steps.append(step)
             if (tests := self._ready()) and isinstance(step, Scan):
-                steps[-1] = Scan(step.thing, step.kind, step.near, test_of(tests, self._scope.slots))
+                steps[-1] = Scan(step.variable, step.kind, step.near, test_of(tests, self._scope.slots))
             elif tests:
                 steps.append(Test(test_of(tests, self._scope.slots)))
 
@@ -135,7 +135,7 @@ class Planner:
                 return step, i
         for i in left:
             if (near := self._near(i)) is not None:
-                return Scan(i, self._pattern.things[i].kind or "", near, None), i
+                return Scan(i, self._pattern.variables[i].kind or "", near, None), i
         for j, link in links:
             forward = link.source in bound
             other = link.target if forward else link.source
@@ -143,7 +143,7 @@ class Planner:
                 links.remove((j, link))
                 self._edges.add(j)
                 return Follow(link, j, forward, self._kinds(other)), other
-        return Scan(left[0], self._pattern.things[left[0]].kind or "", None, None), left[0]
+        return Scan(left[0], self._pattern.variables[left[0]].kind or "", None, None), left[0]
 
     def _checks(self, links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
         """Steps for all that can be checked now."""
@@ -164,18 +164,18 @@ class Planner:
 
     def _ready(self) -> list[Node]:
         """The conditions that can be tested now; they wait no more."""
-        ready = [c for c in self._waiting if c.things <= self._bound and c.links <= self._edges]
+        ready = [c for c in self._waiting if c.variables <= self._bound and c.links <= self._edges]
         self._waiting = [c for c in self._waiting if c not in ready]
         return [c.node for c in ready]
 
     def _pinned(self, i: int) -> Step | None:
-        thing = self._pattern.things[i]
-        if thing.node is not None:
-            name = thing.node
+        variable = self._pattern.variables[i]
+        if variable.node is not None:
+            name = variable.node
             return Pin(i, None, lambda state: name)
         for condition in self._waiting:
             node = condition.node
-            if node.op == "compare" and node.args[0].op == "read" and condition.things == {i}:
+            if node.op == "compare" and node.args[0].op == "read" and condition.variables == {i}:
                 same = self._scope.slots[node.args[0].start].same
                 if same is not None and same[0] == i:
                     return Pin(i, self._kinds(i), code_of(same[1]))
@@ -198,12 +198,12 @@ class Planner:
         return "robot" in (self._kinds(i) or ())
 
     def _kinds(self, i: int) -> frozenset[str] | None:
-        kind = self._pattern.things[i].kind
+        kind = self._pattern.variables[i].kind
         return None if kind is None else self._schema.families[kind]
 
 
 def _reach(node: Node, slots: Sequence[Slot]) -> tuple[int, str, float] | None:
-    """Of `distance(thing, place) < 2 m`: the thing, the code of the place, the distance [m]."""
+    """Of `distance(variable, place) < 2 m`: the thing, the code of the place, the distance [m]."""
     if node.op != "compare" or len(node.signs) != 1:
         return None
     left, right, sign = node.args[0], node.args[1], node.signs[0]
@@ -278,19 +278,19 @@ class _Compiler:
         limit = self._limit()
         give = self._give()
         as_of, since = self._moment(), self._since()
-        if not pattern.things and where is None:
+        if not pattern.variables and where is None:
             raise self._sections[""].fault("the query asks for nothing.", "Begin with a kind, or with 'where'.")
         conditions = conditions_of(where, scope.slots)
-        if nearest is not None and (len(pattern.things) > 1 or limit is None):
+        if nearest is not None and (len(pattern.variables) > 1 or limit is None):
             nearest = None
         return Query(
             self._text,
             self._schema,
-            tuple(pattern.things[i].name for i in pattern.shown),
+            tuple(pattern.variables[i].name for i in pattern.shown),
             tuple(label for label, _ in give),
             self._parameters,
             as_of,
-            (len(pattern.things), len(pattern.links)),
+            (len(pattern.variables), len(pattern.links)),
             tuple(pattern.shown),
             tuple(range(len(pattern.links))),
             Planner(self._schema, pattern, scope, conditions, nearest).steps(),

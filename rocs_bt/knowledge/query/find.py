@@ -99,5 +99,5 @@ class Find:
 
 
 def find(kind: str, name: str = "") -> Find:
-    """Begin a query: look for things of a kind, under a name of their own where one is needed."""
+    """Begin a query: look for variables of a kind, under a name of their own where one is needed."""
     return Find(name or kind, (f"{kind} {name}".strip(),))

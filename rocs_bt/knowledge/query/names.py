@@ -1,7 +1,7 @@
 """Names: what the names in a query's expressions mean, and the code that gets at their values.
 
-The code is over the query's state: `n`, `r` and `e` are the names and rows of things and the rows of edges, `c` is what
-holds for the whole run. Only what a schema, a pattern or Python names goes into it, never a text of a person.
+The generated code reads the query's `State`: `n` and `r` are the node names and rows of the variables, `e` the rows of
+the edges, `c` the `Execution`. Only names from a schema, a pattern or Python go into the code, never user text.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class Meaning:
     """What a name means.
 
     Attributes:
-        sort: `number`, `truth`, `text`, `pose`, `path`, `numbers`, `thing`, `edge` or `live`.
+        sort: `number`, `truth`, `text`, `pose`, `path`, `numbers`, `variable`, `edge` or `live`.
         code: How to get at its value.
-        things: The things that it depends on.
+        variables: The variables that it depends on.
         links: The links whose edges it depends on.
         dimension: Of a number, or of numbers.
         size: Of numbers, how many.
@@ -41,7 +41,7 @@ class Meaning:
 
     sort: str
     code: str
-    things: frozenset[int] = frozenset()
+    variables: frozenset[int] = frozenset()
     links: frozenset[int] = frozenset()
     dimension: Dimension = NONE
     size: int = 0
@@ -54,12 +54,12 @@ class Meaning:
 class Names:
     """The names of one query.
 
-    A name is looked for among the parameters, the things, the edges, the attributes of the first thing, and the robot's
-    signals, in that order; `robot` is the robot that asks where no thing is called so, and `now` is the time.
+    A name is resolved among the parameters, the variables, the edges, the attributes of the first variable, and the
+    robot's signals, in that order. `robot` is the querying robot unless a variable has that name; `now` is the time.
 
     Attributes:
         schema: What may stand in the graph.
-        pattern: The query's things and links.
+        pattern: The query's variables and links.
         parameters: The types of what Python hands over.
         signals: The robot's signals; None where nobody knows them.
         read_signals: Those that were asked for.
@@ -81,35 +81,35 @@ class Names:
         if first in self.parameters:
             return self._within(self._parameter(first), rest)
         for i in self.pattern.shown:
-            if self.pattern.things[i].name == first:
-                return self.of_thing(i, rest)
+            if self.pattern.variables[i].name == first:
+                return self.of_variable(i, rest)
         edges = [j for j, link in enumerate(self.pattern.links) if link.name == first]
         if len(edges) > 1:
             one = ".".join(("one", *rest))
             raise Misuse(f"'{first}' stands twice: name the edges, as in {first}(one), and write {one}.")
         if edges:
             return self._of_edge(edges[0], rest)
-        if self.pattern.shown and (found := self.of_thing(self.pattern.shown[0], names)) is not None:
+        if self.pattern.shown and (found := self.of_variable(self.pattern.shown[0], names)) is not None:
             return found
         if first == "robot":
-            return Meaning("thing", "c.me") if not rest else self._within(Meaning("pose", "c.here"), rest[1:])
+            return Meaning("node", "c.me") if not rest else self._within(Meaning("pose", "c.here"), rest[1:])
         if first == "now" and not rest:
             return Meaning("number", "c.t", dimension=TIME)
         return self._signal(first) if not rest else None
 
-    def of_thing(self, i: int, rest: list[str]) -> Meaning | None:
+    def of_variable(self, i: int, rest: list[str]) -> Meaning | None:
         """What stands behind a thing's name, itself where nothing does."""
-        kind, things = self.pattern.things[i].kind, frozenset({i})
+        kind, variables = self.pattern.variables[i].kind, frozenset({i})
         if not rest:
-            return Meaning("thing", f"n[{i}]", things)
+            return Meaning("node", f"n[{i}]", variables)
         if kind is None:
             return None
         if rest[0] == "kind" and len(rest) == 1:
-            return Meaning("text", f"r[{i}]['kind']", things)
-        found = self._attribute(self.schema.kinds[kind].attributes, f"r[{i}]", rest, things, frozenset(), f"n[{i}]")
+            return Meaning("text", f"r[{i}]['kind']", variables)
+        found = self._attribute(self.schema.kinds[kind].attributes, f"r[{i}]", rest, variables, frozenset(), f"n[{i}]")
         if found is not None and rest == ["pose"] and "robot" in self.schema.families[kind]:
             code = f"(c.here if n[{i}] == c.me else r[{i}]['pose'])"
-            return Meaning("pose", code, things, owner=found.owner, attribute="pose")
+            return Meaning("pose", code, variables, owner=found.owner, attribute="pose")
         return found
 
     def _of_edge(self, j: int, rest: list[str]) -> Meaning | None:
@@ -123,20 +123,20 @@ class Names:
         declared: Mapping[str, Attribute],
         row: str,
         rest: list[str],
-        things: frozenset[int],
+        variables: frozenset[int],
         links: frozenset[int],
         owner: str,
     ) -> Meaning | None:
         name = rest[0]
         if rest == ["t"]:
-            return Meaning("number", f"{row}['t']", things, links, TIME)
+            return Meaning("number", f"{row}['t']", variables, links, TIME)
         if rest == ["revision"]:
-            return Meaning("number", f"{row}['revision']", things, links)
+            return Meaning("number", f"{row}['revision']", variables, links)
         if name not in declared:
             return None
         attribute = declared[name]
         meaning = Meaning(
-            _SORTS[attribute.type], f"{row}[{name!r}]", things, links, attribute.dimensions[0], attribute.size,
+            _SORTS[attribute.type], f"{row}[{name!r}]", variables, links, attribute.dimensions[0], attribute.size,
             owner, name, whole=attribute.type is int,
         )  # fmt: skip
         return self._within(meaning, rest[1:])
@@ -148,7 +148,7 @@ class Names:
         if meaning.sort != "pose" or len(rest) > 1 or rest[0] not in _POSE:
             return None
         code = f"(None if {meaning.code} is None else {meaning.code}.{rest[0]})"
-        return Meaning("number", code, meaning.things, meaning.links, _POSE[rest[0]], 0, meaning.owner, "pose")
+        return Meaning("number", code, meaning.variables, meaning.links, _POSE[rest[0]], 0, meaning.owner, "pose")
 
     def _parameter(self, name: str) -> Meaning:
         kind = self.parameters[name]
@@ -168,18 +168,18 @@ class Names:
 
     def unknown(self, names: list[str]) -> str:
         """What to say of a name that means nothing."""
-        things = {self.pattern.things[i].name: i for i in self.pattern.shown}
+        variables = {self.pattern.variables[i].name: i for i in self.pattern.shown}
         edges = {link.name: link for link in self.pattern.links if link.name}
-        if len(names) > 1 and names[0] in things:
-            kind = self.pattern.things[things[names[0]]].kind or ""
+        if len(names) > 1 and names[0] in variables:
+            kind = self.pattern.variables[variables[names[0]]].kind or ""
             return f"a {kind} has no '{names[1]}'. {self._hint(names[1], self.schema.kinds[kind].attributes, kind)}"
         if len(names) > 1 and names[0] in edges:
             return f"'{names[0]}' has no '{names[1]}'. {did_you_mean(names[1], edges[names[0]].relation.attributes)}"
         shown = self.pattern.shown
-        own = self.pattern.things[shown[0]].kind if shown else None
+        own = self.pattern.variables[shown[0]].kind if shown else None
         attributes = self.schema.kinds[own].attributes if own is not None else {}
         signals = self.signals.names if self.signals is not None else ()
-        known = {*attributes, *things, *edges, *self.parameters, *signals, "robot", "now"}
+        known = {*attributes, *variables, *edges, *self.parameters, *signals, "robot", "now"}
         if own is not None and (elsewhere := self._hint(names[0], attributes, own)).startswith("It is"):
             return f"nothing is named '{'.'.join(names)}' here. {elsewhere}"
         return f"nothing is named '{'.'.join(names)}' here. {did_you_mean(names[0], known, 'The query')}"

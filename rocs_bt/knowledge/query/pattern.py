@@ -1,4 +1,4 @@
-"""The pattern of a query: which things, and which relations between them.
+"""The pattern of a query: which variables, and which relations between them.
 
 object                                    any object
 robot pursues goal                        who pursues what
@@ -89,7 +89,7 @@ MOST = 12
 
 
 @dataclass(frozen=True)
-class Thing:
+class Variable:
     """What a query looks for.
 
     Attributes:
@@ -107,7 +107,7 @@ class Thing:
 
 @dataclass(frozen=True)
 class Link:
-    """A relation between two things of a pattern, by their places in it.
+    """A relation between two variables of a pattern, by their places in it.
 
     Attributes:
         source: Where its edge starts.
@@ -134,19 +134,19 @@ class Pattern:
     """Things and links, in the order in which they are mentioned.
 
     Attributes:
-        things: All of them, the hidden ones too.
+        variables: All of them, the hidden ones too.
         links: What must be.
-        absent: Groups of links of which no group may be, each with the things that are hidden in it.
+        absent: Groups of links of which no group may be, each with the variables that are hidden in it.
     """
 
-    things: list[Thing] = field(default_factory=list)
+    variables: list[Variable] = field(default_factory=list)
     links: list[Link] = field(default_factory=list)
     absent: list[tuple[tuple[int, ...], list[Link]]] = field(default_factory=list)
 
     @property
     def shown(self) -> list[int]:
-        """The things that an answer has."""
-        return [i for i, thing in enumerate(self.things) if not thing.hidden and thing.node is None]
+        """The variables that an answer has."""
+        return [i for i, variable in enumerate(self.variables) if not variable.hidden and variable.node is None]
 
 
 def read_pattern(section: Section, schema: Schema) -> Pattern:
@@ -163,9 +163,9 @@ def read_pattern(section: Section, schema: Schema) -> Pattern:
     # What must be is read first: a `no` may name a thing that a later clause introduces.
     for clause in sorted(clauses, key=lambda each: each.negative):
         clause.read()
-    if len(pattern.things) > MOST:
-        raise section.fault(f"a query has at most {MOST} things, found {len(pattern.things)}.")
-    if not pattern.shown and not any(thing.node for thing in pattern.things):
+    if len(pattern.variables) > MOST:
+        raise section.fault(f"a query has at most {MOST} variables, found {len(pattern.variables)}.")
+    if not pattern.shown and not any(variable.node for variable in pattern.variables):
         raise section.fault("a query that only says what must not be has no answer.", "Name what you look for first.")
     return pattern
 
@@ -184,13 +184,13 @@ class _Clause:
     def read(self) -> None:
         if not self._tokens:
             raise self._section.fault("a clause is empty.", "Drop a comma.")
-        before = len(self._pattern.things)
+        before = len(self._pattern.variables)
         self._at = int(self.negative)
-        links, left = [], self._thing()
+        links, left = [], self._variable()
         while self._at < len(self._tokens):
             place = self._tokens[self._at][1]
             relation, name, steps = self._relation()
-            right = self._thing()
+            right = self._variable()
             link = Link(left, relation, right, name, steps)
             self._join(link, place)
             links.append(link)
@@ -200,14 +200,14 @@ class _Clause:
         elif not links:
             raise self._section.fault("'no' needs a relation, such as: no peer pursues goal.")
         else:
-            hidden = range(before, len(self._pattern.things))
-            self._pattern.absent.append((tuple(i for i in hidden if self._pattern.things[i].node is None), links))
+            hidden = range(before, len(self._pattern.variables))
+            self._pattern.absent.append((tuple(i for i in hidden if self._pattern.variables[i].node is None), links))
 
-    def _thing(self) -> int:
+    def _variable(self) -> int:
         token, place = self._next("a kind or a name")
         if token[0] in "\"'":
-            return self._known(Thing(token, None, token[1:-1], self.negative))
-        names = [thing.name for thing in self._pattern.things]
+            return self._known(Variable(token, None, token[1:-1], self.negative))
+        names = [variable.name for variable in self._pattern.variables]
         if token in names and not self._named(token):
             return names.index(token)
         if token not in self._schema.kinds:
@@ -219,11 +219,11 @@ class _Clause:
         if self._named(token):
             name, place = self._next("a name")
             if name in names:
-                kind = self._pattern.things[names.index(name)].kind
+                kind = self._pattern.variables[names.index(name)].kind
                 if kind != token:
                     raise self._fault(f"'{name}' is a {kind or 'node'} already, not a {token}.", at=place)
                 return names.index(name)
-        return self._known(Thing(name, token, None, self.negative))
+        return self._known(Variable(name, token, None, self.negative))
 
     def _named(self, kind: str) -> bool:
         """Whether a name of its own follows a kind."""
@@ -241,14 +241,14 @@ class _Clause:
             raise self._fault(f"there is no relation named '{token}'.", hint, place)
         return True
 
-    def _known(self, thing: Thing) -> int:
+    def _known(self, variable: Variable) -> int:
         """The place of a thing, which is added where there is none of that name."""
-        things = self._pattern.things
-        for i, other in enumerate(things):
-            if other.name == thing.name or (thing.node is not None and other.node == thing.node):
+        variables = self._pattern.variables
+        for i, other in enumerate(variables):
+            if other.name == variable.name or (variable.node is not None and other.node == variable.node):
                 return i
-        things.append(thing)
-        return len(things) - 1
+        variables.append(variable)
+        return len(variables) - 1
 
     def _relation(self) -> tuple[Relation, str, tuple[int, int | None]]:
         token, place = self._next("a relation")
@@ -264,7 +264,7 @@ class _Clause:
         self._at += 1
         name, place = self._next("a name")
         taken = {*self._schema.kinds, *self._schema.relations, *FUNCTIONS, *_RESERVED}
-        taken |= {thing.name for thing in self._pattern.things} | {link.name for link in self._pattern.links}
+        taken |= {variable.name for variable in self._pattern.variables} | {link.name for link in self._pattern.links}
         if not re.match(r"[A-Za-z_]", name) or name in taken:
             raise self._fault(f"'{name}' is not free for the name of an edge.", at=place)
         closing, place = self._next("')'")
@@ -275,14 +275,14 @@ class _Clause:
     def _join(self, link: Link, place: int) -> None:
         """Check that the relation can join such kinds."""
         sides = (
-            ("starts at", self._pattern.things[link.source], link.relation.sources),
-            ("ends at", self._pattern.things[link.target], link.relation.targets),
+            ("starts at", self._pattern.variables[link.source], link.relation.sources),
+            ("ends at", self._pattern.variables[link.target], link.relation.targets),
         )
-        for end, thing, kinds in sides:
+        for end, variable, kinds in sides:
             possible = {kind for each in kinds for kind in self._schema.families[each]}
-            if thing.kind is not None and not self._schema.families[thing.kind] & possible:
+            if variable.kind is not None and not self._schema.families[variable.kind] & possible:
                 raise self._fault(
-                    f"'{link.relation.name}' never {end} a {thing.kind}.", f"It {end}: {', '.join(kinds)}.", place
+                    f"'{link.relation.name}' never {end} a {variable.kind}.", f"It {end}: {', '.join(kinds)}.", place
                 )
 
     def _peek(self) -> str | None:

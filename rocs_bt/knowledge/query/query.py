@@ -1,7 +1,7 @@
 """Query: a question to the graph, compiled once.
 
 query = compile_query("object where moves and distance(pose, robot) < 2 m order by distance(pose, robot) limit 3")
-query.ask(graph, asker).names
+query.ask(graph, context).names
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import msgspec
 from ...errors import KnowledgeError
 from ..readable import Readable
 from ..schema import Schema
-from .asker import Asker, Context
+from .context import Execution, QueryContext
 from .parameter import Parameter, read_parameters
 from .steps import Code, State, Step, walk
 
@@ -28,13 +28,13 @@ class Answers(msgspec.Struct, frozen=True):
     It is true where anything was found.
 
     Attributes:
-        things: What the query looked for, by the names that it gives them.
-        rows: What was found: a node for each of `things`.
+        variables: What the query looked for, by the names that it gives them.
+        rows: What was found: a node for each of `variables`.
         columns: What `give` asked for, as it was written.
         values: Its values, beside each row; None where one is not known.
     """
 
-    things: tuple[str, ...]
+    variables: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     columns: tuple[str, ...] = ()
     values: tuple[tuple[Any, ...], ...] = ()
@@ -54,15 +54,15 @@ class Answers(msgspec.Struct, frozen=True):
 
     @property
     def dicts(self) -> list[dict[str, Any]]:
-        """Each answer as a mapping of things and columns."""
+        """Each answer as a mapping of variables and columns."""
         values = self.values or ((),) * len(self.rows)
         return [
-            {**dict(zip(self.things, row, strict=True)), **dict(zip(self.columns, given, strict=True))}
+            {**dict(zip(self.variables, row, strict=True)), **dict(zip(self.columns, given, strict=True))}
             for row, given in zip(self.rows, values, strict=True)
         ]
 
 
-NOBODY = Asker()
+NO_ROBOT = QueryContext()
 Found: TypeAlias = tuple[tuple[str, ...], tuple[Any, ...]]  # a row, and the values beside it
 
 
@@ -86,7 +86,7 @@ class Query:
     Attributes:
         text: How it was written.
         schema: What the graphs that it is put to must be made by.
-        things: What it looks for.
+        variables: What it looks for.
         columns: What it gives beside them.
         parameters: The types of what must be handed over.
         as_of: The moment that it asks for; None for the present.
@@ -94,7 +94,7 @@ class Query:
 
     text: str
     schema: Schema
-    things: tuple[str, ...]
+    variables: tuple[str, ...]
     columns: tuple[str, ...]
     parameters: Mapping[str, Parameter]
     as_of: Moment | None
@@ -110,56 +110,56 @@ class Query:
     _texts: Sequence[str]
     _signals: Mapping[str, int]
 
-    def ask(self, graph: Readable, asker: Asker = NOBODY, **parameters: Any) -> Answers:
+    def ask(self, graph: Readable, context: QueryContext = NO_ROBOT, **parameters: Any) -> Answers:
         """All answers, at one moment.
 
         Args:
-            graph: What is asked; a query `as of` a time asks the asker's past instead.
-            asker: Who asks.
+            graph: What is asked; a query `as of` a time asks the context's past instead.
+            context: Who asks.
             parameters: What the text calls by these names.
 
         Raises:
             KnowledgeError: A parameter is missing, too many or of another type, the graph has another schema, or nobody
                 keeps the past that is asked for.
         """
-        graph, state = self._begin(graph, asker, parameters)
-        with graph.held():
+        graph, state = self._begin(graph, context, parameters)
+        with graph.locked():
             found = self._found(state)
             near = self._nearest is not None and self._nearest(state) is not None
             if near and not self._give:  # the nearest come first as they are
-                return Answers(self.things, tuple(islice(found, self._limit)), self.columns)
+                return Answers(self.variables, tuple(islice(found, self._limit)), self.columns)
             rows = self._ordered(self._with_values(found, state), near, state)
         return Answers(
-            self.things,
+            self.variables,
             tuple([row for row, _ in rows]),
             self.columns,
             tuple([values for _, values in rows]) if self._give else (),
         )
 
-    def holds(self, graph: Readable, asker: Asker = NOBODY, **parameters: Any) -> bool:
+    def holds(self, graph: Readable, context: QueryContext = NO_ROBOT, **parameters: Any) -> bool:
         """Whether there is any answer; stops at the first.
 
         Raises:
             KnowledgeError: As `ask`.
         """
-        graph, state = self._begin(graph, asker, parameters)
-        with graph.held():
+        graph, state = self._begin(graph, context, parameters)
+        with graph.locked():
             found = self._found(state)
             return next(found, None) is not None
 
-    def _begin(self, graph: Readable, asker: Asker, given: Mapping[str, Any]) -> tuple[Readable, State]:
+    def _begin(self, graph: Readable, context: QueryContext, given: Mapping[str, Any]) -> tuple[Readable, State]:
         types, values = read_parameters(given) if given else ({}, {})
         if types != self.parameters:
             raise KnowledgeError(
                 f"the query '{self.text}' needs the parameters {_listed(self.parameters)}; found {_listed(types)}."
             )
         if self.as_of is not None:
-            t = self._time(self.as_of, asker.t, values)
-            graph, asker = asker.past.as_of(t), asker._replace(pose=None, t=t, signal=NOBODY.signal)
+            t = self._time(self.as_of, context.t, values)
+            graph, context = context.past.as_of(t), context._replace(pose=None, t=t, signal=NO_ROBOT.signal)
         if graph.schema is not self.schema and graph.schema != self.schema:
             raise KnowledgeError(f"the query '{self.text}' was compiled for another schema; compile it for this one.")
-        context = Context(graph, asker, values, self._texts, self._signals)
-        return graph, State(*self._count, context)
+        execution = Execution(graph, context, values, self._texts, self._signals)
+        return graph, State(*self._count, execution)
 
     def _time(self, moment: Moment, now: float, values: Mapping[str, Any]) -> float:
         value: float = values[moment.value] if isinstance(moment.value, str) else moment.value

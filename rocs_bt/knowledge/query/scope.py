@@ -30,7 +30,7 @@ class Slot:
 
     Attributes:
         code: A float, NaN where it is not known.
-        things: The things that it depends on.
+        variables: The variables that it depends on.
         links: The links whose edges it depends on.
         near: Of a distance between one thing's pose in the graph and something that holds for the whole run: the thing,
             and the code of the other.
@@ -38,7 +38,7 @@ class Slot:
     """
 
     code: str
-    things: frozenset[int]
+    variables: frozenset[int]
     links: frozenset[int]
     near: tuple[int, str] | None = None
     same: tuple[int, str] | None = None
@@ -112,9 +112,9 @@ class Scope:
         same: tuple[int, str] | None = None,
     ) -> Node:
         """A node that reads a slot."""
-        things = frozenset[int]().union(*(m.things for m in meanings))
+        variables = frozenset[int]().union(*(m.variables for m in meanings))
         links = frozenset[int]().union(*(m.links for m in meanings))
-        slot = Slot(code, things, links, near, same)
+        slot = Slot(code, variables, links, near, same)
         if slot not in self.slots:
             self.slots.append(slot)
         at = self.slots.index(slot)
@@ -137,7 +137,7 @@ class Scope:
         """A node that reads several slots that stand side by side."""
         codes = [f"number({meaning.code}[{i}] if {meaning.code} is not None else None)" for i in indices]
         start = len(self.slots)
-        self.slots += [Slot(code, meaning.things, meaning.links) for code in codes]
+        self.slots += [Slot(code, meaning.variables, meaning.links) for code in codes]
         return Node("read", Kind(meaning.dimension, len(codes)), start=start, stop=start + len(codes))
 
     def _part(self, tree: ast.Subscript, at: Callable[[ast.expr], int]) -> Node | None:
@@ -164,19 +164,19 @@ class Scope:
             return isinstance(tree.value, str)
         names = _dotted(tree)
         found = self.names.known(names) if names and names[0] not in FUNCTIONS else None
-        return found is not None and found.sort in ("text", "thing")
+        return found is not None and found.sort in ("text", "node")
 
     def _same(self, tree: ast.Compare, at: Callable[[ast.expr], int]) -> Node:
         if len(tree.ops) != 1 or not isinstance(tree.ops[0], (ast.Eq, ast.NotEq)):
-            raise Misuse("texts and things are compared by == and != alone.")
+            raise Misuse("texts and variables are compared by == and != alone.")
         sides = tuple(self.meaning(side, at) for side in (tree.left, tree.comparators[0]))
         for side in sides:
-            if side.sort not in ("text", "thing"):
+            if side.sort not in ("text", "node"):
                 raise Misuse(f"a text or a thing cannot be {_WORDS[side.sort]}.")
         pin = None
         for one, other in (sides, sides[::-1]):
-            if one.sort == "thing" and one.things and not other.things and not other.links:
-                pin = min(one.things), other.code
+            if one.sort == "node" and one.variables and not other.variables and not other.links:
+                pin = min(one.variables), other.code
         same = self._slot(f"equal({sides[0].code}, {sides[1].code})", TRUTH, sides, same=pin)
         return same if isinstance(tree.ops[0], ast.Eq) else Node("not", TRUTH, (same,))
 
@@ -200,7 +200,7 @@ class Scope:
     def _age(self, meaning: Meaning) -> Node:
         if meaning.owner:
             code = f"c.age({meaning.owner}, {meaning.attribute!r})"
-        elif meaning.sort == "thing":
+        elif meaning.sort == "node":
             code = f"c.age({meaning.code}, None)"
         elif meaning.links:
             code = f"(c.t - e[{min(meaning.links)}]['t'])"
@@ -213,15 +213,15 @@ class Scope:
         if meaning.sort in ("pose", "path"):
             return meaning
         if meaning.sort == "text":  # in quotes, or a parameter: the name of a node
-            return Meaning("pose", f"c.where({meaning.code})", meaning.things, meaning.links)
-        if meaning.sort == "thing" and not meaning.things:
+            return Meaning("pose", f"c.where({meaning.code})", meaning.variables, meaning.links)
+        if meaning.sort == "node" and not meaning.variables:
             return Meaning("pose", "c.here")
-        if meaning.sort == "thing":
-            (i,) = meaning.things
-            found = self.names.of_thing(i, ["pose"])
+        if meaning.sort == "node":
+            (i,) = meaning.variables
+            found = self.names.of_variable(i, ["pose"])
             if found is not None and found.sort == "pose":
                 return found
-            raise Misuse(f"a {self.names.pattern.things[i].kind} has no pose.")
+            raise Misuse(f"a {self.names.pattern.variables[i].kind} has no pose.")
         raise Misuse(f"it needs something that is somewhere; this is {_WORDS[meaning.sort]}.")
 
     def _between(self, name: str, a: Meaning, b: Meaning) -> Node:
@@ -231,8 +231,8 @@ class Scope:
             return self._slot(f"direction({a.code}, {b.code})", Kind(ANGLE), (a, b))
         near = None
         for one, other in ((a, b), (b, a)):
-            if one.things and one.attribute == "pose" and not other.things and not other.links:
-                near = min(one.things), other.code
+            if one.variables and one.attribute == "pose" and not other.variables and not other.links:
+                near = min(one.variables), other.code
         return self._slot(f"apart({a.code}, {b.code})", Kind(LENGTH), (a, b), near)
 
     def _constant(self, text: str) -> str:
@@ -280,13 +280,13 @@ def _dotted(tree: ast.expr) -> list[str]:
 
 _WORDS = {
     "number": "a number", "truth": "true or false", "text": "a text", "pose": "a pose", "path": "a path",
-    "numbers": "a list of numbers", "thing": "a thing", "edge": "an edge", "live": "the live view of a signal",
+    "numbers": "a list of numbers", "node": "a thing", "edge": "an edge", "live": "the live view of a signal",
 }  # fmt: skip
 _HINTS = {
     "text": "compare it: mode == 'dock'.",
     "pose": "write pose.x, pose.y, pose.yaw, or distance(pose, robot).",
     "path": "write distance(pose, path).",
-    "thing": "write one of its attributes, as in goal.tolerance, or compare it with another.",
+    "node": "write one of its attributes, as in goal.tolerance, or compare it with another.",
     "edge": "write one of its attributes, as in connects.length.",
     "live": "write the name of the signal itself.",
 }

@@ -10,7 +10,7 @@ from itertools import chain
 from operator import itemgetter
 from typing import Any
 
-from .asker import Context
+from .context import Execution
 from .parameter import circle
 from .pattern import Link
 
@@ -23,7 +23,7 @@ class State:
     """What was found so far; the steps fill it in and take it back.
 
     Attributes:
-        n: The name of each thing.
+        n: The name of each variable.
         r: Its row.
         e: The row of each link's edge.
         c: What holds for the whole run.
@@ -31,11 +31,11 @@ class State:
 
     __slots__ = ("c", "e", "n", "r")
 
-    def __init__(self, things: int, links: int, context: Context) -> None:
-        self.n: list[Any] = [None] * things
-        self.r: list[Any] = [None] * things
+    def __init__(self, variables: int, links: int, execution: Execution) -> None:
+        self.n: list[Any] = [None] * variables
+        self.r: list[Any] = [None] * variables
         self.e: list[Any] = [None] * links
-        self.c = context
+        self.c = execution
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,13 @@ class Near:
 class Scan:
     """Find a thing among all of its kind."""
 
-    thing: int
+    variable: int
     kind: str
     near: Near | None
     test: Code | None
 
     def run(self, state: State) -> Iterator[None]:
-        i, names, rows, row_of, test = self.thing, state.n, state.r, state.c.graph.row, self.test
+        i, names, rows, row_of, test = self.variable, state.n, state.r, state.c.graph.row, self.test
         for name in self._names(state):
             row = row_of(name)
             if row is not None:
@@ -84,18 +84,18 @@ class Scan:
         names = map(_NAME, self._by_distance(near, place, state.c))
         return chain(names, self._nowhere(near, place, state.c)) if near.sorted else names
 
-    def _by_distance(self, near: Near, place: Any, c: Context) -> Iterator[tuple[float, str]]:
+    def _by_distance(self, near: Near, place: Any, c: Execution) -> Iterator[tuple[float, str]]:
         x, y, reach = circle(place)
         found = c.graph.by_distance(x, y, self.kind, near.within + reach)
         return self._with_robot(found, c, x, y) if near.own and c.me is not None else found
 
-    def _nowhere(self, near: Near, place: Any, c: Context) -> Iterator[str]:
+    def _nowhere(self, near: Near, place: Any, c: Execution) -> Iterator[str]:
         """The names of those whose pose is not known; nothing is looked at before one asks for the first."""
         somewhere = set(map(_NAME, self._by_distance(near, place, c)))
         yield from (name for name in sorted(c.graph.nodes(self.kind)) if name not in somewhere)
 
     def _with_robot(
-        self, found: Iterator[tuple[float, str]], c: Context, x: float, y: float
+        self, found: Iterator[tuple[float, str]], c: Execution, x: float, y: float
     ) -> Iterator[tuple[float, str]]:
         """The same with the robot that asks, which is where it knows itself to be, and not where the graph says."""
         others = (each for each in found if each[1] != c.me)
@@ -109,7 +109,7 @@ class Scan:
 class Pin:
     """Take the one thing of a name."""
 
-    thing: int
+    variable: int
     kinds: frozenset[str] | None
     name: Code
 
@@ -117,9 +117,9 @@ class Pin:
         name = self.name(state)
         row = None if name is None else state.c.graph.row(name)
         if row is not None and (self.kinds is None or row["kind"] in self.kinds):
-            state.n[self.thing], state.r[self.thing] = name, row
+            state.n[self.variable], state.r[self.variable] = name, row
             yield
-            state.n[self.thing] = state.r[self.thing] = None
+            state.n[self.variable] = state.r[self.variable] = None
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class Follow:
 
 @dataclass(frozen=True)
 class Joined:
-    """Whether two things that were found are linked."""
+    """Whether two variables that were found are linked."""
 
     link: Link
     edge: int

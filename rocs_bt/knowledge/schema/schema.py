@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from ...errors import KnowledgeError, did_you_mean
 from ..attribute import Attribute
-from ..declaration import Kind, Relation, known
+from ..declaration import Kind, Relation, lookup
 
 Path = tuple[str, ...]
 Fault = tuple[Path, str]
@@ -151,7 +151,7 @@ class Schema:
         Raises:
             KnowledgeError: No such kind; lists what exists.
         """
-        return known("kind", name, self.kinds, "The schema")
+        return lookup("kind", name, self.kinds, "The schema")
 
     def relation(self, name: str) -> Relation:
         """A relation by name.
@@ -159,7 +159,7 @@ class Schema:
         Raises:
             KnowledgeError: No such relation; lists what exists.
         """
-        return known("relation", name, self.relations, "The schema")
+        return lookup("relation", name, self.relations, "The schema")
 
     def is_a(self, kind: str, of: str) -> bool:
         """Whether one kind is another, or extends it."""

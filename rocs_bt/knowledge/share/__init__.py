@@ -1,8 +1,8 @@
 """Sharing: agents keep the same knowledge, in one process, in several, or on several hosts (paper, 4.2)."""
 
 from .inbox import Counts
-from .messenger import ALL, Delivery, Letter, Letterbox, Mailbox, Messenger, packed, unpacked
-from .network import Link, LocalNetwork, Network, SimulatedNetwork, Trouble
+from .messenger import ALL, Delivery, Mailbox, MessageQueue, Messenger, ReceivedMessage, packed, unpacked
+from .network import Impairments, Link, LocalNetwork, Network, SimulatedNetwork
 from .replica import Entry, Replica
 from .scope import Scope
 from .sharing import Ageing, Sharing
@@ -13,18 +13,18 @@ __all__ = [
     "Counts",
     "Delivery",
     "Entry",
-    "Letter",
-    "Letterbox",
+    "Impairments",
     "Link",
     "LocalNetwork",
     "Mailbox",
+    "MessageQueue",
     "Messenger",
     "Network",
+    "ReceivedMessage",
     "Replica",
     "Scope",
     "Sharing",
     "SimulatedNetwork",
-    "Trouble",
     "packed",
     "unpacked",
 ]

@@ -10,7 +10,7 @@ from ...event import EventSink, PeerFault
 from .presence import Presence
 from .replica import STAMP_LIMIT
 from .scope import agent_of
-from .wire import Beat
+from .wire import Heartbeat
 
 DRIFT = 1.0
 """[s] By which a clock may be behind a peer's before it follows it: more than a beat takes on its way."""
@@ -80,7 +80,7 @@ class PeerFaults:
         self._clock = clock
         self._sink = sink
 
-    def keep_time(self, sender: str, beat: Beat, t: float) -> bool:
+    def check_clock(self, sender: str, beat: Heartbeat, t: float) -> bool:
         """Follow the clock of a peer that is ahead; False if its beat tells no time at all."""
         if not is_calendar(beat.time, beat.ahead):
             return False

@@ -12,18 +12,18 @@ import msgspec
 
 from ...errors import InputError
 from .scope import agent_of
-from .wire import Heard, Say
+from .wire import TextAck, TextMessage
 
 TEXT_LIMIT = 1024
 """[bytes] A longer message is refused by who would send it."""
 
-LETTERS = 64
+QUEUE_LIMIT = 64
 """Messages that wait in a mailbox at most."""
 
-READ = 8
+READ_LIMIT = 8
 """Letters that a mailbox gives in one reading at most."""
 
-AGAIN = 0.2
+RESEND_AFTER = 0.2
 """[s] After which a message that nobody acknowledged is sent again."""
 
 ALL = "all"
@@ -32,7 +32,7 @@ ALL = "all"
 _REMEMBERED = 1024  # numbers of one sender
 
 
-class Letter(msgspec.Struct, frozen=True):
+class ReceivedMessage(msgspec.Struct, frozen=True):
     """A message that arrived.
 
     Attributes:
@@ -44,36 +44,36 @@ class Letter(msgspec.Struct, frozen=True):
     text: str
 
 
-class Letterbox:
+class MessageQueue:
     """What arrived and was not read yet; bounded, and safe under threads."""
 
     def __init__(self) -> None:
-        self._letters: deque[Letter] = deque()
+        self._messages: deque[ReceivedMessage] = deque()
 
-    def put(self, letter: Letter) -> str:
+    def put(self, message: ReceivedMessage) -> str:
         """Take a letter; or why not."""
-        if len(self._letters) >= LETTERS:
+        if len(self._messages) >= QUEUE_LIMIT:
             return "the mailbox is full"
-        self._letters.append(letter)
+        self._messages.append(message)
         return ""
 
-    def take(self, most: int = READ) -> list[Letter]:
-        """The oldest letters, which are taken out."""
-        return [self._letters.popleft() for _ in range(min(most, len(self._letters)))]
+    def take(self, most: int = READ_LIMIT) -> list[ReceivedMessage]:
+        """The oldest messages, which are taken out."""
+        return [self._messages.popleft() for _ in range(min(most, len(self._messages)))]
 
 
-def packed(letters: Iterable[Letter]) -> list[float]:
+def packed(messages: Iterable[ReceivedMessage]) -> list[float]:
     """Letters as a sensor gives them: of each how many bytes its sender and its text have, and these bytes."""
     values: list[float] = []
-    for letter in letters:
-        sender, text = letter.sender.encode(), letter.text.encode()
+    for message in messages:
+        sender, text = message.sender.encode(), message.text.encode()
         values += (len(sender), len(text), *sender, *text)
     return list(map(float, values))
 
 
-def unpacked(values: Sequence[float]) -> list[Letter]:
-    """The letters that `packed` made values of; what is no letter ends them."""
-    letters, at = [], 0
+def unpacked(values: Sequence[float]) -> list[ReceivedMessage]:
+    """The messages that `packed` made values of; what is no letter ends them."""
+    messages, at = [], 0
     try:
         whole = [int(value) for value in values]
         while at < len(whole):
@@ -81,22 +81,24 @@ def unpacked(values: Sequence[float]) -> list[Letter]:
             end = at + 2 + sender
             if min(sender, text) < 0 or end + text > len(whole):
                 break
-            letters.append(Letter(bytes(whole[at + 2 : end]).decode(), bytes(whole[end : end + text]).decode()))
+            messages.append(
+                ReceivedMessage(bytes(whole[at + 2 : end]).decode(), bytes(whole[end : end + text]).decode())
+            )
             at = end + text
     except (ValueError, OverflowError):
         pass
-    return letters
+    return messages
 
 
 @runtime_checkable
 class Mailbox(Protocol):
-    """A sensor through which a mind reads its letters.
+    """A sensor through which a mind reads its messages.
 
     Attributes:
-        letterbox: Where they are put.
+        message_queue: Where they are put.
     """
 
-    letterbox: Letterbox
+    message_queue: MessageQueue
 
 
 @dataclass
@@ -136,12 +138,12 @@ class Messenger:
         others: The agents that are there now.
 
     Attributes:
-        letterbox: Where messages for it are put; None where the robot has no mailbox.
+        message_queue: Where messages for it are put; None where the robot has no mailbox.
     """
 
     def __init__(self, agent: str, others: Callable[[], Iterable[str]]) -> None:
         self.agent = agent
-        self.letterbox: Letterbox | None = None
+        self.message_queue: MessageQueue | None = None
         self._others = others
         self._lock = threading.Lock()
         self._number = 0
@@ -176,7 +178,7 @@ class Messenger:
         """Whether a message is on its way."""
         return bool(self._open)
 
-    def outgoing(self, t: float, starts: Mapping[str, str]) -> list[tuple[str, Say]]:
+    def outgoing(self, t: float, starts: Mapping[str, str]) -> list[tuple[str, TextMessage]]:
         """What is to be sent now, each with its peer.
 
         Args:
@@ -189,28 +191,28 @@ class Messenger:
                 if delivery.withdrawn or delivery.done:
                     del self._open[number], self._due[number]
                 elif t >= self._due[number]:
-                    self._due[number] = t + AGAIN
-                    say = Say(number, delivery.text)
+                    self._due[number] = t + RESEND_AFTER
+                    say = TextMessage(number, delivery.text)
                     found += [(starts[agent], say) for agent in delivery.missing if agent in starts]
         return found
 
-    def said(self, sender: str, message: Say) -> Heard:
+    def said(self, sender: str, message: TextMessage) -> TextAck:
         """Take a message, once however often it comes; the answer to its sender."""
         taken = self._taken.setdefault(sender, {})
         if message.number in taken:
-            return Heard(message.number, "")
-        if self.letterbox is None:
-            return Heard(message.number, f"'{self.agent}' has no mailbox")
+            return TextAck(message.number, "")
+        if self.message_queue is None:
+            return TextAck(message.number, f"'{self.agent}' has no mailbox")
         if len(message.text.encode()) > TEXT_LIMIT:
-            return Heard(message.number, "the message is too long")
-        problem = self.letterbox.put(Letter(agent_of(sender), message.text))
+            return TextAck(message.number, "the message is too long")
+        problem = self.message_queue.put(ReceivedMessage(agent_of(sender), message.text))
         if not problem:
             taken[message.number] = None
             if len(taken) > _REMEMBERED:
                 del taken[next(iter(taken))]
-        return Heard(message.number, problem)
+        return TextAck(message.number, problem)
 
-    def heard(self, sender: str, message: Heard) -> None:
+    def heard(self, sender: str, message: TextAck) -> None:
         """Note what became of a message of ours."""
         with self._lock:
             delivery = self._open.get(message.number)

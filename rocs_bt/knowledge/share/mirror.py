@@ -18,10 +18,10 @@ from .wire import fits
 STATE = ("pose", "speed", "turn_rate", "spread")
 """What a robot tells of itself all the time."""
 
-CARRIED_ON = 5.0
+EXTRAPOLATION_LIMIT = 5.0
 """[s] For how long at most a robot is taken to have gone on as it said."""
 
-FASTEST = 1e6
+RATE_LIMIT = 1e6
 """[m/s, rad/s] Who says that it is faster is not believed to go on so."""
 
 _Dirty = tuple[str, ...]  # (node,), (node, attribute) or (source, relation, target), as the graph calls them
@@ -38,7 +38,7 @@ class Mirror:
         wake: Called when something waits to be told.
 
     Attributes:
-        speakers: The other agents that tell of themselves; what this one sees of them is its own affair.
+        self_reporting: The other agents that tell of themselves; what this one sees of them is its own affair.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Mirror:
         counts: Counts,
         wake: Callable[[], None] = lambda: None,
     ) -> None:
-        self.speakers: dict[str, None] = {}
+        self.self_reporting: dict[str, None] = {}
         self._knowledge = knowledge
         self._graph = knowledge.graph
         self._agent = knowledge.agent
@@ -81,7 +81,7 @@ class Mirror:
 
     # -- out --------------------------------------------------------------------------------------------------------
 
-    def tell_state(self, t: float, *, halted: bool = False) -> None:
+    def publish_state(self, t: float, *, halted: bool = False) -> None:
         """Note where this robot is and how it moves, as it knows it itself; `halted` for no longer at all."""
         robot, signals = self._knowledge.robot, self._knowledge.signals
         pose = robot.pose(t)
@@ -103,8 +103,8 @@ class Mirror:
         for dirty in list(self._dirty)[:most]:
             self._dirty.pop(dirty)  # before the graph is read: a change from now on is noted anew
             for key in self._keys(dirty):
-                value = self._look(key)
-                if value == self._shown(key) or (key[0] in self.speakers and len(key) == 3):
+                value = self._graph_value(key)
+                if value == self._shown(key) or (key[0] in self.self_reporting and len(key) == 3):
                     continue
                 if len(key) == 1 and value is not None:
                     come.update(dict.fromkeys(self._replica.about(key[0])))
@@ -143,7 +143,7 @@ class Mirror:
         kind = self._scope.kind(self._graph.kind(dirty[0]))
         return [] if kind is None or self._scope.attribute(kind, dirty[1]) is None else [(names[0], kind, dirty[1])]
 
-    def _look(self, key: Key) -> Plain:
+    def _graph_value(self, key: Key) -> Plain:
         """What the graph says of a key."""
         graph, node = self._graph, self._inside(key[0])
         if not graph.has(node) or (kind := self._scope.kind(graph.kind(node))) is None:
@@ -175,7 +175,7 @@ class Mirror:
             t: Now [s].
         """
         edges = {key: None for key in shown if len(key) == 4}
-        with self._graph.held():
+        with self._graph.locked():
             for node in dict.fromkeys(key[0] for key in shown if len(key) != 4):
                 if self._node(node, shown, t):
                     edges.update({key: None for key in self._replica.about(node) if len(key) == 4})
@@ -206,7 +206,7 @@ class Mirror:
         agent = agent_of(entry.origin)
         if agent in self._forgotten or (agent in self._silent and key[0] == agent and key[-1] in STATE):
             return None
-        if len(key) == 4 and self._crowded_out(key):
+        if len(key) == 4 and self._superseded(key):
             return None
         return entry.value
 
@@ -218,7 +218,7 @@ class Mirror:
             return False
         if (node,) in self._dirty:  # it came or went here just now, which is told next
             return False
-        there = self._look((name,)) if graph.has(node) else None
+        there = self._graph_value((name,)) if graph.has(node) else None
         if graph.has(node) and there is None:
             self._counts.clashed += 1  # a node of a kind that is not shared has its name
             return False
@@ -231,9 +231,11 @@ class Mirror:
         if there is None:
             return self._add(node, str(wanted), values)
         if there == wanted:
-            told = name in self.speakers
+            told = name in self.self_reporting
             mine = {
-                k[2] for k in shown if len(k) == 3 and k[:2] == (name, wanted) and (told or self._look(k) == shown[k])
+                k[2]
+                for k in shown
+                if len(k) == 3 and k[:2] == (name, wanted) and (told or self._graph_value(k) == shown[k])
             }
             self._try(lambda: graph.set(node, **{n: values.get(n) for n in sorted(mine)}))
         return False
@@ -245,10 +247,10 @@ class Mirror:
             if len(key) == 3 and key[1] == kind and (value := self._shown(key)) is not None:
                 declared = self._scope.attribute(kind, key[2])
                 values[key[2]] = value if declared is None else thawed(declared, value)
-        if name in self.speakers and isinstance(pose := values.get("pose"), Pose2):
-            age = min(max(0.0, t - self._replica.since[name, PEER, "pose"]), CARRIED_ON)
+        if name in self.self_reporting and isinstance(pose := values.get("pose"), Pose2):
+            age = min(max(0.0, t - self._replica.since[name, PEER, "pose"]), EXTRAPOLATION_LIMIT)
             twist = Twist2(values.get("speed") or 0.0, values.get("turn_rate") or 0.0)
-            if all(abs(rate) < FASTEST for rate in twist):
+            if all(abs(rate) < RATE_LIMIT for rate in twist):
                 values["pose"] = along_arc(pose, twist, age)
         return values
 
@@ -270,7 +272,7 @@ class Mirror:
             there = graph.edge(source, each[1], target)
             if value is None and there is not None:
                 graph.unrelate(source, each[1], target)
-            elif isinstance(value, dict) and value != self._look(each):
+            elif isinstance(value, dict) and value != self._graph_value(each):
                 self._relate(source, each[1], target, {**dict.fromkeys(there or ()), **value})
 
     def _relate(self, source: str, relation: str, target: str, values: Mapping[str, Plain]) -> None:
@@ -285,7 +287,7 @@ class Mirror:
             dict.fromkeys(k for k in about if len(k) == 4 and k[1] == key[1] and (k[0] == key[0] or k[2] == key[2]))
         )
 
-    def _crowded_out(self, key: Key) -> bool:
+    def _superseded(self, key: Key) -> bool:
         """Whether two wrote edges where there is room for one alone, and this one is the older."""
         limits = self._scope.limits(key[1])
         if limits == (None, None):

@@ -85,7 +85,7 @@ class _LocalLink:
 
 
 @dataclass(frozen=True)
-class Trouble:
+class Impairments:
     """How bad a network is.
 
     Attributes:
@@ -114,8 +114,10 @@ class SimulatedNetwork:
         sent: Frames that were sent, counted for each peer that they were for.
     """
 
-    def __init__(self, now: Callable[[], float], rng: np.random.Generator, trouble: Trouble = Trouble()) -> None:
-        self.trouble = trouble
+    def __init__(
+        self, now: Callable[[], float], rng: np.random.Generator, impairments: Impairments = Impairments()
+    ) -> None:
+        self.impairments = impairments
         self.sent = 0
         self._now = now
         self._rng = rng
@@ -144,11 +146,11 @@ class SimulatedNetwork:
         """Put a frame on its way."""
         for origin in [o for o in self._peers if o != sender and to in (None, o)]:
             self.sent += 1
-            trouble = self.trouble
-            lost, delays = self._rng.random() < trouble.loss, self._rng.random(2)
-            copies = 0 if lost else 2 if self._rng.random() < trouble.repeats else 1
+            impairments = self.impairments
+            lost, delays = self._rng.random() < impairments.loss, self._rng.random(2)
+            copies = 0 if lost else 2 if self._rng.random() < impairments.repeats else 1
             for delay in delays[:copies].tolist():
-                at = self._now() + trouble.latency + trouble.jitter * delay
+                at = self._now() + impairments.latency + impairments.jitter * delay
                 heapq.heappush(self._travelling, (at, self.sent, sender, origin, frame))
 
     def poll(self) -> None:

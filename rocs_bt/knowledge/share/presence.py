@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 
 from .scope import agent_of
 
-BEAT = 0.5
+BEAT_PERIOD = 0.5
 """[s] How often a peer says that it is there."""
 
-ABSENT = 3.0 * BEAT
+ABSENT_AFTER = 3.0 * BEAT_PERIOD
 """[s] After which one that says nothing has vanished."""
 
 
-AGENTS = 1024
+AGENT_LIMIT = 1024
 """Agents at most of which it is remembered that they are gone for good."""
 
 
@@ -68,7 +68,7 @@ class Presence:
 
     def overdue(self, t: float) -> list[str]:
         """Peers that have said nothing for too long."""
-        return [p.origin for p in self.peers.values() if p.present and t - p.heard > ABSENT]
+        return [p.origin for p in self.peers.values() if p.present and t - p.heard > ABSENT_AFTER]
 
     @property
     def starts(self) -> dict[str, str]:
@@ -91,7 +91,7 @@ class Presence:
             del self.peers[peer.origin]
             agent = agent_of(peer.origin)
             self._last[agent] = max(peer.heard, self._last.pop(agent, peer.heard))
-        while len(self._last) > AGENTS:
+        while len(self._last) > AGENT_LIMIT:
             del self._last[next(iter(self._last))]
         return [peer.origin for peer in gone]
 

@@ -20,10 +20,10 @@ from .inbox import Counts, Inbox
 from .messenger import Messenger
 from .mirror import Mirror
 from .network import Network
-from .presence import BEAT, Presence
+from .presence import BEAT_PERIOD, Presence
 from .replica import Entry, Key, Plain, Replica
 from .scope import PEER, Scope, agent_of, is_origin
-from .wire import Beat, Bye, Delta, Have, Heard, Message, Say, Want, encode, parts
+from .wire import Ack, Delta, Heartbeat, Leave, Message, Request, TextAck, TextMessage, encode, parts
 
 TURN_IN = 2000
 """Messages and entries that a turn takes in, about."""
@@ -34,7 +34,7 @@ TURN_OUT = 64
 TURN_DELTAS = 8
 """Frames with entries among them: no faster than others take them in."""
 
-TURN_TOLD = 2000
+TURN_CHANGES = 2000
 """Changes of the graph that a turn tells at most."""
 
 PEERS = 1024
@@ -46,7 +46,7 @@ SYNCS = 256
 PARTS = 4096
 """Parts of one of them, at most."""
 
-PATIENCE = 0.3
+RETRY_AFTER = 0.3
 """[s] After which somebody else is asked for what one lacks."""
 
 PRUNE = 10.0
@@ -147,7 +147,7 @@ class Sharing:
         held = (max(self._held.get(p.origin, 0), p.seen.get(self.replica.origin, 0)) for p in here)
         return min(self.written, min(held, default=0))
 
-    def told(self) -> dict[str, float]:
+    def statistics(self) -> dict[str, float]:
         """Figures for summary.json: all counts, own writes that are acknowledged, and the clock's correction [s]."""
         return {**self.counts.as_dict(), "acknowledged": self.acknowledged, "clock_ahead": round(self.clock.ahead, 3)}
 
@@ -170,37 +170,37 @@ class Sharing:
         self._ran_at = t
         self.awake.clear()
         self._link.poll()
-        self._mirror.tell_state(t)
-        self._tell(t)
+        self._mirror.publish_state(t)
+        self._publish(t)
         changed: dict[Key, Plain] = {}
         for sender, message in self._inbox.take(TURN_IN):
             self._take(sender, message, t, changed)
         if changed:
             self._mirror.apply(changed, t)
-        self._look_round(t)
+        self._check_peers(t)
         for peer, say in self.messenger.outgoing(t, self.presence.starts):
             self._out.append((peer, say))
         self._finish(t)
 
     def halt(self, t: float) -> None:
         """Tell that the robot stands from time t on [s]: its mind has stopped, and its wheels with it."""
-        self._mirror.tell_state(t, halted=True)
-        self._tell(t)
+        self._mirror.publish_state(t, halted=True)
+        self._publish(t)
         self._finish(t)
 
     def close(self) -> None:
         """Say good-bye and leave."""
         self._mirror.close()
-        self._link.send(encode(self.replica.origin, Bye(), self._key))
+        self._link.send(encode(self.replica.origin, Leave(), self._key))
         self._link.close()
 
     # -- telling ----------------------------------------------------------------------------------------------------
 
-    def _tell(self, t: float) -> None:
+    def _publish(self, t: float) -> None:
         if self._busy(4):
             return  # what changes meanwhile is told once
         base = self.written
-        entries = self._mirror.collect(t, TURN_TOLD, first=self._first)
+        entries = self._mirror.collect(t, TURN_CHANGES, first=self._first)
         self._first = False
         if entries:
             me = self.replica.origin
@@ -218,11 +218,11 @@ class Sharing:
 
     def _finish(self, t: float) -> None:
         """Say that we are there when it is time, and send what waits, as far as one turn may."""
-        if t >= self._beat_at + BEAT:
+        if t >= self._beat_at + BEAT_PERIOD:
             self._beat_at = t
             self._out.append((None, self._beat()))
         for origin, number in self._owed.items():
-            self._out.append((origin, Have(number)))
+            self._out.append((origin, Ack(number)))
         self._owed.clear()
         deltas = 0
         for _ in range(min(TURN_OUT, len(self._out))):
@@ -238,16 +238,16 @@ class Sharing:
         """Whether what waits to be sent takes more than so many turns."""
         return len(self._out) > turns * TURN_OUT
 
-    def _beat(self) -> Beat:
+    def _beat(self) -> Heartbeat:
         seen, clock = dict(self.replica.seen), self.clock
-        return Beat(seen, self.replica.sum, self._scope.digest, clock.now(), clock.ahead)
+        return Heartbeat(seen, self.replica.sum, self._scope.digest, clock.now(), clock.ahead)
 
     # -- taking -----------------------------------------------------------------------------------------------------
 
     def _take(self, sender: str, message: Message, t: float, changed: dict[Key, Plain]) -> None:
         if agent_of(sender) == self._agent and sender == self.replica.origin:
             return  # an echo of ours
-        if isinstance(message, Bye):
+        if isinstance(message, Leave):
             self._vanished(sender, t)
             return
         if sender not in self.presence.peers and len(self.presence.peers) >= PEERS:
@@ -259,27 +259,27 @@ class Sharing:
             if not self._busy(2):
                 self._out.append((sender, self._beat()))
         match message:
-            case Beat():
+            case Heartbeat():
                 peer.seen = message.seen
-                self.counts.malformed += not self._faults.keep_time(sender, message, t)
+                self.counts.malformed += not self._faults.check_clock(sender, message, t)
                 self._compare(sender, message, t)
             case Delta():
                 self._merge(sender, message, t, changed)
-            case Want():
+            case Request():
                 self._answer(sender, message, t)
-            case Have():
+            case Ack():
                 self._held[sender] = max(self._held.get(sender, 0), message.number)
-            case Say() if self._busy(2):
+            case TextMessage() if self._busy(2):
                 self.counts.flooded += 1  # it is said again
-            case Say():
+            case TextMessage():
                 self._out.append((sender, self.messenger.said(sender, message)))
-            case Heard():
+            case TextAck():
                 self.messenger.heard(sender, message)
 
-    def _compare(self, sender: str, beat: Beat, t: float) -> None:
+    def _compare(self, sender: str, beat: Heartbeat, t: float) -> None:
         """Ask for what this peer has and we lack; for everything where both saw the same and yet differ."""
         asked, at = self._asked
-        if asked and t < at + PATIENCE:
+        if asked and t < at + RETRY_AFTER:
             return
         mine = self.replica
         if mine.lacks(beat.seen):
@@ -289,9 +289,9 @@ class Sharing:
 
     def _ask(self, peer: str, seen: dict[str, int], t: float) -> None:
         self._asked = (peer, t)
-        self._out.append((peer, Want(seen)))
+        self._out.append((peer, Request(seen)))
 
-    def _answer(self, sender: str, want: Want, t: float) -> None:
+    def _answer(self, sender: str, want: Request, t: float) -> None:
         if self._busy(1):
             return  # still busy with earlier answers; who lacks something asks again
         mine = self.replica.seen
@@ -352,11 +352,11 @@ class Sharing:
         """Note an agent that tells of itself."""
         agent = agent_of(entry.origin)
         if agent != self._agent and entry.key[0] == agent and entry.key[1:2] in ((), (PEER,)):
-            self._mirror.speakers[agent] = None
+            self._mirror.self_reporting[agent] = None
 
     # -- who is there -----------------------------------------------------------------------------------------------
 
-    def _look_round(self, t: float) -> None:
+    def _check_peers(self, t: float) -> None:
         while self._lost:
             self._vanished(self._lost.popleft(), t)
         for origin in self.presence.overdue(t):

@@ -19,7 +19,7 @@ CHUNK = 24576
 _SEAL = 16  # [bytes]
 
 
-class Beat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
+class Heartbeat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
     """I am here, and have seen this; `sum` and `scope` tell whether that is all.
 
     `time` is the sender's calendar [s], `ahead` how far it was corrected [s].
@@ -45,37 +45,37 @@ class Delta(msgspec.Struct, frozen=True, tag="delta", array_like=True):
     ages: list[float]
 
 
-class Want(msgspec.Struct, frozen=True, tag="want", array_like=True):
+class Request(msgspec.Struct, frozen=True, tag="want", array_like=True):
     """Send me what I have not seen; with an empty `seen`, everything."""
 
     seen: dict[str, int]
 
 
-class Have(msgspec.Struct, frozen=True, tag="have", array_like=True):
+class Ack(msgspec.Struct, frozen=True, tag="have", array_like=True):
     """I hold your writes up to this one."""
 
     number: int
 
 
-class Say(msgspec.Struct, frozen=True, tag="say", array_like=True):
+class TextMessage(msgspec.Struct, frozen=True, tag="say", array_like=True):
     """A message for the robot's mind."""
 
     number: int
     text: str
 
 
-class Heard(msgspec.Struct, frozen=True, tag="heard", array_like=True):
+class TextAck(msgspec.Struct, frozen=True, tag="heard", array_like=True):
     """Your message arrived; or why it could not be taken."""
 
     number: int
     problem: str
 
 
-class Bye(msgspec.Struct, frozen=True, tag="bye", array_like=True):
+class Leave(msgspec.Struct, frozen=True, tag="bye", array_like=True):
     """I leave."""
 
 
-Message: TypeAlias = Beat | Delta | Want | Have | Say | Heard | Bye
+Message: TypeAlias = Heartbeat | Delta | Request | Ack | TextMessage | TextAck | Leave
 
 _ENCODER = msgspec.msgpack.Encoder()
 _DECODER: msgspec.msgpack.Decoder[tuple[str, Message]] = msgspec.msgpack.Decoder(tuple[str, Message])

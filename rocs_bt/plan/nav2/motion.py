@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from ...action import Action, Failure, Reason, make_action
 from ...errors import Fault, InputError
 from ...geometry import Pose2, wrap_angle
-from ...knowledge import beside
+from ...knowledge import segment_distance
 from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 from ..action_node import ActionNode
 from .poses import robot_pose
@@ -62,7 +62,7 @@ def track(path: Sequence[Sequence[float]], pose: Pose2, speed: float) -> Trackin
     corners = [(point[0], point[1]) for point in path]
     corners = corners if len(corners) > 1 else corners * 2
     legs = [(math.dist(a, b), a, b) for a, b in pairwise(corners)]
-    away, index = min((beside((pose.x, pose.y), a, b), i) for i, (_, a, b) in enumerate(legs))
+    away, index = min((segment_distance((pose.x, pose.y), a, b), i) for i, (_, a, b) in enumerate(legs))
     length, (ax, ay), (bx, by) = legs[index]
     ux, uy = ((bx - ax) / length, (by - ay) / length) if length > 0.0 else (math.cos(pose.yaw), math.sin(pose.yaw))
     along, across = (pose.x - ax) * ux + (pose.y - ay) * uy, (pose.y - ay) * ux - (pose.x - ax) * uy

@@ -3,14 +3,14 @@
 from .drawing import draw
 from .learnt import Learnt, learnt, value_text
 from .page import render_knowledge
-from .recorded import RecordedSignals, recorded_asker, recorded_log
+from .recorded import RecordedSignals, recorded_context, recorded_log
 
 __all__ = [
     "Learnt",
     "RecordedSignals",
     "draw",
     "learnt",
-    "recorded_asker",
+    "recorded_context",
     "recorded_log",
     "render_knowledge",
     "value_text",

@@ -9,7 +9,7 @@ from ...errors import InputError, RecordingError, unknown
 from ...event import KnowledgeChanged
 from ...expression import Environment
 from ...geometry import Pose2
-from ...knowledge import SCHEMA, Asker, Schema
+from ...knowledge import SCHEMA, QueryContext, Schema
 from ...knowledge.history import ChangeLog, State, Stretch
 from ...signal import Signal
 from ..recording import Recording
@@ -78,7 +78,7 @@ class RecordedSignals:
         return self._x[self.slice_of(name)]
 
 
-def recorded_asker(recording: Recording, log: ChangeLog, t: float) -> tuple[Asker, RecordedSignals]:
+def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[QueryContext, RecordedSignals]:
     """The robot of a recorded run as the source of a query, at a time.
 
     Args:
@@ -100,4 +100,4 @@ def recorded_asker(recording: Recording, log: ChangeLog, t: float) -> tuple[Aske
     signals = RecordedSignals(environment, x or [math.nan] * environment.size)
     pose = Pose2(*signals.read("pose")) if "pose" in signals.names else Pose2(math.nan, math.nan)
     here = None if math.isnan(pose.x) else pose
-    return Asker(log.agent, here, t, signals.read, log), signals
+    return QueryContext(log.agent, here, t, signals.read, log), signals

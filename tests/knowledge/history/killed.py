@@ -1,6 +1,6 @@
 """A process that writes knowledge until somebody kills it: says on stdout which write was flushed for sure.
 
-Each write adds two nodes in one `held` block and joins them, so a half of it would show.
+Each write adds two nodes in one `locked` block and joins them, so a half of it would show.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def main(path: Path, keep: int) -> None:
     journal.attach(graph)
     count = 0
     while True:
-        with graph.held():
+        with graph.locked():
             graph.add(f"a{count}", "object", radius=float(count))
             graph.add(f"b{count}", "object", radius=float(count))
             graph.relate(f"a{count}", "near", f"b{count}", distance=float(count))

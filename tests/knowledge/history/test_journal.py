@@ -101,7 +101,7 @@ def test_writes_lost_while_the_state_is_taken_anew_are_made_good(tmp_path: Path)
 
             def write(who: str) -> None:
                 for count in range(300):
-                    with graph.held():
+                    with graph.locked():
                         graph.add(f"{who} {count}", "object", radius=float(count))
                         graph.relate(f"{who} {count}", "near", "box", distance=1.0)
                         if count >= 3:
@@ -146,7 +146,7 @@ def test_a_node_that_comes_again_has_nothing_of_what_it_had(tmp_path: Path, keep
 
 def test_a_patient_journal_makes_writers_wait_and_loses_nothing(tmp_path: Path) -> None:
     path, graph = tmp_path / "k.sqlite", graph_of()
-    with Journal(path, limit=4, patient=True, every=0.001) as journal:
+    with Journal(path, limit=4, blocking=True, every=0.001) as journal:
         journal.attach(graph)
         for count in range(500):
             graph.set("box", radius=float(count))
@@ -160,7 +160,7 @@ def test_a_block_that_is_held_is_written_as_a_whole(tmp_path: Path) -> None:
     with Journal(path, every=0.001) as journal:
         journal.attach(graph)
         begin = graph.revision
-        with graph.held():
+        with graph.locked():
             for count in range(50):
                 graph.set("box", radius=float(count))
                 journal.flush()
@@ -172,7 +172,7 @@ def test_a_block_that_is_held_is_written_as_a_whole(tmp_path: Path) -> None:
 
 def test_a_disk_that_is_full_ends_the_journal_and_is_told_and_the_file_stays_good(tmp_path: Path) -> None:
     path, graph = tmp_path / "k.sqlite", graph_of()
-    journal = Journal(path, every=60.0, patient=True, limit=4)
+    journal = Journal(path, every=60.0, blocking=True, limit=4)
     journal.attach(graph)
     graph.set("box", radius=0.5)
     journal.flush()
@@ -223,7 +223,7 @@ def test_old_runs_make_room(tmp_path: Path) -> None:
 
 def test_a_file_stays_as_large_as_it_is(tmp_path: Path) -> None:
     path, graph, sizes = tmp_path / "k.sqlite", graph_of(), []
-    with Journal(path, keep=500, every=60.0, patient=True) as journal:
+    with Journal(path, keep=500, every=60.0, blocking=True) as journal:
         journal.attach(graph)
         for _ in range(6):
             for count in range(1000):
@@ -237,7 +237,7 @@ def test_the_same_writes_give_the_same_file_however_the_thread_ran(tmp_path: Pat
     def written(name: str, every: float) -> list[tuple[object, ...]]:
         clock = SimulatedClock(0.05)
         graph = KnowledgeGraph(clock, NullSink(), "R2")
-        with Journal(tmp_path / name, "run", keep=150, every=every, patient=True) as journal:
+        with Journal(tmp_path / name, "run", keep=150, every=every, blocking=True) as journal:
             journal.attach(graph)
             for count in range(100):
                 graph.add(f"o{count}", "object", pose=Pose2(count, 0.0))
@@ -254,7 +254,7 @@ def test_the_same_writes_give_the_same_file_however_the_thread_ran(tmp_path: Pat
 def test_the_past_of_a_run_that_goes_on(tmp_path: Path) -> None:
     clock = SimulatedClock(0.05)
     knowledge = Knowledge("R2", clock, NullSink())
-    with Journal(tmp_path / "k.sqlite", patient=True, every=60.0) as journal:
+    with Journal(tmp_path / "k.sqlite", blocking=True, every=60.0) as journal:
         journal.attach(knowledge.graph)
         knowledge.past = JournalPast(journal, knowledge.graph)
         for count in range(10):

@@ -67,7 +67,7 @@ def test_the_next_run_goes_on_in_the_file_of_a_killed_one(tmp_path: Path) -> Non
     path, moment = tmp_path / "k.sqlite", random.Random(1)
     kill_one(path, moment, 100_000)
     graph = KnowledgeGraph(SimulatedClock(0.05), NullSink(), "R2")
-    with Journal(path, "after", patient=True) as journal:
+    with Journal(path, "after", blocking=True) as journal:
         journal.attach(graph)
         graph.add("later", "object")
     with History(path) as history:
@@ -80,7 +80,7 @@ def test_the_next_run_goes_on_in_the_file_of_a_killed_one(tmp_path: Path) -> Non
 def test_a_file_cut_in_the_middle_is_told(tmp_path: Path) -> None:
     path = tmp_path / "k.sqlite"
     kill_one(path, random.Random(2), 100_000)
-    with Journal(path, patient=True):
+    with Journal(path, blocking=True):
         pass  # the write-ahead log is moved into the file
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2 + 100])
     with pytest.raises(RecordingError, match=r"damaged|cannot be read"), History(path) as history:

@@ -23,7 +23,7 @@ def test_what_is_read_back_is_a_naive_copy(before: list[Step], steps: list[Step]
         path, world = Path(folder) / "k.sqlite", World()
         for step in before:
             world.take(step)
-        with Journal(path, keep=keep, patient=True, every=60.0) as journal:
+        with Journal(path, keep=keep, blocking=True, every=60.0) as journal:
             journal.attach(world.graph)
             for count, step in enumerate(steps):
                 world.take(step)

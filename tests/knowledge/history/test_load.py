@@ -9,7 +9,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import ListSink, NullSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind, Knowledge, KnowledgeGraph, Schema
-from rocs_bt.knowledge.history import History, Journal, State, lasting, load_into
+from rocs_bt.knowledge.history import History, Journal, State, load_into, persistent_part
 
 FILE = Path("k.sqlite")
 
@@ -38,7 +38,7 @@ def earlier() -> State:
 
 
 def test_what_lasts_comes_back_and_what_belongs_to_a_run_does_not() -> None:
-    state, faults = lasting(earlier(), SCHEMA, FILE)
+    state, faults = persistent_part(earlier(), SCHEMA, FILE)
     assert not faults
     assert state.nodes() == ["dock", "gate", "shelf", "origin"]
     assert {*state.edges()} == {("dock", "connects", "gate"), ("shelf", "near", "dock")}
@@ -54,7 +54,7 @@ def test_what_is_told_now_stands_and_what_nobody_tells_is_remembered() -> None:
     graph = graph_of()
     graph.add("shelf", "object", pose=Pose2(9.0, 9.0))
     graph.add("dock", "goal", pose=Pose2(7.0, 7.0))
-    loaded = load_into(graph, lasting(earlier(), SCHEMA, FILE)[0])
+    loaded = load_into(graph, persistent_part(earlier(), SCHEMA, FILE)[0])
     assert graph.get("shelf", "pose") == Pose2(9.0, 9.0)
     assert graph.get("shelf", "radius") == 0.4
     assert graph.kind("dock") == "goal"
@@ -69,7 +69,7 @@ def test_what_came_of_strategies_is_remembered() -> None:
     knowledge.strategy.begin("detour", "the run's end cuts it off")
     later = Knowledge("R2", SimulatedClock(0.05), NullSink())
     later.strategy.add("detour")
-    assert not load_into(later.graph, lasting(State.of(knowledge.graph), SCHEMA, FILE)[0]).refused
+    assert not load_into(later.graph, persistent_part(State.of(knowledge.graph), SCHEMA, FILE)[0]).refused
     assert later.strategy.uses() == knowledge.strategy.uses() != []
     assert later.graph.nodes("use") == [use], "or it would be in force for ever"
 
@@ -77,8 +77,8 @@ def test_what_came_of_strategies_is_remembered() -> None:
 def test_it_is_one_write_which_can_be_repeated() -> None:
     graph = graph_of()
     writes: list[int] = []
-    graph.followers.add(lambda written: writes.append(len(written)))
-    state, _ = lasting(earlier(), SCHEMA, FILE)
+    graph.write_observers.add(lambda written: writes.append(len(written)))
+    state, _ = persistent_part(earlier(), SCHEMA, FILE)
     load_into(graph, state)
     assert len(writes) == 1
     again = load_into(graph, state)
@@ -98,6 +98,6 @@ def test_what_another_schema_declared_is_told_and_left_out(tmp_path: Path) -> No
         state = history.as_of()
     assert state.attributes("socket") == {"pose": (0.0, 0.0, 0.0), "power": math.inf}
     assert state.nodes("charger") == ["socket"]
-    kept, faults = lasting(state, SCHEMA, FILE)
+    kept, faults = persistent_part(state, SCHEMA, FILE)
     assert kept.nodes() == ["dock"]
     assert ["no kind named 'charger'" in fault.message for fault in faults] == [True]

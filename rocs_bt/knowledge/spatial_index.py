@@ -1,4 +1,4 @@
-"""Space: which nodes are where, so that the nearest are found without a look at the others.
+"""SpatialIndex: which nodes are where, so that the nearest are found without a look at the others.
 
 A grid of square cells, hashed by their indices; the side follows the number and the density of the points, so that an
 occupied cell holds about two. A search walks rings of cells around a point, and stops when no farther ring can hold a
@@ -19,7 +19,7 @@ _SHORTEST, _LONGEST = 1e-3, 1e6  # side of a cell [m]
 _FAR = 1e9  # beyond it points are kept in no cell [m]
 
 
-class Space:
+class SpatialIndex:
     """Named points in the plane."""
 
     def __init__(self) -> None:

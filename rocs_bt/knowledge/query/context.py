@@ -1,4 +1,4 @@
-"""Asker: who asks, where it is and when; what a query reads beside the graph."""
+"""QueryContext: who asks, where it is and when; what a query reads beside the graph."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def _no_signal(name: str) -> Sequence[float]:
     return ()
 
 
-class Asker(NamedTuple):
+class QueryContext(NamedTuple):
     """Who asks.
 
     Attributes:
@@ -32,12 +32,12 @@ class Asker(NamedTuple):
     past: Past = NoPast()
 
 
-class Context:
+class Execution:
     """What holds for one run of a query: `c` in its generated code.
 
     Args:
         graph: What is asked.
-        asker: Who asks.
+        context: Who asks.
         parameters: The values of the parameters.
         texts: The query's texts in quotes.
         signals: The signals that it reads, with their sizes.
@@ -48,20 +48,20 @@ class Context:
     def __init__(
         self,
         graph: Readable,
-        asker: Asker,
+        context: QueryContext,
         parameters: Mapping[str, Any],
         texts: Sequence[str],
         signals: Mapping[str, int],
     ) -> None:
         self.graph = graph
-        self.me = asker.name or None
-        self.t = asker.t
+        self.me = context.name or None
+        self.t = context.t
         self.p = parameters
         self.k = texts
-        self.here = asker.pose
+        self.here = context.pose
         if self.here is None and self.me is not None:
             self.here = self.where(self.me)
-        self.s = {name: asker.signal(name) or (math.nan,) * size for name, size in signals.items()} if signals else {}
+        self.s = {name: context.signal(name) or (math.nan,) * size for name, size in signals.items()} if signals else {}
 
     def where(self, node: str) -> Pose2 | None:
         """The pose of a node; None where it is not known."""

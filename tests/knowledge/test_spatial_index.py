@@ -14,7 +14,7 @@ from rocs_bt.errors import KnowledgeError
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph, Readable
-from rocs_bt.knowledge.space import Space
+from rocs_bt.knowledge.spatial_index import SpatialIndex
 
 
 def drawn(rng: random.Random, shape: str) -> tuple[float, float]:
@@ -40,7 +40,7 @@ def drawn(rng: random.Random, shape: str) -> tuple[float, float]:
     within=st.sampled_from([0.0, 0.02, 2.0, 30.0, math.inf]),
 )
 def test_points_come_nearest_first_and_all_of_them(seed: int, shape: str, count: int, within: float) -> None:
-    rng, space, points = random.Random(seed), Space(), dict[str, tuple[float, float]]()
+    rng, space, points = random.Random(seed), SpatialIndex(), dict[str, tuple[float, float]]()
     for _ in range(count):
         name = f"p{rng.randrange(max(1, count // 2))}"
         if rng.random() < 0.15:
@@ -57,7 +57,7 @@ def test_points_come_nearest_first_and_all_of_them(seed: int, shape: str, count:
 
 
 def test_a_search_looks_at_few_of_many_points() -> None:
-    rng, space = random.Random(3), Space()
+    rng, space = random.Random(3), SpatialIndex()
     for i in range(10_000):
         space.put(f"p{i}", rng.uniform(0.0, 100.0), rng.uniform(0.0, 100.0))
     most = max(len(next(space.rings(rng.uniform(0.0, 100.0), rng.uniform(0.0, 100.0)))) for _ in range(100))
@@ -65,7 +65,7 @@ def test_a_search_looks_at_few_of_many_points() -> None:
 
 
 def test_a_search_under_way_survives_what_is_written_meanwhile() -> None:
-    space = Space()
+    space = SpatialIndex()
     for i in range(40):
         space.put(f"p{i}", float(i), 0.0)
     rings = space.rings(0.0, 0.0)
