@@ -41,7 +41,7 @@ def test_what_was_sure_for_long_goes_as_fast_as_what_was_sure_for_short():
     seen(short, (0.5, 0.5), times=5)
     seen(long, (0.5, 0.5), times=500)
     for _ in range(12):
-        short.look(NONE, short.cells(place)), long.look(NONE, long.cells(place))
+        short.add_scan(NONE, short.cells(place)), long.add_scan(NONE, long.cells(place))
     assert short.state(0.5, 0.5) == long.state(0.5, 0.5) == FREE
 
 
