@@ -22,9 +22,9 @@ from row import Row, size
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import ScenarioScene, Store, SweepOptions, scenes_of, sweep
-from rocs_bt.compare.bench import Bench
+from rocs_bt.compare.episode import Episode, SceneRef
+from rocs_bt.compare.runner import EpisodeRunner
 from rocs_bt.compare.sweep import cores
-from rocs_bt.compare.trial import Place, Trial
 
 SEEDS = range(1, size(25, 2))
 FIELDS, FIELD_SEEDS = size((8, (1, 2)), (1, (1,)))
@@ -42,14 +42,14 @@ class Here(Executor):
         return future
 
 
-def playing(name: str, places: Sequence[Place], seeds: Sequence[int]) -> float:
+def playing(name: str, places: Sequence[SceneRef], seeds: Sequence[int]) -> float:
     """CPU time of an episode of a planner [s]."""
-    bench, planner = Bench(), Catalog().load_planner(name)
-    trials = [Trial("", planner, place, seed) for place in places for seed in seeds]
-    bench.play(trials[0])  # what is loaded once
+    runner, planner = EpisodeRunner(), Catalog().load_planner(name)
+    trials = [Episode("", planner, place, seed) for place in places for seed in seeds]
+    runner.play(trials[0])  # what is loaded once
     begun = time.process_time()
-    for trial in trials:
-        bench.play(trial)
+    for episode in trials:
+        runner.play(episode)
     return (time.process_time() - begun) / len(trials)
 
 

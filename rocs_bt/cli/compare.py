@@ -21,10 +21,10 @@ from .terminal import echo, show_table
 
 if TYPE_CHECKING:
     from ..compare import Comparison
+    from ..compare.episode import SceneRef
     from ..compare.metric import Metric
     from ..compare.record import EpisodeRecord
     from ..compare.statistics import Estimate
-    from ..compare.trial import Place
     from ..compare.verdict import Verdict
 
 _ERRORS = 3  # that are told on the screen
@@ -93,10 +93,10 @@ def command(
     """
     from ..compare import Comparison, Store, SweepOptions, sweep
     from ..compare.cluster import dask_executor
-    from ..compare.metric import JUDGED, metric
+    from ..compare.metric import DEFAULT_METRICS, metric
 
     catalog = Catalog.here(code=not no_code)
-    judged = metrics or JUDGED
+    judged = metrics or DEFAULT_METRICS
     for name in judged:
         metric(name)
     if early and len(planners) < 2:
@@ -121,7 +121,7 @@ def command(
                 workers=workers,
                 wall_limit=wall_limit,
                 retry_errors=retry_errors,
-                enough=(lambda records: Comparison(records).settled(judged)) if early else None,
+                stop_when=(lambda records: Comparison(records).settled(judged)) if early else None,
             ),
             progress=progress,
         )
@@ -142,21 +142,21 @@ def command(
     return int(any(map(_is_broken, records)))
 
 
-def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[Place]:
+def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[SceneRef]:
     """The scenes of some families."""
     from ..compare import scenes_of
-    from ..compare.replay import parameters_given
+    from ..compare.replay import parse_parameters
 
-    parameters = parameters_given(given)
+    parameters = parse_parameters(given)
     return [scene for name in names for scene in scenes_of(name, indices, parameters)]
 
 
-def _by_hand(names: Sequence[str], agent: str, catalog: Catalog) -> list[Place]:
+def _by_hand(names: Sequence[str], agent: str, catalog: Catalog) -> list[SceneRef]:
     """Scenes by their names; those that were written by hand are for an agent."""
     from ..compare import ScenarioScene
-    from ..compare.replay import place_named
+    from ..compare.replay import scene_by_name
 
-    places = [place_named(name, catalog) for name in names]
+    places = [scene_by_name(name, catalog) for name in names]
     return [replace(place, agent=agent) if isinstance(place, ScenarioScene) else place for place in places]
 
 

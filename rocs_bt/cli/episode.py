@@ -23,10 +23,10 @@ def command(planner: str, scene: str, seed: int, out: Path | None) -> int:
     SCENE is a scenario, or a scene of a family as results name it, such as barn_like-17. Exit codes are those of
     `rocs-bt run`.
     """
-    from ..compare.replay import play_again
+    from ..compare.replay import replay_episode
 
     folder = out or Path("runs") / re.sub(r"[^\w.=-]+", "_", f"{planner}-{scene}-{seed}")
-    result = play_again(planner, scene, seed, Catalog.here(), folder)
+    result = replay_episode(planner, scene, seed, Catalog.here(), folder)
     echo(str(result))
     if result.report is not None:
         echo(f"Report: {result.report}")

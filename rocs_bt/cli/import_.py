@@ -17,7 +17,7 @@ from .terminal import echo
 
 if TYPE_CHECKING:
     from ..compare import Scene
-    from ..compare.family import Driver
+    from ..compare.family import AgentSetup
 
 
 @click.command()
@@ -50,15 +50,15 @@ def command(
     barn: a clone of the BARN challenge. mrpb: a clone of the local planning benchmark MRPB, or any maps of ROS's map
     server. movingai: .map and .scen files.
     """
-    from ..compare.family import Driver
+    from ..compare.family import AgentSetup
 
     if not folder.exists():
         raise InputError(Fault(f"there is no folder '{folder}'.", hint="Name your own copy of the benchmark."))
     side = convert(cell, LENGTH, "--cell")
     if not 0.05 <= side <= 10.0:
         raise InputError(Fault(f"--cell must be 5 cm to 10 m, found {side:g} m."))
-    driver = Driver(robot=robot, mission=mission, rules=rules)
-    found = itertools.islice(_scenes(benchmark, folder, driver, pairs, side, every), limit)
+    setup = AgentSetup(robot=robot, mission=mission, rules=rules)
+    found = itertools.islice(_scenes(benchmark, folder, setup, pairs, side, every), limit)
     names = []
     for scene in found:
         scene.write(out)
@@ -71,11 +71,11 @@ def command(
     echo(f"Try next: {inside}rocs-bt run {names[0]}")
 
 
-def _scenes(benchmark: str, folder: Path, driver: Driver, pairs: int, cell: float, every: int) -> Iterator[Scene]:
+def _scenes(benchmark: str, folder: Path, setup: AgentSetup, pairs: int, cell: float, every: int) -> Iterator[Scene]:
     from ..compare.imports import read_barn, read_movingai, read_mrpb
 
     if benchmark == "barn":
-        return read_barn(folder, driver)
+        return read_barn(folder, setup)
     if benchmark == "mrpb":
-        return read_mrpb(folder, driver, pairs=pairs)
-    return read_movingai(folder, driver, cell=cell, every=every)
+        return read_mrpb(folder, setup, pairs=pairs)
+    return read_movingai(folder, setup, cell=cell, every=every)

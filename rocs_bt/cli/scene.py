@@ -30,9 +30,9 @@ def command(family: str, index: int, count: int, values: tuple[str, ...], out: P
     The same family, parameters and index make the same scene everywhere.
     """
     from ..compare import load_family
-    from ..compare.replay import parameters_given
+    from ..compare.replay import parse_parameters
 
-    made = load_family(Catalog.here(), family, parameters_given(values))
+    made = load_family(Catalog.here(), family, parse_parameters(values))
     scenes = [made.scene(i) for i in range(index, index + count)]
     written = [] if dry else [scene.write(out) for scene in scenes]
     if as_json:

@@ -19,7 +19,7 @@ from .terminal import echo
 
 if TYPE_CHECKING:
     from ..compare.record import EpisodeRecord
-    from ..compare.search import Draft, Space, Trouble
+    from ..compare.search import Draft, SearchResult, SearchSpace
 
 _LISTED = 12  # things that are told of a scene
 
@@ -72,16 +72,16 @@ def command(
     Killed at any moment and called again, it goes on where it was. Exits with 1 where it found one, else with 0.
     """
     from ..compare import Store, load_family
-    from ..compare.replay import parameter_value
-    from ..compare.search import FAILURES, SearchOptions, Space, default_name, keep, refuse_taken, search
+    from ..compare.replay import parse_value
+    from ..compare.search import FAILURES, SearchOptions, SearchSpace, default_name, keep, refuse_existing, search
 
     catalog = Catalog.here(code=not no_code)
     who = catalog.load_planner(planner)
-    fixed = {key: parameter_value(value) for key, value in _pairs("--set", given).items()}
-    space = Space.of(load_family(catalog, family, fixed), fixed, _pairs("--vary", vary))
+    fixed = {key: parse_value(value) for key, value in _pairs("--set", given).items()}
+    space = SearchSpace.of(load_family(catalog, family, fixed), fixed, _pairs("--vary", vary))
     called = name or default_name(who, space)
     if folder is not None:
-        refuse_taken(folder, called)
+        refuse_existing(folder, called)
     options = SearchOptions(
         name=called,
         failures=FAILURES if failure == "any" else (failure,),
@@ -91,16 +91,16 @@ def command(
         wall_limit=wall_limit,
     )
     with Store(store) as kept, Progress(f"{who.name} in {family}", budget, "episodes") as progress:
-        trouble = search(who, space, options, catalog=catalog, store=kept, progress=progress)
+        result = search(who, space, options, catalog=catalog, store=kept, progress=progress)
     files = None
-    if folder is not None and trouble.smallest is not None:
-        files = keep(trouble.smallest, planner, folder)
+    if folder is not None and result.smallest is not None:
+        files = keep(result.smallest, planner, folder)
     if as_json:
-        echo(json.dumps(_plain(who.name, space, trouble), indent=1, sort_keys=True))
+        echo(json.dumps(_plain(who.name, space, result), indent=1, sort_keys=True))
     else:
-        _tell(planner, space, trouble)
-        _tell_kept(planner, trouble.smallest, folder, files)
-    return int(trouble.found is not None)
+        _tell(planner, space, result)
+        _tell_kept(planner, result.smallest, folder, files)
+    return int(result.found is not None)
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
@@ -113,21 +113,21 @@ def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _tell(planner: str, space: Space, trouble: Trouble) -> None:
+def _tell(planner: str, space: SearchSpace, result: SearchResult) -> None:
     """What was found, and what is left of it."""
     family = space.family.name
-    if trouble.drawn is None or trouble.found is None or trouble.first is None:
-        echo(f"{planner} failed in none of {counted(trouble.searched, 'scene')} of {family}.")
+    if result.sampled is None or result.found is None or result.first is None:
+        echo(f"{planner} failed in none of {counted(result.searched, 'scene')} of {family}.")
         return
-    told = ", ".join(f"{name}={value:g}" for name, value in trouble.drawn.parameters.items())
-    echo(f"{planner} fails in {trouble.drawn.scene.name}{f' ({told})' if told else ''}: {_how(trouble.first)}")
-    echo(f"It was scene {trouble.searched}; {_size(trouble.found)}.")
-    if trouble.smallest is None or trouble.last is None:
+    told = ", ".join(f"{name}={value:g}" for name, value in result.sampled.parameters.items())
+    echo(f"{planner} fails in {result.sampled.scene.name}{f' ({told})' if told else ''}: {_how(result.first)}")
+    echo(f"It was scene {result.searched}; {_size(result.found)}.")
+    if result.smallest is None or result.last is None:
         return
-    ended = "" if trouble.done else ", where the budget ended"
-    echo(f"What is left after {counted(trouble.shrunk, 'more episode')}{ended}: {_size(trouble.smallest)}.")
-    echo(f"  {_how(trouble.last)}")
-    for line in _listed(trouble.smallest):
+    ended = "" if result.done else ", where the budget ended"
+    echo(f"What is left after {counted(result.shrunk, 'more episode')}{ended}: {_size(result.smallest)}.")
+    echo(f"  {_how(result.last)}")
+    for line in _listed(result.smallest):
         echo(f"  {line}")
 
 
@@ -136,7 +136,7 @@ def _how(record: EpisodeRecord) -> str:
 
 
 def _size(draft: Draft) -> str:
-    return f"{counted(len(draft.things), 'thing')}, {math.dist(draft.start, draft.goal):.3g} m from start to goal"
+    return f"{counted(len(draft.obstacles), 'thing')}, {math.dist(draft.start, draft.goal):.3g} m from start to goal"
 
 
 def _listed(draft: Draft) -> list[str]:
@@ -144,17 +144,17 @@ def _listed(draft: Draft) -> list[str]:
     from ..compare import Post
 
     lines = [f"start {_at(draft.start)}, goal {_at(draft.goal)}"]
-    standing = {thing.name: thing for thing in draft.ground.things}
-    for name, place in list(draft.things.items())[:_LISTED]:
-        thing = standing.get(name)
-        if thing is None:
+    standing = {obstacle.name: obstacle for obstacle in draft.ground.obstacles}
+    for name, place in list(draft.obstacles.items())[:_LISTED]:
+        obstacle = standing.get(name)
+        if obstacle is None:
             lines.append(f"{name}: a mover, from {_at(place)}")
-        elif isinstance(thing, Post):
-            lines.append(f"{name}: a cylinder of {2.0 * thing.radius:g} m at {_at(place)}")
+        elif isinstance(obstacle, Post):
+            lines.append(f"{name}: a cylinder of {2.0 * obstacle.radius:g} m at {_at(place)}")
         else:
-            turn = f", turned by {math.degrees(thing.yaw):.3g} deg" if thing.yaw else ""
-            lines.append(f"{name}: a box of {thing.length:g} x {thing.width:g} m at {_at(place)}{turn}")
-    more = len(draft.things) - _LISTED
+            turn = f", turned by {math.degrees(obstacle.yaw):.3g} deg" if obstacle.yaw else ""
+            lines.append(f"{name}: a box of {obstacle.length:g} x {obstacle.width:g} m at {_at(place)}{turn}")
+    more = len(draft.obstacles) - _LISTED
     return [*lines, f"and {counted(more, 'more thing')}"] if more > 0 else lines
 
 
@@ -164,7 +164,7 @@ def _at(place: tuple[float, float]) -> str:
 
 def _tell_kept(planner: str, draft: Draft | None, folder: Path | None, files: tuple[Path, Path] | None) -> None:
     """Where the scene is, and what to type next."""
-    from ..compare.search import again
+    from ..compare.search import play_command
 
     if draft is None:
         return
@@ -173,31 +173,31 @@ def _tell_kept(planner: str, draft: Draft | None, folder: Path | None, files: tu
         return
     inside = "" if folder.resolve() == Path.cwd() else f"cd {shlex.quote(str(folder))} && "
     echo(f"Kept: {files[0]}, and a test of it: {files[1]}")
-    echo(f"Try next: {inside}{again(draft, planner)}")
+    echo(f"Try next: {inside}{play_command(draft, planner)}")
 
 
-def _plain(planner: str, space: Space, trouble: Trouble) -> Mapping[str, Any]:
+def _plain(planner: str, space: SearchSpace, result: SearchResult) -> Mapping[str, Any]:
     """All of it as JSON, SI units."""
     told: dict[str, Any] = {
         "planner": planner,
         "family": space.family.name,
-        "searched": trouble.searched,
-        "shrunk": trouble.shrunk,
-        "done": trouble.done,
+        "searched": result.searched,
+        "shrunk": result.shrunk,
+        "done": result.done,
         "drawn": None,
         "found": None,
         "smallest": None,
     }
-    if trouble.drawn is not None:
-        told["drawn"] = {"index": trouble.drawn.index, "parameters": dict(trouble.drawn.parameters)}
-    for key, draft, record in (("found", trouble.found, trouble.first), ("smallest", trouble.smallest, trouble.last)):
+    if result.sampled is not None:
+        told["drawn"] = {"index": result.sampled.index, "parameters": dict(result.sampled.parameters)}
+    for key, draft, record in (("found", result.found, result.first), ("smallest", result.smallest, result.last)):
         if draft is not None and record is not None:
             told[key] = {
                 "outcome": record.outcome,
                 "reason": record.reason,
                 "sim_time": record.sim_time,
                 "trajectory_hash": record.trajectory_hash,
-                "things": len(draft.things),
+                "things": len(draft.obstacles),
                 "distance": math.dist(draft.start, draft.goal),
                 "scenario": draft.scene.toml,
                 "world": draft.scene.world,

@@ -6,13 +6,13 @@ and what a comparison needs is exported here; the rest is in the submodules.
 
 from .building import Building, TaskFamily
 from .comparison import Comparison
+from .episode import FamilyScene, ScenarioScene, scenes_of
 from .family import Family, Scene, goal_scenario, load_family, position, quantity
 from .floor_grid import shortest_cells
 from .ground import Ground
+from .obstacle import Block, Post, length_of, walls_around
 from .store import Store
 from .sweep import SweepOptions, sweep
-from .thing import Block, Post, length_of, walls_around
-from .trial import FamilyScene, ScenarioScene, scenes_of
 
 __all__ = [
     "Block",

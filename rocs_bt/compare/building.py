@@ -15,9 +15,9 @@ from ..geometry import Pose2
 from ..units import PositiveCount, PositiveMetres
 from .family import Family, goal_scenario, position, quantity
 from .ground import Ground
-from .thing import Block, Point, Post, walls_around
+from .obstacle import Block, Point, Post, walls_around
 
-THICK, LEAF = 0.1, 0.06
+WALL_THICKNESS, LEAF_THICKNESS = 0.1, 0.06
 """Of walls, and of door leaves, which open into the wall [m]."""
 
 _TRIES = 300  # buildings that are drawn until one fits a task
@@ -60,7 +60,7 @@ class Building:
     offsets: dict[Door, float] = field(default_factory=dict)
 
     @staticmethod
-    def drawn(rng: np.random.Generator, rows: int, columns: int, side: float, opening: float) -> Building:
+    def sample(rng: np.random.Generator, rows: int, columns: int, side: float, opening: float) -> Building:
         """A building whose doorways are somewhere in their walls; the leaf of a door always finds room beside it."""
         made = Building(rows, columns, side, opening)
         most = max(0.5 * side - 1.5 * opening - 0.1, 0.0)
@@ -108,22 +108,22 @@ class Building:
         """The walls with their doorways; doors are the scene's."""
         wide, deep = self.columns * self.side, self.rows * self.side
         ground = Ground((-0.5, -0.5), (wide + 0.5, deep + 0.5))
-        ground.things += walls_around((0.0, 0.0), (wide, deep), thick=THICK)
+        ground.obstacles += walls_around((0.0, 0.0), (wide, deep), thickness=WALL_THICKNESS)
         for door in self.doors():
-            ground.things += self._wall(door)
+            ground.obstacles += self._wall(door)
         return ground
 
-    def leaf(self, door: Door, *, shut: bool) -> Block:
+    def leaf(self, door: Door, *, closed: bool) -> Block:
         """The leaf of a door, in the doorway or beside it in the wall."""
         x, y = self.doorway(door)
-        aside = 0.0 if shut else self.opening + 0.05
-        if self._upright(door):
-            return Block(self.door_name(door), x, y + aside, LEAF, self.opening)
-        return Block(self.door_name(door), x + aside, y, self.opening, LEAF)
+        aside = 0.0 if closed else self.opening + 0.05
+        if self._is_vertical(door):
+            return Block(self.door_name(door), x, y + aside, LEAF_THICKNESS, self.opening)
+        return Block(self.door_name(door), x + aside, y, self.opening, LEAF_THICKNESS)
 
     def closing(self, door: Door, at: float, lasts: float = 1.0) -> Table:
         """The mover table of a door that shuts at a time [s], or as soon as no robot is in its way."""
-        begin, end = self.leaf(door, shut=False), self.leaf(door, shut=True)
+        begin, end = self.leaf(door, closed=False), self.leaf(door, closed=True)
         return {
             "name": begin.name,
             "script": "slide",
@@ -152,7 +152,7 @@ class Building:
             found += [gate, {"node": self.door_name(door), "kind": "door", "open": True, "leads_to": leads}]
         return found
 
-    def way(self, rooms: Iterable[int]) -> list[Point]:
+    def path(self, rooms: Iterable[int]) -> list[Point]:
         """The corners of a way from room to room: their middles and the doorways between."""
         names = list(rooms)
         points = [self.middle(names[0])]
@@ -160,9 +160,9 @@ class Building:
             points += [self.doorway(_between(a, b)), self.middle(b)]
         return points
 
-    def shortest(self, start: int, goal: int, shut: Iterable[Door] = ()) -> Route:
+    def shortest(self, start: int, goal: int, closed: Iterable[Door] = ()) -> Route:
         """The shortest way over the roads, some doors being shut."""
-        closed, best = set(shut), {start: Route((start,), 0.0)}
+        closed, best = set(closed), {start: Route((start,), 0.0)}
         open_ = [start]
         while open_:
             here = min(open_, key=lambda room: best[room].length)
@@ -178,27 +178,27 @@ class Building:
                     open_.append(there)
         return best.get(goal, Route())
 
-    def draw_shut(self, rng: np.random.Generator, start: int, goal: int, count: int) -> list[Door]:
+    def sample_closed(self, rng: np.random.Generator, start: int, goal: int, count: int) -> list[Door]:
         """Doors to shut, each of the way that is shortest while those before it are shut; fewer once none is left."""
-        shut: list[Door] = []
-        while len(shut) < count and (rooms := self.shortest(start, goal, shut).rooms):
+        closed: list[Door] = []
+        while len(closed) < count and (rooms := self.shortest(start, goal, closed).rooms):
             doors = [_between(a, b) for a, b in pairwise(rooms)]
-            shut.append(doors[int(rng.integers(len(doors)))])
-        return shut
+            closed.append(doors[int(rng.integers(len(doors)))])
+        return closed
 
-    def _upright(self, door: Door) -> bool:
+    def _is_vertical(self, door: Door) -> bool:
         return door[1] == door[0] + 1
 
     def _wall(self, door: Door) -> list[Post | Block]:
         """The two parts of a wall on both sides of its doorway."""
         (x, y), (u, v) = self.doorway(door), self.middle(door[0])
-        along = y if self._upright(door) else x
-        begin = (v if self._upright(door) else u) - 0.5 * self.side
+        along = y if self._is_vertical(door) else x
+        begin = (v if self._is_vertical(door) else u) - 0.5 * self.side
         parts = [(begin, along - 0.5 * self.opening), (along + 0.5 * self.opening, begin + self.side)]
         return [
-            Block(f"{self.door_name(door)}_wall{i}", x, 0.5 * (a + b), THICK, b - a)
-            if self._upright(door)
-            else Block(f"{self.door_name(door)}_wall{i}", 0.5 * (a + b), y, b - a, THICK)
+            Block(f"{self.door_name(door)}_wall{i}", x, 0.5 * (a + b), WALL_THICKNESS, b - a)
+            if self._is_vertical(door)
+            else Block(f"{self.door_name(door)}_wall{i}", 0.5 * (a + b), y, b - a, WALL_THICKNESS)
             for i, (a, b) in enumerate(parts)
         ]
 
@@ -219,7 +219,7 @@ class TaskFamily(Family):
         opening: Of a doorway.
     """
 
-    ASIDE: ClassVar[tuple[str, ...]] = (*Family.ASIDE, "planner")
+    NOT_SAMPLED: ClassVar[tuple[str, ...]] = (*Family.NOT_SAMPLED, "planner")
 
     mission: str = "navigate"
     rules: str = ""
@@ -229,7 +229,7 @@ class TaskFamily(Family):
     side: PositiveMetres = 3.6
     opening: PositiveMetres = 1.1
 
-    def drawn(self, rng: np.random.Generator, rooms: int) -> tuple[Building, list[int]]:
+    def sample(self, rng: np.random.Generator, rooms: int) -> tuple[Building, list[int]]:
         """A building, and some of its rooms, no two alike.
 
         Raises:
@@ -237,10 +237,10 @@ class TaskFamily(Family):
         """
         if self.rows * self.columns < rooms:
             raise InputError(f"{self.rows} x {self.columns} rooms are too few: this task needs {rooms}.")
-        building = Building.drawn(rng, self.rows, self.columns, self.side, self.opening)
+        building = Building.sample(rng, self.rows, self.columns, self.side, self.opening)
         return building, rng.permutation(len(building.rooms))[:rooms].tolist()
 
-    def draws(self, index: int, rooms: int) -> Iterator[tuple[np.random.Generator, Building, list[int]]]:
+    def sample_until_fit(self, index: int, rooms: int) -> Iterator[tuple[np.random.Generator, Building, list[int]]]:
         """Buildings with some of their rooms, until one fits the task; each with the stream that it was drawn from.
 
         Raises:
@@ -248,14 +248,14 @@ class TaskFamily(Family):
         """
         for attempt in range(_TRIES):
             rng = self.rng(index, f"attempt {attempt}")
-            yield rng, *self.drawn(rng, rooms)
+            yield rng, *self.sample(rng, rooms)
         raise InputError(f"none of {_TRIES} buildings of {self.rows} x {self.columns} rooms fits this task.")
 
     def task(
         self,
         index: int,
         doc: str,
-        way: Sequence[Point],
+        path: Sequence[Point],
         *,
         ahead: Point | None = None,
         goal: Point | None = None,
@@ -266,12 +266,12 @@ class TaskFamily(Family):
         Args:
             index: Its index.
             doc: One sentence for people.
-            way: The reference, from start to goal [m].
+            path: Reference, from start to goal [m].
             ahead: What the robot looks at in the beginning [m]; the reference's first corner by default.
             goal: Where the goal is in the beginning [m]; the reference's end by default.
             agent: Other values of the agent's table.
         """
-        (x, y), corner = way[0], ahead or way[1]
+        (x, y), corner = path[0], ahead or path[1]
         start = Pose2(x, y, math.atan2(corner[1] - y, corner[0] - x))
         own = {"parameters": {"goal": "goal", "planner": self.planner}} if self.mission == type(self).mission else {}
         return goal_scenario(
@@ -279,7 +279,7 @@ class TaskFamily(Family):
             self.scene_name(index),
             doc,
             start,
-            goal or way[-1],
+            goal or path[-1],
             tolerance=0.5,
             duration=120.0,
             agent={**own, **(agent or {})},

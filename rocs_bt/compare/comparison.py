@@ -11,9 +11,19 @@ from itertools import combinations
 import numpy as np
 
 from ..errors import InputError, UnknownName, unknown
-from .metric import BARN_YEARS, LOST, SHARES, Metric, metric
+from .metric import BARN_YEARS, SHARES, ZERO_ON_FAILURE, Metric, metric
 from .record import EpisodeRecord
-from .statistics import LEVEL, Estimate, Floats, Size, lower_bound, mean_over_scenes, rate, sample_size, upper_bound
+from .statistics import (
+    LEVEL,
+    Estimate,
+    Floats,
+    SampleSize,
+    lower_bound,
+    mean_over_scenes,
+    rate,
+    sample_size,
+    upper_bound,
+)
 from .verdict import Verdict, adjusted, judge
 
 _SPANS = {"success": 1.0, "collision": 1.0, "spl": 1.0, "reflex_share": 1.0} | {
@@ -117,7 +127,7 @@ class Comparison:
 
     def _broken(self, name: str) -> float | None:
         """What a metric is where an episode broke down before anything could be measured: a failure counts as one."""
-        return self.time_limit if name == "time" else 0.0 if name in LOST else None
+        return self.time_limit if name == "time" else 0.0 if name in ZERO_ON_FAILURE else None
 
     def estimate(self, planner: str, of: str | Metric) -> Estimate:
         """A planner's mean of a metric over all its episodes, with its interval, which ends where the metric does."""
@@ -129,7 +139,7 @@ class Comparison:
             return found
         return replace(found, low=float(np.maximum(found.low, 0.0)), high=float(np.minimum(found.high, most)))
 
-    def size(self, planner: str, of: str | Metric = "success") -> Size:
+    def size(self, planner: str, of: str | Metric = "success") -> SampleSize:
         """How much a planner's episodes are worth, for a metric."""
         return sample_size(self.sample(planner, of))
 

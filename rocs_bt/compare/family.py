@@ -24,7 +24,7 @@ from ..geometry import Pose2
 from ..toml_text import as_toml
 from ..units import convert
 from .ground import Ground
-from .thing import Point, length_of
+from .obstacle import Point, length_of
 
 C = TypeVar("C", bound=Catalog)
 
@@ -74,7 +74,7 @@ class Scene:
         """Information for oracle planners only: the ground and the reference path."""
         return {"ground": self.ground, "reference": self.reference}
 
-    def found_in(self, catalog: C) -> C:
+    def added_to(self, catalog: C) -> C:
         """A catalog with all that another has and this scene."""
         return catalog.with_scene(self.name, self.scenario, self.world)
 
@@ -93,7 +93,7 @@ class Scene:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Driver:
+class AgentSetup:
     """Who drives in a scene as it is; a planner brings a mission and rules of its own.
 
     Attributes:
@@ -108,7 +108,7 @@ class Driver:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Family(Driver, ABC):
+class Family(AgentSetup, ABC):
     """A kind of scene. A family is a frozen, keyword-only dataclass in `scenarios/families/<name>.py`.
 
     Its class is the file's name in CamelCase; its fields are its parameters, numbers in SI units that are annotated
@@ -120,7 +120,7 @@ class Family(Driver, ABC):
             the same scenes.
     """
 
-    ASIDE: ClassVar[tuple[str, ...]] = ("robot", "mission", "rules")
+    NOT_SAMPLED: ClassVar[tuple[str, ...]] = ("robot", "mission", "rules")
 
     @property
     def name(self) -> str:
@@ -145,10 +145,10 @@ class Family(Driver, ABC):
         """What the scene of an index is called."""
         return f"{self.name}-{index}"
 
-    def rng(self, index: int, what: str = "scene") -> np.random.Generator:
+    def rng(self, index: int, purpose: str = "scene") -> np.random.Generator:
         """A stream of the family, its parameters but those of `ASIDE`, an index, and what it is for."""
-        own = {name: value for name, value in self.parameters.items() if name not in self.ASIDE}
-        key = json.dumps([self.name, own, index, what], sort_keys=True)
+        own = {name: value for name, value in self.parameters.items() if name not in self.NOT_SAMPLED}
+        key = json.dumps([self.name, own, index, purpose], sort_keys=True)
         digest = hashlib.sha256(key.encode()).digest()
         return np.random.default_rng(np.random.SeedSequence(int.from_bytes(digest, "big")))
 
@@ -165,7 +165,7 @@ def position(point: Point, yaw: float | None = None) -> dict[str, str]:
 
 
 def goal_scenario(
-    driver: Driver,
+    setup: AgentSetup,
     name: str,
     doc: str,
     start: Pose2,
@@ -178,7 +178,7 @@ def goal_scenario(
     """A scenario in which the agent under test must come to one place; add tables to it, such as movers, by `|`.
 
     Args:
-        driver: Whose robot, mission and rules it has; a family is one.
+        setup: Whose robot, mission and rules it has; a family is one.
         name: Of the scene, and so of its world.
         doc: One sentence for people.
         start: Where the agent stands; the seed moves it by 5 cm and 5 deg.
@@ -190,9 +190,9 @@ def goal_scenario(
     target = {"name": "goal", "kind": "goal", **position(goal), "tolerance": quantity(tolerance, "m")}
     under_test = {
         "name": AGENT,
-        "robot": driver.robot,
-        "mission": driver.mission,
-        "rules": [driver.rules] if driver.rules else [],
+        "robot": setup.robot,
+        "mission": setup.mission,
+        "rules": [setup.rules] if setup.rules else [],
         **position((start.x, start.y), start.yaw),
         "jitter": {"x": "0.05 m", "y": "0.05 m", "yaw": "5 deg"},
         "success": {"goal": "goal"},

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .thing import Block, Point, Post, length_of
+from .obstacle import Block, Point, Post, length_of
 
 Cell = tuple[int, int]
 Array = npt.NDArray[np.float64]
@@ -17,7 +17,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Way:
+class GridPath:
     """A way: its corners, its length, and how near it comes to anything [m]."""
 
     points: tuple[Point, ...]
@@ -35,38 +35,38 @@ class FloorGrid:
         low: The outer corner of row 0, column 0 [m].
     """
 
-    taken: Mask
+    occupied: Mask
     cell: float
     low: Point
 
-    def add(self, thing: Post | Block) -> None:
+    def add(self, obstacle: Post | Block) -> None:
         """Mark the cells whose centres are in a thing."""
-        reach = thing.radius if isinstance(thing, Post) else math.hypot(thing.length, thing.width) / 2
-        rows, columns = (self._range(v, reach, axis) for axis, v in ((1, thing.y), (0, thing.x)))
-        y, x = np.meshgrid(self._centres(rows, 1) - thing.y, self._centres(columns, 0) - thing.x, indexing="ij")
-        if isinstance(thing, Post):
-            inside = x * x + y * y <= thing.radius**2
+        reach = obstacle.radius if isinstance(obstacle, Post) else math.hypot(obstacle.length, obstacle.width) / 2
+        rows, columns = (self._range(v, reach, axis) for axis, v in ((1, obstacle.y), (0, obstacle.x)))
+        y, x = np.meshgrid(self._centres(rows, 1) - obstacle.y, self._centres(columns, 0) - obstacle.x, indexing="ij")
+        if isinstance(obstacle, Post):
+            inside = x * x + y * y <= obstacle.radius**2
         else:
-            c, s = math.cos(thing.yaw), math.sin(thing.yaw)
-            inside = (abs(c * x + s * y) <= thing.length / 2) & (abs(c * y - s * x) <= thing.width / 2)
-        self.taken[rows, columns] |= inside
+            c, s = math.cos(obstacle.yaw), math.sin(obstacle.yaw)
+            inside = (abs(c * x + s * y) <= obstacle.length / 2) & (abs(c * y - s * x) <= obstacle.width / 2)
+        self.occupied[rows, columns] |= inside
 
-    def room(self) -> Array:
+    def clearances(self) -> Array:
         """(rows, columns) How far each cell's centre is from the nearest taken one's [m]; +inf in an empty grid."""
         from scipy.ndimage import distance_transform_edt
 
-        if not self.taken.any():
-            return np.full(self.taken.shape, math.inf)
-        return np.asarray(distance_transform_edt(~self.taken), dtype=np.float64) * self.cell
+        if not self.occupied.any():
+            return np.full(self.occupied.shape, math.inf)
+        return np.asarray(distance_transform_edt(~self.occupied), dtype=np.float64) * self.cell
 
-    def shortest(self, start: Point, goal: Point, radius: float) -> Way | None:
+    def shortest(self, start: Point, goal: Point, radius: float) -> GridPath | None:
         """A shortest way of a disc of this radius [m], within a cell; None where there is none.
 
         Dijkstra's search over the eight neighbours of each cell, compiled; then corners are cut where the line of sight
         allows. Ends that are too near to something for the disc are let be: there the way begins at the nearest cell.
         """
-        room = self.room()
-        free = room > radius
+        clearances = self.clearances()
+        free = clearances > radius
         found = (
             shortest_cells(free, self._nearest(free, start), self._nearest(free, goal), self.cell)
             if free.any()
@@ -74,16 +74,16 @@ class FloorGrid:
         )
         if found is None:
             return None
-        corners = [self.centre(row, column) for row, column in _cut(found, free)]
+        corners = [self.centre(row, column) for row, column in _without_visible(found, free)]
         points = (start, *corners[1:-1], goal)
-        return Way(points, length_of(points), float(min(room[row, column] for row, column in found)))
+        return GridPath(points, length_of(points), float(min(clearances[row, column] for row, column in found)))
 
     def blocks(self, name: str = "wall") -> list[Post | Block]:
         """Boxes that fill exactly the taken cells: runs along the rows, joined where the next row has the same run."""
         open_: dict[tuple[int, int], int] = {}  # by its first and last column, the row in which a run began
         found: list[tuple[int, int, int, int]] = []
-        for row in range(self.taken.shape[0] + 1):
-            here = set(_runs(self.taken[row])) if row < self.taken.shape[0] else set()
+        for row in range(self.occupied.shape[0] + 1):
+            here = set(_runs(self.occupied[row])) if row < self.occupied.shape[0] else set()
             found += [(*run, first, row) for run, first in open_.items() if run not in here]
             open_ = {run: open_.get(run, row) for run in sorted(here)}
         (x, y), cell = self.low, self.cell
@@ -96,9 +96,9 @@ class FloorGrid:
         """The centre of a cell [m]."""
         return self.low[0] + (column + 0.5) * self.cell, self.low[1] + (row + 0.5) * self.cell
 
-    def at(self, point: Point) -> Cell:
+    def cell_at(self, point: Point) -> Cell:
         """Row and column of the cell in which a point [m] lies; the nearest one's, outside."""
-        rows, columns = self.taken.shape
+        rows, columns = self.occupied.shape
         row, column = (math.floor((point[axis] - self.low[axis]) / self.cell) for axis in (1, 0))
         return min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)
 
@@ -109,7 +109,7 @@ class FloorGrid:
         return int(rows[best]), int(columns[best])
 
     def _range(self, centre: float, reach: float, axis: int) -> slice:
-        size = self.taken.shape[1 - axis]
+        size = self.occupied.shape[1 - axis]
         first, last = (math.floor((centre + d - self.low[axis]) / self.cell) for d in (-reach, reach))
         return slice(min(max(first, 0), size), min(max(last + 1, 0), size))
 
@@ -117,7 +117,9 @@ class FloorGrid:
         return self.low[axis] + (np.arange(place.start, place.stop) + 0.5) * self.cell
 
 
-def shortest_cells(free: Mask, start: Cell, goal: Cell, cell: float, toll: Array | None = None) -> list[Cell] | None:
+def shortest_cells(
+    free: Mask, start: Cell, goal: Cell, cell: float, extra_cost: Array | None = None
+) -> list[Cell] | None:
     """The cells of a shortest way over the eight neighbours of each cell, found by Dijkstra's search, compiled.
 
     Args:
@@ -125,7 +127,7 @@ def shortest_cells(free: Mask, start: Cell, goal: Cell, cell: float, toll: Array
         start: Row and column of one end, which is free.
         goal: Those of the other.
         cell: Side of a cell [m].
-        toll: (rows, columns) What a step into each cell costs beside its length, if anything [m].
+        extra_cost: (rows, columns) What a step into each cell costs beside its length, if anything [m].
 
     Returns:
         Row and column of each, from start to goal; None where there is no way.
@@ -144,7 +146,11 @@ def shortest_cells(free: Mask, start: Cell, goal: Cell, cell: float, toll: Array
         here = ids[rows[inside], columns[inside]]
         heads.append(here[there >= 0])
         tails.append(there[there >= 0])
-        paid = 0.0 if toll is None else 0.5 * (toll[rows, columns][inside] + toll[r[inside], c[inside]])[there >= 0]
+        paid = (
+            0.0
+            if extra_cost is None
+            else 0.5 * (extra_cost[rows, columns][inside] + extra_cost[r[inside], c[inside]])[there >= 0]
+        )
         costs.append(np.full(int((there >= 0).sum()), cell * math.hypot(down, right)) + paid)
     shape = (len(rows), len(rows))
     graph = coo_matrix((np.concatenate(costs), (np.concatenate(heads), np.concatenate(tails))), shape=shape).tocsr()
@@ -164,18 +170,18 @@ def _runs(row: Mask) -> list[tuple[int, int]]:
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
-def _cut(path: Sequence[Cell], free: Mask) -> list[Cell]:
+def _without_visible(path: Sequence[Cell], free: Mask) -> list[Cell]:
     """The corners that remain when every stretch in sight is cut straight."""
-    kept, at = [path[0]], 0
-    while at < len(path) - 1:
-        low, high = at + 1, len(path) - 1
-        if not _sees(path[at], path[high], free):
+    kept, cell_at = [path[0]], 0
+    while cell_at < len(path) - 1:
+        low, high = cell_at + 1, len(path) - 1
+        if not _sees(path[cell_at], path[high], free):
             while low < high - 1:  # sight is nearly monotone along a shortest way
                 middle = (low + high) // 2
-                low, high = (middle, high) if _sees(path[at], path[middle], free) else (low, middle)
+                low, high = (middle, high) if _sees(path[cell_at], path[middle], free) else (low, middle)
             high = low
         kept.append(path[high])
-        at = high
+        cell_at = high
     return kept
 
 

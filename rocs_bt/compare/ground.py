@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .floor_grid import FloorGrid
-from .thing import Block, Point, Post
+from .obstacle import Block, Point, Post
 
 
 @dataclass
@@ -25,7 +25,7 @@ class Ground:
 
     low: Point
     high: Point
-    things: list[Post | Block] = field(default_factory=list)
+    obstacles: list[Post | Block] = field(default_factory=list)
     movers: list[Post | Block] = field(default_factory=list)
     mjcf: str = ""
 
@@ -43,7 +43,7 @@ class Ground:
             "  <worldbody>",
             f'    <geom name="floor" type="plane" size="{_n((x1 - x0) / 2)} {_n((y1 - y0) / 2)} 0.1" pos="{centre} 0" '
             'rgba=".9 .9 .87 1"/>',
-            *(f"    {_geom(thing, thing.x, thing.y)}" for thing in self.things),
+            *(f"    {_geom(obstacle, obstacle.x, obstacle.y)}" for obstacle in self.obstacles),
         ]
         for mover in self.movers:
             lines.append(f'    <body name="{mover.name}" mocap="true" pos="{_n(mover.x)} {_n(mover.y)} 0">')
@@ -56,13 +56,13 @@ class Ground:
         (x0, y0), (x1, y1) = self.low, self.high
         shape = max(math.ceil((y1 - y0) / cell - 1e-9), 1), max(math.ceil((x1 - x0) / cell - 1e-9), 1)
         grid = FloorGrid(np.zeros(shape, dtype=np.bool_), cell, self.low)
-        for thing in self.things:
-            grid.add(thing)
+        for obstacle in self.obstacles:
+            grid.add(obstacle)
         return grid
 
     def clearance(self, points: Sequence[Point]) -> float:
         """How near a polygon comes to the surface of any post [m]; +inf without posts."""
-        discs = np.array([(p.x, p.y, p.radius) for p in self.things if isinstance(p, Post)]).reshape(-1, 3)
+        discs = np.array([(p.x, p.y, p.radius) for p in self.obstacles if isinstance(p, Post)]).reshape(-1, 3)
         corners = np.array(points)
         begin, along = corners[:-1, None, :], np.diff(corners, axis=0)[:, None, :]
         away = discs[None, :, :2] - begin
@@ -72,12 +72,13 @@ class Ground:
         return float((np.sqrt((gap * gap).sum(axis=2)) - discs[:, 2]).min(initial=math.inf))
 
 
-def _geom(thing: Post | Block, x: float, y: float) -> str:
-    place = f'name="{thing.name}" pos="{_n(x)} {_n(y)} {_n(thing.height / 2)}"'
-    if isinstance(thing, Post):
-        return f'<geom type="cylinder" size="{_n(thing.radius)} {_n(thing.height / 2)}" {place} rgba=".55 .5 .45 1"/>'
-    size = f"{_n(thing.length / 2)} {_n(thing.width / 2)} {_n(thing.height / 2)}"
-    turn = f' euler="0 0 {_n(math.degrees(thing.yaw))}"' if thing.yaw else ""
+def _geom(obstacle: Post | Block, x: float, y: float) -> str:
+    place = f'name="{obstacle.name}" pos="{_n(x)} {_n(y)} {_n(obstacle.height / 2)}"'
+    if isinstance(obstacle, Post):
+        size = f"{_n(obstacle.radius)} {_n(obstacle.height / 2)}"
+        return f'<geom type="cylinder" size="{size}" {place} rgba=".55 .5 .45 1"/>'
+    size = f"{_n(obstacle.length / 2)} {_n(obstacle.width / 2)} {_n(obstacle.height / 2)}"
+    turn = f' euler="0 0 {_n(math.degrees(obstacle.yaw))}"' if obstacle.yaw else ""
     return f'<geom type="box" size="{size}" {place}{turn} rgba=".55 .58 .62 1"/>'
 
 

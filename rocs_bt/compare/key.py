@@ -17,8 +17,8 @@ from typing import Any
 from ..catalog import Catalog, Entry, PlannerSpec, content_hash
 from ..python_content import texts_in
 from ..simulation.header import versions
+from .episode import FamilyScene, GeneratedScene, ScenarioScene, SceneRef
 from .family import load_family
-from .trial import FamilyScene, MadeScene, Place, ScenarioScene
 
 SCHEMA = "episode/1"
 """Of what a record holds and how its metrics are told; another one makes all keys new."""
@@ -45,9 +45,9 @@ class Keys:
     def __init__(self, catalog: Catalog) -> None:
         self._catalog = catalog
         self._planners: dict[str, str] = {}
-        self._places: dict[Any, str] = {}
+        self._scenes: dict[Any, str] = {}
 
-    def of(self, planner: PlannerSpec, place: Place, seed: int, require: str = "") -> str:
+    def of(self, planner: PlannerSpec, scene: SceneRef, seed: int, require: str = "") -> str:
         """The key of one episode.
 
         Raises:
@@ -55,7 +55,7 @@ class Keys:
         """
         if planner.name not in self._planners:
             self._planners[planner.name] = self._planner(planner)
-        told = [SCHEMA, self._planners[planner.name], self._place(place), seed, engine_hash(), dict(computing())]
+        told = [SCHEMA, self._planners[planner.name], self._scene(scene), seed, engine_hash(), dict(computing())]
         return _digest([*told, require] if require else told)
 
     def _planner(self, planner: PlannerSpec) -> str:
@@ -65,27 +65,27 @@ class Keys:
         told = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
         return _digest([*told, *filter(None, [planner.nodes]), content_hash(content), versions])
 
-    def _place(self, place: Place) -> str:
-        if not isinstance(place, FamilyScene):
-            if place not in self._places:
-                self._places[place] = self._scenario(place)
-            return self._places[place]
-        family = replace(place, index=0)
-        if family not in self._places:
-            self._places[family] = self._family(family)
-        return _digest([self._places[family], place.name, place.index])
+    def _scene(self, scene: SceneRef) -> str:
+        if not isinstance(scene, FamilyScene):
+            if scene not in self._scenes:
+                self._scenes[scene] = self._scenario(scene)
+            return self._scenes[scene]
+        family = replace(scene, index=0)
+        if family not in self._scenes:
+            self._scenes[family] = self._family(family)
+        return _digest([self._scenes[family], scene.name, scene.index])
 
-    def _scenario(self, place: ScenarioScene | MadeScene) -> str:
+    def _scenario(self, scene: ScenarioScene | GeneratedScene) -> str:
         """Everything that a scenario uses; the mind that the planner replaces is its word for the agent only."""
-        if isinstance(place, ScenarioScene):
-            catalog, named, agent = self._catalog, place.scenario, place.agent
+        if isinstance(scene, ScenarioScene):
+            catalog, named, agent = self._catalog, scene.scenario, scene.agent
         else:
-            catalog, named, agent = place.scene.found_in(self._catalog), place.name, ""
-        return _digest([place.name, agent, catalog.digest(catalog.load_scenario(named))])
+            catalog, named, agent = scene.scene.added_to(self._catalog), scene.name, ""
+        return _digest([scene.name, agent, catalog.digest(catalog.load_scenario(named))])
 
-    def _family(self, place: FamilyScene) -> str:
-        family = load_family(self._catalog, place.family, dict(place.parameters))
-        entry = self._catalog.find("family", place.family)
+    def _family(self, scene: FamilyScene) -> str:
+        family = load_family(self._catalog, scene.family, dict(scene.parameters))
+        entry = self._catalog.find("family", scene.family)
         named = texts_in(entry.path) | {value for value in family.parameters.values() if isinstance(value, str)}
         robots = [robot for robot in self._catalog.list("robot") if robot.name in named]
         bases = [self._catalog.find("robot", path.parent.name) for r in robots for path in self._bases(r)]
@@ -101,9 +101,9 @@ def engine_hash() -> str:
     package = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for file in sorted(p for ending in ("py", "c", "h") for p in package.rglob(f"*.{ending}")):
-        place = file.relative_to(package).as_posix()
-        if not place.startswith((*_NOT_PLAYED, "_content")):
-            digest.update(f"{place}\0".encode() + file.read_bytes())
+        relative = file.relative_to(package).as_posix()
+        if not relative.startswith((*_NOT_PLAYED, "_content")):
+            digest.update(f"{relative}\0".encode() + file.read_bytes())
     return digest.hexdigest()
 
 

@@ -21,21 +21,21 @@ BARN_SPEED = 2.0  # [m/s] at which the BARN challenge takes the reference way to
 BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn2024": (2.0, 8.0)}
 """By the year that brought them, the bounds within which the time counts, in multiples of the optimal time."""
 
-JUDGED = ("success", "collision", "time")
+DEFAULT_METRICS = ("success", "collision", "time")
 """What planners are judged by, where nothing else is said."""
 
 SHARES = ("success", "collision")
 """0 or 1 in each episode, so that the mean is a share."""
 
-LOST = ("success", "spl", *BARN_YEARS)
+ZERO_ON_FAILURE = ("success", "spl", *BARN_YEARS)
 """0 where an episode fails, however it does."""
 
-TAIL = 0.05
+CVAR_SHARE = 0.05
 """The share of the way that CVaR looks at."""
 
 
 @dataclass(frozen=True)
-class Measured:
+class EpisodeData:
     """What an episode left behind, for metrics to be told from.
 
     Attributes:
@@ -43,7 +43,7 @@ class Measured:
         time_limit: T_max [s].
         reference_length: How long a shortest way is [m]; 0 where that is unknown.
         agent: The agent's part of the run's summary.
-        way: (n, 2) Where the robot was, at equal steps of its way [m].
+        path: (n, 2) Where the robot was, at equal steps of its way [m].
         clearances: (n,) How near its hull was to anything there [m].
         energy: What the drive spent on moving [J/kg].
     """
@@ -52,7 +52,7 @@ class Measured:
     time_limit: float
     reference_length: float
     agent: AgentResult
-    way: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    path: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     clearances: Sequence[float] = ()
     energy: float | None = None
 
@@ -88,7 +88,7 @@ class Metric:
     direction: Literal["up", "down"]
     on_failure: Literal["counts", "until_failure"]
     doc: str
-    measure: Callable[[Measured], float | None]
+    measure: Callable[[EpisodeData], float | None]
 
 
 def metric(name: str) -> Metric:
@@ -97,32 +97,34 @@ def metric(name: str) -> Metric:
     Raises:
         UnknownName: There is none.
     """
-    if name.startswith(MARGIN):
-        doc = f"The least margin of the requirement '{name.removeprefix(MARGIN)}'; negative where it was violated."
-        return Metric(name, "", "up", "until_failure", doc, lambda m: _margin(m, name.removeprefix(MARGIN)))
-    if name.startswith(HOLDS):
-        doc = f"Whether the requirement '{name.removeprefix(HOLDS)}' is satisfied: 1, or 0 where it is violated."
-        return Metric(name, "", "up", "until_failure", doc, lambda m: _holds(m, name.removeprefix(HOLDS)))
+    if name.startswith(MARGIN_PREFIX):
+        doc = (
+            f"The least margin of the requirement '{name.removeprefix(MARGIN_PREFIX)}'; negative where it was violated."
+        )
+        return Metric(name, "", "up", "until_failure", doc, lambda m: _margin(m, name.removeprefix(MARGIN_PREFIX)))
+    if name.startswith(HOLDS_PREFIX):
+        doc = f"Whether the requirement '{name.removeprefix(HOLDS_PREFIX)}' is satisfied: 1, or 0 where it is violated."
+        return Metric(name, "", "up", "until_failure", doc, lambda m: _holds(m, name.removeprefix(HOLDS_PREFIX)))
     if name not in METRICS:
         raise UnknownName(unknown("metric", name, METRICS))
     return METRICS[name]
 
 
-MARGIN = "margin of "
+MARGIN_PREFIX = "margin of "
 """Before a requirement's name: the metric of its robustness."""
 
-HOLDS = "holds "
+HOLDS_PREFIX = "holds "
 """Before a requirement's name: 1 where it is satisfied, 0 where it is violated, None where that is unknown."""
 
 _VERDICTS: Mapping[str, float | None] = {"satisfied": 1.0, "violated": 0.0, "unknown": None}
 
 
-def measure_all(measured: Measured) -> dict[str, float | None]:
+def measure_all(measured: EpisodeData) -> dict[str, float | None]:
     """All metrics of an episode, those of its requirements' margins included."""
     found = {name: each.measure(measured) for name, each in METRICS.items()}
     for requirement in measured.agent.requirements:
-        found[f"{MARGIN}{requirement.name}"] = requirement.margin
-        found[f"{HOLDS}{requirement.name}"] = _VERDICTS[requirement.verdict]
+        found[f"{MARGIN_PREFIX}{requirement.name}"] = requirement.margin
+        found[f"{HOLDS_PREFIX}{requirement.name}"] = _VERDICTS[requirement.verdict]
     return found
 
 
@@ -142,20 +144,20 @@ def barn_score(time: float, reference_length: float, *, low: float, high: float)
     return optimal / min(max(time, low * optimal), high * optimal)
 
 
-def turning(way: npt.NDArray[np.float64]) -> float | None:
+def turning(path: npt.NDArray[np.float64]) -> float | None:
     """How much a way turns, all turns added up regardless of their sign, a metre [rad/m].
 
     Args:
-        way: (n, 2) Positions at equal steps of the way [m], so that it does not matter how often they were taken.
+        path: (n, 2) Positions at equal steps of the way [m], so that it does not matter how often they were taken.
     """
-    steps = np.diff(way, axis=0)
+    steps = np.diff(path, axis=0)
     if len(steps) < 2:
         return None
     headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     return float(np.abs(np.diff(headings)).sum() / np.hypot(steps[:, 0], steps[:, 1]).sum())
 
 
-def cvar(values: Sequence[float], share: float = TAIL) -> float | None:
+def cvar(values: Sequence[float], share: float = CVAR_SHARE) -> float | None:
     """The mean of the least values, those of a share of all; None of nothing."""
     if not len(values):
         return None
@@ -166,16 +168,16 @@ def cvar(values: Sequence[float], share: float = TAIL) -> float | None:
     return float(total / count)
 
 
-def _spl(m: Measured) -> float | None:
+def _spl(m: EpisodeData) -> float | None:
     if m.reference_length <= 0.0:
         return None
     return m.success * m.reference_length / max(m.agent.path_length, m.reference_length)
 
 
-def _barn(year: str) -> Callable[[Measured], float | None]:
+def _barn(year: str) -> Callable[[EpisodeData], float | None]:
     low, high = BARN_YEARS[year]
 
-    def score(m: Measured) -> float | None:
+    def score(m: EpisodeData) -> float | None:
         if m.reference_length <= 0.0:
             return None
         return barn_score(m.time, m.reference_length, low=low, high=high) if m.success else 0.0
@@ -183,21 +185,21 @@ def _barn(year: str) -> Callable[[Measured], float | None]:
     return score
 
 
-def _reflex_share(m: Measured) -> float:
+def _reflex_share(m: EpisodeData) -> float:
     reactive, deliberative = m.agent.time_reactive, m.agent.time_deliberative
     return reactive / (reactive + deliberative) if reactive + deliberative > 0.0 else 0.0
 
 
-def _exceptions(m: Measured) -> float:
+def _exceptions(m: EpisodeData) -> float:
     return float(sum(m.agent.exceptions.values()))
 
 
-def _holds(measured: Measured, requirement: str) -> float | None:
+def _holds(measured: EpisodeData, requirement: str) -> float | None:
     verdicts = {r.name: r.verdict for r in measured.agent.requirements}
     return _VERDICTS[verdicts.get(requirement, "unknown")]
 
 
-def _margin(m: Measured, name: str) -> float | None:
+def _margin(m: EpisodeData, name: str) -> float | None:
     return next((r.margin for r in m.agent.requirements if r.name == name), None)
 
 
@@ -234,7 +236,7 @@ METRICS: Mapping[str, Metric] = {
         ),
         Metric(
             "smoothness", "rad/m", "down", "until_failure", "How much its way turns a metre, told at equal steps of "
-            "the way, so that it does not depend on how often one looks.", lambda m: turning(m.way),
+            "the way, so that it does not depend on how often one looks.", lambda m: turning(m.path),
         ),
         Metric(
             "energy", "J/kg", "down", "until_failure", "What it spent on gathering speed, a kilogram.",

@@ -21,7 +21,7 @@ from ..errors import RocsError
 P = ParamSpec("P")
 T = TypeVar("T")
 
-HUNG = 1
+EXIT_TIMEOUT = 1
 """The exit code of a process that took longer than its wall limit, as faulthandler ends it."""
 
 _THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -37,7 +37,11 @@ class WorkerDied(RocsError):
 
     def __init__(self, exit_code: int | None) -> None:
         self.exit_code = exit_code
-        why = "it took longer than the wall limit" if exit_code == HUNG else f"its process died (exit code {exit_code})"
+        why = (
+            "it took longer than the wall limit"
+            if exit_code == EXIT_TIMEOUT
+            else f"its process died (exit code {exit_code})"
+        )
         super().__init__(why)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -59,7 +63,7 @@ class WorkerPool(Executor):
         self._retries = retries
         self._tasks: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
         self._closed = threading.Event()
-        self._hurried = threading.Event()
+        self._cancelled = threading.Event()
         self._scratch = tempfile.TemporaryDirectory(prefix="rocs_bt-", ignore_cleanup_errors=True)
         self._slots = [_Slot(f"rocs_bt worker {number}", self._scratch.name) for number in range(workers)]
         self._threads = [threading.Thread(target=self._serve, args=(slot,), daemon=True) for slot in self._slots]
@@ -81,7 +85,7 @@ class WorkerPool(Executor):
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes once all tasks are done; with `cancel_futures` at once, whatever they are at."""
         if cancel_futures:
-            self._hurried.set()
+            self._cancelled.set()
             for slot in self._slots:
                 slot.kill()
         if not self._closed.is_set():
@@ -97,7 +101,7 @@ class WorkerPool(Executor):
         """A slot's thread: hand it task after task."""
         while (task := self._tasks.get()) is not None:
             future, payload = task
-            if self._hurried.is_set():
+            if self._cancelled.is_set():
                 future.cancel()
             if future.set_running_or_notify_cancel():
                 try:
@@ -112,7 +116,7 @@ class WorkerPool(Executor):
             try:
                 return slot.do(payload)
             except WorkerDied:
-                if not left or self._hurried.is_set():
+                if not left or self._cancelled.is_set():
                     raise
         raise WorkerDied(None)
 
@@ -125,7 +129,7 @@ class _Slot:
         # One thread for numerics: there is a process for each core.
         self._environment = {**_THREADS, "TMPDIR": scratch}
         self._process: BaseProcess | None = None
-        self._line: Connection | None = None
+        self._connection: Connection | None = None
 
     def do(self, payload: bytes) -> tuple[bool, Any]:
         """Whether the task succeeded, and its result, or what it raised.
@@ -133,15 +137,15 @@ class _Slot:
         Raises:
             WorkerDied: The process ended on the way.
         """
-        process, line = self._started()
+        process, connection = self._started()
         try:
-            line.send_bytes(payload)
-            wait([line, process.sentinel])
-            told: tuple[bool, Any] = line.recv()
+            connection.send_bytes(payload)
+            wait([connection, process.sentinel])
+            told: tuple[bool, Any] = connection.recv()
         except (EOFError, OSError):
             process.join()
             self._process = None
-            line.close()
+            connection.close()
             raise WorkerDied(process.exitcode) from None
         return told
 
@@ -152,20 +156,22 @@ class _Slot:
 
     def close(self) -> None:
         """Let the process end."""
-        if self._line is not None:
-            self._line.close()
+        if self._connection is not None:
+            self._connection.close()
         if self._process is not None:
             self._process.join()
 
     def _started(self) -> tuple[BaseProcess, Connection]:
-        if self._process is None or self._line is None:
-            self._line, theirs = multiprocessing.Pipe()
+        if self._process is None or self._connection is None:
+            self._connection, theirs = multiprocessing.Pipe()
             environment = {**os.environ, **self._environment}
-            self._process = _context().Process(target=_live, args=(theirs, environment), name=self._name, daemon=True)
+            self._process = _context().Process(
+                target=_worker_loop, args=(theirs, environment), name=self._name, daemon=True
+            )
             with _starting, _environment(_THREADS):
                 self._process.start()
             theirs.close()
-        return self._process, self._line
+        return self._process, self._connection
 
 
 @functools.cache
@@ -177,11 +183,11 @@ def _context() -> Any:
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([f"{__package__}.bench"])
+    context.set_forkserver_preload([f"{__package__}.runner"])
     return context
 
 
-def _live(line: Connection, environment: Mapping[str, str]) -> None:
+def _worker_loop(connection: Connection, environment: Mapping[str, str]) -> None:
     """Main loop of a worker: receive a task, run it, send its result; ends when the pipe is closed."""
     os.environ.clear()
     os.environ.update(environment)  # the server has the environment of the first pool
@@ -189,7 +195,7 @@ def _live(line: Connection, environment: Mapping[str, str]) -> None:
     threading.Thread(target=_end_with_parent, name="parent watch", daemon=True).start()
     while True:
         try:
-            fn, args, kwargs = pickle.loads(line.recv_bytes())
+            fn, args, kwargs = pickle.loads(connection.recv_bytes())
         except (EOFError, OSError):
             return
         try:
@@ -197,7 +203,7 @@ def _live(line: Connection, environment: Mapping[str, str]) -> None:
         except Exception as error:  # noqa: BLE001 - the process's boundary: what a task raises is its caller's
             told = False, error
         try:
-            line.send(told)
+            connection.send(told)
         except OSError:
             return
 

@@ -12,9 +12,9 @@ from .._run import run
 from ..catalog import Catalog, PlannerSpec
 from ..errors import Fault, InputError
 from ..simulation import RunResult
-from .bench import Bench
+from .episode import FamilyScene, ScenarioScene, SceneRef
 from .record import EpisodeRecord
-from .trial import FamilyScene, Place, ScenarioScene
+from .runner import EpisodeRunner
 
 _FAMILY_SCENE = re.compile(r"(?P<family>[A-Za-z]\w*)(?:\((?P<parameters>.*)\))?-(?P<index>\d+)")
 
@@ -29,7 +29,7 @@ def episode_command(planner: str, scene: str, seed: int) -> str:
     return shlex.join(["rocs-bt", "episode", planner, scene, "--seed", str(seed)])
 
 
-def place_named(name: str, catalog: Catalog) -> Place:
+def scene_by_name(name: str, catalog: Catalog) -> SceneRef:
     """A scene by the name that records have for it: `barn_like-17`, `crowd(people=12)-17`, `exp1`, `exp3:R2`.
 
     Raises:
@@ -43,11 +43,11 @@ def place_named(name: str, catalog: Catalog) -> Place:
         raise InputError(Fault(f"there is no scenario '{name}', and it is no scene of a family.", hint=hint))
     catalog.find("family", found["family"])
     told = [each.partition("=") for each in re.split(r",\s*", found["parameters"] or "") if each]
-    parameters = tuple(sorted((key, parameter_value(text)) for key, _, text in told))
+    parameters = tuple(sorted((key, parse_value(text)) for key, _, text in told))
     return FamilyScene(found["family"], int(found["index"]), parameters)
 
 
-def play_again(planner: PlannerSpec | str, scene: str, seed: int, catalog: Catalog, out: Path) -> RunResult:
+def replay_episode(planner: PlannerSpec | str, scene: str, seed: int, catalog: Catalog, out: Path) -> RunResult:
     """Play one episode with summary.json, run.mcap and report.html.
 
     Args:
@@ -61,12 +61,12 @@ def play_again(planner: PlannerSpec | str, scene: str, seed: int, catalog: Catal
         InputError: There is no such planner or scene, or something in it is wrong.
     """
     chosen = catalog.load_planner(planner) if isinstance(planner, str) else planner
-    setting = Bench(catalog.project).setting(place_named(scene, catalog))
+    prepared = EpisodeRunner(catalog.project).prepare(scene_by_name(scene, catalog))
     again = episode_command(chosen.name, scene, seed)
-    return run(setting.driven_by(chosen), setting.catalog, seed=seed, out=out, command=again)
+    return run(prepared.with_planner(chosen), prepared.catalog, seed=seed, out=out, command=again)
 
 
-def parameters_given(texts: Sequence[str]) -> dict[str, Any]:
+def parse_parameters(texts: Sequence[str]) -> dict[str, Any]:
     """Parameters as a command line has them: each is NAME=VALUE, with its unit.
 
     Raises:
@@ -77,11 +77,11 @@ def parameters_given(texts: Sequence[str]) -> dict[str, Any]:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not name or not equals or not value:
             raise InputError(Fault(f"--set takes NAME=VALUE, found '{text}'.", hint="Such as --set people=12."))
-        given[name] = parameter_value(value)
+        given[name] = parse_value(value)
     return given
 
 
-def parameter_value(text: str) -> Any:
+def parse_value(text: str) -> Any:
     """A parameter as it was given: a number, or a text."""
     for kind in (int, float):
         try:

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from ..catalog import Catalog, PlannerSpec, at_parameters
 from ..errors import InputError, RocsError
 from ..plan import mission_arguments
-from .bench import broken, work
+from .episode import Episode, ScenarioScene, SceneRef
 from .key import Keys
-from .pool import HUNG, WorkerDied, WorkerPool
+from .pool import EXIT_TIMEOUT, WorkerDied, WorkerPool
 from .record import EpisodeRecord
+from .runner import error_record, run_episode
 from .store import Cost, Store
-from .trial import Place, ScenarioScene, Trial
 
 WALL_LIMIT = 300.0
 """How long an episode may take to compute [s]."""
@@ -41,7 +41,7 @@ class SweepOptions:
     wall_limit: float = WALL_LIMIT
     retry_errors: bool = False
     require: str = ""
-    enough: Callable[[Sequence[EpisodeRecord]], bool] | None = None
+    stop_when: Callable[[Sequence[EpisodeRecord]], bool] | None = None
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Sweep:
 
 def sweep(
     planners: Sequence[PlannerSpec | str],
-    scenes: Iterable[Place | str],
+    scenes: Iterable[SceneRef | str],
     seeds: Iterable[int] = (1,),
     *,
     catalog: Catalog | None = None,
@@ -94,15 +94,15 @@ def sweep(
     """
     catalog, options = catalog or Catalog.here(), options or SweepOptions()
     store = Store() if store is None else store
-    course = _course(planners, scenes, tuple(seeds), catalog, options)
+    by_scene = _by_scene(planners, scenes, tuple(seeds), catalog, options)
     again = ("", "error") if options.retry_errors else ("",)
-    done = {trial.key for trials in course for trial in trials if store.outcome(trial.key) not in again}
-    finished = _Finished(course, store, options.enough)
+    done = {episode.key for episodes in by_scene for episode in episodes if store.outcome(episode.key) not in again}
+    finished = _Progress(by_scene, store, options.stop_when)
     found = len(done)
     progress(found)
     if not finished.over(done):
         with ExitStack() as stack:
-            todo = [trial for trials in course for trial in trials if trial.key not in done]
+            todo = [episode for episodes in by_scene for episode in episodes if episode.key not in done]
             if executor is None:
                 executor = stack.enter_context(local_pool(min(options.workers or cores(), len(todo))))
             for record, cost in stack.enter_context(closing(_play(executor, iter(todo)))):
@@ -114,35 +114,38 @@ def sweep(
     return Sweep(store, finished.keys, len(done) - found)
 
 
-def _course(
+def _by_scene(
     planners: Sequence[PlannerSpec | str],
-    scenes: Iterable[Place | str],
+    scenes: Iterable[SceneRef | str],
     seeds: Sequence[int],
     catalog: Catalog,
     options: SweepOptions,
-) -> list[list[Trial]]:
+) -> list[list[Episode]]:
     """All trials scene by scene, since a worker keeps the scene that it has set up."""
     chosen = [catalog.load_planner(p) if isinstance(p, str) else p for p in planners]
-    _refuse_twins(chosen)
+    _refuse_duplicate_names(chosen)
     for planner in chosen:
         _refuse_wrong_parameters(planner, catalog)
-    places = [ScenarioScene(scene) if isinstance(scene, str) else scene for scene in scenes]
+    refs = [ScenarioScene(scene) if isinstance(scene, str) else scene for scene in scenes]
     keys, extra = Keys(catalog), (catalog.project, options.wall_limit, options.require, catalog.code)
     return [
-        [Trial(keys.of(p, place, seed, options.require), p, place, seed, *extra) for p in chosen for seed in seeds]
-        for place in places
+        [Episode(keys.of(p, scene, seed, options.require), p, scene, seed, *extra) for p in chosen for seed in seeds]
+        for scene in refs
     ]
 
 
-class _Finished:
+class _Progress:
     """How far a sweep has come, scene by scene."""
 
     def __init__(
-        self, course: Sequence[Sequence[Trial]], store: Store, enough: Callable[[Sequence[EpisodeRecord]], bool] | None
+        self,
+        by_scene: Sequence[Sequence[Episode]],
+        store: Store,
+        stop_when: Callable[[Sequence[EpisodeRecord]], bool] | None,
     ) -> None:
-        self._course = course
+        self._by_scene = by_scene
         self._store = store
-        self._enough = enough
+        self._stop_when = stop_when
         self._records: list[EpisodeRecord] = []
         self._scenes = 0
         self._ended = False
@@ -150,20 +153,20 @@ class _Finished:
     @property
     def keys(self) -> tuple[str, ...]:
         """Of the scenes that count: by planner, then by scene, then by seed."""
-        trials = [trial for trials in self._course[: self._scenes] for trial in trials]
-        order = {name: i for i, name in enumerate(dict.fromkeys(trial.planner.name for trial in trials))}
-        return tuple(trial.key for trial in sorted(trials, key=lambda trial: order[trial.planner.name]))
+        episodes = [episode for episodes in self._by_scene[: self._scenes] for episode in episodes]
+        order = {name: i for i, name in enumerate(dict.fromkeys(episode.planner.name for episode in episodes))}
+        return tuple(episode.key for episode in sorted(episodes, key=lambda episode: order[episode.planner.name]))
 
     def over(self, done: Container[str]) -> bool:
         """Whether all scenes are played, or enough of them."""
-        while not self._ended and self._scenes < len(self._course):
-            keys = [trial.key for trial in self._course[self._scenes]]
+        while not self._ended and self._scenes < len(self._by_scene):
+            keys = [episode.key for episode in self._by_scene[self._scenes]]
             if not all(key in done for key in keys):
                 return False
             self._scenes += 1
-            if self._enough is not None:
+            if self._stop_when is not None:
                 self._records += self._store.records(keys)
-                self._ended = self._enough(self._records)
+                self._ended = self._stop_when(self._records)
         return True
 
 
@@ -182,20 +185,20 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _play(executor: Executor, trials: Iterator[Trial]) -> Generator[tuple[EpisodeRecord, Cost], None, None]:
+def _play(executor: Executor, episodes: Iterator[Episode]) -> Generator[tuple[EpisodeRecord, Cost], None, None]:
     """Play trials in any order, a few ahead of what is done."""
     ahead = _AHEAD * int(getattr(executor, "workers", 0) or getattr(executor, "_max_workers", 0) or 16)
-    waiting: dict[Future[tuple[EpisodeRecord, Cost]], Trial] = {}
+    waiting: dict[Future[tuple[EpisodeRecord, Cost]], Episode] = {}
     limits: dict[str, float] = {}  # by family, as the episodes tell that came to an end
     try:
         while True:
-            while len(waiting) < ahead and (trial := next(trials, None)) is not None:
-                waiting[executor.submit(work, trial)] = trial
+            while len(waiting) < ahead and (episode := next(episodes, None)) is not None:
+                waiting[executor.submit(run_episode, episode)] = episode
             if not waiting:
                 return
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                trial = waiting.pop(future)
-                record, cost = _result(future, trial, limits.get(trial.place.group, 0.0))
+                episode = waiting.pop(future)
+                record, cost = _result(future, episode, limits.get(episode.scene.group, 0.0))
                 limits.setdefault(record.family, record.time_limit)
                 yield record, cost
     finally:
@@ -203,7 +206,9 @@ def _play(executor: Executor, trials: Iterator[Trial]) -> Generator[tuple[Episod
             future.cancel()
 
 
-def _result(future: Future[tuple[EpisodeRecord, Cost]], trial: Trial, time_limit: float) -> tuple[EpisodeRecord, Cost]:
+def _result(
+    future: Future[tuple[EpisodeRecord, Cost]], episode: Episode, time_limit: float
+) -> tuple[EpisodeRecord, Cost]:
     """What became of a trial; one whose process died, however often it was tried, is an error for the record.
 
     Raises:
@@ -217,12 +222,12 @@ def _result(future: Future[tuple[EpisodeRecord, Cost]], trial: Trial, time_limit
     except (BrokenExecutor, CancelledError) as error:
         raise RocsError(f"the executor broke down: {type(error).__name__}: {error}") from error
     except Exception as error:  # noqa: BLE001 - every executor has its own word for a worker that died
-        late = isinstance(error, WorkerDied) and error.exit_code == HUNG
-        reason = f"it took longer than the wall limit of {trial.wall_limit:g} s" if late else _told(error)
-        return broken(trial, reason, time_limit, reproducible=False), Cost(0.0, 0.0)
+        late = isinstance(error, WorkerDied) and error.exit_code == EXIT_TIMEOUT
+        reason = f"it took longer than the wall limit of {episode.wall_limit:g} s" if late else _reason(error)
+        return error_record(episode, reason, time_limit, reproducible=False), Cost(0.0, 0.0)
 
 
-def _told(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     return str(error) if isinstance(error, RocsError) else f"{type(error).__name__}: {error}"
 
 
@@ -234,7 +239,7 @@ def _refuse_wrong_parameters(planner: PlannerSpec, catalog: Catalog) -> None:
         raise at_parameters(planner, error) from error
 
 
-def _refuse_twins(planners: Sequence[PlannerSpec]) -> None:
+def _refuse_duplicate_names(planners: Sequence[PlannerSpec]) -> None:
     names = [planner.name for planner in planners]
-    if twins := sorted({name for name in names if names.count(name) > 1}):
-        raise InputError(f"two planners are named '{twins[0]}'. Give each its own name, under which it is told.")
+    if duplicates := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(f"two planners are named '{duplicates[0]}'. Give each its own name, under which it is told.")

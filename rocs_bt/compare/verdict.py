@@ -141,16 +141,16 @@ def judge(
         apart=int((a != b)[episodes].sum()),
         needed=needed and max(needed, len(differences) + 1),
     )
-    return _worded(verdict, p, level)
+    return _decided(verdict, p, level)
 
 
 def adjusted(verdicts: Sequence[Verdict], level: float = LEVEL) -> list[Verdict]:
     """Verdicts that were looked at together, so that any false one is as rare as if there were one (Holm, 1979)."""
     p = holm(np.array([verdict.p for verdict in verdicts]))
-    return [_worded(verdict, float(each), level) for verdict, each in zip(verdicts, p, strict=True)]
+    return [_decided(verdict, float(each), level) for verdict, each in zip(verdicts, p, strict=True)]
 
 
-def turned(verdict: Verdict) -> Verdict:
+def swapped(verdict: Verdict) -> Verdict:
     """The same verdict without a margin, told of the other planner: `not better` becomes `better`, and back."""
     words: dict[Word, Word] = {"better": "not better", "not better": "better"}
     return replace(
@@ -167,10 +167,10 @@ def turned(verdict: Verdict) -> Verdict:
 
 def favourable(verdict: Verdict) -> Verdict:
     """The same verdict, told of the planner that did better; one with a margin is left as it is."""
-    return turned(verdict) if verdict.difference < 0.0 and not verdict.margin else verdict
+    return swapped(verdict) if verdict.difference < 0.0 and not verdict.margin else verdict
 
 
-def _worded(verdict: Verdict, p: float, level: float) -> Verdict:
+def _decided(verdict: Verdict, p: float, level: float) -> Verdict:
     told = p <= 1.0 - level + 1e-12
     word: Word = "inconclusive"
     if told and verdict.low > verdict.margin:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ..compare import Comparison
-from ..compare.metric import HOLDS, MARGIN, metric
+from ..compare.metric import HOLDS_PREFIX, MARGIN_PREFIX, metric
 from ..compare.record import EpisodeRecord
 from ..compare.replay import replay_command
 from ..compare.statistics import LEVEL, Floats, upper_bound
@@ -138,13 +138,13 @@ class Claims:
         text = requirement.strip()
         text = text if text.split()[:1] == ["always"] else f"always ({text})"
         records = self._check(planner, text)
-        violated = [r for r in records if r.metrics.get(f"{HOLDS}{text}") == 0.0]
+        violated = [r for r in records if r.metrics.get(f"{HOLDS_PREFIX}{text}") == 0.0]
         if violated:
             least = sorted(violated, key=lambda r: _least(r, text))
             of = f"{len(violated)} of {counted(len(records), 'episode')}"
             head = f"{planner} violates '{requirement}' in {of}; the worst first"
             pytest.fail(f"{head}\n{_listed(least, lambda r: f'least margin {_least(r, text):.3g}')}", pytrace=False)
-        unknown = [r for r in records if r.metrics.get(f"{HOLDS}{text}") is None]
+        unknown = [r for r in records if r.metrics.get(f"{HOLDS_PREFIX}{text}") is None]
         if unknown:
             of = f"{len(unknown)} of {counted(len(records), 'episode')}"
             head = f"'{requirement}' is violated nowhere, but cannot be told in {of}"
@@ -186,7 +186,7 @@ def _ended(record: EpisodeRecord) -> str:
 
 
 def _least(record: EpisodeRecord, text: str) -> float:
-    margin = record.metrics.get(f"{MARGIN}{text}")
+    margin = record.metrics.get(f"{MARGIN_PREFIX}{text}")
     return -math.inf if margin is None else margin
 
 

@@ -23,8 +23,8 @@ import pytest
 if TYPE_CHECKING:
     from ..catalog import Catalog
     from ..compare import Comparison
+    from ..compare.episode import SceneRef
     from ..compare.record import EpisodeRecord
-    from ..compare.trial import Place
     from .claims import Claims
 
 _RANGE = re.compile(r"(?P<family>\w+)\[(?P<first>\d+):(?P<end>\d+)\]")
@@ -102,19 +102,19 @@ class Sweeps:
         self._folder = Path(given) if given else config.rootpath / "runs" / "compare"
         self._found: dict[tuple[Any, ...], tuple[EpisodeRecord, ...]] = {}
 
-    def places(self, names: Sequence[str], parameters: dict[str, Any], catalog: Catalog) -> tuple[Place, ...]:
+    def places(self, names: Sequence[str], parameters: dict[str, Any], catalog: Catalog) -> tuple[SceneRef, ...]:
         """The scenes that a mark names.
 
         Raises:
             InputError: There is no such scenario or family.
         """
         from ..compare import scenes_of
-        from ..compare.replay import place_named
+        from ..compare.replay import scene_by_name
 
-        found: list[Place] = []
+        found: list[SceneRef] = []
         for name in names:
             if (ranged := _RANGE.fullmatch(name)) is None:
-                found.append(place_named(name, catalog))
+                found.append(scene_by_name(name, catalog))
                 continue
             catalog.find("family", ranged["family"])
             first, end = int(ranged["first"]), int(ranged["end"])
@@ -123,7 +123,7 @@ class Sweeps:
         return tuple(found)
 
     def records(
-        self, planners: tuple[str, ...], places: tuple[Place, ...], seeds: int, catalog: Catalog, require: str = ""
+        self, planners: tuple[str, ...], places: tuple[SceneRef, ...], seeds: int, catalog: Catalog, require: str = ""
     ) -> tuple[EpisodeRecord, ...]:
         """The episodes, played now where the store does not have them."""
         from ..compare import Store, SweepOptions, sweep

@@ -37,27 +37,27 @@ class BarnLike(Family):
     def scene(self, index: int) -> Scene:
         """The world of an index."""
         rng = self.rng(index)
-        fill, smoothings, way = rng.choice(FILLS), rng.choice(SMOOTHINGS), None
-        while way is None:
+        fill, smoothings, path = rng.choice(FILLS), rng.choice(SMOOTHINGS), None
+        while path is None:
             field = automaton(rng, fill, smoothings)
-            way = reference(field, rng)
+            path = reference(field, rng)
         standing = [
             Post(f"p{r}_{c}", *centre(r, c), RADIUS)
             for r, c in np.argwhere(field & (neighbours(field, False) < 8)).tolist()
         ]
         posts = [*corridor(), *standing]
         ground = Ground((-6.5, -1.0), (2.0, 15.0), list(posts))
-        length = length_of(way)
+        length = length_of(path)
         difficulty = {
             "cylinders": float(sum(post.y > 5.0 for post in posts)),
             "length": length,
-            "clearance": ground.clearance(way),
-            "detour": length / dist(way[0], way[-1]),
+            "clearance": ground.clearance(path),
+            "detour": length / dist(path[0], path[-1]),
         }
         name = self.scene_name(index)
         doc = f"Through a field of {difficulty['cylinders']:.0f} cylinders without a map, to a goal behind it."
         scenario = goal_scenario(self, name, doc, START, GOAL, tolerance=1.0, duration=100.0)
-        return Scene(scenario, ground, difficulty, tuple(way))
+        return Scene(scenario, ground, difficulty, tuple(path))
 
 
 def automaton(rng: np.random.Generator, fill: float, smoothings: int) -> Field:
@@ -108,6 +108,6 @@ def reference(field: Field, rng: np.random.Generator) -> list[Point] | None:
         return None
     ends = [(row, int(rng.choice(np.flatnonzero(regions[row] == into)))) for row in (0, CELLS - 1)]
     away = ndimage.distance_transform_cdt(np.pad(free, 1, constant_values=True), "chessboard")[1:-1, 1:-1]
-    toll = np.where(away <= 2, SHY / np.maximum(away, 1), 0.0)
-    cells = shortest_cells(free, ends[0], ends[1], CELL, toll)
+    extra_cost = np.where(away <= 2, SHY / np.maximum(away, 1), 0.0)
+    cells = shortest_cells(free, ends[0], ends[1], CELL, extra_cost)
     return None if cells is None else [(START.x, START.y), *(centre(r, c) for r, c in cells), GOAL]

@@ -18,7 +18,7 @@ class BlockedDoors(TaskFamily):
     `doors` that shut, `first` time [s] at which one does.
     """
 
-    ASIDE: ClassVar[tuple[str, ...]] = (*TaskFamily.ASIDE, "told")
+    NOT_SAMPLED: ClassVar[tuple[str, ...]] = (*TaskFamily.NOT_SAMPLED, "told")
 
     doors: Count = 2
     told: Count = 1
@@ -26,23 +26,23 @@ class BlockedDoors(TaskFamily):
 
     def scene(self, index: int) -> Scene:
         """The building of an index."""
-        for rng, building, (start, goal) in self.draws(index, rooms=2):
-            shut = building.draw_shut(rng, start, goal, self.doors)
-            first, last = building.shortest(start, goal), building.shortest(start, goal, shut)
+        for rng, building, (start, goal) in self.sample_until_fit(index, rooms=2):
+            closed = building.sample_closed(rng, start, goal, self.doors)
+            first, last = building.shortest(start, goal), building.shortest(start, goal, closed)
             if 1.2 * first.length < last.length < inf:
                 break
-        times = sorted(rng.uniform(0.5, max(self.until, 0.6), len(shut)).tolist())
-        closing = list(zip(shut, times, strict=True))
-        ground, way = building.ground(), building.way(last.rooms)
-        ground.movers += [building.leaf(door, shut=False) for door in shut]
+        times = sorted(rng.uniform(0.5, max(self.until, 0.6), len(closed)).tolist())
+        closing = list(zip(closed, times, strict=True))
+        ground, path = building.ground(), building.path(last.rooms)
+        ground.movers += [building.leaf(door, closed=False) for door in closed]
         told = [
             {"node": building.door_name(d), "at": quantity(at, "s"), "open": False} for d, at in closing if self.told
         ]
-        doc = f"From room {start} to room {goal} while {len(shut)} doors shut."
-        scenario = self.task(index, doc, way) | {
+        doc = f"From room {start} to room {goal} while {len(closed)} doors shut."
+        scenario = self.task(index, doc, path) | {
             "mover": [building.closing(door, at) for door, at in closing],
             "fact": [*building.facts(), *told],
         }
-        length = length_of(way)
-        difficulty = {"detour": length / first.length, "doors": float(len(shut)), "first": times[0]}
-        return Scene(scenario, ground, {"length": length, **difficulty}, way)
+        length = length_of(path)
+        difficulty = {"detour": length / first.length, "doors": float(len(closed)), "first": times[0]}
+        return Scene(scenario, ground, {"length": length, **difficulty}, path)

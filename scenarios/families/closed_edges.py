@@ -21,27 +21,27 @@ class ClosedEdges(TaskFamily):
 
     def scene(self, index: int) -> Scene:
         """The building of an index."""
-        for rng, building, (start, goal) in self.draws(index, rooms=2):
-            shut = building.draw_shut(rng, start, goal, self.closed)
-            first, last = building.shortest(start, goal), building.shortest(start, goal, shut)
+        for rng, building, (start, goal) in self.sample_until_fit(index, rooms=2):
+            closed = building.sample_closed(rng, start, goal, self.closed)
+            first, last = building.shortest(start, goal), building.shortest(start, goal, closed)
             if 1.2 * first.length < last.length < inf:
                 break
         facts = building.facts()
-        for door in shut:
+        for door in closed:
             roads = [{"to": building.room_name(room), "open": False, "both_ways": True} for room in door]
             facts.append({"node": building.gate_name(door), "at": quantity(self.at, "s"), "connects": roads})
-        doc = f"From room {start} to room {goal} with {len(shut)} roads closed by order."
-        way = building.way(last.rooms)
-        obeys = {"name": "obeys", "require": forbidden(building, shut)}
-        scenario = self.task(index, doc, way) | {"fact": facts, "requirement": [obeys]}
-        length = length_of(way)
-        difficulty = {"length": length, "detour": length / first.length, "closed": float(len(shut))}
-        return Scene(scenario, building.ground(), difficulty, way)
+        doc = f"From room {start} to room {goal} with {len(closed)} roads closed by order."
+        path = building.path(last.rooms)
+        obeys = {"name": "obeys", "require": forbidden(building, closed)}
+        scenario = self.task(index, doc, path) | {"fact": facts, "requirement": [obeys]}
+        length = length_of(path)
+        difficulty = {"length": length, "detour": length / first.length, "closed": float(len(closed))}
+        return Scene(scenario, building.ground(), difficulty, path)
 
 
-def forbidden(building: Building, shut: list[tuple[int, int]]) -> str:
+def forbidden(building: Building, closed: list[tuple[int, int]]) -> str:
     """The requirement that the robot's middle is in no doorway of a closed road."""
-    spots = [building.doorway(door) for door in shut]
+    spots = [building.doorway(door) for door in closed]
     near = f"{building.opening / 2.0:g} m"
     inside = [f"(abs(true_pose[0] - {x:g} m) < {near} and abs(true_pose[1] - {y:g} m) < {near})" for x, y in spots]
     return f"always not ({' or '.join(inside)})"

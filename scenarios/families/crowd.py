@@ -43,8 +43,8 @@ class Crowd(Family):
         )
         walks = [self.walk(rng, ground, i, start) for i in range(self.people)]
         ground.movers += [Post(str(w["name"]), float(x), float(y), RADIUS, HEIGHT) for w, (x, y) in walks]
-        way = ground.grid(0.1).shortest(start, goal, 0.32)
-        if way is None:
+        path = ground.grid(0.1).shortest(start, goal, 0.32)
+        if path is None:
             raise InputError(f"a hall of {self.long} x {self.wide} m is too small.")
         name, doc = self.scene_name(index), f"Through a hall in which {self.people} people walk about."
         scenario = goal_scenario(self, name, doc, Pose2(*start, 0.0), goal, tolerance=0.5, duration=90.0)
@@ -53,23 +53,23 @@ class Crowd(Family):
             "people": float(self.people),
             "density": self.people / (self.long * self.wide),
             "speed": self.speed,
-            "length": way.length,
+            "length": path.length,
         }
-        return Scene(scenario, ground, difficulty, way.points)
+        return Scene(scenario, ground, difficulty, path.points)
 
     def hall(self, rng: np.random.Generator) -> list[Block | Post]:
         """Four walls and a few pillars."""
-        things = walls_around((0.0, 0.0), (self.long, self.wide))
+        obstacles = walls_around((0.0, 0.0), (self.long, self.wide))
         for i in range(3):
             x, y = rng.uniform((3.0, 1.5), (self.long - 3.0, self.wide - 1.5)).tolist()
-            things.append(Post(f"pillar_{i}", x, y, 0.2, 2.0))
-        return things
+            obstacles.append(Post(f"pillar_{i}", x, y, 0.2, 2.0))
+        return obstacles
 
     def walk(
         self, rng: np.random.Generator, ground: Ground, index: int, start: tuple[float, float]
     ) -> tuple[dict[str, object], tuple[float, float]]:
         """One person's mover table, and where it begins: across the hall, not beside the robot or in a pillar."""
-        pillars = [(thing.x, thing.y) for thing in ground.things if isinstance(thing, Post)]
+        pillars = [(obstacle.x, obstacle.y) for obstacle in ground.obstacles if isinstance(obstacle, Post)]
         script = self.motion if self.motion != "mixed" else ("social_force", "polynomial")[index % 2]
         while True:
             x, y, to_x, to_y = rng.uniform((2.8, 1.0) * 2, (self.long - 1.0, self.wide - 1.0) * 2).tolist()

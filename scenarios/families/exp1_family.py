@@ -37,11 +37,11 @@ class Exp1Family(Family):
             if dist(start, goal) < 0.45 * self.side:
                 continue
             ground = Ground(
-                (-half, -half), (half, half), walls_around((-half, -half), (half, half), thick=0.05, height=0.5)
+                (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
             )
             others = self.stand(ground, rng, start, goal)
-            way = ground.grid(0.05).shortest(start, goal, RADIUS)
-            if others is not None and way is not None:
+            path = ground.grid(0.05).shortest(start, goal, RADIUS)
+            if others is not None and path is not None:
                 break
         else:
             raise InputError(f"{self.boxes} boxes and {self.wanderers} wanderers find no room on {self.side} m.")
@@ -54,13 +54,13 @@ class Exp1Family(Family):
             "mover": [self.wanderer(i, place, rng) for i, place in enumerate(others)],
         }
         difficulty = {
-            "length": way.length,
-            "clearance": way.clearance,
-            "detour": way.length / dist(start, goal),
+            "length": path.length,
+            "clearance": path.clearance,
+            "detour": path.length / dist(start, goal),
             "boxes": float(self.boxes),
             "wanderers": float(self.wanderers),
         }
-        return Scene(scenario, ground, difficulty, way.points)
+        return Scene(scenario, ground, difficulty, path.points)
 
     def stand(
         self, ground: Ground, rng: np.random.Generator, start: tuple[float, ...], goal: tuple[float, ...]
@@ -77,7 +77,7 @@ class Exp1Family(Family):
                 return None
             placed.append((x, y))
             size = rng.uniform(0.3, 0.6, 2).tolist()
-            ground.things.append(Block(f"box_{i}", x, y, size[0], size[1], float(rng.uniform(0.0, pi / 2.0)), 0.5))
+            ground.obstacles.append(Block(f"box_{i}", x, y, size[0], size[1], float(rng.uniform(0.0, pi / 2.0)), 0.5))
         others = [tuple(rng.uniform(-half + 0.6, half - 0.6, 2).tolist()) for _ in range(self.wanderers)]
         taken = [start, goal, *placed]
         for i, place in enumerate(others):

@@ -35,7 +35,7 @@ class Exp2Family(Family):
             raise InputError(f"{self.wanderers} wanderers find no room on {self.side} m.")
         name, doc = self.scene_name(index), "EXP2: drive to a place and remain there, start and place drawn."
         ground = Ground(
-            (-half, -half), (half, half), walls_around((-half, -half), (half, half), thick=0.05, height=0.5)
+            (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
         )
         wanderers = [
             {
@@ -65,5 +65,5 @@ class Exp2Family(Family):
         scenario |= {"end_on_collision": False, "mover": wanderers}
         length = dist(start, goal)
         difficulty = {"length": length, "wanderers": float(self.wanderers), "density": self.wanderers / self.side**2}
-        way = ((start[0], start[1]), (goal[0], goal[1]))
-        return Scene(scenario, ground, difficulty, way)
+        path = ((start[0], start[1]), (goal[0], goal[1]))
+        return Scene(scenario, ground, difficulty, path)

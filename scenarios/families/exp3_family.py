@@ -40,21 +40,21 @@ class Exp3Family(Family):
             raise InputError(f"three robots and four places find no room on {self.side} m.")
         name, doc = self.scene_name(index), "EXP3: R visits four drawn places, R3 follows it, and W1 wanders about."
         ground = Ground(
-            (-half, -half), (half, half), walls_around((-half, -half), (half, half), thick=0.05, height=0.5)
+            (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
         )
-        way = (start, *goals)
+        path = (start, *goals)
         turns = [
             abs((atan2(c[1] - b[1], c[0] - b[0]) - atan2(b[1] - a[1], b[0] - a[0]) + pi) % (2.0 * pi) - pi)
-            for a, b, c in zip(way, way[1:], way[2:], strict=False)
+            for a, b, c in zip(path, path[1:], path[2:], strict=False)
         ]
-        difficulty = {"length": length_of(way), "turning": sum(turns)}
+        difficulty = {"length": length_of(path), "turning": sum(turns)}
         root = {"format": "scenario/1", "doc": doc, "world": name, "duration": "90 s", "end_on_collision": False}
-        scenario = root | self.tables(way, follower, wanderer, float(rng.uniform(-pi, pi)))
-        return Scene(scenario, ground, difficulty, way)
+        scenario = root | self.tables(path, follower, wanderer, float(rng.uniform(-pi, pi)))
+        return Scene(scenario, ground, difficulty, path)
 
     def tables(
         self,
-        way: tuple[tuple[float, float], ...],
+        path: tuple[tuple[float, float], ...],
         follower: tuple[float, float],
         wanderer: tuple[float, float],
         heading: float,
@@ -66,13 +66,13 @@ class Exp3Family(Family):
             yaw = atan2(towards[1] - at[1], towards[0] - at[0])
             return {**position(at, yaw), "jitter": jitter}
 
-        places = [{"name": n, **position(at), "agents": ["R"]} for n, at in zip(NAMES, way[1:], strict=True)]
+        places = [{"name": n, **position(at), "agents": ["R"]} for n, at in zip(NAMES, path[1:], strict=True)]
         visitor = {
             "name": "R",
             "robot": self.robot,
             "mission": self.mission,
             "rules": [self.rules] if self.rules else [],
-            **stands(way[0], way[1]),
+            **stands(path[0], path[1]),
             "success": {"goal": NAMES[-1]},
             "parameters": {"cruise": "0.4 m/s"},
         }
@@ -81,7 +81,7 @@ class Exp3Family(Family):
             "robot": self.follower,
             "mission": "follow_robot",
             "rules": ["avoid_collision"],
-            **stands(follower, way[0]),
+            **stands(follower, path[0]),
             "parameters": {"leader": "R", "distance": "1.5 m", "room": "1.3 m", "cruise": "0.8 m/s", "rest": "8 s"},
         }
         wanders = {

@@ -24,7 +24,7 @@ class LowBattery(TaskFamily):
 
     def scene(self, index: int) -> Scene:
         """The building of an index."""
-        for rng, building, (start, charger, goal) in self.draws(index, rooms=3):
+        for rng, building, (start, charger, goal) in self.sample_until_fit(index, rooms=3):
             there, on = building.shortest(start, charger), building.shortest(charger, goal)
             direct = building.shortest(start, goal)
             told = round(float(rng.uniform(0.3, 0.9)) * direct.length / 2.0, 2)
@@ -33,14 +33,14 @@ class LowBattery(TaskFamily):
                 break
         lasts = self.spare * (there.length + 2.0 * told) / self.pace
         by = quantity(told + lasts, "s")
-        way = building.way(there.rooms) + building.way(on.rooms)[1:]
+        path = building.path(there.rooms) + building.path(on.rooms)[1:]
         task = {"node": "charge", "kind": "task", "at": quantity(told, "s"), "priority": 9, "serves": ["charger"]}
         place = {"name": "charger", **position(building.middle(charger)), "tolerance": "0.5 m"}
         doc = "From room to room, over the charger once the battery runs low."
         success = {"goal": "goal", "after": {"charger": by}}
-        scenario = self.task(index, doc, way, ahead=way[-1], agent={"success": success}) | {"duration": "180 s"}
+        scenario = self.task(index, doc, path, ahead=path[-1], agent={"success": success}) | {"duration": "180 s"}
         scenario["place"].append(place)
         scenario["fact"] = [*building.facts(), {**task, "deadline": by}]
-        length = length_of(way)
+        length = length_of(path)
         difficulty = {"length": length, "detour": length / direct.length, "told": told, "lasts": lasts}
-        return Scene(scenario, building.ground(), difficulty, way)
+        return Scene(scenario, building.ground(), difficulty, path)

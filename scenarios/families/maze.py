@@ -33,8 +33,8 @@ class Maze(Family):
         open_ = self.passages(rng)
         ground = self.ground(open_)
         start, goal = self.middle((0, 0)), self.middle((self.rows - 1, self.columns - 1))
-        way = ground.grid(0.05).shortest(start, goal, 0.32)
-        if way is None:
+        path = ground.grid(0.05).shortest(start, goal, 0.32)
+        if path is None:
             raise InputError(f"cells of {self.cell} m are too narrow for a robot of radius 0.32 m.")
         name, doc = self.scene_name(index), f"A maze of {self.columns} x {self.rows} cells, without a map."
         heading = 0.0 if ((0, 0), (0, 1)) in open_ else pi / 2.0
@@ -42,13 +42,13 @@ class Maze(Family):
         cells = [(r, c) for r in range(self.rows) for c in range(self.columns)]
         exits = [sum(((r, c), (r + a, c + b)) in open_ for a, b in STEPS) for r, c in cells]
         difficulty = {
-            "length": way.length,
-            "clearance": way.clearance,
-            "detour": way.length / dist(start, goal),
+            "length": path.length,
+            "clearance": path.clearance,
+            "detour": path.length / dist(start, goal),
             "dead_ends": float(exits.count(1)),
-            "turns": float(len(way.points) - 2),
+            "turns": float(len(path.points) - 2),
         }
-        return Scene(scenario, ground, difficulty, way.points)
+        return Scene(scenario, ground, difficulty, path.points)
 
     def passages(self, rng: np.random.Generator) -> set[tuple[tuple[int, int], tuple[int, int]]]:
         """Between which cells one can pass, both ways round."""
@@ -76,15 +76,15 @@ class Maze(Family):
     def ground(self, open_: set[tuple[tuple[int, int], tuple[int, int]]]) -> Ground:
         """The walls: around the maze, and where one cannot pass."""
         wide, high = self.columns * self.cell, self.rows * self.cell
-        things = walls_around((0.0, 0.0), (wide, high))
+        obstacles = walls_around((0.0, 0.0), (wide, high))
         for r in range(self.rows):
             for c in range(self.columns):
                 x, y = self.middle((r, c))
                 if c + 1 < self.columns and ((r, c), (r, c + 1)) not in open_:
-                    things.append(Block(f"v{r}_{c}", x + self.cell / 2.0, y, WALL, self.cell + WALL))
+                    obstacles.append(Block(f"v{r}_{c}", x + self.cell / 2.0, y, WALL, self.cell + WALL))
                 if r + 1 < self.rows and ((r, c), (r + 1, c)) not in open_:
-                    things.append(Block(f"h{r}_{c}", x, y + self.cell / 2.0, self.cell + WALL, WALL))
-        return Ground((-0.5, -0.5), (wide + 0.5, high + 0.5), things)
+                    obstacles.append(Block(f"h{r}_{c}", x, y + self.cell / 2.0, self.cell + WALL, WALL))
+        return Ground((-0.5, -0.5), (wide + 0.5, high + 0.5), obstacles)
 
     def middle(self, cell: tuple[int, int]) -> tuple[float, float]:
         """The middle of a cell [m]."""

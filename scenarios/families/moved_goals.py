@@ -21,23 +21,23 @@ class MovedGoals(TaskFamily):
 
     def scene(self, index: int) -> Scene:
         """The building of an index."""
-        for rng, building, (start, *goals) in self.draws(index, rooms=self.moves + 2):
+        for rng, building, (start, *goals) in self.sample_until_fit(index, rooms=self.moves + 2):
             away = [building.shortest(start, room).length for room in goals]
             # Not even the fastest robot is where the goal is before it moves on.
             times = [float(rng.uniform(0.3, 0.9)) * length / self.fastest for length in away[:-1]]
             if all(b - a > 0.5 for a, b in pairwise([0.0, *times])):
                 break
-        way = building.way(building.shortest(start, goals[-1]).rooms)
+        path = building.path(building.shortest(start, goals[-1]).rooms)
         facts = building.facts()
         for at, room in zip(times, goals[1:], strict=True):
             facts.append({"node": "goal", "at": quantity(at, "s"), "pose": position(building.middle(room))})
         doc = f"From room {start} to a goal that moves {self.moves} times."
         difficulty = {
-            "length": length_of(way),
+            "length": length_of(path),
             "moves": float(self.moves),
-            "astray": sum(building.shortest(a, b).length for a, b in pairwise([start, *goals])) / length_of(way),
+            "astray": sum(building.shortest(a, b).length for a, b in pairwise([start, *goals])) / length_of(path),
             "last": max(times, default=0.0),
         }
         goal = building.middle(goals[0])
-        scenario = self.task(index, doc, way, ahead=goal, goal=goal) | {"fact": facts}
-        return Scene(scenario, building.ground(), difficulty, way)
+        scenario = self.task(index, doc, path, ahead=goal, goal=goal) | {"fact": facts}
+        return Scene(scenario, building.ground(), difficulty, path)

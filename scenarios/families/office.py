@@ -36,7 +36,7 @@ class Office(Family):
             side, other = rng.permutation(2 * self.rooms)[:2].tolist()
             start, goal = self.middle(side), self.middle(other)
             self.furnish(ground, rng, (start, goal))
-            if (way := ground.grid(0.05).shortest(start, goal, ROOMY)) is not None:
+            if (path := ground.grid(0.05).shortest(start, goal, ROOMY)) is not None:
                 break
         else:
             raise InputError(f"no office of these sizes has a way for a robot of radius {ROOMY} m.")
@@ -44,13 +44,13 @@ class Office(Family):
         heading = pi / 2.0 if start[1] < 0.0 else -pi / 2.0
         scenario = goal_scenario(self, name, doc, Pose2(*start, heading), goal, tolerance=0.5, duration=90.0)
         difficulty = {
-            "length": way.length,
-            "clearance": way.clearance,
-            "detour": way.length / dist(start, goal),
-            "things": float(len(ground.things)),
+            "length": path.length,
+            "clearance": path.clearance,
+            "detour": path.length / dist(start, goal),
+            "things": float(len(ground.obstacles)),
             "doorway": min(doors[side], doors[other]),
         }
-        return Scene(scenario, ground, difficulty, way.points)
+        return Scene(scenario, ground, difficulty, path.points)
 
     def walls(self, rng: np.random.Generator) -> tuple[Ground, list[float]]:
         """The empty office, and how wide each room's doorway is [m]; rooms count along the south side first."""
@@ -59,16 +59,16 @@ class Office(Family):
         doors = []
         for row, sign in enumerate((-1.0, 1.0)):
             near, far = sign * 0.5 * self.corridor, sign * high
-            ground.things.append(Block(f"outer{row}", long / 2.0, far, long + WALL, WALL))
+            ground.obstacles.append(Block(f"outer{row}", long / 2.0, far, long + WALL, WALL))
             for i in range(self.rooms + 1):
                 y, length = (0.5 * (near + far), self.depth) if 0 < i < self.rooms else (far / 2.0, high)
-                ground.things.append(Block(f"between{row}_{i}", i * self.width, y, WALL, length))
+                ground.obstacles.append(Block(f"between{row}_{i}", i * self.width, y, WALL, length))
             for i in range(self.rooms):
                 opening = float(rng.uniform(0.9, 1.3))
                 first = i * self.width + float(rng.uniform(0.3, self.width - opening - 0.3))
                 doors.append(opening)
                 for part, (a, b) in enumerate(((i * self.width, first), (first + opening, (i + 1) * self.width))):
-                    ground.things.append(Block(f"door{row}_{i}_{part}", 0.5 * (a + b), near, b - a, WALL))
+                    ground.obstacles.append(Block(f"door{row}_{i}_{part}", 0.5 * (a + b), near, b - a, WALL))
         return ground, doors
 
     def middle(self, room: int) -> tuple[float, float]:
@@ -102,7 +102,7 @@ class Office(Family):
         if any(dist((x, y), place) < 1.1 for place in free):
             return
         if rng.random() < 0.5:
-            ground.things.append(Post(name, x, y, float(rng.uniform(0.05, 0.25))))
+            ground.obstacles.append(Post(name, x, y, float(rng.uniform(0.05, 0.25))))
         else:
             length, width = (float(v) for v in rng.uniform((0.3, 0.3), (1.2, 0.7)))
-            ground.things.append(Block(name, x, y, length, width, float(rng.uniform(0.0, pi))))
+            ground.obstacles.append(Block(name, x, y, length, width, float(rng.uniform(0.0, pi))))

@@ -27,9 +27,9 @@ class Priorities(TaskFamily):
         if not 1 <= self.errands <= 5:
             raise InputError(f"there are 1 to 5 errands, found {self.errands}.")
         rng = self.rng(index)
-        building, (start, home, urgent, *spots) = self.drawn(rng, self.errands + 3)
+        building, (start, home, urgent, *spots) = self.sample(rng, self.errands + 3)
         order = best_tour(building, start, [urgent, *spots], home)
-        way = [point for a, b in pairwise(order) for point in building.way(building.shortest(a, b).rooms)]
+        path = [point for a, b in pairwise(order) for point in building.path(building.shortest(a, b).rooms)]
         told = round(float(rng.uniform(1.0, 4.0)), 2)
         least = building.shortest(start, urgent).length
         deadline = told + 2.0 * (least + 2.0 * told) / self.pace + 2.0
@@ -47,10 +47,10 @@ class Priorities(TaskFamily):
         slack = (deadline - told) / (least / 2.0)
         doc = f"{self.errands} errands, and an urgent one that turns up, then home."
         success = {"goal": "goal", "after": after}
-        scenario = self.task(index, doc, way, ahead=building.middle(spots[0]), agent={"success": success})
+        scenario = self.task(index, doc, path, ahead=building.middle(spots[0]), agent={"success": success})
         scenario |= {"duration": "180 s", "place": [*scenario["place"], *places], "fact": facts}
-        difficulty = {"length": length_of(way), "errands": float(self.errands + 1), "told": told, "slack": slack}
-        return Scene(scenario, building.ground(), difficulty, way)
+        difficulty = {"length": length_of(path), "errands": float(self.errands + 1), "told": told, "slack": slack}
+        return Scene(scenario, building.ground(), difficulty, path)
 
 
 def best_tour(building: Building, start: int, rooms: list[int], home: int) -> tuple[int, ...]:

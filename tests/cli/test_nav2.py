@@ -6,8 +6,8 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import ScenarioScene
-from rocs_bt.compare.bench import Bench
-from rocs_bt.compare.trial import Trial
+from rocs_bt.compare.episode import Episode
+from rocs_bt.compare.runner import EpisodeRunner
 from rocs_bt.event import NodeTicked
 from rocs_bt.record import Recording
 
@@ -279,7 +279,9 @@ def test_a_mission_of_nav2_is_a_planner_to_compare(rocs_bt, project):
     checked = rocs_bt("check", folder)
     assert checked.out.splitlines()[-1] == "2 files checked: fine.", checked.text
     (record,) = [
-        Bench(folder).play(Trial("key", Catalog(folder).load_planner("nav"), ScenarioScene("exp1"), 1, folder))
+        EpisodeRunner(folder).play(
+            Episode("key", Catalog(folder).load_planner("nav"), ScenarioScene("exp1"), 1, folder)
+        )
     ]
     assert record.outcome == "success", record
     planner.write_text(text.replace('nodes = "nav2"\n', ""))

@@ -7,7 +7,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import replace
 from typing import Any
 
-from rocs_bt.compare.trial import Trial
+from rocs_bt.compare.episode import Episode
 
 from ..waiting import GUARD
 
@@ -20,10 +20,10 @@ class Patient(Executor):
         hangs: Whether a trial hangs.
     """
 
-    def __init__(self, executor: Executor, hangs: Callable[[Trial], bool]) -> None:
+    def __init__(self, executor: Executor, hangs: Callable[[Episode], bool]) -> None:
         self._executor = executor
         self._hangs = hangs
 
-    def submit(self, fn: Callable[[Trial], Any], trial: Trial) -> Future[Any]:
-        limit = trial.wall_limit if self._hangs(trial) else 10 * GUARD
-        return self._executor.submit(fn, replace(trial, wall_limit=limit))
+    def submit(self, fn: Callable[[Episode], Any], episode: Episode) -> Future[Any]:
+        limit = episode.wall_limit if self._hangs(episode) else 10 * GUARD
+        return self._executor.submit(fn, replace(episode, wall_limit=limit))

@@ -71,7 +71,7 @@ def test_a_worker_that_is_killed_under_load_costs_nothing_but_time(cluster, cata
 def test_an_episode_that_hangs_on_a_cluster_ends_its_worker_and_is_a_record(cluster, catalog, planner):
     planner("hung", "re.match('(a+)+$', 'a' * 60 + 'b'); return 0.0, 0.0", top="import re")
     with dask_executor(cluster.scheduler_address) as executor:
-        patient = Patient(executor, lambda trial: trial.planner.name == "hung")
+        patient = Patient(executor, lambda episode: episode.planner.name == "hung")
         found = sweep(
             ["hung", "none"], ["short"], catalog=catalog, executor=patient, options=SweepOptions(wall_limit=2.0)
         )

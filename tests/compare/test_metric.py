@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from rocs_bt.compare.bench import Probe
-from rocs_bt.compare.metric import METRICS, Measured, barn_score, cvar, measure_all, metric, turning
+from rocs_bt.compare.metric import METRICS, EpisodeData, barn_score, cvar, measure_all, metric, turning
+from rocs_bt.compare.runner import MetricSink
 from rocs_bt.errors import UnknownName
 from rocs_bt.event import BodyMoved, pack
 from rocs_bt.record import AgentResult, Finding, TrackingError
@@ -29,7 +29,7 @@ AGENT = AgentResult(
 
 
 def measured(outcome="success", length=6.0, **changed):
-    return Measured(outcome, 60.0, length, replace(AGENT, **changed))
+    return EpisodeData(outcome, 60.0, length, replace(AGENT, **changed))
 
 
 def test_a_success_by_hand():
@@ -83,12 +83,12 @@ def test_the_worst_twentieth_is_between_the_least_and_the_mean(values):
 
 
 def drive(points, wheels=()):
-    probe = Probe("R")
+    sink = MetricSink("R")
     for i, (x, y) in enumerate(points):
         rims = pack([wheels[i], wheels[i]]) if len(wheels) else b""
-        probe.emit(BodyMoved(t=0.05 * i, agent="R", body="R", x=x, y=y, yaw=0.0, wheels=rims))
-        probe.emit(BodyMoved(t=0.05 * i, body="other", x=9.0, y=9.0, yaw=0.0))
-    return probe
+        sink.emit(BodyMoved(t=0.05 * i, agent="R", body="R", x=x, y=y, yaw=0.0, wheels=rims))
+        sink.emit(BodyMoved(t=0.05 * i, body="other", x=9.0, y=9.0, yaw=0.0))
+    return sink
 
 
 def circle(n, radius=1.0):
@@ -97,10 +97,10 @@ def circle(n, radius=1.0):
 
 
 def test_a_circle_turns_by_its_curvature():
-    assert turning(drive(circle(500)).way()) == pytest.approx(1.0, rel=0.03)
-    assert turning(drive(circle(2000, radius=2.0)).way()) == pytest.approx(0.5, rel=0.03)
-    assert turning(drive([(0.0, 0.0), (5.0, 0.0)]).way()) == pytest.approx(0.0)
-    assert turning(drive([(0.0, 0.0)]).way()) is None
+    assert turning(drive(circle(500)).path()) == pytest.approx(1.0, rel=0.03)
+    assert turning(drive(circle(2000, radius=2.0)).path()) == pytest.approx(0.5, rel=0.03)
+    assert turning(drive([(0.0, 0.0), (5.0, 0.0)]).path()) == pytest.approx(0.0)
+    assert turning(drive([(0.0, 0.0)]).path()) is None
 
 
 @settings(max_examples=30)
@@ -109,7 +109,7 @@ def test_smoothness_does_not_depend_on_how_often_one_looks(n, times):
     """The same way, looked at several times as often, also while it stands still."""
     points = [(0.01 * i, 0.3 * math.sin(0.03 * i)) for i in range(n)]
     dense = [p for a, b in pairwise(points) for p in _between(a, b, times)] + points[-1:] * 50
-    assert turning(drive(dense).way()) == pytest.approx(turning(drive(points).way()), rel=0.02, abs=1e-3)
+    assert turning(drive(dense).path()) == pytest.approx(turning(drive(points).path()), rel=0.02, abs=1e-3)
 
 
 def _between(a, b, times):
@@ -117,8 +117,8 @@ def _between(a, b, times):
 
 
 def test_energy_counts_gathered_speed_alone():
-    probe = drive([(0.0, 0.0)] * 6, wheels=[0.0, 0.4, 1.0, 1.0, 0.2, 0.6])
-    assert probe.energy == pytest.approx(0.5 * 1.0**2 + 0.5 * (0.6**2 - 0.2**2))
+    sink = drive([(0.0, 0.0)] * 6, wheels=[0.0, 0.4, 1.0, 1.0, 0.2, 0.6])
+    assert sink.energy == pytest.approx(0.5 * 1.0**2 + 0.5 * (0.6**2 - 0.2**2))
     assert drive([(0.0, 0.0)]).energy is None
 
 

@@ -10,8 +10,8 @@ from rocs_bt import run
 from rocs_bt.catalog import Catalog, PlannerSpec, read_planner
 from rocs_bt.check import check_content
 from rocs_bt.compare import ScenarioScene
-from rocs_bt.compare.bench import Bench
-from rocs_bt.compare.trial import Trial
+from rocs_bt.compare.episode import Episode
+from rocs_bt.compare.runner import EpisodeRunner
 from rocs_bt.errors import InputError
 
 
@@ -22,7 +22,7 @@ def write(project, text):
 
 
 def play(planner, project, seed=1):
-    return Bench(project).play(Trial("key", planner, ScenarioScene("short"), seed, project))
+    return EpisodeRunner(project).play(Episode("key", planner, ScenarioScene("short"), seed, project))
 
 
 def test_what_a_file_says(project, catalog):
@@ -145,11 +145,11 @@ def test_without_code_no_python_planner_runs(project, planner):
 
 def test_only_an_oracle_is_told_more(project, catalog, planner):
     planner("told", "return 0.0, 0.0", reset="self.privileged = task.privileged; assert task.privileged == {'map': 7}")
-    bench = Bench(project)
-    setting = dataclasses.replace(bench.setting(ScenarioScene("short")), privileged={"map": 7})
+    runner = EpisodeRunner(project)
+    setting = dataclasses.replace(runner.prepare(ScenarioScene("short")), privileged={"map": 7})
     blind = catalog.load_planner("told")
     seeing = dataclasses.replace(blind, oracle=True)
-    outcomes = [run(setting.driven_by(planner), setting.catalog).outcomes["R2"] for planner in (blind, seeing)]
+    outcomes = [run(setting.with_planner(planner), setting.catalog).outcomes["R2"] for planner in (blind, seeing)]
     assert outcomes == ["failed", "timeout"]
 
 

@@ -12,9 +12,9 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.compare import Comparison, FamilyScene, ScenarioScene
-from rocs_bt.compare.bench import Bench
-from rocs_bt.compare.replay import place_named, replay_command
-from rocs_bt.compare.trial import Trial
+from rocs_bt.compare.episode import Episode
+from rocs_bt.compare.replay import replay_command, scene_by_name
+from rocs_bt.compare.runner import EpisodeRunner
 from rocs_bt.errors import InputError
 
 PLACES = [
@@ -45,21 +45,21 @@ def test_a_run_of_the_first_moments_says_so(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("place", PLACES, ids=lambda place: place.name)
 def test_a_scene_is_found_by_the_name_that_results_have_for_it(place):
-    assert place_named(place.name, Catalog()) == place
+    assert scene_by_name(place.name, Catalog()) == place
 
 
 def test_a_name_of_nothing_is_told():
     with pytest.raises(InputError, match=r"no scenario 'mars', and it is no scene of a family.*barn_like-17"):
-        place_named("mars", Catalog())
+        scene_by_name("mars", Catalog())
     with pytest.raises(InputError, match="'mars_like'"):
-        place_named("mars_like-3", Catalog())
+        scene_by_name("mars_like-3", Catalog())
 
 
 @pytest.mark.parametrize("place", [PLACES[0], PLACES[2]], ids=lambda place: place.name)
 def test_its_command_plays_the_same_episode_and_shows_it(place, tmp_path, monkeypatch, capsys):
-    bench = Bench()
-    planner = bench.catalog.load_planner("tree_no_reflexes")
-    record = bench.play(Trial("key", planner, place, 2))
+    runner = EpisodeRunner()
+    planner = runner.catalog.load_planner("tree_no_reflexes")
+    record = runner.play(Episode("key", planner, place, 2))
     monkeypatch.chdir(tmp_path)
     command = shlex.split(replay_command(record))
     assert command[0] == "rocs-bt"

@@ -15,8 +15,8 @@ from rocs_bt import Pose2
 from rocs_bt.catalog import CachingCatalog, Catalog
 from rocs_bt.compare import Block, Ground, Post, Scene, Store, goal_scenario, load_family
 from rocs_bt.compare.record import EpisodeRecord
-from rocs_bt.compare.replay import place_named, play_again
-from rocs_bt.compare.search import Draft, Fairness, Player, SearchOptions, Shrinking, Space, keep, search
+from rocs_bt.compare.replay import replay_episode, scene_by_name
+from rocs_bt.compare.search import Draft, Fairness, Player, SearchOptions, SearchSpace, Shrinking, keep, search
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.errors import InputError
 
@@ -42,9 +42,9 @@ class Posts(Family):
     def scene(self, index):
         rng = self.rng(index)
         ground = Ground((-3.0, -3.0), (3.0, 3.0))
-        ground.things += [Post(f"p{i}", x, 2.5, 0.1) for i, x in enumerate(rng.uniform(-2, 2, self.posts).tolist())]
+        ground.obstacles += [Post(f"p{i}", x, 2.5, 0.1) for i, x in enumerate(rng.uniform(-2, 2, self.posts).tolist())]
         if self.blocked:
-            ground.things.append(Post("middle", float(rng.uniform(0.1, 0.2)), 0.03, self.size))
+            ground.obstacles.append(Post("middle", float(rng.uniform(0.1, 0.2)), 0.03, self.size))
         name = self.scene_name(index)
         scenario = goal_scenario(
             self, name, "Posts.", Pose2(-1.0, 0.0, 0.0), (1.1, 0.0), tolerance=0.2, duration=3.0
@@ -82,15 +82,15 @@ def yard(tmp_path):
 
 def sought(yard, planner="tree_no_reflexes", fixed=None, executor=None, store=None, **options):
     catalog = Catalog(yard)
-    space = Space.of(load_family(catalog, "posts", fixed or {}), fixed or {}, {})
+    space = SearchSpace.of(load_family(catalog, "posts", fixed or {}), fixed or {}, {})
     who, wanted = catalog.load_planner(planner), SearchOptions(**options)
     return search(who, space, wanted, catalog=catalog, store=store, executor=executor or Here())
 
 
-def scene_of(things, start=(-2.0, 0.0), goal=(2.0, 0.0), movers=()):
+def scene_of(obstacles, start=(-2.0, 0.0), goal=(2.0, 0.0), movers=()):
     driver = load_family(Catalog(), "exp1_family")
     scenario = goal_scenario(driver, "made", "Made.", Pose2(*start, 0.1234), goal, tolerance=0.1, duration=5.0)
-    return Scene(scenario, Ground((-4.0, -4.0), (4.0, 4.0), list(things), list(movers)))
+    return Scene(scenario, Ground((-4.0, -4.0), (4.0, 4.0), list(obstacles), list(movers)))
 
 
 class Judged(Player):
@@ -100,7 +100,7 @@ class Judged(Player):
         super().__init__(None, None, None, None, budget, 0.0, lambda done: None)
         self._judge, self.tried = fails, []
 
-    def _play(self, drafts, fails, doubtful):
+    def _play(self, drafts, fails, skip_invalid):
         found = []
         for draft in drafts:
             self.tried.append(draft)
@@ -128,51 +128,51 @@ NUMBERS = st.floats(-3.5, 3.5).map(lambda v: round(v, 3))
 @st.composite
 def fields(draw):
     """Things around a straight way that is free, and some of them that are to blame."""
-    things = []
+    obstacles = []
     for i in range(draw(st.integers(0, 12))):
         x, side, away = draw(NUMBERS), draw(st.sampled_from([-1.0, 1.0])), draw(st.floats(0.8, 3.0))
         if draw(st.booleans()):
-            things.append(Post(f"t{i}", x, side * away, draw(st.floats(0.05, 0.2))))
+            obstacles.append(Post(f"t{i}", x, side * away, draw(st.floats(0.05, 0.2))))
         else:
             yaw = draw(st.floats(0.0, math.pi))
-            things.append(Block(f"t{i}", x, side * away, draw(st.floats(0.1, 0.3)), draw(st.floats(0.1, 0.3)), yaw))
-    names = [thing.name for thing in things]
-    return things, set(draw(st.lists(st.sampled_from(names), unique=True, max_size=3))) if names else set()
+            obstacles.append(Block(f"t{i}", x, side * away, draw(st.floats(0.1, 0.3)), draw(st.floats(0.1, 0.3)), yaw))
+    names = [obstacle.name for obstacle in obstacles]
+    return obstacles, set(draw(st.lists(st.sampled_from(names), unique=True, max_size=3))) if names else set()
 
 
 @settings(max_examples=10, deadline=None)
 @given(fields())
 def test_what_is_left_is_exactly_what_is_needed(field):
-    things, needed = field
-    draft = Draft.of(scene_of(things), "small", "Small.")
-    left, player = shrunk(draft, lambda d: needed <= set(d.things))
-    assert set(left.things) == needed
+    obstacles, needed = field
+    draft = Draft.of(scene_of(obstacles), "small", "Small.")
+    left, player = shrunk(draft, lambda d: needed <= set(d.obstacles))
+    assert set(left.obstacles) == needed
     assert math.dist(left.start, left.goal) == pytest.approx(1.0, abs=0.35)  # as near as is fair
     assert Fairness.of(draft, BODY).holds(left)
     assert len(set(player.tried)) == len(player.tried) == player.count
 
 
 def test_things_that_only_matter_together_are_told_from_all_others():
-    things = [Post(f"t{i}", -3.0 + 0.2 * i, 2.0, 0.05) for i in range(30)]
-    draft = Draft.of(scene_of(things), "small", "Small.")
-    left, player = shrunk(draft, lambda d: "t3" in d.things and ("t29" in d.things or len(d.things) > 20))
-    assert set(left.things) == {"t3", "t29"}
+    obstacles = [Post(f"t{i}", -3.0 + 0.2 * i, 2.0, 0.05) for i in range(30)]
+    draft = Draft.of(scene_of(obstacles), "small", "Small.")
+    left, player = shrunk(draft, lambda d: "t3" in d.obstacles and ("t29" in d.obstacles or len(d.obstacles) > 20))
+    assert set(left.obstacles) == {"t3", "t29"}
     assert player.count < 120
 
 
 def test_numbers_become_as_simple_as_the_failure_allows():
     draft = Draft.of(scene_of([Post("post", 0.4321, 1.2345, 0.1234)]), "small", "Small.")
-    left, _ = shrunk(draft, lambda d: "post" in d.things and abs(d.things["post"][0] - 0.4321) < 0.05)
-    (post,) = left.ground.things
+    left, _ = shrunk(draft, lambda d: "post" in d.obstacles and abs(d.obstacles["post"][0] - 0.4321) < 0.05)
+    (post,) = left.ground.obstacles
     assert (post.x, post.y, post.radius) == (0.4, 1.2, 0.1)  # 0.4 is the coarsest; a post is rounded as one
     assert left.scene.scenario["agent"][0]["yaw"] == "0 deg"
 
 
 def test_the_budget_bounds_what_is_played_and_the_smallest_so_far_is_kept():
     draft = Draft.of(scene_of([Post(f"t{i}", -3.0 + 0.4 * i, 2.0, 0.05) for i in range(16)]), "small", "Small.")
-    left, player = shrunk(draft, lambda d: "t5" in d.things, budget=3)
+    left, player = shrunk(draft, lambda d: "t5" in d.obstacles, budget=3)
     assert player.count == len(player.tried) == 3
-    assert 1 < len(left.things) < 16
+    assert 1 < len(left.obstacles) < 16
 
 
 def test_nobody_ends_in_a_thing_and_no_mover_begins_on_the_start():
@@ -180,12 +180,12 @@ def test_nobody_ends_in_a_thing_and_no_mover_begins_on_the_start():
     mover = {"name": "walker", "script": "slide", "x": "0.5 m", "y": "-1.2 m", "to_x": "0 m", "to_y": "0 m"}
     scene = scene_of([post], movers=[walker])
     draft = Draft.of(replace(scene, scenario=scene.scenario | {"mover": [mover]}), "small", "Small.")
-    left, player = shrunk(draft, lambda d: len(d.things) == 2)
+    left, player = shrunk(draft, lambda d: len(d.obstacles) == 2)
     fair = Fairness.of(draft, BODY)
     for each in (left, *player.tried):
         grid = each.ground.grid(0.01)
-        assert min(grid.room()[grid.at(each.start)], grid.room()[grid.at(each.goal)]) > 0.29
-        assert math.dist(each.things.get("walker", (9, 9)), each.start) >= fair.apart == 1.0
+        assert min(grid.clearances()[grid.cell_at(each.start)], grid.clearances()[grid.cell_at(each.goal)]) > 0.29
+        assert math.dist(each.obstacles.get("walker", (9, 9)), each.start) >= fair.apart == 1.0
     inside = draft.between(draft.start, (1.0, 0.6))
     assert not fair.holds(inside)
 
@@ -195,11 +195,11 @@ def test_every_familys_scene_can_be_taken_apart(entry, tmp_path):
     """A draft is an ordinary scenario, and so is what is left of it: the same as a value and as files."""
     scene = load_family(Catalog(), entry.name).scene(3)
     draft = Draft.of(scene, "small", "Small.")
-    bare = draft.without(draft.things).rounded(1.0, 90.0, [""])
-    assert not bare.things
-    for i, each in enumerate((draft, draft.rounded(0.1, 15.0, ["", *draft.things]), bare)):
+    bare = draft.without(draft.obstacles).rounded(1.0, 90.0, [""])
+    assert not bare.obstacles
+    for i, each in enumerate((draft, draft.rounded(0.1, 15.0, ["", *draft.obstacles]), bare)):
         each.scene.write(tmp_path / str(i))
-        catalogs = each.scene.found_in(CachingCatalog()), Catalog(tmp_path / str(i))
+        catalogs = each.scene.added_to(CachingCatalog()), Catalog(tmp_path / str(i))
         made, read = (catalog.load_scenario("small") for catalog in catalogs)
         assert (made.name, made.agents[0].jitter) == ("small", Pose2(0.0, 0.0, 0.0))
         assert [agent.parameters for agent in made.agents] == [agent.parameters for agent in read.agents]
@@ -207,17 +207,17 @@ def test_every_familys_scene_can_be_taken_apart(entry, tmp_path):
 
 
 def test_a_search_finds_the_post_in_the_way_and_leaves_nothing_else(yard):
-    trouble = sought(yard, fixed={"blocked": 1})
-    assert trouble.searched == 1
-    assert (trouble.first.outcome, trouble.last.outcome, trouble.done) == ("collision", "collision", True)
-    assert len(trouble.found.things) > 1
-    assert list(trouble.smallest.things) == ["middle"]
-    assert math.dist(trouble.smallest.start, trouble.smallest.goal) < 2.0
-    scenario, test = keep(trouble.smallest, "tree_no_reflexes", yard)
-    again = play_again("tree_no_reflexes", trouble.smallest.name, 1, Catalog(yard), yard / "out")
-    assert again.summary.trajectory_hash == trouble.last.trajectory_hash
+    result = sought(yard, fixed={"blocked": 1})
+    assert result.searched == 1
+    assert (result.first.outcome, result.last.outcome, result.done) == ("collision", "collision", True)
+    assert len(result.found.obstacles) > 1
+    assert list(result.smallest.obstacles) == ["middle"]
+    assert math.dist(result.smallest.start, result.smallest.goal) < 2.0
+    scenario, test = keep(result.smallest, "tree_no_reflexes", yard)
+    again = replay_episode("tree_no_reflexes", result.smallest.name, 1, Catalog(yard), yard / "out")
+    assert again.summary.trajectory_hash == result.last.trajectory_hash
     assert again.summary.agents["R"].outcome == "collision"
-    assert place_named(scenario.stem, Catalog(yard)).name == scenario.stem
+    assert scene_by_name(scenario.stem, Catalog(yard)).name == scenario.stem
     compile(test.read_text(), str(test), "exec")
 
 
@@ -228,7 +228,7 @@ def test_the_same_seed_finds_the_same_scene_and_plays_nothing_twice(yard):
         assert sought(yard, executor=again, store=store, budget=7) == first
     assert again.played == []
     assert len(here.played) == len(set(here.played))
-    assert sought(yard, executor=other, budget=7, seed=2).drawn != first.drawn
+    assert sought(yard, executor=other, budget=7, seed=2).sampled != first.sampled
 
 
 def test_a_search_that_was_killed_goes_on_where_it_was(yard):
@@ -244,10 +244,10 @@ def test_a_search_that_was_killed_goes_on_where_it_was(yard):
 
 def test_only_the_failure_that_is_sought_counts(yard):
     assert sought(yard, fixed={"blocked": 1}, failures=("stuck",), budget=3).found is None
-    trouble = sought(yard, planner="none", fixed={"blocked": 0, "posts": 3}, budget=9)
-    assert trouble.first.outcome == "timeout"  # it stands from the beginning to the end
-    assert not trouble.smallest.things
-    assert math.dist(trouble.smallest.start, trouble.smallest.goal) > 0.95
+    result = sought(yard, planner="none", fixed={"blocked": 0, "posts": 3}, budget=9)
+    assert result.first.outcome == "timeout"  # it stands from the beginning to the end
+    assert not result.smallest.obstacles
+    assert math.dist(result.smallest.start, result.smallest.goal) > 0.95
 
 
 def test_an_oracle_is_not_searched(yard):
@@ -257,11 +257,11 @@ def test_an_oracle_is_not_searched(yard):
 
 def test_numbers_are_drawn_from_half_to_twice_and_flags_are_flags(yard):
     family = load_family(Catalog(yard), "posts", {"posts": 3})
-    space = Space.of(family, {"posts": 3}, {"size": "0.1 m..20 cm"})
+    space = SearchSpace.of(family, {"posts": 3}, {"size": "0.1 m..20 cm"})
     assert space.ranges == {"size": (0.1, 0.2), "blocked": (0, 1)}
-    assert Space.of(family, {}, {}).ranges == {"posts": (1, 6), "size": (0.1, 0.4), "blocked": (0, 1)}
+    assert SearchSpace.of(family, {}, {}).ranges == {"posts": (1, 6), "size": (0.1, 0.4), "blocked": (0, 1)}
     rng = np.random.default_rng(1)
-    drawn = [space.draw(rng) for _ in range(40)]
+    drawn = [space.sample(rng) for _ in range(40)]
     assert {d.parameters["blocked"] for d in drawn} == {0, 1}
     assert all(0.1 <= d.parameters["size"] <= 0.2 for d in drawn)
     assert len({d.index for d in drawn}) == 40
@@ -282,4 +282,4 @@ def test_numbers_are_drawn_from_half_to_twice_and_flags_are_flags(yard):
 )
 def test_a_range_that_is_none_is_refused(yard, told, fault):
     with pytest.raises(InputError, match=fault):
-        Space.of(load_family(Catalog(yard), "posts"), {}, told)
+        SearchSpace.of(load_family(Catalog(yard), "posts"), {}, told)

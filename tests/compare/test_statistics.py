@@ -83,7 +83,7 @@ def test_the_power_of_mcnemar_is_that_of_playing_it_out():
 def test_seeds_that_all_agree_are_one_and_seeds_that_know_nothing_of_each_other_are_many():
     alike = np.repeat(rng(2).integers(0, 2, (40, 1)), 5, axis=1).astype(float)
     assert sample_size(alike).effective == pytest.approx(40, rel=0.03)
-    assert sample_size(alike).alike == pytest.approx(1.0, abs=0.01)
+    assert sample_size(alike).intraclass_correlation == pytest.approx(1.0, abs=0.01)
     strangers = rng(3).integers(0, 2, (2000, 5)).astype(float)
     assert sample_size(strangers).effective == pytest.approx(10_000, rel=0.06)
 

@@ -17,12 +17,12 @@ import pytest
 from rocs_bt import run
 from rocs_bt.catalog import Catalog, PlannerSpec
 from rocs_bt.compare import ScenarioScene, Store, SweepOptions, sweep
-from rocs_bt.compare.bench import Bench
+from rocs_bt.compare.episode import Episode
 from rocs_bt.compare.key import Keys
 from rocs_bt.compare.pool import WorkerPool
 from rocs_bt.compare.record import EpisodeRecord, decode_record, encode_record
+from rocs_bt.compare.runner import EpisodeRunner
 from rocs_bt.compare.store import Cost
-from rocs_bt.compare.trial import Trial
 from rocs_bt.errors import InputError, RocsError
 
 from .patient import Patient
@@ -80,24 +80,24 @@ def test_caches_change_nothing(project):
     """Whatever a bench has played before, an episode comes out as one of a fresh bench, and as one without a bench."""
     tree, none = (Catalog().load_planner(name) for name in ("tree", "none"))
     trials = [
-        Trial("", planner, ScenarioScene(scene), seed)
+        Episode("", planner, ScenarioScene(scene), seed)
         for seed in (1,)
         for scene in ("exp1", "exp1_localised", "dock")
         for planner in (tree, none)
     ]
-    trials = [replace(trial, project=project) for trial in trials]
-    bench = Bench(project)
-    shortened = _Short(bench)
-    kept = [shortened.play(trial) for trial in trials]
+    trials = [replace(episode, project=project) for episode in trials]
+    runner = EpisodeRunner(project)
+    shortened = _Short(runner)
+    kept = [shortened.play(episode) for episode in trials]
     random.Random(1).shuffle(trials)
-    again = {(t.planner.name, t.place.name, t.seed): shortened.play(t) for t in trials}
+    again = {(t.planner.name, t.scene.name, t.seed): shortened.play(t) for t in trials}
     for record in kept:
         assert again[record.planner, record.scene, record.seed] == record
-        trial = next(t for t in trials if (t.planner.name, t.place.name, t.seed) == _place(record))
-        assert _Short(Bench(project)).play(trial) == record
+        episode = next(t for t in trials if (t.planner.name, t.scene.name, t.seed) == _place(record))
+        assert _Short(EpisodeRunner(project)).play(episode) == record
         plain = Catalog(project)
-        spec = trial.planner.drives(plain.load_scenario(record.scene), "R2")
-        summary = run(replace(spec, duration=3.0), plain, seed=trial.seed).summary
+        spec = episode.planner.drives(plain.load_scenario(record.scene), "R2")
+        summary = run(replace(spec, duration=3.0), plain, seed=episode.seed).summary
         assert (summary.trajectory_hash, summary.content_hash) == (record.trajectory_hash, record.content)
 
 
@@ -108,14 +108,14 @@ def _place(record):
 class _Short:
     """A bench whose scenarios end after three seconds."""
 
-    def __init__(self, bench):
-        self._bench = bench
+    def __init__(self, runner):
+        self._runner = runner
 
-    def play(self, trial):
-        setting = self._bench.setting(trial.place)
+    def play(self, episode):
+        setting = self._runner.prepare(episode.scene)
         short = replace(setting, scenario=replace(setting.scenario, duration=3.0))
-        self._bench._settings[trial.place] = short
-        return self._bench.play(trial)
+        self._runner._prepared[episode.scene] = short
+        return self._runner.play(episode)
 
 
 def test_what_an_episode_depends_on_makes_its_key_and_nothing_else(project, catalog, planner):
@@ -246,11 +246,11 @@ def test_a_sweep_ends_after_the_first_scene_that_is_enough_and_repeats(project, 
         (project / "scenarios" / f"{name}.toml").write_text(text.replace('"2 s"', '"1 s"'))
     asked = []
 
-    def enough(records):
+    def stop_when(records):
         asked.append(len(records))
         return len(records) >= 6
 
-    catalog, options = Catalog(project), SweepOptions(enough=enough)
+    catalog, options = Catalog(project), SweepOptions(stop_when=stop_when)
     with ThreadPoolExecutor(3) as threads:
         executors = Here(), threads
         found = [sweep(["none", "tree"], names, catalog=catalog, executor=e, options=options) for e in executors]
@@ -281,7 +281,7 @@ def test_a_hung_c_call_is_ended_by_the_wall_limit_and_the_sweep_goes_on(project,
     rng = stream("short", 2, "R2", "hung.py:Told")
     file.write_text(str(rng.integers(0, 2**62)))
     with WorkerPool(2) as pool:
-        patient = Patient(pool, lambda trial: (trial.planner.name, trial.seed) == ("hung", 2))
+        patient = Patient(pool, lambda episode: (episode.planner.name, episode.seed) == ("hung", 2))
         options = SweepOptions(wall_limit=2.0)
         found = sweep(["hung", "none"], ["short"], (1, 2, 3), catalog=catalog, executor=patient, options=options)
     outcomes = {(r.planner, r.seed): r.outcome for r in found.records()}

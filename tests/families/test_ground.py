@@ -45,7 +45,7 @@ def test_a_way_goes_straight_where_it_can_and_around_what_is_there() -> None:
     assert way is not None
     assert way.length == pytest.approx(math.hypot(4.0, 2.0))
     assert way.clearance == math.inf
-    ground.things.append(Block("wall", 3.0, 1.0, 0.2, 2.0))
+    ground.obstacles.append(Block("wall", 3.0, 1.0, 0.2, 2.0))
     around = ground.grid(0.05).shortest((1.0, 1.0), (5.0, 1.0), 0.25)
     assert around is not None
     # Tangents to two circles of 0.25 m around the corners at (2.9, 2) and (3.1, 2).
@@ -56,7 +56,7 @@ def test_a_way_goes_straight_where_it_can_and_around_what_is_there() -> None:
     best = 2.0 * leg + 0.2 + 2.0 * 0.25 * max(turn, 0.0)
     assert best - 0.06 <= around.length <= best * 1.06 + 0.15
     assert ground.clearance(around.points) == math.inf
-    ground.things.append(Block("more", 3.0, 3.0, 0.2, 2.0))
+    ground.obstacles.append(Block("more", 3.0, 3.0, 0.2, 2.0))
     assert ground.grid(0.05).shortest((1.0, 1.0), (5.0, 1.0), 0.25) is None
 
 
@@ -66,14 +66,14 @@ def test_the_grid_is_taken_where_things_are(x: float, y: float, length: float, w
     grid = Ground((0.0, 0.0), (3.0, 3.0), [Block("b", x, y, length, width, yaw), Post("p", y, x, length / 2.0)]).grid(
         0.1
     )
-    for row, column in np.ndindex(grid.taken.shape):
+    for row, column in np.ndindex(grid.occupied.shape):
         cx, cy = grid.centre(row, column)
         dx, dy = cx - x, cy - y
         along, aside = dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
         depth = max(abs(along) - length / 2.0, abs(aside) - width / 2.0)
         depth = min(depth, math.hypot(cx - y, cy - x) - length / 2.0)
         if abs(depth) > 1e-9:
-            assert grid.taken[row, column] == (depth < 0.0)
+            assert grid.occupied[row, column] == (depth < 0.0)
 
 
 def test_clearance_is_to_the_surface_of_the_nearest_post() -> None:

@@ -14,7 +14,7 @@ from rocs_bt import Catalog, run
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
 from rocs_bt.compare import Block, Ground, Post, SweepOptions, sweep
-from rocs_bt.compare.family import Driver
+from rocs_bt.compare.family import AgentSetup
 from rocs_bt.compare.imports import read_barn, read_movingai, read_mrpb
 from rocs_bt.compare.imports.barn import read_world
 from rocs_bt.compare.imports.movingai import read_movingai_map
@@ -46,7 +46,7 @@ def test_barn_is_read_as_the_challenge_plays_it(tmp_path: Path) -> None:
     made = list(read_barn(clone(tmp_path / "clone")))
     assert [scene.name for scene in made] == ["barn-0", "barn-1"]
     ground = made[1].ground
-    assert [(p.x, p.y, p.radius, p.height) for p in ground.things] == [(x, y, 0.075, 1.0) for x, y in POSTS]
+    assert [(p.x, p.y, p.radius, p.height) for p in ground.obstacles] == [(x, y, 0.075, 1.0) for x, y in POSTS]
     assert made[1].reference[0] == (-2.25, 3.0)
     assert made[1].reference[-1] == (-2.25, 13.0)
     assert made[1].reference[1] == pytest.approx((0.15 * 15 - 4.575, 5.075))
@@ -160,10 +160,10 @@ def save_map(folder: Path, name: str = "office01", kind: str = "P5", text: str =
 @pytest.mark.parametrize("kind", ["P5", "P2"])
 def test_a_map_is_read_with_its_place(tmp_path: Path, kind: str) -> None:
     grid = read_map(save_map(tmp_path, kind=kind))
-    assert (grid.cell, grid.low, grid.taken.shape) == (0.1, (-1.0, -2.0), (60, 80))
-    assert (grid.taken == (ROOM == 0)[::-1]).all()
+    assert (grid.cell, grid.low, grid.occupied.shape) == (0.1, (-1.0, -2.0), (60, 80))
+    assert (grid.occupied == (ROOM == 0)[::-1]).all()
     negated = read_map(save_map(tmp_path, text=YAML.replace("negate: 0", "negate: 1")))
-    assert (negated.taken == ~grid.taken).all()
+    assert (negated.occupied == ~grid.occupied).all()
 
 
 def test_mrpb_maps_become_scenes_that_check(tmp_path: Path) -> None:
@@ -300,16 +300,16 @@ def test_the_boxes_of_a_grid_are_its_taken_cells(data: st.DataObject, rows: int,
     line = st.lists(st.booleans(), min_size=columns, max_size=columns)
     taken = np.array(data.draw(st.lists(line, min_size=rows, max_size=rows)))
     grid = Ground((1.0, -2.0), (1.0 + 0.5 * columns, -2.0 + 0.5 * rows)).grid(0.5)
-    grid.taken[:] = taken
+    grid.occupied[:] = taken
     blocks = grid.blocks()
     again = Ground(grid.low, (1.0 + 0.5 * columns, -2.0 + 0.5 * rows), blocks).grid(0.5)
-    assert (again.taken == taken).all()
+    assert (again.occupied == taken).all()
     assert all(isinstance(b, Block) for b in blocks)
     assert sum(b.length * b.width for b in blocks if isinstance(b, Block)) == pytest.approx(0.25 * taken.sum())
 
 
 def test_who_drives_is_the_users_choice(tmp_path: Path) -> None:
-    (scene, _) = read_barn(clone(tmp_path), Driver(robot="pioneer_p3dx", rules=""))
+    (scene, _) = read_barn(clone(tmp_path), AgentSetup(robot="pioneer_p3dx", rules=""))
     assert 'robot = "pioneer_p3dx"' in scene.toml
     assert "rules = []" in scene.toml
-    assert isinstance(scene.ground.things[0], Post)
+    assert isinstance(scene.ground.obstacles[0], Post)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from rocs_bt import Catalog, Pose2, run
 from rocs_bt.compare import Building, TaskFamily, load_family
 from rocs_bt.compare.building import Route
-from rocs_bt.compare.search import Space
+from rocs_bt.compare.search import SearchSpace
 from rocs_bt.drivers.mujoco import compose_world
 from rocs_bt.errors import InputError
 from rocs_bt.simulation import Goal, Judge
@@ -33,23 +33,23 @@ def play(tmp_path: Path, family: str, index: int, duration: float = 30.0, **para
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 1000), st.integers(1, 4), st.integers(2, 4), st.data())
 def test_the_shortest_way_over_the_roads_is_networkxs(seed: int, rows: int, columns: int, data: st.DataObject) -> None:
-    building = Building.drawn(np.random.default_rng(seed), rows, columns, 4.0, 1.0)
-    shut = data.draw(st.sets(st.sampled_from(building.doors()), max_size=4))
+    building = Building.sample(np.random.default_rng(seed), rows, columns, 4.0, 1.0)
+    closed = data.draw(st.sets(st.sampled_from(building.doors()), max_size=4))
     graph = nx.Graph()
     graph.add_nodes_from(map(building.room_name, building.rooms))
-    for door in set(building.doors()) - shut:
+    for door in set(building.doors()) - closed:
         for room in door:
             length = math.dist(building.doorway(door), building.middle(room))
             graph.add_edge(building.gate_name(door), building.room_name(room), weight=length)
     start, goal = data.draw(st.sampled_from(building.rooms)), data.draw(st.sampled_from(building.rooms))
-    found = building.shortest(start, goal, shut)
+    found = building.shortest(start, goal, closed)
     if not nx.has_path(graph, building.room_name(start), building.room_name(goal)):
         assert found == Route()
         return
     assert found.length == pytest.approx(
         nx.dijkstra_path_length(graph, building.room_name(start), building.room_name(goal))
     )
-    way = building.way(found.rooms)
+    way = building.path(found.rooms)
     assert sum(map(math.dist, way, way[1:])) == pytest.approx(found.length)
     assert (way[0], way[-1]) == (building.middle(start), building.middle(goal))
 
@@ -57,20 +57,20 @@ def test_the_shortest_way_over_the_roads_is_networkxs(seed: int, rows: int, colu
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 1000))
 def test_a_door_fills_its_doorway_and_opens_into_the_wall(seed: int) -> None:
-    building = Building.drawn(np.random.default_rng(seed), 2, 2, 3.6, 1.1)
+    building = Building.sample(np.random.default_rng(seed), 2, 2, 3.6, 1.1)
     open_way = building.ground().grid(0.05)
     for door in building.doors():
         ground = building.ground()
-        leaf = building.leaf(door, shut=True)
-        assert not open_way.taken[open_way.at(building.doorway(door))]
+        leaf = building.leaf(door, closed=True)
+        assert not open_way.occupied[open_way.cell_at(building.doorway(door))]
         grid = ground.grid(0.05)
         grid.add(leaf)
         x, y = building.doorway(door)
         aside = [(x, y + d) if leaf.width > leaf.length else (x + d, y) for d in np.linspace(-0.5, 0.5, 21)]
-        assert all(grid.taken[grid.at(point)] for point in aside)
+        assert all(grid.occupied[grid.cell_at(point)] for point in aside)
         before = ground.grid(0.05)
-        before.add(building.leaf(door, shut=False))
-        free = [before.taken[before.at(point)] for point in aside]
+        before.add(building.leaf(door, closed=False))
+        free = [before.occupied[before.cell_at(point)] for point in aside]
         assert not any(free[1:-1])
 
 
@@ -87,9 +87,9 @@ def test_a_building_with_too_few_rooms_is_told(name: str) -> None:
 def test_a_search_may_draw_any_parameters(name: str) -> None:
     """Those of which no scene can be made are refused as wrong input, so that others are drawn."""
     family = load_family(Catalog(), name)
-    space, rng = Space(family, {"rows": (1, 3), "columns": (1, 2)}), np.random.default_rng(1)
+    space, rng = SearchSpace(family, {"rows": (1, 3), "columns": (1, 2)}), np.random.default_rng(1)
     for _ in range(6):
-        parameters = space.draw(rng).parameters
+        parameters = space.sample(rng).parameters
         assert parameters["rows"] * parameters["columns"] >= TASKS[name]
 
 

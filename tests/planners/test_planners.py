@@ -9,22 +9,25 @@ import pytest
 from rocs_bt import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Block, FamilyScene, Ground, Post, Scene, goal_scenario, load_family
-from rocs_bt.compare.bench import Bench
-from rocs_bt.compare.trial import MadeScene, Trial
+from rocs_bt.compare.episode import Episode, GeneratedScene
+from rocs_bt.compare.runner import EpisodeRunner
 
 OFFICE = FamilyScene("office", 3)
 NAMES = [entry.name for entry in Catalog().list("planner")]
 
 
-def played(name, told=True):
+def played(name, privileged=True):
     """Two seconds in an office, on a bench of its own."""
-    bench = Bench()
-    setting = bench.setting(OFFICE)
+    runner = EpisodeRunner()
+    prepared = runner.prepare(OFFICE)
+    given = prepared.privileged if privileged else {}
     short = replace(
-        setting, scenario=replace(setting.scenario, duration=2.0), privileged=setting.privileged if told else {}
+        prepared,
+        scenario=replace(prepared.scenario, duration=2.0),
+        privileged=given,
     )
-    bench._settings[OFFICE] = short
-    return bench.play(Trial("key", bench.catalog.load_planner(name), OFFICE, 1))
+    runner._prepared[OFFICE] = short
+    return runner.play(Episode("key", runner.catalog.load_planner(name), OFFICE, 1))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -34,11 +37,11 @@ def test_it_plays_repeats_and_is_told_only_what_it_may_be_told(name):
     assert record.outcome != "error", record.reason
     assert record.reproducible
     if Catalog().load_planner(name).oracle:
-        blind = played(name, told=False)
+        blind = played(name, privileged=False)
         assert (blind.outcome, "needs a scene that tells its ground" in blind.reason) == ("failed", True)
         assert played(name).trajectory_hash == record.trajectory_hash
     else:
-        assert played(name, told=False).trajectory_hash == record.trajectory_hash
+        assert played(name, privileged=False).trajectory_hash == record.trajectory_hash
 
 
 def test_only_the_oracle_is_one():
@@ -49,15 +52,19 @@ def test_only_the_oracle_is_one():
 def easy():
     """A room of 6 m with two posts and a wall end beside the way: a Jackal is to come from one side to the other."""
     ground = Ground((-1.0, -3.0), (6.0, 3.0))
-    ground.things += [Post("left", 2.0, 1.0, 0.15), Post("right", 3.0, -0.9, 0.15), Block("wall", 2.5, 2.2, 0.1, 1.0)]
+    ground.obstacles += [
+        Post("left", 2.0, 1.0, 0.15),
+        Post("right", 3.0, -0.9, 0.15),
+        Block("wall", 2.5, 2.2, 0.1, 1.0),
+    ]
     driver = load_family(Catalog(), "office")
     scenario = goal_scenario(driver, "easy", "Easy.", Pose2(0.0, 0.0, 0.3), (4.0, 0.3), tolerance=0.4, duration=20.0)
-    return MadeScene.of(Scene(scenario, ground))
+    return GeneratedScene.of(Scene(scenario, ground))
 
 
 @pytest.mark.parametrize("name", sorted({"pure_pursuit", "dynamic_window", "mppi", "hybrid"} & set(NAMES)))
 def test_those_that_drive_with_a_map_of_their_own_come_to_an_easy_goal(name, easy):
-    bench = Bench()
-    record = bench.play(Trial("key", bench.catalog.load_planner(name), easy, 1))
+    runner = EpisodeRunner()
+    record = runner.play(Episode("key", runner.catalog.load_planner(name), easy, 1))
     assert (record.outcome, record.reason) == ("success", "")
     assert record.metrics["path_length"] < 6.0

@@ -13,23 +13,23 @@ import numpy as np
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ..family import Driver, Scene, goal_scenario, quantity
+from ..family import AgentSetup, Scene, goal_scenario, quantity
 from ..ground import Ground
-from ..thing import Block, Point, Post, length_of
+from ..obstacle import Block, Point, Post, length_of
 
 START, GOAL = Pose2(-2.25, 3.0, math.pi / 2.0), (-2.25, 13.0)
 TOLERANCE, DURATION = 1.0, 100.0  # [m], [s] of the challenge
 _FOLDERS = ("", "worlds/BARN", "jackal_helper/worlds/BARN")
 _MOST_BYTES = 30_000_000  # of a world file: the challenge's have half a megabyte
-_MOST_THINGS = 20_000
+_MAX_OBSTACLES = 20_000
 
 
-def read_barn(folder: Path, driver: Driver | None = None) -> Iterator[Scene]:
+def read_barn(folder: Path, setup: AgentSetup | None = None) -> Iterator[Scene]:
     """The scenes of a clone, by their number, each as the challenge plays it.
 
     Args:
         folder: The clone, or the folder in which the world files are.
-        driver: Who drives; the Jackal by default.
+        setup: Robot, mission and rules; the Jackal by default.
 
     Raises:
         InputError: There are no world files, or one cannot be read; with the file and the line.
@@ -40,7 +40,7 @@ def read_barn(folder: Path, driver: Driver | None = None) -> Iterator[Scene]:
         hint = "Give your clone of the challenge, or its folder jackal_helper/worlds/BARN."
         raise InputError(Fault("there is no world_0.world, world_1.world ... in it.", folder, hint=hint))
     for number, file in sorted(worlds.items()):
-        yield _scene(number, file, file.parent / "path_files" / f"path_{number}.npy", driver or Driver())
+        yield _scene(number, file, file.parent / "path_files" / f"path_{number}.npy", setup or AgentSetup())
 
 
 def read_world(file: Path) -> list[Post | Block]:
@@ -55,29 +55,29 @@ def read_world(file: Path) -> list[Post | Block]:
     world = root if root.tag == "world" else root.find("world")
     if world is None:
         raise InputError(Fault("the file has no <world>.", file, hint="Give an SDF world file of Gazebo."))
-    things: list[Post | Block] = []
+    obstacles: list[Post | Block] = []
     for model in world.findall("model"):
         at = _pose(model, file)
         for link in model.findall("link"):
             for collision in link.findall("collision"):
-                things += _thing(f"thing_{len(things)}", at, link, collision, file)
-                if len(things) > _MOST_THINGS:
-                    raise InputError(Fault(f"more than {_MOST_THINGS} things stand in it.", file))
-    return things
+                obstacles += _obstacles(f"thing_{len(obstacles)}", at, link, collision, file)
+                if len(obstacles) > _MAX_OBSTACLES:
+                    raise InputError(Fault(f"more than {_MAX_OBSTACLES} things stand in it.", file))
+    return obstacles
 
 
-def _scene(number: int, file: Path, path: Path, driver: Driver) -> Scene:
-    things, name = read_world(file), f"barn-{number}"
+def _scene(number: int, file: Path, path: Path, setup: AgentSetup) -> Scene:
+    obstacles, name = read_world(file), f"barn-{number}"
     way = _way(path)
-    xs, ys = zip((START.x, START.y), GOAL, *((thing.x, thing.y) for thing in things), strict=True)
-    ground = Ground((min(xs) - 2.0, min(ys) - 2.0), (max(xs) + 2.0, max(ys) + 2.0), things)
-    posts = [thing for thing in things if isinstance(thing, Post)]
+    xs, ys = zip((START.x, START.y), GOAL, *((obstacle.x, obstacle.y) for obstacle in obstacles), strict=True)
+    ground = Ground((min(xs) - 2.0, min(ys) - 2.0), (max(xs) + 2.0, max(ys) + 2.0), obstacles)
+    posts = [obstacle for obstacle in obstacles if isinstance(obstacle, Post)]
     length = length_of(way)
     difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": ground.clearance(way)}
     doc = f"World {number} of BARN: through a field of cylinders without a map."
     success = {"goal": "goal", "shortest": quantity(length, "m")}
     scenario = goal_scenario(
-        driver, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, agent={"success": success}
+        setup, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, agent={"success": success}
     )
     return Scene(scenario, ground, difficulty, tuple(way))
 
@@ -119,7 +119,7 @@ def _parse(file: Path) -> Any:
         raise InputError(Fault(f"not valid XML: {error}.", file, line, column)) from error
 
 
-def _thing(name: str, model: Pose2, link: Any, collision: Any, file: Path) -> Iterator[Post | Block]:
+def _obstacles(name: str, model: Pose2, link: Any, collision: Any, file: Path) -> Iterator[Post | Block]:
     geometry = collision.find("geometry")
     if geometry is None:
         return

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import Fault, InputError
-from ..family import Driver, Scene
+from ..family import AgentSetup, Scene
 from ..floor_grid import FloorGrid
 from ..ground import Ground
-from .drawn import RADIUS, ground_of, scene_between
+from .map_scenes import RADIUS, ground_of, scene_between
 from .raster import MOST_CELLS
 
 _FREE, _TAKEN = ".GS", "@OTW"  # ground, grass, swamp; out of bounds, trees, water
@@ -25,13 +25,13 @@ _COLUMNS = 9
 
 
 def read_movingai(
-    folder: Path, driver: Driver | None = None, *, cell: float = 0.5, every: int = 100
+    folder: Path, setup: AgentSetup | None = None, *, cell: float = 0.5, every: int = 100
 ) -> Iterator[Scene]:
     """Scenes of each .scen file below a folder; those that the robot does not fit into are left out.
 
     Args:
         folder: Where the .map and .scen files are, or one .scen file.
-        driver: Who drives; the Jackal by default.
+        setup: Robot, mission and rules; the Jackal by default.
         cell: Side of a cell [m].
         every: Takes one problem of so many.
 
@@ -44,7 +44,7 @@ def read_movingai(
             Fault("there is no .scen file in it.", folder, hint="Give the folder of .map and .scen files.")
         )
     for file in files:
-        yield from _scenes(file, driver or Driver(), cell, every)
+        yield from _scenes(file, setup or AgentSetup(), cell, every)
 
 
 def read_movingai_map(file: Path, cell: float) -> FloorGrid:
@@ -69,8 +69,8 @@ def read_movingai_map(file: Path, cell: float) -> FloorGrid:
         if len(row) != width or (odd := set(row) - set(_FREE + _TAKEN)):
             found = f"{len(row)} cells, not {width}" if len(row) != width else f"cells that are none: {sorted(odd)}"
             raise InputError(Fault(f"this row has {found}.", file, number))
-    taken = np.array([[c in _TAKEN for c in row] for row in reversed(rows)], dtype=np.bool_)
-    return FloorGrid(taken, cell, (0.0, 0.0))
+    occupied = np.array([[c in _TAKEN for c in row] for row in reversed(rows)], dtype=np.bool_)
+    return FloorGrid(occupied, cell, (0.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class _Problem:
     optimal: float
 
 
-def _scenes(file: Path, driver: Driver, cell: float, every: int) -> Iterator[Scene]:
+def _scenes(file: Path, setup: AgentSetup, cell: float, every: int) -> Iterator[Scene]:
     maps: dict[str, tuple[FloorGrid, FloorGrid, Ground]] = {}
     for number, line in list(enumerate(_lines(file)))[1 :: max(every, 1)]:
         if not line.strip():
@@ -94,20 +94,20 @@ def _scenes(file: Path, driver: Driver, cell: float, every: int) -> Iterator[Sce
             grid = read_movingai_map(map_file, cell)
             maps[problem.map] = grid, _finer(grid), ground_of(grid, map_file)
         grid, fine, ground = maps[problem.map]
-        height, width = grid.taken.shape
+        height, width = grid.occupied.shape
         if not all(0 <= x < width and 0 <= y < height for x, y in (problem.start, problem.goal)):
             raise InputError(
                 Fault(f"start or goal is outside of the map of {width} x {height} cells.", file, number + 1)
             )
         start, goal = (grid.centre(height - 1 - y, x) for x, y in (problem.start, problem.goal))
-        room = fine.room()
-        if start == goal or min(room[fine.at(end)] for end in (start, goal)) <= RADIUS:
+        clearances = fine.clearances()
+        if start == goal or min(clearances[fine.cell_at(end)] for end in (start, goal)) <= RADIUS:
             continue
-        if (way := fine.shortest(start, goal, RADIUS)) is None:
+        if (path := fine.shortest(start, goal, RADIUS)) is None:
             continue
         name = f"movingai_{map_file.stem}-{number - 1}"
         doc = f"Problem {number - 1} on the map {map_file.stem} of MovingAI, without knowing it."
-        yield scene_between(name, doc, ground, start, goal, way, driver, optimal=problem.optimal * cell)
+        yield scene_between(name, doc, ground, start, goal, path, setup, optimal=problem.optimal * cell)
 
 
 def _problem(line: str, file: Path, number: int) -> _Problem:
@@ -127,8 +127,8 @@ def _problem(line: str, file: Path, number: int) -> _Problem:
 
 def _finer(grid: FloorGrid) -> FloorGrid:
     """The same grid with cells of at most 0.1 m, in which a robot's radius means something."""
-    times = max(1, min(round(grid.cell / 0.1), int((MOST_CELLS / grid.taken.size) ** 0.5)))
-    return FloorGrid(np.kron(grid.taken, np.ones((times, times), dtype=np.bool_)), grid.cell / times, grid.low)
+    times = max(1, min(round(grid.cell / 0.1), int((MOST_CELLS / grid.occupied.size) ** 0.5)))
+    return FloorGrid(np.kron(grid.occupied, np.ones((times, times), dtype=np.bool_)), grid.cell / times, grid.low)
 
 
 def _lines(file: Path) -> list[str]:

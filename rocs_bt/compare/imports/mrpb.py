@@ -12,20 +12,20 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import Fault, InputError
-from ..family import Driver, Scene
-from .drawn import draw_ends, ground_of, scene_between
+from ..family import AgentSetup, Scene
+from .map_scenes import ground_of, sample_ends, scene_between
 from .raster import read_map
 
 APART = 4.0
 """Between start and goal at least [m]."""
 
 
-def read_mrpb(folder: Path, driver: Driver | None = None, *, pairs: int = 5) -> Iterator[Scene]:
+def read_mrpb(folder: Path, setup: AgentSetup | None = None, *, pairs: int = 5) -> Iterator[Scene]:
     """Scenes on each map below a folder: `mrpb_<map>-0`, `mrpb_<map>-1` ...
 
     Args:
         folder: The clone, or any folder with maps: YAML files that name a picture.
-        driver: Who drives; the Jackal by default.
+        setup: Robot, mission and rules; the Jackal by default.
         pairs: Starts and goals for each map.
 
     Raises:
@@ -41,14 +41,14 @@ def read_mrpb(folder: Path, driver: Driver | None = None, *, pairs: int = 5) -> 
         seed = hashlib.sha256(file.stem.encode()).digest()
         rng = np.random.default_rng(np.random.SeedSequence(int.from_bytes(seed, "big")))
         for pair in range(pairs):
-            ends = draw_ends(grid, rng, APART)
+            ends = sample_ends(grid, rng, APART)
             if ends is None:
                 raise InputError(
                     Fault(f"no start and goal {APART:g} m apart have a way between them on this map.", file)
                 )
             name = f"mrpb_{file.stem}-{pair}"
             doc = f"On the map {file.stem} of MRPB, without knowing it."
-            yield scene_between(name, doc, ground, *ends, driver or Driver())
+            yield scene_between(name, doc, ground, *ends, setup or AgentSetup())
 
 
 def _text(file: Path) -> str:

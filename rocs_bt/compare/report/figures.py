@@ -15,10 +15,10 @@ from ...record.figures.figure import MUTED
 from ...record.page import inline_svg
 from ...simulation import compose_scenario
 from ...simulation.header import make_scenery
-from ..bench import Bench
 from ..comparison import Comparison, Disagreement
 from ..record import EpisodeRecord
-from ..replay import place_named
+from ..replay import scene_by_name
+from ..runner import EpisodeRunner
 from ..statistics import Floats, cluster_bootstrap, cumulative_incidence, performance_profile, rate
 
 if TYPE_CHECKING:
@@ -186,10 +186,10 @@ def sceneries(scenes: Sequence[str], catalog: Catalog) -> dict[str, RunHeader]:
     Raises:
         InputError: A scene is no longer there.
     """
-    bench, found = Bench(catalog.project), {}
+    runner, found = EpisodeRunner(catalog.project), {}
     for scene in dict.fromkeys(scenes):
-        setting = bench.setting(place_named(scene, catalog))
-        found[scene] = make_scenery(setting.scenario, compose_scenario(setting.scenario, setting.catalog))
+        prepared = runner.prepare(scene_by_name(scene, catalog))
+        found[scene] = make_scenery(prepared.scenario, compose_scenario(prepared.scenario, prepared.catalog))
     return found
 
 

@@ -9,7 +9,7 @@ from ..comparison import Comparison
 from ..metric import metric
 from ..replay import replay_command
 from ..verdict import Verdict
-from .tables import Standing, difference, headline, standings, text, told_first
+from .tables import LeaderboardRow, conclusive_first, difference, headline, standings, text
 
 _FAILURES = 20  # that are listed
 
@@ -49,7 +49,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
-def _leaderboard(rows: Sequence[Standing], metrics: Sequence[str]) -> str:
+def _leaderboard(rows: Sequence[LeaderboardRow], metrics: Sequence[str]) -> str:
     head = ["planner", *metrics, "outcomes", "worth"]
     lines = [
         [
@@ -75,6 +75,6 @@ def _verdicts(verdicts: Sequence[Verdict]) -> str:
             str(v.scenes),
             "–" if v.needed is None else str(v.needed),
         ]
-        for v in told_first(verdicts)
+        for v in conclusive_first(verdicts)
     ]
     return table(head, lines)

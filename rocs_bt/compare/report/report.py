@@ -17,13 +17,14 @@ from ...record.page import render_page
 from ...words import counted
 from ..comparison import Comparison, Disagreement
 from ..key import computing
-from ..metric import JUDGED, METRICS, SHARES, Metric, metric
+from ..metric import DEFAULT_METRICS, METRICS, SHARES, Metric, metric
 from ..replay import replay_command
 from ..verdict import Verdict
 from . import figures
 from .figures import draw_disagreement, picture_size, theme, themed
 from .markdown import extent
 from .tables import (
+    conclusive_first,
     difference,
     everything,
     headline,
@@ -33,7 +34,6 @@ from .tables import (
     points,
     standings,
     text,
-    told_first,
 )
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def write_comparison(
     comparison: Comparison,
     path: Path,
     *,
-    metrics: Sequence[str] = JUDGED,
+    metrics: Sequence[str] = DEFAULT_METRICS,
     any_time: bool = False,
     sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
     command: str = "",
@@ -81,7 +81,7 @@ def write_comparison(
 def render_comparison(
     comparison: Comparison,
     *,
-    metrics: Sequence[str] = JUDGED,
+    metrics: Sequence[str] = DEFAULT_METRICS,
     any_time: bool = False,
     sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
     command: str = "",
@@ -104,7 +104,7 @@ def render_comparison(
         metrics=[metric(name) for name in metrics],
         all_metrics=METRICS,
         rows=rows,
-        verdicts=told_first(verdicts),
+        verdicts=conclusive_first(verdicts),
         matrices=_matrices(verdicts, [row.planner for row in rows]),
         any_time=any_time,
         figures=list(_figures(comparison)),

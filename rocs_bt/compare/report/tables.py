@@ -11,14 +11,14 @@ import numpy as np
 from ..comparison import Comparison
 from ..metric import METRICS, SHARES, Metric, metric
 from ..record import OUTCOMES
-from ..statistics import Estimate, Size, bootstrapped, interquartile_mean, mean_over_scenes
-from ..verdict import Verdict, favourable, turned
+from ..statistics import Estimate, SampleSize, bootstrapped, interquartile_mean, mean_over_scenes
+from ..verdict import Verdict, favourable, swapped
 
 BEST_FIRST = sorted(OUTCOMES, key=("success", "stuck", "failed", "timeout", "interrupted", "collision", "error").index)
 
 
 @dataclass(frozen=True)
-class Standing:
+class LeaderboardRow:
     """How one planner did.
 
     Attributes:
@@ -35,7 +35,7 @@ class Standing:
     estimates: Mapping[str, Estimate]
     most_collisions: float
     outcomes: Mapping[str, int]
-    size: Size
+    size: SampleSize
 
     @property
     def episodes(self) -> int:
@@ -43,14 +43,14 @@ class Standing:
         return sum(self.outcomes.values())
 
 
-def standings(comparison: Comparison, metrics: Sequence[str]) -> list[Standing]:
+def standings(comparison: Comparison, metrics: Sequence[str]) -> list[LeaderboardRow]:
     """All planners, the one with most successes first; of two with as many the faster one."""
     found = []
     for number, planner in enumerate(comparison.planners):
         counts = comparison.outcomes(planner)
         wanted = dict.fromkeys((*SHARES, "time", *metrics))
         found.append(
-            Standing(
+            LeaderboardRow(
                 planner=planner,
                 number=number,
                 estimates={name: comparison.estimate(planner, name) for name in wanted},
@@ -62,7 +62,7 @@ def standings(comparison: Comparison, metrics: Sequence[str]) -> list[Standing]:
     return sorted(found, key=lambda s: (-_or_nothing(s.estimates["success"].value), s.estimates["time"].value))
 
 
-def headline(rows: Sequence[Standing], verdicts: Sequence[Verdict]) -> str:
+def headline(rows: Sequence[LeaderboardRow], verdicts: Sequence[Verdict]) -> str:
     """What came out, in one sentence."""
     if not verdicts:
         return f"{rows[0].planner} succeeds in {text(rows[0].estimates['success'], metric('success'))}"
@@ -80,7 +80,7 @@ def headline(rows: Sequence[Standing], verdicts: Sequence[Verdict]) -> str:
     return f"{leader} leads; it is better than {len(beaten)} of {len(rows) - 1} others in {verdicts[0].metric}"
 
 
-def told_first(verdicts: Sequence[Verdict]) -> list[Verdict]:
+def conclusive_first(verdicts: Sequence[Verdict]) -> list[Verdict]:
     """Each told of the planner that did better; those that are told apart before those that are not."""
     return sorted(map(favourable, verdicts), key=lambda verdict: verdict.word == "inconclusive")
 
@@ -92,7 +92,7 @@ def matrix(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[list[Ve
         verdicts: On all pairs of the planners.
         planners: Their names, in the order of rows and columns.
     """
-    told = {(each.a, each.b): each for verdict in verdicts for each in (verdict, turned(verdict))}
+    told = {(each.a, each.b): each for verdict in verdicts for each in (verdict, swapped(verdict))}
     return [[told.get((row, column)) for column in planners] for row in planners]
 
 

@@ -1,26 +1,26 @@
 """Search for trouble: where does a planner fail, and what is the least that makes it fail."""
 
 from .draft import Draft
-from .keep import again, keep, refuse_taken
-from .playing import SEED, Player
-from .search import FAILURES, SearchOptions, Trouble, default_name, search
+from .keep import keep, play_command, refuse_existing
+from .player import SEED, Player
+from .search import FAILURES, SearchOptions, SearchResult, default_name, search
 from .shrink import Fairness, Shrinking
-from .space import Drawn, Space
+from .space import SampledScene, SearchSpace
 
 __all__ = [
     "FAILURES",
     "SEED",
     "Draft",
-    "Drawn",
     "Fairness",
     "Player",
+    "SampledScene",
     "SearchOptions",
+    "SearchResult",
+    "SearchSpace",
     "Shrinking",
-    "Space",
-    "Trouble",
-    "again",
     "default_name",
     "keep",
-    "refuse_taken",
+    "play_command",
+    "refuse_existing",
     "search",
 ]

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from ..episode import GeneratedScene
 from ..family import Scene, position
-from ..floor_grid import Way
+from ..floor_grid import GridPath
 from ..ground import Ground
-from ..thing import Block, Point, Post
-from ..trial import MadeScene
+from ..obstacle import Block, Point, Post
 
 CELL = 0.05  # [m] of the grid on which a way is looked for
 _QUANTITY = re.compile(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([A-Za-z/0-9]+)\s*")
@@ -47,10 +47,10 @@ class Draft:
         return Draft(Scene(scenario, scene.ground))
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Draft) and self.place == other.place
+        return isinstance(other, Draft) and self.scene_ref == other.scene_ref
 
     def __hash__(self) -> int:
-        return hash(self.place)
+        return hash(self.scene_ref)
 
     @property
     def name(self) -> str:
@@ -58,25 +58,27 @@ class Draft:
         return self.scene.name
 
     @cached_property
-    def place(self) -> MadeScene:
+    def scene_ref(self) -> GeneratedScene:
         """The scene as a place for a sweep."""
-        return MadeScene.of(self.scene)
+        return GeneratedScene.of(self.scene)
 
     @cached_property
-    def things(self) -> Mapping[str, Point]:
+    def obstacles(self) -> Mapping[str, Point]:
         """Where each thing is [m], or begins."""
-        found = {thing.name: (thing.x, thing.y) for thing in (*self._ground.things, *self._ground.movers)}
-        return found | {mover["name"]: _place(mover) for mover in self._scenario.get("mover", [])}
+        found = {
+            obstacle.name: (obstacle.x, obstacle.y) for obstacle in (*self._ground.obstacles, *self._ground.movers)
+        }
+        return found | {mover["name"]: _point(mover) for mover in self._scenario.get("mover", [])}
 
     @property
     def start(self) -> Point:
         """Where the agent under test starts [m]."""
-        return _place(self._scenario["agent"][0])
+        return _point(self._scenario["agent"][0])
 
     @property
     def goal(self) -> Point:
         """Where it must come to [m]."""
-        return _place(_goal(self._scenario))
+        return _point(_goal(self._scenario))
 
     @property
     def robot(self) -> str:
@@ -91,21 +93,22 @@ class Draft:
     @cached_property
     def ground(self) -> Ground:
         """What stands in it, on a floor that reaches a little beyond all; movers do not stand."""
-        points = [*self.things.values(), self.start, self.goal]
+        points = [*self.obstacles.values(), self.start, self.goal]
         low, high = (tuple(f(p[axis] for p in points) + d for axis in (0, 1)) for f, d in ((min, -2.0), (max, 2.0)))
-        return Ground((low[0], low[1]), (high[0], high[1]), self._ground.things)
+        return Ground((low[0], low[1]), (high[0], high[1]), self._ground.obstacles)
 
-    def way(self, radius: float) -> Way | None:
+    def shortest_path(self, radius: float) -> GridPath | None:
         """The shortest way of a disc of this radius [m] from start to goal; None where there is none."""
         return self.ground.grid(CELL).shortest(self.start, self.goal, radius)
 
     def without(self, names: Collection[str]) -> Draft:
         """It without some things."""
         movers = [mover for mover in self._scenario.get("mover", []) if mover["name"] not in names]
-        things, bodies = (
-            [thing for thing in each if thing.name not in names] for each in (self._ground.things, self._ground.movers)
+        obstacles, bodies = (
+            [obstacle for obstacle in each if obstacle.name not in names]
+            for each in (self._ground.obstacles, self._ground.movers)
         )
-        ground = replace(self._ground, things=things, movers=bodies)
+        ground = replace(self._ground, obstacles=obstacles, movers=bodies)
         return Draft(Scene({**self._scenario, "mover": movers}, ground))
 
     def between(self, start: Point, goal: Point) -> Draft:
@@ -128,11 +131,11 @@ class Draft:
         tables += [scenario["agent"][0], _goal(scenario)] if "" in names and self.movable else []
         for table in tables:
             table |= {key: _simpler(value, step, degrees) for key, value in table.items() if key != "tolerance"}
-        things, bodies = (
-            [_simpler_thing(thing, step, degrees) if thing.name in names else thing for thing in each]
-            for each in (self._ground.things, self._ground.movers)
+        obstacles, bodies = (
+            [_simpler_obstacle(obstacle, step, degrees) if obstacle.name in names else obstacle for obstacle in each]
+            for each in (self._ground.obstacles, self._ground.movers)
         )
-        return Draft(Scene(scenario, replace(self._ground, things=things, movers=bodies)))
+        return Draft(Scene(scenario, replace(self._ground, obstacles=obstacles, movers=bodies)))
 
     @property
     def _scenario(self) -> Mapping[str, Any]:
@@ -149,14 +152,14 @@ def _goal(scenario: Mapping[str, Any]) -> dict[str, Any]:
     return table
 
 
-def _simpler_thing(thing: Post | Block, step: float, degrees: float) -> Post | Block:
+def _simpler_obstacle(obstacle: Post | Block, step: float, degrees: float) -> Post | Block:
     """A thing whose numbers in the plane are rounded; a size that would become 0 stays."""
-    x, y = _multiple(thing.x, step), _multiple(thing.y, step)
-    if isinstance(thing, Post):
-        return replace(thing, x=x, y=y, radius=_multiple(thing.radius, step / 2.0) or thing.radius)
-    length, width = (_multiple(size, step) or size for size in (thing.length, thing.width))
-    yaw = math.radians(_multiple(math.degrees(thing.yaw), degrees))
-    return replace(thing, x=x, y=y, length=length, width=width, yaw=yaw)
+    x, y = _multiple(obstacle.x, step), _multiple(obstacle.y, step)
+    if isinstance(obstacle, Post):
+        return replace(obstacle, x=x, y=y, radius=_multiple(obstacle.radius, step / 2.0) or obstacle.radius)
+    length, width = (_multiple(size, step) or size for size in (obstacle.length, obstacle.width))
+    yaw = math.radians(_multiple(math.degrees(obstacle.yaw), degrees))
+    return replace(obstacle, x=x, y=y, length=length, width=width, yaw=yaw)
 
 
 def _simpler(value: Any, step: float, degrees: float) -> Any:
@@ -171,7 +174,7 @@ def _multiple(value: float, step: float) -> float:
     return round(round(value / step) * step, 6) + 0.0  # which makes -0 a plain 0
 
 
-def _place(table: Mapping[str, Any]) -> Point:
+def _point(table: Mapping[str, Any]) -> Point:
     """Where a table puts its robot or goal [m]; 0 where it does not say."""
     x, y = (float(found[1]) if (found := _QUANTITY.fullmatch(table.get(key, ""))) else 0.0 for key in ("x", "y"))
     return x, y

@@ -8,7 +8,7 @@ from pathlib import Path
 from ...errors import Fault, InputError
 from ..replay import episode_command
 from .draft import Draft
-from .playing import SEED
+from .player import SEED
 
 _TEST = '''"""A scene in which a search found that {planner} fails. Red until it does not."""
 
@@ -22,7 +22,7 @@ def {function}(comparison):
 '''
 
 
-def refuse_taken(folder: Path, name: str) -> None:
+def refuse_existing(folder: Path, name: str) -> None:
     """Refuse to write over a scenario.
 
     Raises:
@@ -53,7 +53,7 @@ def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
     return scenario, test
 
 
-def again(draft: Draft, planner: str) -> str:
+def play_command(draft: Draft, planner: str) -> str:
     """What a person types to play the scene again and look at it."""
     return episode_command(planner, draft.name, SEED)
 

@@ -16,15 +16,15 @@ from ..record import OUTCOMES, EpisodeRecord
 from ..store import Store
 from ..sweep import WALL_LIMIT, cores, local_pool
 from .draft import Draft
-from .playing import SEED, Player
+from .player import SEED, Player
 from .shrink import Shrinking
-from .space import Drawn, Space
+from .space import SampledScene, SearchSpace
 
 FAILURES = tuple(outcome for outcome in OUTCOMES if outcome not in ("success", "interrupted"))
 
 
 @dataclass(frozen=True)
-class Trouble:
+class SearchResult:
     """What a search came to.
 
     Attributes:
@@ -38,7 +38,7 @@ class Trouble:
         done: Whether nothing more could be left out; False where the budget was spent before.
     """
 
-    drawn: Drawn | None = None
+    sampled: SampledScene | None = None
     found: Draft | None = None
     first: EpisodeRecord | None = None
     smallest: Draft | None = None
@@ -71,14 +71,14 @@ class SearchOptions:
 
 def search(
     planner: PlannerSpec,
-    space: Space,
+    space: SearchSpace,
     options: SearchOptions | None = None,
     *,
     catalog: Catalog | None = None,
     store: Store | None = None,
     executor: Executor | None = None,
     progress: Callable[[float], None] = lambda done: None,
-) -> Trouble:
+) -> SearchResult:
     """Draw scenes until a planner fails in one, then make that one as small as can be.
 
     The same arguments find the same scene, however many processes play; what was played before is in the store.
@@ -106,35 +106,37 @@ def search(
         pool = executor or stack.enter_context(local_pool(options.workers or cores()))
         kept = stack.enter_context(Store()) if store is None else store
         player = Player(planner, keeping, kept, pool, options.budget, options.wall_limit, progress)
-        drawn: dict[Draft, Drawn] = {}
+        sampled: dict[Draft, SampledScene] = {}
         name = options.name or default_name(planner, space)
-        drafts = _drafts(space, planner.name, name, options.seed, drawn)
-        found = player.first(drafts, lambda record: record.outcome in options.failures, doubtful=False)
+        drafts = _drafts(space, planner.name, name, options.seed, sampled)
+        found = player.first(drafts, lambda record: record.outcome in options.failures, skip_invalid=False)
         if found is None:
-            return Trouble(searched=player.count)
+            return SearchResult(searched=player.count)
         searched = player.count
         robot = keeping.load_robot(found[0].robot)
         shrinking = Shrinking(player, *found, Footprint(robot.length, robot.width))
         shrinking.run()
-    return Trouble(
-        drawn[found[0]], *found, shrinking.draft, shrinking.record,
+    return SearchResult(
+        sampled[found[0]], *found, shrinking.draft, shrinking.record,
         searched, player.count - searched, player.count < options.budget,
     )  # fmt: skip
 
 
-def default_name(planner: PlannerSpec, space: Space) -> str:
+def default_name(planner: PlannerSpec, space: SearchSpace) -> str:
     """What the scene is called in which a planner fails."""
     return f"{planner.name}_in_{space.family.name}"
 
 
-def _drafts(space: Space, planner: str, name: str, seed: int, drawn: dict[Draft, Drawn]) -> Iterator[Draft]:
+def _drafts(
+    space: SearchSpace, planner: str, name: str, seed: int, sampled: dict[Draft, SampledScene]
+) -> Iterator[Draft]:
     """Drafts without end; what each was drawn as is noted."""
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     while True:
-        made = space.draw(rng)
+        made = space.sample(rng)
         draft = Draft.of(made.scene, name, f"Where {planner} fails: what a search left of {made.scene.name}.")
-        drawn[draft] = made
+        sampled[draft] = made
         yield draft
 
 
-__all__ = ["FAILURES", "SEED", "SearchOptions", "Trouble", "default_name", "search"]
+__all__ = ["FAILURES", "SEED", "SearchOptions", "SearchResult", "default_name", "search"]

@@ -17,10 +17,10 @@ from itertools import pairwise
 import numpy as np
 
 from ...control.footprint import Footprint
+from ..obstacle import Point
 from ..record import EpisodeRecord
-from ..thing import Point
 from .draft import CELL, Draft
-from .playing import Player
+from .player import Player
 
 STEPS = ((1.0, 90.0), (0.5, 45.0), (0.1, 15.0), (0.05, 5.0), (0.01, 1.0))
 """What numbers are rounded to, the simplest first: [m, m/s, s] and [deg]."""
@@ -53,19 +53,21 @@ class Fairness:
     @staticmethod
     def of(draft: Draft, body: Footprint) -> Fairness:
         """What a scene as it was found has, as far as a robot needs it."""
-        radius = next((r for r in (body.outer + CELL, body.outer, body.inner) if draft.way(r) is not None), 0.0)
+        radius = next(
+            (r for r in (body.outer + CELL, body.outer, body.inner) if draft.shortest_path(r) is not None), 0.0
+        )
         enough = body.outer + CELL
-        start, goal = (min(_room(draft, place), enough) for place in (draft.start, draft.goal))
+        start, goal = (min(_clearance(draft, point), enough) for point in (draft.start, draft.goal))
         return Fairness(radius, start, goal, min(_apart(draft), _APART), min(_distance(draft), _NEAREST))
 
     def holds(self, draft: Draft) -> bool:
         """Whether a scene has it."""
-        start, goal = _room(draft, draft.start), _room(draft, draft.goal)
+        start, goal = _clearance(draft, draft.start), _clearance(draft, draft.goal)
         if start < self.start or goal < self.goal:
             return False
         if _apart(draft) < self.apart or _distance(draft) < self.distance - 1e-6:
             return False
-        return self.radius == 0.0 or draft.way(self.radius) is not None
+        return self.radius == 0.0 or draft.shortest_path(self.radius) is not None
 
 
 class Shrinking:
@@ -88,7 +90,7 @@ class Shrinking:
         before = None
         while before != self.draft and self._player.count < self._player.budget:
             before = self.draft
-            self._drop_things()
+            self._drop_obstacles()
             self._shorten()
             self._round()
 
@@ -100,10 +102,10 @@ class Shrinking:
             self.draft, self.record = found
         return found is not None
 
-    def _drop_things(self) -> None:
+    def _drop_obstacles(self) -> None:
         """Leave things out, many at a time first, those that are far from where it failed before others."""
         end = self.record.path[-1].tolist() if len(self.record.path) else self.draft.start
-        names = sorted(self.draft.things, key=lambda n: (-math.dist(self.draft.things[n], end), n))
+        names = sorted(self.draft.obstacles, key=lambda n: (-math.dist(self.draft.obstacles[n], end), n))
         size = len(names)
         while size:
             needed: list[str] = []  # of this size no chunk of these can be left out
@@ -111,7 +113,7 @@ class Shrinking:
                 chunks = [names[i : i + size] for i in range(0, len(names), size)]
                 if not self._first(self.draft.without(chunk) for chunk in chunks):
                     break
-                gone = next(i for i, chunk in enumerate(chunks) if chunk[0] not in self.draft.things)
+                gone = next(i for i, chunk in enumerate(chunks) if chunk[0] not in self.draft.obstacles)
                 needed += names[: gone * size]
                 names = names[(gone + 1) * size :]
             names = needed + names
@@ -123,16 +125,16 @@ class Shrinking:
             pass
 
     def _shorter(self) -> Iterator[Draft]:
-        if (way := self.draft.way(self._fair.radius)) is None:
+        if (path := self.draft.shortest_path(self._fair.radius)) is None:
             return
         for share in SHARES:
             for start, goal in ((0.0, share), (1.0 - share, 1.0)):
-                places = (point_along(way.points, at * way.length) for at in (start, goal))
-                yield from self._fairly(self.draft.between(*places))
+                points = (point_along(path.points, at * path.length) for at in (start, goal))
+                yield from self._fairly(self.draft.between(*points))
 
     def _round(self) -> None:
         """Write simpler numbers, all at once or one thing after the other."""
-        names = ["", *self.draft.things]
+        names = ["", *self.draft.obstacles]
         for chosen in ([names] if len(names) > 1 else []) + [[name] for name in names]:
             self._first(d for step in STEPS for d in self._fairly(self.draft.rounded(*step, chosen)))
 
@@ -152,10 +154,10 @@ def point_along(points: tuple[Point, ...], length: float) -> Point:
     return points[-1]
 
 
-def _room(draft: Draft, place: Point) -> float:
+def _clearance(draft: Draft, point: Point) -> float:
     """The room around a place, as far as the grid tells [m]."""
     grid = draft.ground.grid(CELL)
-    return float(grid.room()[grid.at(place)])
+    return float(grid.clearances()[grid.cell_at(point)])
 
 
 def _distance(draft: Draft) -> float:
@@ -163,5 +165,5 @@ def _distance(draft: Draft) -> float:
 
 
 def _apart(draft: Draft) -> float:
-    standing = {thing.name for thing in draft.ground.things}
-    return min((math.dist(p, draft.start) for n, p in draft.things.items() if n not in standing), default=math.inf)
+    standing = {obstacle.name for obstacle in draft.ground.obstacles}
+    return min((math.dist(p, draft.start) for n, p in draft.obstacles.items() if n not in standing), default=math.inf)

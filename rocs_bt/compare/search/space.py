@@ -13,14 +13,14 @@ from ...action import Parameter
 from ...errors import Fault, InputError, unknown
 from ...units import convert
 from ..family import Family, Scene, family_parameters
-from ..replay import parameter_value
+from ..replay import parse_value
 
 INDICES = 1_000_000
 _DRAWS = 200  # of parameters in a row that make no scene, before the ranges are held to be wrong
 
 
 @dataclass(frozen=True)
-class Drawn:
+class SampledScene:
     """A scene that was drawn.
 
     Attributes:
@@ -35,7 +35,7 @@ class Drawn:
 
 
 @dataclass(frozen=True)
-class Space:
+class SearchSpace:
     """Where scenes are drawn from.
 
     Attributes:
@@ -47,7 +47,7 @@ class Space:
     ranges: Mapping[str, tuple[float, float]]
 
     @staticmethod
-    def of(family: Family, fixed: Mapping[str, object], told: Mapping[str, str]) -> Space:
+    def of(family: Family, fixed: Mapping[str, object], told: Mapping[str, str]) -> SearchSpace:
         """A family's numbers, each from half to twice what it is, but for those that are fixed or told.
 
         A whole number of 1 or less may be a flag, and is 0 or 1.
@@ -61,15 +61,15 @@ class Space:
             InputError: A range is none, or is of no number of the family.
         """
         declared = family_parameters(type(family))
-        numbers = {n: p for n, p in declared.items() if p.type in (int, float) and n not in family.ASIDE}
+        numbers = {n: p for n, p in declared.items() if p.type in (int, float) and n not in family.NOT_SAMPLED}
         ranges = {n: _around(getattr(family, n)) for n in numbers if n not in fixed}
         for name, text in told.items():
             if name not in numbers:
                 raise InputError(unknown("number", name, numbers, f"The family {family.name}"))
             ranges[name] = _range(numbers[name], text)
-        return Space(family, ranges)
+        return SearchSpace(family, ranges)
 
-    def draw(self, rng: np.random.Generator) -> Drawn:
+    def sample(self, rng: np.random.Generator) -> SampledScene:
         """A scene. Parameters that make none, such as a hall that is too small, are drawn anew.
 
         Raises:
@@ -79,7 +79,7 @@ class Space:
             values: dict[str, Any] = {name: self._value(rng, name) for name in self.ranges}
             index = int(rng.integers(INDICES))
             try:
-                return Drawn(dataclasses.replace(self.family, **values).scene(index), index, values)
+                return SampledScene(dataclasses.replace(self.family, **values).scene(index), index, values)
             except InputError as error:
                 refused = error
         raise refused
@@ -113,7 +113,7 @@ def _range(parameter: Parameter, text: str) -> tuple[float, float]:
 
 def _end(parameter: Parameter, text: str, hint: str) -> float:
     """One end of a range in SI units."""
-    value = parameter_value(text)
+    value = parse_value(text)
     if parameter.dimension is not None:
         return convert(value, parameter.dimension, parameter.name)
     if type(value) is not int:

@@ -102,14 +102,14 @@ def scene_means(values: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class Size:
+class SampleSize:
     """How much a sample of scenes and seeds is worth.
 
     Attributes:
         scenes: How many scenes have a value.
         episodes: How many episodes have one.
-        alike: How alike the seeds of a scene are: 0 as if they were of different scenes, 1 all the same (the
-            intra-class correlation, from the analysis of variance; clipped to 0 and 1).
+        intraclass_correlation: Correlation of the seeds of one scene, 0 (independent) to 1 (identical); estimated by
+            analysis of variance and clipped.
         design_effect: By how much the variance of the mean exceeds that of as many independent episodes (Kish, Survey
             Sampling, 1965).
         effective: How many independent episodes would say as much.
@@ -117,12 +117,12 @@ class Size:
 
     scenes: int
     episodes: int
-    alike: float
+    intraclass_correlation: float
     design_effect: float
     effective: float
 
 
-def sample_size(values: Floats) -> Size:
+def sample_size(values: Floats) -> SampleSize:
     """How much a sample of scenes and seeds is worth.
 
     Args:
@@ -131,14 +131,14 @@ def sample_size(values: Floats) -> Size:
     known = values[~np.isnan(values).all(axis=1)]
     scenes, episodes = len(known), int((~np.isnan(known)).sum())
     if scenes < 2:
-        return Size(scenes, episodes, 1.0, float(episodes or 1), float(scenes))
+        return SampleSize(scenes, episodes, 1.0, float(episodes or 1), float(scenes))
     spread = float(np.nanvar(known)) * episodes / (episodes - 1)
     between = float(scene_means(known).var(ddof=1)) / scenes
     seeds = episodes / scenes
     effect = between * episodes / spread if spread > 0.0 else seeds
     effect = min(max(effect, 1.0), seeds)
     alike = (effect - 1.0) / (seeds - 1.0) if seeds > 1.0 else 1.0
-    return Size(scenes, episodes, alike, effect, episodes / effect)
+    return SampleSize(scenes, episodes, alike, effect, episodes / effect)
 
 
 def mean_over_scenes(values: Floats, level: float = LEVEL) -> Estimate:
@@ -216,7 +216,7 @@ def mean_difference(differences: Floats, level: float = LEVEL, span: float = mat
     return Estimate(centre, float(np.fmax(low, -span)), float(np.fmin(high, span)), n)
 
 
-_DOUBT = 0.5  # scenes: the weight of "all seeds alike" against what the scenes show
+_PRIOR_SCENES = 0.5  # scenes: the weight of "all seeds alike" against what the scenes show
 
 
 def rate(values: Floats, level: float = LEVEL) -> Estimate:
@@ -241,7 +241,7 @@ def rate(values: Floats, level: float = LEVEL) -> Estimate:
     if n < 2:
         return Estimate(share, math.nan, math.nan, n)
     telling = min(int((means > 0.0).sum()), int((means < 1.0).sum()))
-    alike = (telling * size.alike + _DOUBT) / (telling + _DOUBT)
+    alike = (telling * size.intraclass_correlation + _PRIOR_SCENES) / (telling + _PRIOR_SCENES)
     worth = size.episodes / (1.0 + (size.episodes / n - 1.0) * alike)
     z2 = float(stdtrit(n - 1, 0.5 + level / 2.0)) ** 2
     centre = (share + z2 / (2.0 * worth)) / (1.0 + z2 / worth)

@@ -34,15 +34,15 @@ class Block:
     height: float = 1.0
 
 
-def walls_around(low: Point, high: Point, *, thick: float = 0.1, height: float = 1.0) -> list[Post | Block]:
+def walls_around(low: Point, high: Point, *, thickness: float = 0.1, height: float = 1.0) -> list[Post | Block]:
     """Four walls around a rectangle, on its edges, thick and high [m]."""
     (x0, y0), (x1, y1) = low, high
-    x, y, wide, deep = (x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0 + thick, y1 - y0 + thick
+    x, y, wide, deep = (x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0 + thickness, y1 - y0 + thickness
     return [
-        Block("wall_south", x, y0, wide, thick, 0.0, height),
-        Block("wall_north", x, y1, wide, thick, 0.0, height),
-        Block("wall_west", x0, y, thick, deep, 0.0, height),
-        Block("wall_east", x1, y, thick, deep, 0.0, height),
+        Block("wall_south", x, y0, wide, thickness, 0.0, height),
+        Block("wall_north", x, y1, wide, thickness, 0.0, height),
+        Block("wall_west", x0, y, thickness, deep, 0.0, height),
+        Block("wall_east", x1, y, thickness, deep, 0.0, height),
     ]
 
 

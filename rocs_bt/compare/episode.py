@@ -62,7 +62,7 @@ class ScenarioScene:
 
 
 @dataclass(frozen=True)
-class MadeScene:
+class GeneratedScene:
     """A scene that a program made; whoever plays it is sent its values.
 
     Attributes:
@@ -74,9 +74,9 @@ class MadeScene:
     scene: Scene = field(compare=False, repr=False)
 
     @staticmethod
-    def of(scene: Scene) -> MadeScene:
+    def of(scene: Scene) -> GeneratedScene:
         """The place of a scene."""
-        return MadeScene(hashlib.sha256(f"{scene.toml}\0{scene.world}".encode()).hexdigest(), scene)
+        return GeneratedScene(hashlib.sha256(f"{scene.toml}\0{scene.world}".encode()).hexdigest(), scene)
 
     @property
     def group(self) -> str:
@@ -89,17 +89,17 @@ class MadeScene:
         return self.scene.name
 
 
-Place: TypeAlias = FamilyScene | ScenarioScene | MadeScene
+SceneRef: TypeAlias = FamilyScene | ScenarioScene | GeneratedScene
 
 
 @dataclass(frozen=True)
-class Trial:
+class Episode:
     """One episode to be played.
 
     Attributes:
         key: What it depends on, as one number (`Keys`).
         planner: Who decides.
-        place: Where.
+        scene: Scene to play in.
         seed: The episode's seed.
         project: The project in which content is found; None for shipped content.
         wall_limit: How long it may take to compute [s].
@@ -109,7 +109,7 @@ class Trial:
 
     key: str
     planner: PlannerSpec
-    place: Place
+    scene: SceneRef
     seed: int
     project: Path | None = None
     wall_limit: float = 300.0

@@ -9,10 +9,10 @@ import numpy as np
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ..family import Driver, Scene, goal_scenario, quantity
-from ..floor_grid import FloorGrid, Way
+from ..family import AgentSetup, Scene, goal_scenario, quantity
+from ..floor_grid import FloorGrid, GridPath
 from ..ground import Ground
-from ..thing import Point
+from ..obstacle import Point
 
 RADIUS = 0.32
 """Of the disc that has a way in every scene [m]: a Jackal turns within 0.33 m."""
@@ -27,7 +27,7 @@ def ground_of(grid: FloorGrid, file: Path) -> Ground:
     Raises:
         InputError: It is too ragged.
     """
-    rows, columns = grid.taken.shape
+    rows, columns = grid.occupied.shape
     low, high = grid.low, (grid.low[0] + columns * grid.cell, grid.low[1] + rows * grid.cell)
     blocks = grid.blocks()
     if len(blocks) > MOST_BLOCKS:
@@ -41,33 +41,40 @@ def ground_of(grid: FloorGrid, file: Path) -> Ground:
     return Ground(low, high, blocks)
 
 
-def draw_ends(grid: FloorGrid, rng: np.random.Generator, apart: float) -> tuple[Point, Point, Way] | None:
+def sample_ends(grid: FloorGrid, rng: np.random.Generator, apart: float) -> tuple[Point, Point, GridPath] | None:
     """A start and a goal on free ground, so far apart [m] at least, and the way between them; None after 60 draws."""
-    rows, columns = np.nonzero(grid.room() > RADIUS + grid.cell)
+    rows, columns = np.nonzero(grid.clearances() > RADIUS + grid.cell)
     for _ in range(60 if len(rows) > 1 else 0):
         one, other = rng.integers(len(rows), size=2).tolist()
         start, goal = grid.centre(int(rows[one]), int(columns[one])), grid.centre(int(rows[other]), int(columns[other]))
-        if math.dist(start, goal) >= apart and (way := grid.shortest(start, goal, RADIUS)) is not None:
-            return start, goal, way
+        if math.dist(start, goal) >= apart and (path := grid.shortest(start, goal, RADIUS)) is not None:
+            return start, goal, path
     return None
 
 
 def scene_between(
-    name: str, doc: str, ground: Ground, start: Point, goal: Point, way: Way, driver: Driver, **difficulty: float
+    name: str,
+    doc: str,
+    ground: Ground,
+    start: Point,
+    goal: Point,
+    path: GridPath,
+    setup: AgentSetup,
+    **difficulty: float,
 ) -> Scene:
     """The scene of a start and a goal; the robot looks along the way at first."""
-    ahead = way.points[1]
+    ahead = path.points[1]
     heading = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
-    duration = max(60.0, 10.0 * round(way.length))  # ten times what 1 m/s would take
+    duration = max(60.0, 10.0 * round(path.length))  # ten times what 1 m/s would take
     scenario = goal_scenario(
-        driver,
+        setup,
         name,
         doc,
         Pose2(*start, heading),
         goal,
         tolerance=0.4,
         duration=min(duration, 3600.0),
-        agent={"success": {"goal": "goal", "shortest": quantity(way.length, "m")}},
+        agent={"success": {"goal": "goal", "shortest": quantity(path.length, "m")}},
     )
-    measured = {"length": way.length, "clearance": way.clearance, "detour": way.length / math.dist(start, goal)}
-    return Scene(scenario, ground, {**measured, **difficulty}, way.points)
+    measured = {"length": path.length, "clearance": path.clearance, "detour": path.length / math.dist(start, goal)}
+    return Scene(scenario, ground, {**measured, **difficulty}, path.points)

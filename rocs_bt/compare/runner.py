@@ -24,18 +24,18 @@ from ..drivers.mujoco import MujocoWorld
 from ..errors import InputError, unknown
 from ..event import BodyMoved, Event, unpack
 from ..simulation import SimulatedWorld
+from .episode import Episode, FamilyScene, ScenarioScene, SceneRef
 from .family import AGENT, load_family
-from .metric import LOST, METRICS, Measured, measure_all
+from .metric import METRICS, ZERO_ON_FAILURE, EpisodeData, measure_all
 from .record import EpisodeRecord
 from .store import Cost
-from .trial import FamilyScene, Place, ScenarioScene, Trial
 
 SCENES = 4
 """How many scenes stay set up at a time: a sweep goes from scene to scene."""
 
 
 @dataclass(frozen=True)
-class Setting:
+class PreparedScene:
     """A scene that is ready to be played.
 
     Attributes:
@@ -54,12 +54,12 @@ class Setting:
     difficulty: Mapping[str, float] = field(default_factory=dict)
     privileged: Mapping[str, Any] = field(default_factory=dict)
 
-    def driven_by(self, planner: PlannerSpec) -> ScenarioSpec:
+    def with_planner(self, planner: PlannerSpec) -> ScenarioSpec:
         """The scenario in which a planner is the mind of the agent; an oracle is told what it may know."""
         return planner.drives(self.scenario, self.agent, self.privileged)
 
 
-class Bench:
+class EpisodeRunner:
     """Plays episodes. It keeps catalogs, compiled worlds and rules; what it plays is the same with and without.
 
     Args:
@@ -69,86 +69,86 @@ class Bench:
 
     def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
         self.catalog = CachingCatalog(project, code=code)
-        self._settings: OrderedDict[Place, Setting] = OrderedDict()
+        self._prepared: OrderedDict[SceneRef, PreparedScene] = OrderedDict()
 
-    def setting(self, place: Place) -> Setting:
+    def prepare(self, scene: SceneRef) -> PreparedScene:
         """A scene, made or found.
 
         Raises:
             InputError: There is no such scenario, family or agent, or something in it is wrong.
         """
-        if place not in self._settings:
-            self._settings[place] = self._made(place)
-            if len(self._settings) > SCENES:
-                self._settings.popitem(last=False)
-        self._settings.move_to_end(place)
-        return self._settings[place]
+        if scene not in self._prepared:
+            self._prepared[scene] = self._prepare(scene)
+            if len(self._prepared) > SCENES:
+                self._prepared.popitem(last=False)
+        self._prepared.move_to_end(scene)
+        return self._prepared[scene]
 
-    def play(self, trial: Trial) -> EpisodeRecord:
+    def play(self, episode: Episode) -> EpisodeRecord:
         """Play one episode in lockstep, without a recording.
 
         Raises:
             InputError: Something in the content is wrong.
             RocsError: The engine failed.
         """
-        setting, planner = self.setting(trial.place), trial.planner
-        scenario, agent = setting.driven_by(planner), setting.agent
-        if trial.require:
-            asked = RequirementSpec(trial.require, trial.require, (agent,))
+        prepared, planner = self.prepare(episode.scene), episode.planner
+        scenario, agent = prepared.with_planner(planner), prepared.agent
+        if episode.require:
+            asked = RequirementSpec(episode.require, episode.require, (agent,))
             scenario = replace(scenario, requirements=(*scenario.requirements, asked))
-        probe = Probe(agent)
+        sink = MetricSink(agent)
         summary = run(
             scenario,
-            setting.catalog,
-            seed=trial.seed,
+            prepared.catalog,
+            seed=episode.seed,
             report=False,
-            prepare=probe.prepare,
-            sinks=[probe],
+            prepare=sink.prepare,
+            sinks=[sink],
         ).summary
         result = summary.agents[agent]
-        measured = Measured(
+        measured = EpisodeData(
             outcome=result.outcome,
             time_limit=scenario.duration,
-            reference_length=setting.reference_length,
+            reference_length=prepared.reference_length,
             agent=result,
-            way=probe.way(),
-            clearances=probe.clearances,
-            energy=probe.energy,
+            path=sink.path(),
+            clearances=sink.clearances,
+            energy=sink.energy,
         )
         return EpisodeRecord(
-            key=trial.key,
+            key=episode.key,
             planner=planner.name,
-            family=trial.place.group,
-            scene=trial.place.name,
-            seed=trial.seed,
+            family=episode.scene.group,
+            scene=episode.scene.name,
+            seed=episode.seed,
             outcome=result.outcome,
             reason=result.reason,
             metrics=measure_all(measured),
             sim_time=summary.sim_time,
             time_limit=scenario.duration,
-            difficulty=setting.difficulty,
-            track=probe.track(),
+            difficulty=prepared.difficulty,
+            track=sink.track(),
             content=summary.content_hash,
             trajectory_hash=summary.trajectory_hash or "",
             reproducible=planner.latency is not None,
         )
 
-    def _made(self, place: Place) -> Setting:
-        if isinstance(place, ScenarioScene):
-            return self._of_scenario(place)
-        if isinstance(place, FamilyScene):
-            scene = load_family(self.catalog, place.family, dict(place.parameters)).scene(place.index)
+    def _prepare(self, ref: SceneRef) -> PreparedScene:
+        if isinstance(ref, ScenarioScene):
+            return self._prepare_scenario(ref)
+        if isinstance(ref, FamilyScene):
+            scene = load_family(self.catalog, ref.family, dict(ref.parameters)).scene(ref.index)
         else:
-            scene = place.scene
-        catalog = scene.found_in(self.catalog)
+            scene = ref.scene
+        catalog = scene.added_to(self.catalog)
         scenario = catalog.load_scenario(scene.name)
         length = scene.reference_length or _shortest(scenario, _agent(scenario, AGENT))
-        return Setting(catalog, scenario, AGENT, length, scene.difficulty, scene.privileged)
+        return PreparedScene(catalog, scenario, AGENT, length, scene.difficulty, scene.privileged)
 
-    def _of_scenario(self, place: ScenarioScene) -> Setting:
-        scenario = self.catalog.load_scenario(place.scenario)
-        agent = _agent(scenario, place.agent)
-        return Setting(self.catalog, scenario, agent.name, _shortest(scenario, agent))
+    def _prepare_scenario(self, ref: ScenarioScene) -> PreparedScene:
+        scenario = self.catalog.load_scenario(ref.scenario)
+        agent = _agent(scenario, ref.agent)
+        return PreparedScene(self.catalog, scenario, agent.name, _shortest(scenario, agent))
 
 
 def _agent(scenario: ScenarioSpec, name: str) -> AgentSpec:
@@ -175,7 +175,7 @@ TRACK = 0.1
 """How much of its way lies between two positions that are kept for pictures [m]."""
 
 
-class Probe:
+class MetricSink:
     """Watches one agent of a run in lockstep.
 
     Args:
@@ -213,7 +213,7 @@ class Probe:
         if event.wheels:
             self._weigh(unpack(event.wheels))
 
-    def way(self, step: float = STEP) -> npt.NDArray[np.float64]:
+    def path(self, step: float = STEP) -> npt.NDArray[np.float64]:
         """(n, 2) Where it was, at equal steps of its way [m]: the same way gives the same, however it was sampled."""
         points = np.array(self._points, dtype=float).reshape(-1, 2)
         if len(points) < 2:
@@ -224,7 +224,7 @@ class Probe:
 
     def track(self) -> bytes:
         """Where it was about every TRACK of its way, and at the end: (n, 2) float32 as bytes."""
-        return np.vstack([self.way(TRACK), *self._points[-1:]]).astype(np.float32).tobytes()
+        return np.vstack([self.path(TRACK), *self._points[-1:]]).astype(np.float32).tobytes()
 
     def _weigh(self, rims: list[float]) -> None:
         """Add what the drive's speed gained since the last look: half the mean square of its rims' speeds."""
@@ -233,10 +233,10 @@ class Probe:
         self._kinetic = kinetic
 
 
-_ONE = threading.Lock()  # a process plays one episode at a time, however many threads an executor has in it
+_ONE_AT_A_TIME = threading.Lock()  # a process plays one episode at a time, however many threads an executor has in it
 
 
-def work(trial: Trial) -> tuple[EpisodeRecord, Cost]:
+def run_episode(episode: Episode) -> tuple[EpisodeRecord, Cost]:
     """Play a trial. An episode that breaks down is a record as well, with the outcome `error`.
 
     In a process that an executor started a trial that takes longer than its wall limit ends that process, even where
@@ -245,47 +245,47 @@ def work(trial: Trial) -> tuple[EpisodeRecord, Cost]:
     Raises:
         InputError: Something in the content is wrong, so that no other episode would do better.
     """
-    with _ONE, _limited(trial.wall_limit):
+    with _ONE_AT_A_TIME, _limited(episode.wall_limit):
         wall, cpu = time.perf_counter(), time.process_time()
-        bench = _bench(trial.project, trial.code)
-        limit = bench.setting(trial.place).scenario.duration
+        runner = _process_runner(episode.project, episode.code)
+        limit = runner.prepare(episode.scene).scenario.duration
         try:
-            record = bench.play(trial)
+            record = runner.play(episode)
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001 - the process's boundary: one broken episode must not end a sweep
-            record = broken(trial, f"{type(error).__name__}: {error}", limit, reproducible=True)
+            record = error_record(episode, f"{type(error).__name__}: {error}", limit, reproducible=True)
         return record, Cost(time.perf_counter() - wall, time.process_time() - cpu)
 
 
-def broken(trial: Trial, reason: str, time_limit: float, *, reproducible: bool) -> EpisodeRecord:
+def error_record(episode: Episode, reason: str, time_limit: float, *, reproducible: bool) -> EpisodeRecord:
     """The record of an episode that did not come to an end: a failure, of which nothing else is known.
 
     Args:
-        trial: What was to be played.
+        episode: What was to be played.
         reason: Why it broke down.
         time_limit: T_max [s]; 0 where that is not known either.
         reproducible: Whether it would break down again.
     """
     time = time_limit if time_limit > 0.0 else None
     return EpisodeRecord(
-        key=trial.key,
-        planner=trial.planner.name,
-        family=trial.place.group,
-        scene=trial.place.name,
-        seed=trial.seed,
+        key=episode.key,
+        planner=episode.planner.name,
+        family=episode.scene.group,
+        scene=episode.scene.name,
+        seed=episode.seed,
         outcome="error",
         reason=reason,
-        metrics={**dict.fromkeys(METRICS), **dict.fromkeys(LOST, 0.0), "time": time},
+        metrics={**dict.fromkeys(METRICS), **dict.fromkeys(ZERO_ON_FAILURE, 0.0), "time": time},
         time_limit=time_limit,
         reproducible=reproducible,
     )
 
 
 @lru_cache(maxsize=1)
-def _bench(project: Path | None, code: bool) -> Bench:
+def _process_runner(project: Path | None, code: bool) -> EpisodeRunner:
     """This process's bench."""
-    return Bench(project, code=code)
+    return EpisodeRunner(project, code=code)
 
 
 @contextmanager

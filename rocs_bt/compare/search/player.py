@@ -49,22 +49,21 @@ class Player:
     _passed: set[Draft] = field(default_factory=set)
 
     def first(
-        self, drafts: Iterable[Draft], fails: Fails, *, doubtful: bool = True
+        self, drafts: Iterable[Draft], fails: Fails, *, skip_invalid: bool = True
     ) -> tuple[Draft, EpisodeRecord] | None:
         """The first draft in which the planner fails, and its episode; None where none is found within the budget.
 
         Args:
             drafts: What to try; each is made when it is needed.
             fails: Which episodes count as failures.
-            doubtful: Whether a draft may be none that can be played, such as one whose robot starts inside of a thing;
-                it is passed over.
+            skip_invalid: Whether to skip drafts that cannot be played, such as one with the robot inside an obstacle.
 
         Raises:
             InputError: Content is wrong, and is not doubtful.
         """
         source = self._new(drafts)
         while wave := list(islice(source, min(_WAVE, self.budget - self.count))):
-            records = self._play(wave, fails, doubtful)
+            records = self._play(wave, fails, skip_invalid)
             self.count += len(records)
             self.progress(self.count)
             for draft, record in zip(wave, records, strict=False):
@@ -81,12 +80,12 @@ class Player:
                 seen.add(draft)
                 yield draft
 
-    def _play(self, drafts: Sequence[Draft], fails: Fails, doubtful: bool) -> list[EpisodeRecord | None]:
+    def _play(self, drafts: Sequence[Draft], fails: Fails, skip_invalid: bool) -> list[EpisodeRecord | None]:
         """The episodes until the first failure; None for a draft that cannot be played."""
         try:
             return list(self._swept(drafts, fails))
         except InputError:
-            if not doubtful:
+            if not skip_invalid:
                 raise
         found: list[EpisodeRecord | None] = []
         for draft in drafts:
@@ -101,11 +100,11 @@ class Player:
     def _swept(self, drafts: Sequence[Draft], fails: Fails) -> Iterable[EpisodeRecord]:
         done = sweep(
             [self.planner],
-            [draft.place for draft in drafts],
+            [draft.scene_ref for draft in drafts],
             (SEED,),
             catalog=self.catalog,
             store=self.store,
             executor=self.executor,
-            options=SweepOptions(wall_limit=self.wall_limit, enough=lambda records: fails(records[-1])),
+            options=SweepOptions(wall_limit=self.wall_limit, stop_when=lambda records: fails(records[-1])),
         )
         return done.records()
