@@ -1,7 +1,8 @@
-"""Behaviour trees by themselves: nodes, boards, scripts, XML, drawing, examination and the log for Groot2.
+"""Behaviour-tree engine: nodes, blackboards, scripts, XML, drawing, checks and the log for Groot2.
 
-It knows no robot, no mission and no agent; `plan` binds its trees to one. Whoever needs trees may import it: `plan`,
-`record`, `check`, the command line, and programs without a robot.
+The package has no dependency on robots, missions or agents; `plan` connects its trees to an agent. Any module that
+needs
+trees may import it: `plan`, `record`, `check`, the command line, and programs without a robot.
 
     from rocs_bt.trees import Tree, load_xml
 

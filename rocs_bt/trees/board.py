@@ -1,4 +1,4 @@
-"""Board: the values that the nodes of one tree share; a subtree has its own, which may look into its parent's."""
+"""Blackboard: values shared by the nodes of one tree; a subtree has its own, which can refer to its parent's."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .status import outcome_named
 
 
 class Entry:
-    """A value with the type that it was declared with.
+    """Value with its declared type.
 
     Attributes:
-        value: The value; None while there is none.
-        kind: The type that a port or a typed write has fixed; None for one that any value may fill.
-        sequence: How often it was written.
-        alive: False once it was unset, so that who holds it looks anew.
+        value: The value; None if there is none.
+        kind: Type fixed by a port or by a typed write; None if any value is allowed.
+        sequence: Number of writes.
+        alive: False once the entry was unset; holders of a reference must then resolve the key again.
     """
 
     __slots__ = ("alive", "kind", "sequence", "value")
@@ -33,7 +33,7 @@ class Entry:
         self.alive = True
 
     def store(self, value: Any) -> None:
-        """Write a value that is known to fit."""
+        """Write a value whose type is already known to fit."""
         self.value = value
         self.sequence += 1
 
@@ -52,19 +52,19 @@ _TRUTH = {
 }
 
 Enums = Mapping[str, int]
-"""Names that scripts and enum ports know, and their numbers."""
+"""Numbers by the names that scripts and enum ports may use."""
 
 
 def from_string(text: str, kind: Any, enums: Enums | None = None) -> Any:
-    """A value of a port's type.
+    """Convert text to the type of a port.
 
     Args:
-        text: As it stands in a file; items of a list are separated by `;`.
-        kind: bool, int, float, str, Status, an Enum, `list[...]` of them, or Any, which leaves the text as it is.
-        enums: Names of numbers, which int, float and Enum ports take too.
+        text: Text as in a file; items of a list are separated by `;`.
+        kind: bool, int, float, str, Status, an Enum, `list[...]` of them, or Any, which leaves the text unchanged.
+        enums: Numbers by name, accepted by int, float and Enum ports too.
 
     Raises:
-        TreeError: It is no such value.
+        TreeError: The text cannot be converted.
     """
     enums = enums or {}
     if kind is Any or kind is str:
@@ -82,11 +82,13 @@ def from_string(text: str, kind: Any, enums: Enums | None = None) -> Any:
         return outcome_named(text)
     if isinstance(kind, type) and issubclass(kind, Enum):
         return _member(text, kind, enums)
-    raise TreeError(Fault(f"{text!r} cannot be read as {kind}: files hold no such values, only the board does."))
+    raise TreeError(
+        Fault(f"{text!r} cannot be converted to {kind}: only the blackboard holds such values, never a file.")
+    )
 
 
 def to_string(value: Any) -> str:
-    """A value as BehaviorTree.CPP writes it: integers plain, other numbers with six digits."""
+    """Text of a value as BehaviorTree.CPP writes it: integers plain, other numbers with six decimals."""
     if isinstance(value, bool):
         return str(int(value))
     return f"{value:.6f}" if isinstance(value, float) else str(value)
@@ -117,17 +119,20 @@ def _looked_up(text: str, table: Mapping[str, Any], what: str) -> Any:
 class Board:
     """Values by key, after BehaviorTree.CPP's blackboard.
 
-    A key is looked for in this board, then, if it is remapped or `autoremap` is on, in the parent's under its name
-    there; keys that begin with `_` are private and never found by `autoremap`. `@key` is always `key` of the root.
+    A key is looked up in this blackboard first. If it is remapped or `autoremap` is on, it is then looked up in the
+    parent's,
+    under its name there. Keys that begin with `_` are private and never found by `autoremap`. `@key` is always `key` of
+    the
+    root.
 
     Args:
-        parent: The board of the tree that holds this subtree; None for a root.
-        autoremap: Whether keys unknown here are those of the parent.
-        name: What messages call it, such as a subtree's path.
+        parent: Blackboard of the tree that contains this subtree; None for a root.
+        autoremap: Whether keys unknown here refer to the parent's keys of the same name.
+        name: Name for messages, such as the path of a subtree.
 
     Attributes:
-        remapping: Keys of this board that are others of the parent's.
-        enums: Names of numbers, for conversions; the same ones in all boards of a tree.
+        remapping: The parent's keys by the keys of this blackboard.
+        enums: Numbers by name, for conversions; shared by all blackboards of a tree.
     """
 
     def __init__(self, parent: Board | None = None, *, autoremap: bool = False, name: str = "") -> None:
@@ -140,17 +145,17 @@ class Board:
 
     @property
     def root(self) -> Board:
-        """The board at the end of the chain of parents."""
+        """Blackboard at the end of the chain of parents."""
         board = self
         while board.parent is not None:
             board = board.parent
         return board
 
     def resolve(self, key: str) -> tuple[Board, str]:
-        """The board that holds a key, or would, and the key's name there."""
+        """Blackboard that holds a key (or would hold it once written), and the key's name there."""
         if key.startswith("@"):
             if "@" in key[1:]:
-                raise TreeError(Fault(f"the key '{key}' has more than one '@'."))
+                raise TreeError(Fault(f"the key '{key}' contains more than one '@'."))
             return self.root, key[1:]
         board = self
         while board.parent is not None and key not in board._entries:
@@ -164,7 +169,7 @@ class Board:
         return board, key
 
     def entry(self, key: str) -> Entry | None:
-        """The entry of a key, wherever it lives; None if there is none."""
+        """Entry of a key in this blackboard or an ancestor; None if there is none."""
         found = self._entries.get(key)
         if found is not None:
             return found
@@ -172,14 +177,14 @@ class Board:
         return board._entries.get(name)
 
     def declare(self, key: str, kind: Any = None) -> Entry:
-        """The entry of a key, made if there is none.
+        """Return the entry of a key, created if it does not exist.
 
         Args:
             key: The key.
-            kind: Its type, which a new entry gets; None or Any where any will do.
+            kind: Type of a new entry; None or Any for any value.
 
         Raises:
-            TreeError: It has another type already, other than text, which is converted when it is read.
+            TreeError: The entry has another type, except text, which is converted when it is read.
         """
         board, name = self.resolve(key)
         kind = None if kind is Any else kind
@@ -187,20 +192,20 @@ class Board:
         if entry is None:
             entry = board._entries[name] = Entry(kind)
         elif kind is not None and entry.kind not in (None, str, kind):
-            hint = "A key keeps the type that it was declared with first; use another key."
+            hint = "The first declaration of a key fixes its type; use another key."
             message = f"the key '{key}' is of type {type_name(entry.kind)}, not {type_name(kind)}."
             raise TreeError(Fault(message, hint=hint))
         return entry
 
     def own(self, key: str, value: Any) -> None:
-        """Write a value to this very board, whatever is remapped; it fixes no type."""
+        """Write a value to this blackboard itself, ignoring remappings, without fixing a type."""
         self._entries.setdefault(key, Entry()).store(value)
 
     def __getitem__(self, key: str) -> Any:
-        """The value of a key.
+        """Value of a key.
 
         Raises:
-            TreeError: There is none.
+            TreeError: The key has no value.
         """
         entry = self.entry(key)
         if entry is None or entry.value is None:
@@ -208,7 +213,7 @@ class Board:
         return entry.value
 
     def __setitem__(self, key: str, value: Any) -> None:
-        """Write a value. The first one fixes the entry's type, unless it is text, which any type may follow.
+        """Write a value. The first one fixes the entry's type, unless it is text, which a value of any type may follow.
 
         Raises:
             TreeError: The value does not fit the entry's type.
@@ -228,22 +233,22 @@ class Board:
         return isinstance(key, str) and (entry := self.entry(key)) is not None and entry.value is not None
 
     def unset(self, key: str) -> None:
-        """Remove a key of this very board, as BehaviorTree.CPP does; those of parents stay."""
+        """Remove a key of this blackboard, as BehaviorTree.CPP does; the parents' keys remain."""
         board, name = (self.root, key[1:]) if key.startswith("@") else (self, key)
         entry = board._entries.pop(name, None)
         if entry is not None:
             entry.alive = False
 
     def keys(self) -> list[str]:
-        """The keys of this very board that have a value, sorted."""
+        """Sorted keys of this blackboard that have a value."""
         return sorted(key for key, entry in self._entries.items() if entry.value is not None)
 
     def entries(self) -> Iterator[tuple[str, Entry]]:
-        """The entries of this very board, in the order they were made."""
+        """Entries of this blackboard in the order of creation."""
         yield from self._entries.items()
 
     def texts(self) -> dict[str, str]:
-        """The scalar values of this very board, as BehaviorTree.CPP writes them."""
+        """Scalar values of this blackboard, as text in BehaviorTree.CPP's format."""
         found = ((key, entry.value) for key, entry in sorted(self._entries.items()))
         return {key: to_string(value) for key, value in found if isinstance(value, (int, float, str))}
 
@@ -253,10 +258,10 @@ class Board:
             self[key] = value
 
     def fitted(self, key: str, kind: Any, value: Any) -> Any:
-        """A value as a type of an entry or a port has it: text is parsed, numbers are converted where nothing is lost.
+        """Convert a value to the type of an entry or a port: text is parsed, numbers are converted if nothing is lost.
 
         Raises:
-            TreeError: It does not fit.
+            TreeError: The value does not fit.
         """
         given = type(value)
         if given is kind:
@@ -271,11 +276,11 @@ class Board:
             return value
         if isinstance(value, list) and type_name(kind).startswith("list"):
             return value
-        hint = "A key keeps the type that it was written with first; use another key."
+        hint = "The first write of a key fixes its type; use another key."
         message = f"the key '{key}' is of type {type_name(kind)}, and {value!r} does not fit."
         raise TreeError(Fault(message, hint=hint))
 
 
 def type_name(kind: Any) -> str:
-    """How messages call a type."""
+    """Name of a type in messages."""
     return kind.__name__ if isinstance(kind, type) and not hasattr(kind, "__args__") else str(kind)

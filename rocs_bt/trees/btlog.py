@@ -1,13 +1,13 @@
-"""BtLog: the log that Groot2 replays, in the format of BehaviorTree.CPP's FileLogger2.
+"""BtLog: log file for Groot2's replay, in the format of BehaviorTree.CPP's FileLogger2.
 
 The format (protocol 1 of BehaviorTree.CPP 4.2 and later, src/loggers/bt_file_logger_v2.cpp), little-endian:
 
     18 bytes   BTCPP4-FileLogger2
-     1 byte    the protocol, 1
-     4 bytes   the size of the document that follows
-     n bytes   the tree as XML (see `write_instances`)
-     8 bytes   the time that the others count from [µs]; here zero, the run's own beginning
-     9 bytes   for each change of a status: its time [µs, 6 bytes], the node's number [2 bytes], the status [1 byte]
+     1 byte    protocol, 1
+     4 bytes   size of the document that follows
+     n bytes   tree as XML (see `write_instances`)
+     8 bytes   origin of the times below [µs]; here zero, the beginning of the run
+     9 bytes   per change of status: its time [µs, 6 bytes], the node's number [2 bytes], the status [1 byte]
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from .xml.write import Writer, element, model_of, to_text, value_text
 
 
 def write_instances(tree: Tree, main: str) -> str:
-    """A running tree as a document whose nodes have their `_uid`, and whose subtrees their `_fullpath`.
+    """Write a running tree as a document with `_uid` for each node and `_fullpath` for each subtree.
 
     Args:
         tree: The tree.
-        main: The ID of its outermost tree.
+        main: ID of the outermost tree.
     """
     return _Instances(tree).whole(main)
 
@@ -78,25 +78,25 @@ class _Instances(Writer):
 
 MAGIC = b"BTCPP4-FileLogger2\x01"
 MAX_NODES = 0xFFFF
-"""Nodes that the format can number."""
+"""Largest number of nodes that the format can address."""
 
-#: How the format tells a status. A node that was skipped is idle; only its parent heard more.
+#: Status codes of the format. A skipped node counts as idle.
 STATUSES = {IDLE: 0, RUNNING: 1, SUCCESS: 2, FAILURE: 3, SKIPPED: 0}
-_FLUSH_EVERY = 0.5  # [s] of the run's time: what a killed run may lose
+_FLUSH_EVERY = 0.5  # [s] of run time: upper bound on what a killed run loses
 
 
 class BtLog:
-    """Writes every change of a status in a mission's tree to a file, as it happens.
+    """Writes every change of status in a tree to a log file as it happens.
 
-    After a swap of a subtree the nodes are others, so a second file begins: `R2.btlog`, then `R2-2.btlog`.
+    Swapping a subtree changes the nodes, so a second file begins: `R2.btlog`, then `R2-2.btlog`.
 
     Args:
-        path: The file, whose name must end in `.btlog`.
+        path: Path of the log file, ending in `.btlog`.
         tree: The tree; it needs a clock.
         name: Name of the tree's root in the log.
 
     Raises:
-        InputError: The tree has more nodes than the format can number.
+        InputError: The tree has more nodes than the format can address.
         RecordingError: The file cannot be written.
     """
 
@@ -110,10 +110,10 @@ class BtLog:
         self._unwatch = Changes(tree, self._on_change).close
 
     def close(self) -> None:
-        """End the log.
+        """Close the log.
 
         Raises:
-            RecordingError: It could not be written to its end.
+            RecordingError: The log could not be written completely.
         """
         self._unwatch()
         self._end()
@@ -125,8 +125,8 @@ class BtLog:
         if len(tree.nodes) > MAX_NODES:
             raise InputError(
                 Fault(
-                    f"the tree '{self._name}' has {len(tree.nodes)} nodes, and a .btlog can number {MAX_NODES}.",
-                    hint="Look at the live page, or at the recording, which have no such limit.",
+                    f"the tree '{self._name}' has {len(tree.nodes)} nodes; a .btlog file can hold at most {MAX_NODES}.",
+                    hint="Use the live page or the recording instead; they have no such limit.",
                 )
             )
         self._nodes: tuple[Behaviour, ...] = tree.nodes
@@ -160,7 +160,7 @@ class BtLog:
             if t >= self._flush_at:
                 self._flush_at = t + _FLUSH_EVERY
                 self._file.flush()
-        except OSError as error:  # a disk that is full must not stop a robot
+        except OSError as error:  # a full disk must not stop a robot
             self._failed(Path(self._file.name), error)
 
     def _end(self) -> None:
@@ -172,7 +172,7 @@ class BtLog:
                 self._failed(Path(file.name), error)
 
     def _failed(self, path: Path, error: OSError) -> None:
-        self._failure = f"the log '{path}' cannot be written: {error.strerror}."
+        self._failure = f"cannot write the log '{path}': {error.strerror}."
         if self._file is not None:
             with contextlib.suppress(OSError):
                 self._file.close()

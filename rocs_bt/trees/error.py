@@ -1,4 +1,4 @@
-"""What can go wrong in a mission's tree."""
+"""TreeError, the base of all errors of behaviour trees."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from ..errors import InputError
 
 
 class TreeError(InputError):
-    """A tree that cannot be built or cannot go on: a port, a script, a key or a node used against its contract."""
+    """A tree that cannot be built or continued: a port, a script, a key or a node violates its contract."""

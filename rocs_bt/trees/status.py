@@ -1,8 +1,8 @@
-"""What a tick of a node comes to.
+"""Outcome of a tick: a py_trees Status or SKIPPED.
 
-py_trees' Status has no word for *skipped*, and an Enum with members cannot be extended. So a tick gives back an
-`Outcome`: a Status, or SKIPPED, which is told to the parent and never stored. As in BehaviorTree.CPP, a node that was
-skipped is idle, which is INVALID in py_trees' words.
+py_trees' Status has no *skipped*, and an Enum with members cannot be extended. A tick therefore returns an `Outcome`: a
+Status, or SKIPPED, which only the parent receives and which is never stored. As in BehaviorTree.CPP, a skipped node is
+idle; py_trees calls this INVALID.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ IDLE: Final = Status.INVALID
 
 
 class Skip(Enum):
-    """The outcome of a node that was not to be ticked; its parent goes on as if it were not there."""
+    """Outcome of a node that must not be ticked; its parent continues as if the node did not exist."""
 
     SKIPPED = "SKIPPED"
 
@@ -30,7 +30,7 @@ class Skip(Enum):
 SKIPPED: Final = Skip.SKIPPED
 
 Outcome = Any
-"""A Status or SKIPPED. It is Any to a type checker, because py_trees' methods that give it back promise a Status."""
+"""A Status or SKIPPED; typed Any because py_trees' methods that return it are annotated with Status."""
 
 _NAMES: dict[str, Outcome] = {
     "IDLE": IDLE,
@@ -42,16 +42,16 @@ _NAMES: dict[str, Outcome] = {
 
 
 def outcome_named(text: str) -> Outcome:
-    """The outcome that a file names.
+    """Outcome with the name used in files.
 
     Raises:
-        TreeError: There is none of that name.
+        TreeError: No outcome has this name.
     """
     if text not in _NAMES:
-        raise TreeError(Fault(f"{text!r} is no status.", hint=f"There are: {', '.join(_NAMES)}."))
+        raise TreeError(Fault(f"unknown status {text!r}.", hint=f"Statuses: {', '.join(_NAMES)}."))
     return _NAMES[text]
 
 
 def outcome_name(outcome: Outcome) -> str:
-    """How files name an outcome: IDLE where py_trees says INVALID."""
+    """Name of an outcome in files: IDLE for py_trees' INVALID."""
     return "IDLE" if outcome is IDLE else outcome.value

@@ -53,7 +53,7 @@ class TestPorts:
         )
         (fault,) = verify(document, {**BUILTIN, "Custom": Custom})
         assert fault.line == 3
-        assert f"port 'size': '{text}' cannot be read: {error}" in fault.message
+        assert f"port 'size': '{text}' cannot be converted: {error}" in fault.message
 
     def test_a_key_without_a_value_is_told(self):
         with pytest.raises(InputError, match="'who' of Greet 'g' reads the key 'name', which has no value"):
@@ -64,7 +64,7 @@ class TestPorts:
         [
             ({}, "Greet needs 'who'. who is greeted"),
             ({"who": "x", "times": "1.5"}, "port 'times': '1.5' is not a whole number"),
-            ({"who": "x", "said": "out"}, "the output port 'said' needs a key, found 'out'. Write said=\"{out}\""),
+            ({"who": "x", "said": "out"}, "the output port 'said' must be a key, found 'out'. Write said=\"{out}\""),
             ({"who": "x", "whom": "y"}, "no port is named 'whom'. Did you mean 'who'"),
             ({"who": "{a@b}"}, "may have one '@', at its beginning"),
         ],

@@ -122,7 +122,7 @@ class TestTraps:
         assert bench.of("Parallel", "K", "S", success_count=2).ticks(2)[1].startswith("RUNNING")
 
     def test_parallel_refuses_a_count_that_it_can_never_reach(self, bench):
-        with pytest.raises(InputError, match="waits for 3 of its children, and has 2"):
+        with pytest.raises(InputError, match="waits for 3 children but has 2"):
             bench.of("Parallel", "S", "S", success_count=3).tick()
 
     def test_what_skips_half_way_counts_as_running_until_its_parent_ends(self, bench):

@@ -1,4 +1,4 @@
-"""The nodes of behaviour trees: BehaviorTree.CPP's meanings, py_trees' classes, ticked by direct calls."""
+"""Nodes of behaviour trees: semantics of BehaviorTree.CPP, classes of py_trees, ticked by direct calls."""
 
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Outcome
 from .changes import Changes

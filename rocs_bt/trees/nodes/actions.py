@@ -1,4 +1,4 @@
-"""Action nodes of BehaviorTree.CPP: constants, keys of the board, scripts, sleeping, and TestNode."""
+"""Action nodes of BehaviorTree.CPP: constants, blackboard access, scripts, Sleep and TestNode."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .runtime import Runtime
 
 
 class AlwaysSuccess(Instant):
-    """SUCCESS."""
+    """Returns SUCCESS."""
 
     def tick_once(self) -> Outcome:
         self.status = SUCCESS
@@ -31,7 +31,7 @@ class AlwaysSuccess(Instant):
 
 
 class AlwaysFailure(Instant):
-    """FAILURE."""
+    """Returns FAILURE."""
 
     def tick_once(self) -> Outcome:
         self.status = FAILURE
@@ -42,10 +42,10 @@ class AlwaysFailure(Instant):
 
 
 class SetBlackboard(Instant):
-    """Writes a text, or the value of another key with its type, to a key; FAILURE if that other key has no value."""
+    """Writes a text, or a copy of another key's value and type, to a key; FAILURE if the other key has no value."""
 
-    value = Input(object, doc="a text, or a key such as {source}")
-    output_key = InOut(str, doc="the name of the key that is written, with or without braces")
+    value = Input(object, doc="text, or a key such as {source}")
+    output_key = InOut(str, doc="name of the key to write, with or without braces")
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -59,7 +59,8 @@ class SetBlackboard(Instant):
             key = self.given["output_key"]
         else:
             named = board.entry(key)
-            # The braces ask for the name that the key holds; most people mean the key itself, as older versions did.
+            # With braces, BehaviorTree.CPP writes to the key whose name the named key holds. Most users mean the named
+            # key itself, as in older versions, so this applies only if it holds text.
             if named is not None and named.value.__class__ is str:
                 key = named.value
         target = board.entry(key)
@@ -68,7 +69,7 @@ class SetBlackboard(Instant):
         else:
             entry = board.entry(self._source)
             if entry is None:
-                raise TreeError(Fault(f"'{self.name}' copies the key '{self._source}', which does not exist."))
+                raise TreeError(Fault(f"'{self.name}' cannot copy the key '{self._source}': it does not exist."))
             target = target or board.declare(key, entry.kind)
             value = entry.value
             if value is None:
@@ -84,7 +85,7 @@ class SetBlackboard(Instant):
         return SUCCESS
 
     def _as_number(self, key: str, kind: Any, value: Any) -> Any:
-        """The literal as a number, converted when it is first needed."""
+        """Convert the literal to a number, once."""
         enums = self.board.enums
         if self._number[0] is not kind or self._number[1] is not enums:
             self._number = kind, enums, self.board.fitted(key, kind, value)
@@ -92,9 +93,9 @@ class SetBlackboard(Instant):
 
 
 class UnsetBlackboard(Instant):
-    """Removes a key of its own board; SUCCESS."""
+    """Removes a key from the blackboard of this tree; returns SUCCESS."""
 
-    key_ = Input(str, doc="the key, without braces", name="key")
+    key_ = Input(str, doc="key, without braces", name="key")
 
     def update(self) -> Outcome:
         self.board.unset(self.read("key"))
@@ -102,10 +103,10 @@ class UnsetBlackboard(Instant):
 
 
 class WasEntryUpdated(Instant):
-    """SUCCESS if the key was written since this was ticked last, FAILURE if it was not."""
+    """SUCCESS if the key was written since the node's last tick, else FAILURE."""
 
     kind = "Action"
-    entry = Input(object, doc="the key")
+    entry = Input(object, doc="key")
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -118,7 +119,7 @@ class WasEntryUpdated(Instant):
 
 
 class _Scripted(Instant):
-    code = Code(doc="the script")
+    code = Code(doc="script")
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -134,11 +135,11 @@ class _Scripted(Instant):
         return below
 
     def compiled(self, script: Parsed) -> Callable[[], Any]:
-        """The script as a function."""
+        """Compile the script to a function."""
         return compile_script(script, self.board)
 
     def _read(self) -> Callable[[], Any]:
-        """The script of a node that is in no tree, or whose script is on the board."""
+        """Function of a script that is read from the blackboard, or of a node that is not in a tree."""
         text = self.code
         if self._last is None or self._last[0] != text:
             self._last = text, self.compiled(parse_script(text))
@@ -146,7 +147,7 @@ class _Scripted(Instant):
 
 
 class Script(_Scripted):
-    """Runs a script, such as `tries += 1; ready := tries > 2`; SUCCESS."""
+    """Runs a script, such as `tries += 1; ready := tries > 2`; returns SUCCESS."""
 
     def tick_once(self) -> Outcome:
         (self._run or self._read())()
@@ -155,7 +156,7 @@ class Script(_Scripted):
 
 
 class ScriptCondition(_Scripted):
-    """SUCCESS if a script holds, FAILURE if it does not."""
+    """SUCCESS if a script is true, else FAILURE."""
 
     kind = "Condition"
 
@@ -170,7 +171,7 @@ class ScriptCondition(_Scripted):
 class Sleep(Leaf):
     """RUNNING for `msec` milliseconds of the tree's clock, then SUCCESS."""
 
-    msec = Input(int, doc="how long [ms]")
+    msec = Input(int, doc="duration [ms]")
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -185,20 +186,20 @@ class Sleep(Leaf):
 
 
 class TestNode(Leaf):
-    """Comes to `return_status`, after `async_delay` milliseconds, and runs a script for what it came to.
+    """Returns `return_status` after `async_delay` milliseconds and runs a script that depends on the outcome.
 
-    `return_status_script`, where it is given, is a script whose value is the status: a number (1 RUNNING, 2 SUCCESS,
-    3 FAILURE, 4 SKIPPED) or its name.
+    `return_status_script`, if given, is a script whose value is the status: a number (1 RUNNING, 2 SUCCESS, 3 FAILURE,
+    4 SKIPPED) or a name.
     """
 
     __test__ = False  # not pytest's
 
-    return_status = Input(str, "SUCCESS", "what it comes to")
-    return_status_script = Code("", "a script that tells what it comes to")
-    success_script = Code("", "run on SUCCESS")
-    failure_script = Code("", "run on FAILURE")
-    post_script = Code("", "run in any case")
-    async_delay = Input(int, 0, "how long it is RUNNING before [ms]")
+    return_status = Input(str, "SUCCESS", "outcome")
+    return_status_script = Code("", "script whose value is the outcome")
+    success_script = Code("", "script run on SUCCESS")
+    failure_script = Code("", "script run on FAILURE")
+    post_script = Code("", "script run after any outcome")
+    async_delay = Input(int, 0, "time as RUNNING before the outcome [ms]")
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -227,7 +228,7 @@ class TestNode(Leaf):
             value = names[int(value)]
         outcome = outcome_named(str(value))
         if outcome is IDLE:
-            raise TreeError(Fault(f"'{self.name}' cannot come to IDLE."))
+            raise TreeError(Fault(f"'{self.name}' cannot return IDLE."))
         return outcome
 
     def _run(self, script: str) -> Any:

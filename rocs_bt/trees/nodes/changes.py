@@ -1,4 +1,4 @@
-"""Changes: the stream of status changes of a tree, for recordings, logs and displays."""
+"""Changes: stream of status changes of a tree, for recordings, logs and displays."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from .node import Node
 from .tree import Tree
 
 OnChange = Callable[[int, Outcome, Outcome], None]
-"""Takes a node's uid, its outcome before and its outcome now."""
+"""Callback with the node's uid, its previous outcome and its new outcome."""
 
 
 class Changes:
-    """Tells what changes, and only that.
+    """Reports changes of status to a callback.
 
-    Nodes that ended keep their status in our trees. Here they go back to IDLE as soon as a tick of the tree passes
-    them by, so that what is shown is what the last tick did.
+    Nodes that have ended keep their status in the tree. This class reports them as IDLE after the first tick of the
+    tree that
+    does not reach them, so that a display shows the last tick only.
 
     Args:
-        tree: Whose changes.
-        on_change: Called for each change, children before parents.
+        tree: Observed tree.
+        on_change: Callback for each change, children before parents.
     """
 
     def __init__(self, tree: Tree, on_change: OnChange) -> None:
@@ -35,11 +36,11 @@ class Changes:
         self._unwatch = tree.watch(self._ticked_node, self._tick_ended)
 
     def close(self) -> None:
-        """Tell nothing more."""
+        """Stop reporting."""
         self._unwatch()
 
     def _tick_ended(self) -> None:
-        """A tick of the tree is over: what ended before it and was not ticked in it is idle."""
+        """Report nodes as idle that ended before this tick and were not ticked in it."""
         self._renumber_if_edited()
         for node in self._stock:
             self._ticked.add(node.id)
@@ -49,14 +50,14 @@ class Changes:
         self._ticked.clear()
 
     def _renumber_if_edited(self) -> None:
-        """See to it that the numbers are those of the tree as it is, which may have been edited."""
+        """Update the uids if the tree was edited."""
         if self._numbered is not self._tree.nodes:
             self._number()
 
     def _number(self) -> None:
         self._numbered = self._tree.nodes
         self._uids = {node.id: uid for uid, node in enumerate(self._tree.nodes, 1)}
-        # py_trees' own nodes tell nobody; they are looked at when the tick is over.
+        # Stock py_trees nodes do not report ticks; their status is read at the end of each tick.
         self._stock = [node for node in self._tree.nodes if not isinstance(node, Node)]
         self._last = {key: last for key, last in self._last.items() if key in self._uids}
 

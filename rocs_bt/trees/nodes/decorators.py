@@ -18,9 +18,9 @@ from .port import Code, InOut, Input, Output
 
 
 class _Counted(Decorator):
-    """Counts how often the child came to `counted`, up to a limit; the other outcome ends it at once.
+    """Counts the child's `counted` outcomes up to a limit; the opposite outcome ends the node at once.
 
-    Between two rounds of a child that is done at once it is RUNNING for a moment, so that it can be interrupted.
+    If the child ends within one tick, the node returns RUNNING before the next round, so that it can be interrupted.
     """
 
     counted: ClassVar[Status] = SUCCESS
@@ -52,7 +52,9 @@ class _Counted(Decorator):
                 return self._finish(outcome)
             self._count += 1
             if outcome is FAILURE:
-                limit = self.read(self.limit)  # the child may have changed it; only RetryUntilSuccessful asks again
+                limit = self.read(
+                    self.limit
+                )  # the child may have changed it; as in BehaviorTree.CPP only RetryUntilSuccessful rereads it
             if at_once and (limit == -1 or self._count < limit):
                 self.runtime.woken = True
                 return RUNNING
@@ -67,35 +69,36 @@ class _Counted(Decorator):
 class Repeat(_Counted):
     """Ticks the child until it has succeeded `num_cycles` times; FAILURE as soon as it fails, SKIPPED if it is skipped.
 
-    The count is kept when the child is skipped. With 0 it is SUCCESS at once.
+    A skipped child does not reset the count. `num_cycles` 0 gives SUCCESS at once.
     """
 
     counted = SUCCESS
     limit = "num_cycles"
-    num_cycles = Input(int, doc="how often; -1 is for ever")
+    num_cycles = Input(int, doc="number of successes; -1 for no limit")
 
 
 class RetryUntilSuccessful(_Counted):
-    """Ticks the child until it succeeds, `num_attempts` times at most; SKIPPED if it is skipped.
+    """Ticks the child until it succeeds, at most `num_attempts` times; SKIPPED if it is skipped.
 
-    With 0 it is FAILURE at once. The port is read again after each failure.
+    `num_attempts` 0 gives FAILURE at once. The port is read again after each failure.
     """
 
     counted = FAILURE
     limit = "num_attempts"
-    num_attempts = Input(int, doc="how often; -1 is for ever")
+    num_attempts = Input(int, doc="maximum number of attempts; -1 for no limit")
 
 
 class _Loop(Decorator):
-    """Takes an item off the queue, writes it to `value` and ticks the child, once a tick; `if_empty` when none is left.
+    """Per tick: takes one item off the queue, writes it to `value` and ticks the child; `if_empty` if no item is left.
 
-    RUNNING while there are items, FAILURE as soon as the child fails. A list on the board is emptied in place; a text
+    RUNNING while there are items, FAILURE as soon as the child fails. A list on the blackboard is emptied in place; a
+    text
     is a new queue in each run.
     """
 
     item: ClassVar[Any] = str
-    queue = InOut(object, None, "the items")
-    if_empty = Input(Status, "SUCCESS", "what it comes to when the queue is empty")
+    queue = InOut(object, None, "items")
+    if_empty = Input(Status, "SUCCESS", "outcome if the queue is empty")
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -146,22 +149,22 @@ class _Loop(Decorator):
             return found
         if isinstance(source, Many):
             return list(source)
-        raise TreeError(Fault(f"the queue of '{self.name}' must be a list or a text, found {source!r}."))
+        raise TreeError(Fault(f"the queue of '{self.name}' must be a list or a string, found {source!r}."))
 
 
 def _loop(name: str, item: type[Any], what: str) -> type[_Loop]:
-    """The loop over items of a type."""
-    value = Output(item, "the present item")
-    doc = f"A loop over {what}. {_Loop.__doc__}"
+    """Loop class for items of a type."""
+    value = Output(item, "current item")
+    doc = f"Loop over {what}. {_Loop.__doc__}"
     return type(name, (_Loop,), {"item": item, "value": value, "__doc__": doc, "__module__": __name__})
 
 
-LoopString, LoopInt = _loop("LoopString", str, "texts"), _loop("LoopInt", int, "whole numbers")
-LoopDouble, LoopBool = _loop("LoopDouble", float, "numbers"), _loop("LoopBool", bool, "truths")
+LoopString, LoopInt = _loop("LoopString", str, "strings"), _loop("LoopInt", int, "integers")
+LoopDouble, LoopBool = _loop("LoopDouble", float, "numbers"), _loop("LoopBool", bool, "booleans")
 
 
 class _Mapping(Decorator):
-    """Ticks the child and looks its outcome up; what is not in the table stays as it is."""
+    """Replaces the child's outcome as given by a table; outcomes that are not in the table pass unchanged."""
 
     table: ClassVar[Mapping[Outcome, Outcome]] = {}
 
@@ -178,33 +181,33 @@ class _Mapping(Decorator):
 
 
 class Inverter(_Mapping):
-    """SUCCESS where the child fails, FAILURE where it succeeds."""
+    """SUCCESS if the child fails, FAILURE if it succeeds."""
 
     table: ClassVar[Mapping[Outcome, Outcome]] = {SUCCESS: FAILURE, FAILURE: SUCCESS}
 
 
 class ForceSuccess(_Mapping):
-    """SUCCESS when the child has ended, whatever it came to."""
+    """SUCCESS as soon as the child has ended, with either outcome."""
 
     table: ClassVar[Mapping[Outcome, Outcome]] = {FAILURE: SUCCESS}
 
 
 class ForceFailure(_Mapping):
-    """FAILURE when the child has ended, whatever it came to."""
+    """FAILURE as soon as the child has ended, with either outcome."""
 
     table: ClassVar[Mapping[Outcome, Outcome]] = {SUCCESS: FAILURE}
 
 
 class KeepRunningUntilFailure(_Mapping):
-    """Ticks the child again and again until it fails; RUNNING until then, also when it is skipped."""
+    """Ticks the child repeatedly until it fails; RUNNING until then, also if the child is skipped."""
 
     table: ClassVar[Mapping[Outcome, Outcome]] = {SUCCESS: RUNNING, SKIPPED: RUNNING}
 
 
 class RunOnce(Decorator):
-    """Ticks the child until it has ended; from then on it is SKIPPED, or what the child came to, and never reset."""
+    """Ticks the child until it has ended; afterwards returns SKIPPED or the child's outcome, and is never reset."""
 
-    then_skip = Input(bool, True, "whether it is skipped afterwards")
+    then_skip = Input(bool, True, "whether to return SKIPPED afterwards")
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -225,13 +228,13 @@ class RunOnce(Decorator):
 
 
 class Precondition(Decorator):
-    """Ticks the child once the script `if` holds, until the child has ended; comes to `else` while it does not hold.
+    """Ticks the child once the script `if` is true, until the child has ended; returns `else` while it is false.
 
-    The script is not asked again while the child is under way.
+    The script is not evaluated while the child is RUNNING.
     """
 
-    script = Code(doc="the script", name="if")
-    otherwise = Input(Status, "FAILURE", "what it comes to while the script does not hold", name="else")
+    script = Code(doc="script", name="if")
+    otherwise = Input(Status, "FAILURE", "outcome while the script is false", name="else")
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -265,7 +268,7 @@ class Precondition(Decorator):
 
 
 TIME_TOLERANCE = 1e-9
-"""A nanosecond [s] forgives the rounding of k * step."""
+"""Tolerance of deadlines [s]: covers the rounding of k * step."""
 
 
 class _Timed(Decorator):
@@ -278,7 +281,7 @@ class _Timed(Decorator):
         super().halted()
 
     def _due(self, milliseconds: int) -> bool:
-        """Whether that much time has passed since this was asked first."""
+        """Whether this much time has passed since the first call."""
         now = self.runtime.now()
         if self._deadline is None:
             self._deadline = now + milliseconds / 1000.0
@@ -286,10 +289,10 @@ class _Timed(Decorator):
         return now >= self._deadline - TIME_TOLERANCE
 
     def _ended(self, outcome: Outcome) -> Outcome:
-        """End, unless the child was skipped.
+        """End with an outcome, unless the child was skipped.
 
         Raises:
-            TreeError: It has no outcome.
+            TreeError: The child has no outcome.
         """
         if outcome is IDLE:
             raise no_outcome(self.decorated, outcome)
@@ -300,9 +303,9 @@ class _Timed(Decorator):
 
 
 class Timeout(_Timed):
-    """FAILURE, and the child is halted, when it has been RUNNING for `msec` milliseconds; 0 is no limit."""
+    """FAILURE once the child has been RUNNING for `msec` milliseconds; the child is then halted. 0 means no limit."""
 
-    msec = Input(int, doc="how long the child may run [ms]")
+    msec = Input(int, doc="maximum run time of the child [ms]")
 
     def tick_once(self) -> Outcome:
         child: Any = self.decorated
@@ -318,9 +321,9 @@ class Timeout(_Timed):
 
 
 class Delay(_Timed):
-    """RUNNING for `delay_msec` milliseconds; then the child is ticked."""
+    """RUNNING for `delay_msec` milliseconds; then ticks the child."""
 
-    delay_msec = Input(int, doc="how long to wait [ms]")
+    delay_msec = Input(int, doc="delay [ms]")
 
     def tick_once(self) -> Outcome:
         if not self._due(self.delay_msec):
@@ -332,10 +335,10 @@ class Delay(_Timed):
 
 
 class _Updated(Decorator):
-    """Ticks the child if the key was written since this was ticked last, and while the child is RUNNING."""
+    """Ticks the child if the key was written since the node's last tick, and while the child is RUNNING."""
 
     otherwise: ClassVar[Outcome] = SKIPPED
-    entry = Input(object, doc="the key")
+    entry = Input(object, doc="key")
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -356,12 +359,12 @@ class _Updated(Decorator):
 
 
 class SkipUnlessUpdated(_Updated):
-    """Skipped while the key `entry` was not written since it was ticked last."""
+    """Ticks the child if the key `entry` was written since the node's last tick; SKIPPED otherwise."""
 
     otherwise = SKIPPED
 
 
 class WaitValueUpdate(_Updated):
-    """RUNNING while the key `entry` was not written since it was ticked last."""
+    """Ticks the child if the key `entry` was written since the node's last tick; RUNNING otherwise."""
 
     otherwise = RUNNING

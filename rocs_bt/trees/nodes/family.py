@@ -1,4 +1,4 @@
-"""The three families of nodes: controls have children, decorators one child, leaves none."""
+"""Base classes of nodes: controls have several children, decorators one child, leaves none."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .node import Node
 
 
 def halt(node: Behaviour) -> None:
-    """Halt a node if it is RUNNING, whoever's it is."""
+    """Halt a node if it is RUNNING; stock py_trees nodes are stopped."""
     if node.status is RUNNING:
         if isinstance(node, Node):
             node.halt()
@@ -27,12 +27,12 @@ def halt(node: Behaviour) -> None:
 
 
 class Control(Node, Composite):
-    """The base of the nodes that decide which of their children are ticked.
+    """Base class of nodes that decide which of their children are ticked.
 
     Args:
-        name: What displays call it.
-        children: The children, in order.
-        attributes: Its ports and conditions.
+        name: Name in displays.
+        children: Children, in order.
+        attributes: Ports and conditions.
     """
 
     kind = "Control"
@@ -53,15 +53,15 @@ class Control(Node, Composite):
         self._index = self._skipped = 0
 
     def halt_children(self) -> None:
-        """Halt the children that are RUNNING, in order."""
+        """Halt the RUNNING children, in order."""
         for child in self.children:
             if child.status is RUNNING:
                 halt(child)
 
     def ended(self, outcome: Outcome, child: Behaviour | None) -> Outcome:
-        """Come to SUCCESS or FAILURE: what still counts as RUNNING below is halted; `child` made it so."""
+        """End with an outcome that `child` caused; descendants that still count as RUNNING are halted."""
         if self._skipped:
-            # A child that skipped half way counts as RUNNING until its parent ends.
+            # A child that returned SKIPPED after RUNNING still has the status RUNNING.
             self.halt_children()
         self._index = self._skipped = 0
         self.current_child = None if outcome is SKIPPED else child
@@ -70,17 +70,17 @@ class Control(Node, Composite):
         return outcome
 
     def no_outcome(self, child: Behaviour, outcome: object) -> TreeError:
-        """The error of a child whose tick gave no outcome."""
+        """Error for a child whose tick returned no outcome."""
         return no_outcome(child, outcome)
 
 
 class Decorator(Node, StockDecorator):
-    """The base of the nodes that change what their one child comes to, or whether it is ticked.
+    """Base class of nodes that change the outcome of their one child, or decide whether it is ticked.
 
     Args:
-        name: What displays call it.
+        name: Name in displays.
         child: The child, or a sequence of exactly one.
-        attributes: Its ports and conditions.
+        attributes: Ports and conditions.
     """
 
     kind = "Decorator"
@@ -91,7 +91,7 @@ class Decorator(Node, StockDecorator):
         self.decorated: Behaviour = only(name, child) if isinstance(child, Many) else child
         if Behaviour not in type(self.decorated).__mro__:
             raise TypeError(f"the child of '{name}' must be a behaviour, found {child!r}.")
-        self.decorated.parent = self  # as in py_trees it may have had another one
+        self.decorated.parent = self  # as in py_trees, a previous parent is allowed
         self.children = [self.decorated]
         self._prepare(attributes)
 
@@ -99,10 +99,10 @@ class Decorator(Node, StockDecorator):
         halt(self.decorated)
 
     def tick_child(self) -> Outcome:
-        """Tick the child and give its outcome back.
+        """Tick the child and return its outcome.
 
         Raises:
-            TreeError: It has none.
+            TreeError: The child returned no outcome.
         """
         child: Any = self.decorated
         outcome = child.tick_once() or child.status
@@ -111,7 +111,7 @@ class Decorator(Node, StockDecorator):
         return outcome
 
     def replace_child(self, child: Behaviour, replacement: Behaviour) -> None:
-        """Take another child; the old one is halted."""
+        """Replace the child; the old one is halted."""
         halt(child)
         child.parent = None
         self.children[0] = self.decorated = replacement
@@ -122,14 +122,15 @@ class Decorator(Node, StockDecorator):
 
 
 class Leaf(Node):
-    """The base of the nodes that do something, or ask something, and have no children.
+    """Base class of actions and conditions, which have no children.
 
-    A leaf is started by `initialise`, then `update` is asked for the outcome in each tick, and `terminate` told when it
-    ends or is halted, as in py_trees. Nothing in it may block.
+    As in py_trees, `initialise` starts a leaf, `update` gives the outcome of each tick, and `terminate` is called when
+    the
+    leaf ends or is halted. None of them may block.
 
     Args:
-        name: What displays call it.
-        attributes: Its ports and conditions.
+        name: Name in displays.
+        attributes: Ports and conditions.
     """
 
     latches = True
@@ -153,7 +154,7 @@ class Leaf(Node):
                 self.status = outcome
             elif self.status is not RUNNING:
                 self.status = IDLE
-        except BaseException as error:  # a leaf may raise anything
+        except BaseException as error:  # user code may raise anything
             if interrupts(error):
                 raise
             if self.runtime.caught(self, error):
@@ -170,7 +171,7 @@ class Leaf(Node):
 
 
 class Instant(Leaf):
-    """The base of leaves that are done at once and keep nothing: they are only ever asked `update`."""
+    """Base class of leaves that end within one tick and have no state: only `update` is called."""
 
     latches = False
 
@@ -183,7 +184,7 @@ class Instant(Leaf):
                 self.status = IDLE
             else:
                 raise no_outcome(self, outcome)
-        except BaseException as error:  # a leaf may raise anything
+        except BaseException as error:  # user code may raise anything
             if interrupts(error):
                 raise
             if self.runtime.caught(self, error):
@@ -193,16 +194,18 @@ class Instant(Leaf):
 
 
 def adopted(parent: Behaviour, child: Behaviour) -> Behaviour:
-    """A child, which now has this parent.
+    """Set the parent of a child and return the child.
 
     Raises:
-        TypeError: It is no behaviour.
-        RuntimeError: It has a parent.
+        TypeError: The child is no py_trees behaviour.
+        RuntimeError: The child has a parent already.
     """
     if Behaviour not in type(child).__mro__:
         raise TypeError(f"the children of '{parent.name}' must be behaviours, found {child!r}.")
     if child.parent is not None:
-        raise RuntimeError(f"'{child.name}' cannot be a child of '{parent.name}': it is one of '{child.parent.name}'.")
+        raise RuntimeError(
+            f"'{child.name}' cannot be a child of '{parent.name}': it is a child of '{child.parent.name}'."
+        )
     child.parent = parent
     return child
 
@@ -211,7 +214,7 @@ def only(name: str, children: Many[Behaviour]) -> Behaviour:
     """The one child of a decorator.
 
     Raises:
-        TreeError: There is none, or more than one.
+        TreeError: There is not exactly one child.
     """
     if len(children) != 1:
         raise TreeError(Fault(f"the decorator '{name}' needs exactly one child, found {len(children)}."))
@@ -219,6 +222,6 @@ def only(name: str, children: Many[Behaviour]) -> Behaviour:
 
 
 def no_outcome(node: Behaviour, outcome: object) -> TreeError:
-    """The error of a node whose tick gave no outcome."""
+    """Error for a node whose tick returned no outcome."""
     hint = "Return Status.RUNNING, SUCCESS or FAILURE."
-    return TreeError(Fault(f"'{node.name}' ({type(node).__name__}) gave no status back but {outcome}.", hint=hint))
+    return TreeError(Fault(f"'{node.name}' ({type(node).__name__}) returned {outcome} instead of a status.", hint=hint))

@@ -1,4 +1,4 @@
-"""Pre- and post-conditions around a node's tick (BehaviorTree.CPP 4.10, tree_node.cpp)."""
+"""Pre- and post-conditions of a node (BehaviorTree.CPP 4.10, tree_node.cpp)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 
 
 class Guarded(Protocol):
-    """What conditions need of the node that they guard."""
+    """Interface of a node with conditions."""
 
     status: Outcome
 
@@ -33,16 +33,18 @@ _OUTCOMES: dict[str, Outcome] = {"_failureIf": FAILURE, "_successIf": SUCCESS, "
 
 
 def guarded(node: Guarded, conditions: Mapping[str, Script], board: Board) -> tuple[Tick, Run | None]:
-    """The tick of a node with its conditions around it, and what runs when it is halted.
+    """Tick function of a node with its conditions, and the function to call when it is halted.
 
-    Before a node starts: `_failureIf`, `_successIf`, `_skipIf`, then `_while`, whose falsehood skips. While it runs
-    only `_while` is asked, whose falsehood halts it. After SUCCESS or FAILURE, also one that a condition decided:
-    `_onSuccess` or `_onFailure`, then `_post`. When it is halted: `_onHalted`, once, and not `_post`.
+    Before a node starts, `_failureIf`, `_successIf` and `_skipIf` are evaluated, then `_while`, which skips the node if
+    false. While the node runs, only `_while` is evaluated; it halts the node if false. After SUCCESS or FAILURE, also
+    one
+    decided by a condition, `_onSuccess` or `_onFailure` runs, then `_post`. A halt runs `_onHalted` once, and not
+    `_post`.
 
     Args:
         node: The node.
-        conditions: The scripts by name.
-        board: The board that the scripts run on.
+        conditions: Scripts by condition name.
+        board: Blackboard of the scripts.
     """
     run: dict[str, Run] = {}
     tick: Any = type(node).tick_once
@@ -60,8 +62,8 @@ def guarded(node: Guarded, conditions: Mapping[str, Script], board: Board) -> tu
     return tick, run.get("_onHalted")
 
 
-# The ticks below take the node, so that they nest, and have it as a default, so that the outermost one is called like
-# the method that it hides. Defaults are looked up faster than what a closure holds, and are fewer objects.
+# The functions below take the node as a parameter, so that they nest, with a default, so that the outermost is called
+# without arguments like the method that it hides. Default arguments are faster than closure variables.
 
 
 def _while(node: Guarded, tick: _Inner, holds: Holds) -> Tick:

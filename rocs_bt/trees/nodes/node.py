@@ -1,4 +1,4 @@
-"""Node: what the nodes of our trees add to py_trees' behaviours: ports, conditions, direct ticks and SKIPPED."""
+"""Node, the base class of all nodes: adds ports, conditions, direct ticks and SKIPPED to py_trees' behaviours."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from .visits import Visits
 
 
 class LazyAttribute:
-    """An attribute that is made when it is first asked for.
+    """Attribute that is created on first access.
 
     Args:
-        make: Makes the value for a node.
+        make: Function that creates the value for a node.
     """
 
     def __init__(self, make: Callable[[Any], Any]) -> None:
@@ -42,15 +42,15 @@ class LazyAttribute:
         if node is None:
             return self
         value = self._make(node)
-        setattr(node, self._name, value)  # from now on Python finds this one first
+        setattr(node, self._name, value)  # hides this descriptor on the next access
         return value
 
 
 RESERVED = ("ID", "name", "_autoremap")
-"""Attributes of files that are no ports."""
+"""Attributes in files that are not ports."""
 
 MAX_ACCEPTED = 16_384
-"""How many values of ports a class remembers as correct."""
+"""Maximum number of accepted port texts that a class caches."""
 
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
 
@@ -58,31 +58,32 @@ NODE_ATTRIBUTES = frozenset(
     ["id", "name", "status", "parent", "children", "decorated", "current_child", "feedback_message", "logger",
      "iterator", "blackboards", "given", "conditions", "other", "runtime", "visits", "memory", "policy"]
 )  # fmt: skip
-"""What nodes keep in attributes of these names."""
+"""Instance attributes of nodes, which are not available as port names."""
 
 
 class Node(Behaviour):
-    """The base of all our nodes; `Control`, `Decorator` and `Leaf` are what to derive from.
+    """Base class of all nodes; derive from `Control`, `Decorator` or `Leaf`.
 
-    A node is ticked by calling `tick_once`, which gives the outcome back and stores it in `status`, SKIPPED apart. Who
-    is not RUNNING starts anew when ticked, so nobody resets a child that has ended: what a node came to stays visible
-    until it is ticked again. `tick`, the generator of py_trees, does the same and then yields what was ticked, so that
-    our nodes work in py_trees' composites and under its visitors.
+    `tick_once` ticks a node, returns the outcome and stores it in `status`, except SKIPPED. A node that is not RUNNING
+    restarts on its next tick, so parents never reset finished children, and a node's last outcome remains visible until
+    its
+    next tick. `tick`, py_trees' generator, does the same and then yields the ticked nodes, so that these nodes work in
+    py_trees' composites and with its visitors.
 
     Attributes:
         kind: Control, Decorator, Action, Condition or SubTree.
-        tag: What files call the class; its name by default.
-        ports: The ports of the class by name, those of its bases first.
-        min_children: How many children it has at least.
-        max_children: How many it has at most; None for any number.
-        latches: Whether a parent that does not reset it gets the same outcome again, without ticking it.
-        given: What the file or the constructor gave for its ports, by port name.
-        conditions: Its pre- and post-conditions by name, such as `_skipIf`.
-        other: Attributes that mean nothing here and are kept for editors: their names begin with `_`.
-        board: Where its keys live; its own empty one until it is bound.
-        runtime: What it shares with its tree.
-        origin: What it was made from, such as an XML element that knows its place; None for what Python made.
-        visits: Who writes down its ticks; None until somebody ticked it, or a node above it, as a generator.
+        tag: Name of the class in files; the class name by default.
+        ports: Ports of the class by name, those of its base classes first.
+        min_children: Minimum number of children.
+        max_children: Maximum number of children; None for no limit.
+        latches: Whether a parent that does not reset the node reuses its outcome without ticking it again.
+        given: Values of ports from the file or the constructor, by port name.
+        conditions: Pre- and post-conditions by name, such as `_skipIf`.
+        other: Attributes without meaning here, kept for editors; their names begin with `_`.
+        board: Blackboard of the node; its own empty one until the node is bound.
+        runtime: State shared by all nodes of the tree.
+        origin: Source of the node, such as an XML element with its position; None if Python code made it.
+        visits: Recorder of ticks; None until the node or an ancestor is ticked as a generator.
     """
 
     kind: ClassVar[str] = "Action"
@@ -92,7 +93,7 @@ class Node(Behaviour):
     max_children: ClassVar[int | None] = 0
     latches: ClassVar[bool] = False
 
-    # What py_trees' constructor makes for every behaviour; most nodes never need it.
+    # py_trees' constructor creates these for every behaviour; most nodes never need them.
     id: Any = LazyAttribute(lambda node: uuid.uuid4())
     qualified_name: Any = LazyAttribute(lambda node: f"{type(node).__qualname__}/{node.name}")
     blackboards: Any = LazyAttribute(lambda node: [])
@@ -122,10 +123,10 @@ class Node(Behaviour):
         cls._shares_keys = False
 
     def _construct(self, name: str) -> None:
-        """Take the place of py_trees' constructor, which makes more than a node needs."""
+        """Replace py_trees' constructor, which creates more than a node needs."""
         if not isinstance(name, str):
             raise TypeError(f"the name of a node must be a string, found {name!r}.")
-        # Python keeps attributes outside of a dictionary, which is faster, for names that the first instances had.
+        # Attributes that exist on the first instances are stored without a dictionary, which is faster.
         self.name = name
         self.status = IDLE
         self.parent: Behaviour | None = None
@@ -148,10 +149,10 @@ class Node(Behaviour):
                 delattr(self, later)
 
     def _prepare(self, attributes: Mapping[str, Any]) -> None:
-        """Take the attributes.
+        """Store ports, conditions and other attributes.
 
         Raises:
-            InputError: All that is wrong with them.
+            InputError: All faults of the attributes.
         """
         if not attributes and not self._required:
             return
@@ -179,7 +180,7 @@ class Node(Behaviour):
 
     @classmethod
     def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
-        """What is wrong with a node's attributes, by attribute; a required port that is missing is under its name.
+        """Faults of a node's attributes, by attribute name; a missing required port is listed under the port's name.
 
         Args:
             attributes: Ports and conditions by name; text as in files, or Python values.
@@ -210,35 +211,36 @@ class Node(Behaviour):
 
     @classmethod
     def _accept(cls, known: tuple[str, str]) -> None:
-        """Keep a text that is correct for an attribute: a document is checked before its nodes are made."""
+        """Cache a correct attribute text: a document is checked before its nodes are made."""
         if len(cls._accepted) >= MAX_ACCEPTED:
             cls._accepted.clear()
         cls._accepted.add(known)
 
     @classmethod
     def description(cls) -> str:
-        """What the class is for: the first paragraph of its docstring, in one line."""
+        """First paragraph of the class's docstring, in one line."""
         first = (inspect.getdoc(cls) or "").split("\n\n")[0]
         return " ".join(first.split())
 
     @property
     def board(self) -> Board:
-        """Where the node's keys live."""
+        """Blackboard of the node."""
         if self._board is None:
             self._board = Board(name=self.name)
         return self._board
 
     def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
-        """Take a place in a tree: find the keys, compile the scripts. Children are bound by the caller.
+        """Bind the node to a blackboard: resolve keys and compile scripts. The caller binds the children.
 
         Args:
-            board: Where its keys live.
-            runtime: What it shares with its tree.
+            board: Blackboard of the node.
+            runtime: State shared by all nodes of the tree.
 
         Returns:
-            Its children, and the board each of them lives on.
+            Children, each with its blackboard.
 
-        A key that has another type already, and a name that is no enum's, go to `runtime.faults`: the tree tells all.
+        Keys with a conflicting type and unknown enum names are added to `runtime.faults`, so that the tree reports all
+        of them.
         """
         self._board, self.runtime = board, runtime
         self._readers = None
@@ -262,21 +264,21 @@ class Node(Behaviour):
             port.value(given, board.enums)
 
     def bound_faults(self) -> Iterable[tuple[str, Fault]]:
-        """What is wrong with it for its mission, by attribute, once it is bound; for derived classes.
+        """Faults that show only once the node is bound, by attribute; derived classes override this.
 
-        A check tells all of it. A run refuses to begin, unless it is only warnings.
+        A check reports all of them. A run refuses to start if any of them is not a warning.
         """
         return ()
 
     def written(self) -> tuple[str, dict[str, str]] | None:
-        """Tag and attributes in a document, for nodes that stand there for another one; None for its own ports."""
+        """Tag and attributes in a document, for a node that replaces another one; None to write the node's own."""
         return None
 
     def read(self, port: str) -> Any:
-        """The present value of an input port.
+        """Current value of an input port.
 
         Raises:
-            TreeError: It has none, or one of the wrong type.
+            TreeError: The port has no value, or one of the wrong type.
         """
         readers = self._readers
         if readers is None:
@@ -287,40 +289,40 @@ class Node(Behaviour):
         return reader()
 
     def write(self, port: str, value: Any) -> None:
-        """Write an output port; nothing happens where the file gave it no key.
+        """Write an output port; no effect if the file gave it no key.
 
         Raises:
-            TreeError: It is no output port, or the value does not fit the key.
+            TreeError: The port is an input port, or the value does not fit the key.
         """
         declared = self.ports[port]
         if declared.direction is Direction.INPUT:
-            raise TreeError(Fault(f"'{port}' of {self.tag} '{self.name}' is an input port: nodes only read it."))
+            raise TreeError(Fault(f"'{port}' of {self.tag} '{self.name}' is an input port and cannot be written."))
         key = pointed(self.given.get(port, declared.default), port)
         if key is not None:
             self.board[key] = value
 
     def key(self, port: str) -> str | None:
-        """The key that a port points at; None where a literal or nothing was given."""
+        """Key that a port refers to; None for a literal or if nothing was given."""
         return pointed(self.given.get(port, self.ports[port].default), port)
 
     def tick(self) -> Iterator[Behaviour]:
-        """Tick, and yield what was ticked, children before parents, for visitors and for py_trees' composites."""
+        """Tick the node and yield the ticked nodes, children before parents, for visitors and py_trees' composites."""
         yield from (self.visits or Visits(is_own_node)).of(self)
 
     def tick_once(self) -> Outcome:
-        """Tick.
+        """Tick the node.
 
         Returns:
-            The outcome, which is in `status` too, unless it is SKIPPED.
+            Outcome, also stored in `status` unless it is SKIPPED.
         """
         raise NotImplementedError
 
     def update(self) -> Outcome:
-        """What a leaf does in each tick; composites and decorators do not have it."""
+        """Action of a leaf in each tick; composites and decorators have none."""
         raise NotImplementedError
 
     def halt(self) -> None:
-        """Stop half way. Only a node that is RUNNING is halted, children before their parent, each of them once."""
+        """Interrupt a RUNNING node, children before their parent, each of them once."""
         self.halted()
         self.status = IDLE
         if self._on_halted is not None:
@@ -329,10 +331,10 @@ class Node(Behaviour):
             self.runtime.watch(self, IDLE)
 
     def halted(self) -> None:
-        """Let go of what runs; for derived classes."""
+        """Release resources after a halt; derived classes override this."""
 
     def stop(self, new_status: Status = IDLE) -> None:
-        """py_trees' word for it: halt if RUNNING, and take that status."""
+        """py_trees' interface: halt the node if it is RUNNING, then set its status."""
         if self.status is RUNNING:
             self.halt()
         self.status = new_status
@@ -343,18 +345,18 @@ class Node(Behaviour):
         if key is not None:
             return Reading(port, (self.tag, self.name), self.board, key)
         if given is REQUIRED:
-            raise TreeError(Fault(f"'{port.name}' of {self.tag} '{self.name}' was not given."))
+            raise TreeError(Fault(f"'{port.name}' of {self.tag} '{self.name}' has no value and no default."))
         value = port.value(given, self.board.enums) if isinstance(given, str) else given
         return lambda: value
 
     def _tick_unbound(self) -> Outcome:
-        """The first tick of a node with conditions that is in no tree."""
+        """First tick of a node with conditions that is not in a tree."""
         self.rewire()
         return self.tick_once()
 
     def rewire(self) -> None:
-        """Put what has to happen around each tick around it, and nothing where nothing has to."""
-        if self.conditions and self._guarded is None:  # in no tree: the board is its own
+        """Wrap the tick with conditions, watcher and visit recorder, each only if present."""
+        if self.conditions and self._guarded is None:  # not in a tree: the node's own blackboard
             self._guarded, self._on_halted = guarded(self, self.conditions, self.board)
         watch, visits = self.runtime.watch, self.visits
         if self._guarded is None and watch is None and visits is None:
@@ -367,7 +369,7 @@ class Node(Behaviour):
             tick = _watched(self, tick, watch)
         if visits is not None:
             tick = visits.around(self, tick)
-        # Not through `__dict__`: once that was asked for, every look at an attribute is slower.
+        # Not through `__dict__`: accessing it slows down every later attribute access.
         setattr(self, "tick_once", tick)  # noqa: B010 - a method is hidden on purpose
         self._wired = True
 
@@ -376,7 +378,7 @@ _UNBOUND = Runtime()
 
 
 def is_own_node(behaviour: Behaviour) -> TypeGuard[Node]:
-    """Whether a behaviour is one of our nodes; `isinstance` takes long for classes with an abstract base."""
+    """Whether a behaviour is a node of this package; faster than `isinstance` for classes with an abstract base."""
     return Node in type(behaviour).__mro__
 
 
@@ -385,7 +387,7 @@ def _fixed_type(port: Port[Any]) -> Any:
 
 
 def _maybe_enum(port: Port[Any], text: str) -> bool:
-    """Whether a text may name a number; quantities and what a port parses itself have no names."""
+    """Whether a text may name an enum value; quantities and ports with their own parser have no enums."""
     return port.kind in (int, float) and port.dimension is None and text.isidentifier()
 
 
@@ -393,11 +395,13 @@ def _check_value(port: Port[Any], value: Any) -> None:
     key = pointed(value, port.name)
     if key is not None:
         if key.count("@") > 1 or "@" in key[1:]:
-            raise TreeError(Fault(f"the key '{key}' of port '{port.name}' may have one '@', at its beginning."))
+            raise TreeError(
+                Fault(f"the key '{key}' of port '{port.name}' may contain one '@', as its first character.")
+            )
         return
     if port.direction is Direction.OUTPUT:
         hint = f"Write {port.name}=\"{{{value}}}\" to write to the key '{value}'."
-        raise TreeError(Fault(f"the output port '{port.name}' needs a key, found {value!r}.", hint=hint))
+        raise TreeError(Fault(f"the output port '{port.name}' must be a key, found {value!r}.", hint=hint))
     if isinstance(value, str):
         try:
             port.value(value)
@@ -405,7 +409,7 @@ def _check_value(port: Port[Any], value: Any) -> None:
             raise
         except InputError as error:
             if _maybe_enum(port, value):
-                return  # those are known when the node is bound
+                return  # enums are known only when the node is bound
             raise TreeError(*(Fault(f"port '{port.name}': {f.message}", hint=f.hint) for f in error.faults)) from error
 
 

@@ -1,4 +1,4 @@
-"""Ports: what a node reads from and writes to its file and its board, declared with types on its class."""
+"""Ports: typed inputs and outputs of a node class, with values from the file or the blackboard."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ T = TypeVar("T")
 
 
 class Ported(Protocol):
-    """What a port needs of the node that it is of."""
+    """Interface of a node with ports."""
 
     def read(self, port: str) -> Any: ...
     def write(self, port: str, value: Any) -> None: ...
 
 
 class Direction(Enum):
-    """Which way values go through a port; the values are the tags of a palette."""
+    """Direction of a port's values; the enum values are the tags of a palette."""
 
     INPUT = "input_port"
     OUTPUT = "output_port"
@@ -36,14 +36,14 @@ class _Required(Enum):
 
 
 REQUIRED: Final = _Required.REQUIRED
-"""The default of a port that has none."""
+"""Marks a port without a default."""
 
 
 class Port(Generic[T]):
-    """A port of a node class; read it and write it like an attribute of the node.
+    """Port of a node class; read and written like an attribute of the node.
 
         class Greet(Leaf):
-            name = Input(str, doc="who is greeted")
+            name = Input(str, doc="person to greet")
             times = Input(int, default=1)
             said = Output(str)
 
@@ -52,16 +52,16 @@ class Port(Generic[T]):
                 return SUCCESS
 
     Args:
-        kind: The type of its values: bool, int, float, str, Status, an Enum, `list[...]` of them, a class, or object
-            for a port that takes everything and fixes no type.
-        default: Its value where a file gives none, which may be text such as `{key}`; REQUIRED for none.
-        doc: What it means.
-        name: What files call it, where that is no name in Python.
-        dimension: The dimension of its numbers; files then give quantities such as `0.5 m`, boards SI numbers.
-        parse: From text to a value, for a class of its own.
+        kind: Type of the values: bool, int, float, str, Status, an Enum, `list[...]` of them, a class, or object for a
+            port that accepts every type and fixes none.
+        default: Value if a file gives none, possibly text such as `{key}`; REQUIRED if a file must give one.
+        doc: Description of the port.
+        name: Name in files, if that is not a valid Python name.
+        dimension: Dimension of the numbers; files then give quantities such as `0.5 m`, blackboards hold SI numbers.
+        parse: Conversion from text to a value, for a class of its own.
 
     Attributes:
-        direction: Which way values go.
+        direction: Direction of the values.
     """
 
     direction = Direction.INPUT
@@ -101,14 +101,14 @@ class Port(Generic[T]):
 
     @property
     def required(self) -> bool:
-        """Whether a file has to give it."""
+        """Whether a file must give a value."""
         return self.default is REQUIRED
 
     def value(self, text: str, enums: Enums | None = None) -> T:
-        """The value of a text.
+        """Convert a text to a value.
 
         Raises:
-            InputError: It is no value of this port's type.
+            InputError: The text cannot be converted to this port's type.
         """
         found: Any
         try:
@@ -120,25 +120,25 @@ class Port(Generic[T]):
                 found = from_string(text, self.kind, enums)
         except InputError:
             raise
-        except Exception as error:  # a parser is a person's code: what it raises is a fault of the text
-            raise InputError(Fault(f"{text!r} cannot be read: {type(error).__name__}: {error}.")) from error
+        except Exception as error:  # a user's parser may raise anything; the text is at fault
+            raise InputError(Fault(f"{text!r} cannot be converted: {type(error).__name__}: {error}.")) from error
         value: T = found
         return value
 
 
 class Input(Port[T]):
-    """A port that the node reads."""
+    """Port that the node reads."""
 
 
 class Code(Input[str]):
-    """An input that is a script; where it stands in a file it is parsed with the rest."""
+    """Input port that contains a script, which is parsed when its file is loaded."""
 
     def __init__(self, default: Any = REQUIRED, doc: str = "", *, name: str = "") -> None:
         super().__init__(str, default, doc, name=name, parse=_script)
 
 
 class Output(Port[T]):
-    """A port that the node writes; in a file it is always a key, such as `{pose}`. It may be left out."""
+    """Port that the node writes; in a file it is always a key, such as `{pose}`. It may be omitted."""
 
     direction = Direction.OUTPUT
 
@@ -147,7 +147,7 @@ class Output(Port[T]):
 
 
 class InOut(Port[T]):
-    """A port that the node reads and writes."""
+    """Port that the node reads and writes."""
 
     direction = Direction.INOUT
 
@@ -158,13 +158,13 @@ def _script(text: str) -> str:
 
 
 class ExactKey(str):
-    """The name of a key, where `=` would otherwise mean the port's own name."""
+    """Name of a key that is taken literally, where `=` would otherwise mean the port's own name."""
 
     __slots__ = ()
 
 
 def pointer(text: object) -> str | None:
-    """The key that `{key}` points at, without braces and the spaces around them; None for a literal."""
+    """Key that `{key}` refers to, without braces and the spaces around them; None for a literal."""
     return _pointer(text) if isinstance(text, str) else None
 
 
@@ -177,19 +177,19 @@ def _pointer(text: str) -> str | None:
 
 
 def pointed(text: object, port: str) -> str | None:
-    """The same, where `{=}` and `=` are the key of the port's own name."""
+    """Like `pointer`, with `{=}` and `=` resolved to the key of the port's own name."""
     key = pointer(text)
     return port if key == "=" else key
 
 
 class Reading:
-    """Reads a port's key: once found, the entry is asked directly.
+    """Reader of a port's key; keeps a reference to the entry once it is found.
 
     Args:
         port: The port.
-        owner: Tag and name of the node that it is of, for messages.
-        board: Where the key lives.
-        key: The key it points at.
+        owner: Tag and name of the port's node, for messages.
+        board: Blackboard of the node.
+        key: Key of the port.
     """
 
     __slots__ = ("_board", "_entry", "_key", "_kind", "_owner", "_port")

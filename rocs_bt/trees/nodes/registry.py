@@ -1,4 +1,4 @@
-"""Registry: the node classes that a document may name; BUILTIN has those that every document may."""
+"""Registry of node classes; BUILTIN contains the classes that every document may use."""
 
 from __future__ import annotations
 
@@ -17,15 +17,17 @@ from .subtree import SubTree
 
 
 class Registry(Mapping[str, type[Node]]):
-    """Node classes by the name that files call them.
+    """Node classes by their name in files.
 
-    A class is found by being in a module that is given here; it registers nowhere. Its name is `tag`, or the class's.
+    Classes are found in the modules given here; they do not register themselves. The name is `tag`, by default the
+    class
+    name.
 
     Args:
-        classes: The classes.
+        classes: Node classes.
 
     Raises:
-        InputError: Two classes have one name.
+        InputError: Two classes have the same name.
     """
 
     def __init__(self, classes: Iterable[type[Node]] = ()) -> None:
@@ -45,30 +47,30 @@ class Registry(Mapping[str, type[Node]]):
         return len(self._classes)
 
     def with_(self, classes: Iterable[type[Node]]) -> Registry:
-        """This registry and some more classes."""
+        """Return a registry with additional classes."""
         return Registry([*self._classes.values(), *classes])
 
     def find(self, tag: str) -> type[Node]:
-        """The class of a name.
+        """Class of a name.
 
         Raises:
-            InputError: There is none; the closest names are told.
+            InputError: No class has this name; the hint lists the closest names.
         """
         if tag not in self._classes:
             raise InputError(unknown("node", tag, self._classes))
         return self._classes[tag]
 
     def make(self, tag: str, name: str, children: Sequence[Behaviour], attributes: Mapping[str, Any]) -> Node:
-        """A node as a document describes it.
+        """Create a node from its description in a document.
 
         Args:
-            tag: Its class's name.
-            name: Its own.
-            children: Its children, made before.
-            attributes: Its ports, conditions and what else stands there, without `ID` and `name`.
+            tag: Name of the class.
+            name: Name of the node.
+            children: Children, created before.
+            attributes: Ports, conditions and other attributes, without `ID` and `name`.
 
         Raises:
-            InputError: No such class, the wrong number of children, or faulty attributes: all that is wrong.
+            InputError: All faults: unknown class, wrong number of children, faulty attributes.
         """
         node = self.find(tag)
         faults = [*children_faults(node, name, len(children)), *(f for _, f in node.attribute_faults(attributes))]
@@ -80,7 +82,7 @@ class Registry(Mapping[str, type[Node]]):
 
 
 def children_faults(node: type[Node], name: str, count: int) -> list[Fault]:
-    """Why a node class cannot have that many children; empty when it can."""
+    """Faults of a node class with this number of children; empty if the number is allowed."""
     least, most = node.min_children, node.max_children
     if count >= least and (most is None or count <= most):
         return []
@@ -89,7 +91,7 @@ def children_faults(node: type[Node], name: str, count: int) -> list[Fault]:
 
 
 def nodes_of(module: ModuleType) -> list[type[Node]]:
-    """The node classes that a module defines itself and that can be made, in the order of their names."""
+    """Concrete node classes that a module defines, sorted by name."""
     found = [v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Node)]
     return sorted(
         (n for n in found if n.__module__ == module.__name__ and not inspect.isabstract(n) and not _base(n)),
@@ -107,4 +109,4 @@ def _origin(node: type[Node]) -> str:
 
 _MODULES = (actions, branch, navigation, ordered, parallel, decorators)
 BUILTIN: Final = Registry([*(node for module in _MODULES for node in nodes_of(module)), SubTree])
-"""BehaviorTree.CPP 4.10's own nodes, and the control nodes of Nav2."""
+"""The nodes of BehaviorTree.CPP 4.10 and the control nodes of Nav2."""

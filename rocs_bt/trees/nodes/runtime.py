@@ -1,4 +1,4 @@
-"""What all nodes of one running tree have in common."""
+"""State shared by all nodes of a running tree."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
 Watch = Callable[["Behaviour", Outcome], None]
-"""Hears the outcome of every tick of every node, children before parents, and IDLE when a node was halted."""
+"""Callback with the outcome of every tick of every node, children before parents, and IDLE for a halted node."""
 
 Caught = Callable[["Behaviour", BaseException], bool]
-"""Takes the exception of a leaf, which then counts as RUNNING; False to have it raised."""
+"""Handler of an exception in a leaf: True if handled, the leaf then counts as RUNNING; False to raise it."""
 
 
 class Runtime:
-    """What all nodes of a tree can ask for.
+    """State shared by all nodes of a tree.
 
     Args:
-        clock: Source of time; nodes that wait read no other one.
-        owner: Whoever the tree works for, such as a robot's mission; nodes that need it look for their own kind.
+        clock: Time source for nodes that wait.
+        owner: Object that the tree works for, such as a robot's mission; nodes check its type before they use it.
 
     Attributes:
-        owner: The same.
-        now: Gives the time [s]; raises a TreeError in a tree without a clock.
-        watch: Who hears of each tick; None for nobody. Nodes take it over when they are bound.
-        caught: Takes the exceptions of leaves.
-        faults: What nodes found wrong as they were bound: the node, its attribute, the fault.
-        woken: Set by a node that stopped half way only to let others have their turn: tick again, do not wait.
+        owner: The owner.
+        now: Function that returns the time [s]; raises a TreeError in a tree without a clock.
+        watch: Observer of each tick, or None. Nodes adopt it when they are bound.
+        caught: Handler of exceptions in leaves.
+        faults: Faults found while nodes were bound: the node, its attribute, the fault.
+        woken: Set by a node that returned RUNNING only to let other nodes run: tick again without waiting.
     """
 
     def __init__(self, clock: Clock | None = None, owner: object = None) -> None:
@@ -46,4 +46,4 @@ class Runtime:
 
 
 def _no_clock() -> float:
-    raise TreeError(Fault("a node asks the time, and its tree was given no clock."))
+    raise TreeError(Fault("a node needs the time, but its tree has no clock; pass `clock` to Tree."))

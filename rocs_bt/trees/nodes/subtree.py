@@ -1,4 +1,4 @@
-"""SubTree: a tree in a tree, with a board of its own."""
+"""SubTree: a tree within a tree, with its own blackboard."""
 
 from __future__ import annotations
 
@@ -19,15 +19,17 @@ from .runtime import Runtime
 
 
 class SubTree(Decorator):
-    """Ticks another tree, whose keys are its own but for those that are remapped.
+    """Ticks another tree, which has its own keys except for those that are remapped.
 
-    `goal="{dock}"` makes the subtree's key `goal` the key `dock` of this tree, `goal="{=}"` the key `goal`;
-    `goal="home"` gives the subtree a value of its own, and so does `goal="="`. `_autoremap="true"` makes all its other
-    keys those of this tree, but for private ones, which begin with `_`.
+    `goal="{dock}"` makes the subtree's key `goal` the key `dock` of this tree, `goal="{=}"` the key `goal`.
+    `goal="home"`
+    gives the subtree a value of its own, and so does `goal="="`. `_autoremap="true"` maps all other keys to this tree's
+    keys
+    of the same name, except private ones, which begin with `_`.
 
     Args:
-        name: What displays call it.
-        child: The subtree's root.
+        name: Name in displays.
+        child: Root of the subtree.
         attributes: `ID`, the tree's name; `_autoremap`; conditions; all others are remappings.
     """
 
@@ -49,7 +51,7 @@ class SubTree(Decorator):
     def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
         super().bind(board, runtime)
         if self._inner is not None and self._inner.parent is board:
-            return [(self.decorated, self._inner)]  # the tree was edited elsewhere; what is known here stays
+            return [(self.decorated, self._inner)]  # another part of the tree was edited; keep this subtree's values
         inner = self._inner = Board(board, autoremap=self.autoremap, name=self.name)
         for name, given in self.remaps.items():
             key = _key(given, name)
@@ -71,14 +73,14 @@ class SubTree(Decorator):
 
 
 def _key(given: Any, name: str) -> str | None:
-    """The outer key of a remapping; None for a literal, as which BehaviorTree.CPP takes `=` without braces here."""
+    """Outer key of a remapping; None for a literal, which `=` without braces is here, as in BehaviorTree.CPP."""
     if isinstance(given, ExactKey):
         return str(given)
     return None if given == "=" else pointed(given, name)
 
 
 def _literal(given: Any) -> Any:
-    """A literal as the subtree's board holds it: a number where it reads like one, else text."""
+    """Literal as stored on the subtree's blackboard: a number if it reads as one, else text."""
     if not isinstance(given, str):
         return given
     for kind in (int, float):

@@ -1,4 +1,4 @@
-"""Swapping a subtree of a running tree between two ticks: one leaves, another comes, the boards stay."""
+"""Swap a subtree of a running tree between two ticks; the blackboards remain."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from .subtree import SubTree
 
 
 def find_node(nodes: Iterable[Behaviour], paths: Mapping[Any, str], name: str) -> Behaviour:
-    """The node that has a path, or else the only one that has a name.
+    """Node with a path, or else the only node with a name.
 
     Args:
-        nodes: Where to look.
-        paths: Their paths by `id`.
-        name: A path or a name.
+        nodes: Nodes to search.
+        paths: Paths of the nodes by `id`.
+        name: Path or name.
 
     Raises:
-        TreeError: There is none, or there are several.
+        TreeError: No node, or more than one, matches.
     """
     nodes = tuple(nodes)
     found = [n for n in nodes if paths[n.id] == name] or [n for n in nodes if n.name == name]
@@ -40,12 +40,12 @@ def find_node(nodes: Iterable[Behaviour], paths: Mapping[Any, str], name: str) -
 
 
 def swapped_part(node: Behaviour) -> Behaviour:
-    """What a swap of a node exchanges: of a SubTree the tree in it, so that its remappings and its board stay."""
+    """Node that a swap replaces: for a SubTree the tree inside it, so that its remappings and its blackboard remain."""
     return node.children[0] if isinstance(node, SubTree) else node
 
 
 def replace_node(old: Behaviour, new: Behaviour) -> None:
-    """Put a node where another one is, in its parent's eyes."""
+    """Replace a node in its parent."""
     parent, old.parent = old.parent, None
     new.parent = parent
     if parent is None:
@@ -60,14 +60,14 @@ def replace_node(old: Behaviour, new: Behaviour) -> None:
 
 @contextmanager
 def keys_restored(board: Board) -> Iterator[None]:
-    """If what is done raises, take back the keys that it has declared, on this board and on those above."""
+    """Remove keys that the body declared, on this blackboard and its ancestors, if the body raises."""
     chain = [board]
     while chain[-1].parent is not None:
         chain.append(chain[-1].parent)
     before = [{key for key, _ in one.entries()} for one in chain]
     try:
         yield
-    except BaseException:  # also an interrupt must leave the boards as they were; it goes on
+    except BaseException:  # an interrupt must restore the blackboards too
         for one, known in zip(chain, before, strict=True):
             for key in {key for key, _ in one.entries()} - known:
                 one.unset(key)

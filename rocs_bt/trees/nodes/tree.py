@@ -1,4 +1,4 @@
-"""Tree: a root that is bound to a board and a clock, and ticked."""
+"""Tree: a root bound to a blackboard and a clock, and ticked."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ from .subtree import SubTree
 from .swap import find_node, keys_restored, replace_node, swapped_part
 
 MAX_SETTLING = 10_000
-"""How often a tree may be ticked until it settles; more is a tree that never does."""
+"""Maximum number of ticks in `Tree.settle`; a tree that needs more never settles."""
 
 _FRAMES = 8
-"""Python frames that one level of a tree takes at most when it is ticked."""
+"""Maximum number of Python stack frames per level of a tree during a tick."""
 
 
 class Tree:
-    """A tree of behaviours, ours and py_trees' own in any mixture.
+    """Behaviour tree of nodes of this package and stock py_trees behaviours, in any mixture.
 
     Args:
-        root: Its root.
-        board: The root's board; a new one by default.
-        clock: Time, for nodes that wait.
-        owner: Whoever the tree works for, such as a mission; see `Runtime.owner`.
-        enums: Names of numbers for scripts and ports.
-        faults: Takes what is wrong, for a tree that is only looked at; it is raised by default.
+        root: Root node.
+        board: Blackboard of the root; a new one by default.
+        clock: Time source for nodes that wait.
+        owner: Object that the tree works for, such as a mission; see `Runtime.owner`.
+        enums: Numbers by name, for scripts and ports.
+        faults: List that collects the faults of a tree that is only inspected; by default they are raised.
 
     Raises:
-        TreeError: A key is used with two types, or a number's name is unknown; all such faults.
+        TreeError: All conflicting types of keys and unknown enum names.
 
     Attributes:
-        root: Its root.
-        board: The root's board.
-        nodes: All nodes, parents before children; a node's number in it, counted from 1, is its uid.
-        boards: The board of each node.
+        root: Root node.
+        board: Blackboard of the root.
+        nodes: All nodes, parents before children; a node's uid is its position here, counted from 1.
+        boards: Blackboard of each node.
     """
 
     def __init__(
@@ -71,28 +71,28 @@ class Tree:
         self.bind()
 
     def bind(self) -> None:
-        """Give each node its place; again after the tree was edited. Boards of subtrees that stay are kept."""
+        """Bind all nodes; call it again after editing the tree. Subtrees that remain keep their blackboards."""
         nodes, boards = self._bind_below(self.root, self.board)
         self.nodes: tuple[Behaviour, ...] = tuple(nodes)
         self.boards: dict[Behaviour, Board] = dict(zip(nodes, boards, strict=True))
 
     def swap(self, old: Behaviour, new: Behaviour) -> None:
-        """Put another subtree in the place of one, between two ticks. What runs of the old one is halted, once.
+        """Replace a subtree by another one between two ticks. Running nodes of the old one are halted, once.
 
-        The boards keep what they know, and all other nodes go on as if nothing had happened. Of a SubTree the tree in
-        it is exchanged: its remappings and its board stay.
+        The blackboards keep their values, and all other nodes continue undisturbed. For a SubTree the tree inside it is
+        replaced; its remappings and its blackboard remain.
 
         Args:
-            old: A node of this tree.
-            new: The root of a tree that nobody else has.
+            old: Node of this tree.
+            new: Root of a tree that is not part of any other tree.
 
         Raises:
-            TreeError: `new` has a place already, or uses a key with another type. The old one is still in force.
+            TreeError: `new` belongs to a tree already, or uses a key with another type. The old subtree remains in use.
         """
         old = swapped_part(old)
         coming = list(descendants(new))
         if new.parent is not None or any(node in self.boards for node in coming):
-            raise TreeError(Fault(f"'{new.name}' has a place in a tree already.", hint="Make a new tree to swap in."))
+            raise TreeError(Fault(f"'{new.name}' belongs to a tree already.", hint="Create a new tree to swap in."))
         board, leaving = self.boards[old], list(descendants(old))
         with keys_restored(board):
             nodes, boards = self._bind_below(new, board, _depth(old))
@@ -108,15 +108,15 @@ class Tree:
         self.boards.update(zip(nodes, boards, strict=True))
 
     def find(self, name: str) -> Behaviour:
-        """The node of a full path (see `paths`), or the only one of a name.
+        """Node with a full path (see `paths`), or the only node with a name.
 
         Raises:
-            TreeError: There is none, or there are several of that name.
+            TreeError: No node, or more than one, matches.
         """
         return find_node(self.nodes, self.paths(), name)
 
     def _bind_below(self, root: Behaviour, board: Board, depth: int = 0) -> tuple[list[Behaviour], list[Board]]:
-        """Bind a node that has so many above it and all below it; each with its board, parents before children."""
+        """Bind a node and its descendants; returns nodes, parents before children, and their blackboards."""
         nodes, boards, deepest = list[Behaviour](), list[Board](), 0
         stack = [iter([(root, board)])]
         while stack:
@@ -144,13 +144,13 @@ class Tree:
             raise TreeError(*faults)
 
     def tick(self) -> Outcome:
-        """Tick exactly once: one traversal, however much is left to do.
+        """Tick the tree once: one traversal, even if more could be done.
 
         Returns:
-            The root's outcome; SKIPPED where the root was skipped.
+            Outcome of the root; SKIPPED if the root was skipped.
 
         Raises:
-            TreeError: A node cannot go on; the message begins with its path. Other errors get it as a note.
+            TreeError: A node cannot continue; the message begins with its path. Other errors get the path as a note.
         """
         self.runtime.woken = False
         root: Any = self.root
@@ -159,24 +159,25 @@ class Tree:
         except TreeError as error:
             path = self._raised_in(error)
             raise TreeError(*(replace(f, message=f"{path}: {f.message}") for f in error.faults)) from error
-        except Exception as error:  # whatever a leaf raised goes on, with its place in the tree
+        except Exception as error:  # a leaf may raise anything; add its path and raise it again
             error.add_note(f"in the node '{self._raised_in(error)}'")
             raise
         self.ticked()
         return outcome
 
     def ticked(self) -> None:
-        """Tell watchers that a tick is over; for a root of py_trees' own that is ticked as a generator."""
+        """Notify watchers that a tick has ended; for a py_trees root that is ticked as a generator."""
         for after in self._after:
             after()
 
     def settle(self) -> Outcome:
-        """Tick until nothing can be done without time passing.
+        """Tick until nothing more can be done before time passes.
 
-        Nodes such as Repeat stop between two rounds so that others have their turn; this goes on with them at once.
+        Nodes such as Repeat return RUNNING between two rounds so that other nodes can run; this method ticks again at
+        once.
 
         Raises:
-            TreeError: A node cannot go on.
+            TreeError: A node cannot continue.
         """
         outcome = self.tick()
         for _ in range(MAX_SETTLING):
@@ -186,20 +187,20 @@ class Tree:
         return outcome
 
     def halt(self) -> None:
-        """Halt what runs: each running node once, children before their parents."""
+        """Halt all running nodes, each once, children before their parents."""
         for node in self.nodes:
             halt(node)
 
     def watch(self, watcher: Watch, after: Callable[[], None] = lambda: None) -> Callable[[], None]:
-        """Have somebody hear the outcome of every tick of every node of ours, children before parents.
+        """Register an observer of the ticks of all nodes of this package, children before parents.
 
         Args:
-            watcher: Called with the node and its outcome: RUNNING, SUCCESS, FAILURE, SKIPPED, or IDLE when it was
+            watcher: Callback with the node and its outcome: RUNNING, SUCCESS, FAILURE, SKIPPED, or IDLE if it was
                 halted. It must not tick or edit the tree.
-            after: Called when a tick of the tree is over.
+            after: Callback at the end of each tick of the tree.
 
         Returns:
-            What to call to have it hear no more.
+            Function that unregisters the observer.
         """
         self._watchers.append(watcher)
         self._after.append(after)
@@ -213,11 +214,11 @@ class Tree:
         return leave
 
     def uid(self, node: Behaviour) -> int:
-        """A node's number, counted from 1 in the order of `nodes`, across subtrees."""
+        """Number of a node, counted from 1 in the order of `nodes`, across subtrees."""
         return next(i for i, other in enumerate(self.nodes, 1) if other is node)
 
     def paths(self) -> Mapping[Any, str]:
-        """The full path of each node by its `id`, as BehaviorTree.CPP builds it: names of subtrees, then the node's.
+        """Full path of each node by `id`, as in BehaviorTree.CPP: names of the enclosing subtrees, then the node's.
 
         A node without a name of its own is called `Tag::uid`.
         """
@@ -237,7 +238,7 @@ class Tree:
         return (node for node in self.nodes if isinstance(node, SubTree))
 
     def _raised_in(self, error: Exception) -> str:
-        """The path of the node that an error came from: the innermost one that was at work."""
+        """Path of the innermost node that an error passed through."""
         paths = self.paths()
         path = paths[self.root.id]
         for frame, _ in walk_tb(error.__traceback__):
@@ -261,7 +262,7 @@ class Tree:
 
 
 def _depth(node: Behaviour) -> int:
-    """How many nodes stand above a node."""
+    """Number of ancestors of a node."""
     count, parent = 0, node.parent
     while parent is not None:
         count, parent = count + 1, parent.parent
@@ -269,14 +270,14 @@ def _depth(node: Behaviour) -> int:
 
 
 def _raise_recursion_limit(depth: int) -> None:
-    """Let Python nest as deep as a tree does. The limit is the process's, so it is only ever raised."""
+    """Allow recursion as deep as a tree needs. The limit belongs to the process, so it is never lowered."""
     wanted = 600 + depth * _FRAMES
     if wanted > sys.getrecursionlimit():
         sys.setrecursionlimit(wanted)
 
 
 def descendants(root: Behaviour) -> Iterator[Behaviour]:
-    """A node and all below it, parents before children, however deep."""
+    """A node and all its descendants, parents before children, without recursion."""
     todo = [root]
     while todo:
         node = todo.pop()
@@ -293,14 +294,14 @@ def fault_at(
     column: int | None = None,
     warning: bool = True,
 ) -> Fault:
-    """A fault of a node, at one of its attributes where it stands in a document.
+    """Fault of a node, located at one of its attributes in its document.
 
     Args:
         node: The node.
-        message: What is wrong; the node is named before it.
-        hint: What to do.
-        attribute: The attribute.
-        column: Where in the attribute's value, counted from 0.
+        message: What is wrong; the node's name is put before it.
+        hint: Suggested remedy.
+        attribute: Name of the attribute.
+        column: Position in the attribute's value, counted from 0.
         warning: Whether the tree still runs.
     """
     text, origin = f"'{node.name}': {message}", getattr(node, "origin", None)

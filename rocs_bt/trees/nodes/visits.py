@@ -1,4 +1,4 @@
-"""Visits: what a tick passed, for py_trees' generators, which yield each node that was ticked."""
+"""Visits: records the nodes of a tick for py_trees' generators, which yield each ticked node."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from ..status import Outcome
 
 
 class Visits:
-    """Writes down which nodes below a root are ticked, children before parents, while it listens.
+    """Records which nodes below a root are ticked, children before parents.
 
-    Our nodes are ticked by calls, which leave no trace. So a root that is ticked as a generator puts a wrapper around
-    the ticks below it, once, and listens only while its generator is at work.
+    Nodes of this package are ticked by direct calls, which yield nothing. A root that is ticked as a generator
+    therefore
+    wraps the ticks of its descendants, once, and records them only while its generator runs.
 
     Args:
-        ours: Whether a behaviour is a node of ours.
+        ours: Whether a behaviour is a node of this package.
     """
 
     def __init__(self, ours: Callable[[Any], bool]) -> None:
@@ -25,7 +26,7 @@ class Visits:
         self._seen: list[Behaviour] | None = None
 
     def of(self, root: Behaviour) -> Iterator[Behaviour]:
-        """Tick a root, and yield what was ticked."""
+        """Tick a root and yield the ticked nodes."""
         self._install(root)
         seen: list[Behaviour] = []
         before, self._seen = self._seen, seen
@@ -36,7 +37,7 @@ class Visits:
         yield from seen
 
     def around(self, node: Behaviour, tick: Callable[[], Outcome]) -> Callable[[], Outcome]:
-        """A tick of ours that is written down."""
+        """Wrap a tick so that it is recorded."""
 
         def visited() -> Outcome:
             outcome = tick()
@@ -59,7 +60,7 @@ class Visits:
             todo += node.children
 
     def _collected(self, node: Behaviour) -> Callable[[], None]:
-        """A tick of py_trees' own, whose generator tells by itself."""
+        """Tick of a stock py_trees node, whose generator yields the ticked nodes."""
 
         def collected() -> None:
             for visited in node.tick():

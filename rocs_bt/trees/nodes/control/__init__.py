@@ -1,1 +1,1 @@
-"""Nodes that decide which of their children are ticked."""
+"""Control nodes, which decide which of their children are ticked."""

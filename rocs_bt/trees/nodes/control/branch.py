@@ -1,4 +1,4 @@
-"""Controls that choose which child is ticked: by a condition, by a value, or by a failure."""
+"""Control nodes that choose the child to tick by a condition, a value or a failure."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from ..port import Input
 
 
 class _Branch(Control):
-    """What both have in common: children are the condition, then, and otherwise, which may be left out."""
+    """Base of IfThenElse and WhileDoElse; the children are condition, then branch and optional else branch."""
 
     min_children, max_children = 2, 3
 
     def _fails(self, outcome: Outcome) -> bool:
-        """False, for a condition that failed.
+        """Return False for a condition that failed.
 
         Raises:
-            TreeError: It was skipped, or has no outcome.
+            TreeError: The condition was skipped or has no outcome.
         """
         if outcome is SKIPPED:
-            hint = "Put the condition for skipping on the whole node."
+            hint = "Put the skip condition on the whole node instead."
             raise TreeError(Fault(f"the condition of '{self.name}' ({self.tag}) was skipped.", hint=hint))
         if outcome is IDLE:
             raise self.no_outcome(self.children[0], outcome)
         return False
 
     def _finish(self, outcome: Outcome) -> Outcome:
-        """End with the outcome of the present child."""
+        """End with the outcome of the current child."""
         if outcome is IDLE and self.current_child is not None:
             raise self.no_outcome(self.current_child, outcome)
         self.halt_children()
@@ -45,9 +45,11 @@ class _Branch(Control):
 
 
 class IfThenElse(_Branch):
-    """Asks its first child once, then ticks the second if it succeeded, the third if it failed, until that has ended.
+    """Ticks its first child once, then the second child if that succeeded, the third if it failed, until that one ends.
 
-    Without a third child the failure of the condition is FAILURE. The condition is not asked again meanwhile.
+    Without a third child the result is FAILURE if the condition fails. The condition is not ticked again while a branch
+    is
+    RUNNING.
     """
 
     def tick_once(self) -> Outcome:
@@ -69,14 +71,16 @@ class IfThenElse(_Branch):
 
 
 class WhileDoElse(_Branch):
-    """Asks its first child in each tick and ticks the second while it succeeds, the third while it fails.
+    """Ticks its first child in each tick, then the second child while that succeeds, the third while it fails.
 
-    When the condition turns over, the branch that was RUNNING is halted. Without a third child the failure of the
-    condition is FAILURE. A condition that has a state, unlike one that is done at once, is asked only once per run of
-    the node, as in BehaviorTree.CPP, because nothing resets it while a branch is RUNNING.
+    When the condition changes, the RUNNING branch is halted. Without a third child the result is FAILURE if the
+    condition
+    fails. As in BehaviorTree.CPP, a condition with a state is ticked only once per run of the node, because nothing
+    resets it
+    while a branch is RUNNING.
 
     Attributes:
-        keepers: Children that keep a state after they have ended, until the node begins another run.
+        keepers: Children whose state outlasts their end; they are notified when the node begins another run.
     """
 
     keepers: Sequence[Any] = ()
@@ -121,18 +125,19 @@ class WhileDoElse(_Branch):
 
 
 EPSILON = 2.0**-23
-"""Numbers no further apart are the same case: the epsilon of a C++ float."""
+"""Tolerance for equal numbers: the epsilon of a C++ float."""
 
 
 class _Switch(Control):
-    """Ticks the child of the first case that equals `variable`, or the last child if none does or it has no value.
+    """Ticks the child of the first case that equals `variable`, or the last child if no case does.
 
-    Cases are compared as text, then as whole numbers, where enums count, then as numbers. When another case is met,
-    the child that was RUNNING is halted. If the child is skipped, so is the switch.
+    The last child is ticked too if the variable has no value. Cases are compared as text, then as integers or enum
+    names,
+    then as numbers. If the case changes, the RUNNING child is halted. If the child is skipped, so is the switch.
     """
 
     cases: ClassVar[int] = 0
-    variable = Input(str, None, "the value; usually a key")
+    variable = Input(str, None, "value to compare, usually a key")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -168,7 +173,7 @@ class _Switch(Control):
         return self._known[2]
 
     def _compared(self, value: str, enums: Enums) -> int:
-        """The first case that equals a value, counted from 0."""
+        """Index of the first case that equals a value, counted from 0."""
         for case, port in enumerate(self._ports):
             other = self._text(port)
             if other is not None and same(value, other, enums):
@@ -180,7 +185,7 @@ class _Switch(Control):
         return None if value is None else to_string(value)
 
     def value_of(self, port: str) -> Any:
-        """A port's value as the board holds it; None where there is none."""
+        """Value of a port as the blackboard holds it; None if there is none."""
         key = self._keys[port]
         if key is None:
             return self.given.get(port)
@@ -189,7 +194,7 @@ class _Switch(Control):
 
 
 def same(left: str, right: str, enums: Enums) -> bool:
-    """Whether two texts are the same case."""
+    """Whether two texts are equal as cases."""
     if left == right:
         return True
     for kind in (int, float):
@@ -203,9 +208,7 @@ def same(left: str, right: str, enums: Enums) -> bool:
 
 
 def _switch(cases: int) -> type[_Switch]:
-    ports = {
-        f"case_{i}": Input(str, None, f"child {i} is ticked when the variable equals it") for i in range(1, cases + 1)
-    }
+    ports = {f"case_{i}": Input(str, None, f"value that selects child {i}") for i in range(1, cases + 1)}
     members: dict[str, Any] = {
         **ports,
         "cases": cases,
@@ -221,10 +224,10 @@ Switch2, Switch3, Switch4, Switch5, Switch6 = (_switch(cases) for cases in range
 
 
 class TryCatch(Control):
-    """Ticks all children but the last as a Sequence; if one fails, the last is ticked till it ends: FAILURE."""
+    """Ticks all children but the last as a Sequence; if one fails, ticks the last until it ends: FAILURE."""
 
     min_children = 2
-    catch_on_halt = Input(bool, False, "whether the last child is ticked, once, when the others are halted")
+    catch_on_halt = Input(bool, False, "whether a halt ticks the last child once")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)

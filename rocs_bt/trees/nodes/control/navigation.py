@@ -1,4 +1,4 @@
-"""The control nodes that Nav2 adds (nav2_behavior_tree, plugins/control), without what needs ROS."""
+"""Control nodes of Nav2 (nav2_behavior_tree, plugins/control) that do not need ROS."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class _Nav(Control):
     keepers: Many[Any] = ()
 
     def _begin(self) -> None:
-        """Tell children that keep something between ticks that a new run begins."""
+        """Notify children that keep state between ticks of a new run."""
         for keeper in self.keepers if self.status is not RUNNING else ():
             keeper.begin()
 
@@ -29,7 +29,7 @@ class _Nav(Control):
         return outcome
 
     def _finish(self, outcome: Outcome) -> Outcome:
-        """End: what is RUNNING below is halted."""
+        """End with an outcome; RUNNING descendants are halted."""
         self.halt_children()
         if outcome is not SKIPPED:
             self.status = outcome
@@ -37,9 +37,9 @@ class _Nav(Control):
 
 
 class PipelineSequence(_Nav, StockSequence):
-    """Ticks its children up to the first that is RUNNING and was not passed before; those before it are ticked again.
+    """Ticks its children up to the first RUNNING one that was not passed before; earlier ones are ticked again.
 
-    So a child that is RUNNING does not keep those after it from running on. FAILURE of any child ends it.
+    A RUNNING child therefore does not stop the children after it. FAILURE of any child ends the node.
     """
 
     memory = False
@@ -60,7 +60,7 @@ class PipelineSequence(_Nav, StockSequence):
 
 
 class NonblockingSequence(_Nav, StockSequence):
-    """Ticks all children in each tick; SUCCESS when all succeed in the same tick, FAILURE as soon as one fails."""
+    """Ticks all children in each tick; SUCCESS if all succeed in the same tick, FAILURE as soon as one fails."""
 
     memory = False
 
@@ -79,10 +79,10 @@ class NonblockingSequence(_Nav, StockSequence):
 
 
 class PersistentSequence(_Nav, StockSequence):
-    """A Sequence whose place is a key of the board, so that it is kept when the node is halted."""
+    """Sequence whose current index is a key of the blackboard, so that a halt does not reset it."""
 
     memory = True
-    current_child_idx = InOut(int, doc="the key that holds the index of the present child")
+    current_child_idx = InOut(int, doc="key that holds the index of the current child")
 
     def tick_once(self) -> Outcome:
         self.status = RUNNING
@@ -101,14 +101,14 @@ class PersistentSequence(_Nav, StockSequence):
 
 
 class RecoveryNode(_Nav):
-    """Ticks its first child; when that fails, the second, and then the first again, `number_of_retries` times at most.
+    """Ticks its first child; if that fails, the second, then the first again, at most `number_of_retries` times.
 
-    FAILURE when the second child fails or is skipped, or when there are no retries left. If the first child is skipped,
-    so is the node.
+    FAILURE if the second child fails or is skipped, or if no retries are left. If the first child is skipped, so is the
+    node.
     """
 
     min_children = max_children = 2
-    number_of_retries = Input(int, 1, "how often the first child is tried again")
+    number_of_retries = Input(int, 1, "maximum number of retries of the first child")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -134,7 +134,7 @@ class RecoveryNode(_Nav):
             self._index = 0
             halt(recovery)
             if outcome is SKIPPED:
-                # Nav2 keeps the count here: the next run has fewer retries.
+                # As in Nav2 the count is not reset here: the next run has fewer retries.
                 self.status = FAILURE
                 return FAILURE
             self._retries += 1
@@ -153,7 +153,7 @@ class RecoveryNode(_Nav):
 
 
 class RoundRobin(_Nav):
-    """Ticks its children in turn, beginning after the one that was last; FAILURE when all have failed in a row."""
+    """Ticks its children in turn, starting after the one ticked last; FAILURE if all have failed in a row."""
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -186,13 +186,13 @@ class _State(IntEnum):
 
 
 class PauseResumeController(_Nav):
-    """Ticks its first child, or while it is paused the second; the third on the way there, the fourth on the way back.
+    """Ticks its first child, or the second while paused; the third when pausing begins, the fourth when it ends.
 
-    Nav2 asks two services; here `paused` is a key that anybody may write.
+    Nav2 uses two services for this; here `paused` is a key that any node may write.
     """
 
     max_children = 4
-    paused = Input(bool, False, "whether to pause")
+    paused = Input(bool, False, "whether the node is paused")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)

@@ -1,6 +1,6 @@
-"""Sequences and fallbacks: one outcome passes on to the next child, the other decides.
+"""Sequences and fallbacks: one outcome moves on to the next child, the opposite outcome ends the node.
 
-The ticks are made for the outcome that passes: a constant of the function is looked up faster than an attribute.
+The tick functions are generated per passing outcome: a constant of the function is faster than an attribute.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..family import Control, halt
 
 
 class Ordered(Control):
-    """Ticks children in order and goes on where it was RUNNING; SKIPPED passes on too."""
+    """Ticks children in order and resumes at the RUNNING child; SKIPPED moves on too."""
 
     memory = True
 
@@ -35,10 +35,10 @@ class Ordered(Control):
 
 
 def ordered(passing: Status) -> Callable[[Any], Outcome]:
-    """The tick of an `Ordered`.
+    """Tick function of an `Ordered`.
 
     Args:
-        passing: The outcome after which the next child is ticked; also the outcome when none is left.
+        passing: Outcome after which the next child is ticked; also the outcome if no child is left.
     """
 
     def tick_once(self: Ordered) -> Outcome:
@@ -78,10 +78,10 @@ def ordered(passing: Status) -> Callable[[Any], Outcome]:
 
 
 class Reactive(Control):
-    """Ticks all children in each tick; when one is RUNNING, the others are halted, those before it too.
+    """Ticks all children in each tick; if one is RUNNING, all other children are halted, also those before it.
 
     Attributes:
-        keepers: Children that keep something while they are ticked again after they ended, told when it begins anew.
+        keepers: Children whose state outlasts their end; they are notified when the node begins another run.
     """
 
     memory = False
@@ -89,7 +89,7 @@ class Reactive(Control):
 
 
 def reactive(passing: Status) -> Callable[[Any], Outcome]:
-    """The tick of a `Reactive`; see `ordered`."""
+    """Tick function of a `Reactive`; see `ordered`."""
 
     def tick_once(self: Reactive) -> Outcome:
         children: list[Any] = self.children
@@ -117,7 +117,7 @@ def reactive(passing: Status) -> Callable[[Any], Outcome]:
                 self.status = outcome
             if runs_on is not child:
                 if runs_on is not None:
-                    halt(runs_on)  # no other one can be RUNNING
+                    halt(runs_on)  # at most one child is RUNNING
                 self.current_child = child
             return outcome
         if skipped == len(children):
@@ -131,15 +131,15 @@ def reactive(passing: Status) -> Callable[[Any], Outcome]:
 
 
 class Yielding(Ordered):
-    """Gives others their turn after each child that was done at once: RUNNING in between, and the tree is woken."""
+    """Returns RUNNING after each child that ends within one tick, so that others can run; the tree ticks again."""
 
     def decided(self, outcome: Outcome, child: object) -> Outcome:
-        """A child has decided."""
+        """End with the outcome of a child."""
         return self.ended(outcome, self.current_child)
 
 
 def yielding(passing: Status) -> Callable[[Any], Outcome]:
-    """The tick of a `Yielding`; see `ordered`."""
+    """Tick function of a `Yielding`; see `ordered`."""
 
     def tick_once(self: Yielding) -> Outcome:
         children: list[Any] = self.children
@@ -167,39 +167,36 @@ def yielding(passing: Status) -> Callable[[Any], Outcome]:
                 raise self.no_outcome(child, outcome)
             else:
                 return self.decided(outcome, child)
-        self.halt_children()  # some may have skipped half way in a run before this one
+        self.halt_children()  # a child may have returned SKIPPED after RUNNING in an earlier run
         return self.ended(SKIPPED if self._skipped == len(children) else passing, children[-1])
 
     return tick_once
 
 
 class Sequence(Ordered, StockSequence):
-    """Ticks its children in order; the first that fails ends it.
+    """Ticks its children in order and stops at the first failure: FAILURE if a child fails, SUCCESS if none does.
 
-    | child | the sequence |
-    |---|---|
-    | SUCCESS, SKIPPED | goes on with the next one |
-    | RUNNING | RUNNING; the next tick goes on with this child |
-    | FAILURE | FAILURE |
-    | none left | SUCCESS; SKIPPED if all were |
+    A RUNNING child makes the sequence RUNNING and is resumed by the next tick. Skipped children are passed over; the
+    sequence
+    is SKIPPED if all are. Fallback is the same with SUCCESS and FAILURE exchanged.
     """
 
     tick_once = ordered(SUCCESS)
 
 
 class AsyncSequence(Yielding, StockSequence):
-    """A Sequence that is RUNNING for a moment after each child that succeeded at once: others have their turn."""
+    """Sequence that returns RUNNING after each child that succeeds within one tick, so that other nodes can run."""
 
     tick_once = yielding(SUCCESS)
 
 
 class SequenceWithMemory(Yielding, StockSequence):
-    """An AsyncSequence that tries a child that failed again, instead of beginning with the first, also after a halt."""
+    """AsyncSequence that resumes at the failed child instead of the first one, also after a halt."""
 
     tick_once = yielding(SUCCESS)
 
     def decided(self, outcome: Outcome, child: object) -> Outcome:
-        """The sequence fails, and keeps its place; what comes after it is halted, what came before is not."""
+        """End the sequence and keep its index; the failed child and those after it are halted, earlier ones are not."""
         index = next(i for i, c in enumerate(self.children) if c is child)
         for other in self.children[index:]:
             halt(other)
@@ -213,55 +210,41 @@ class SequenceWithMemory(Yielding, StockSequence):
 
 
 class SequenceStar(SequenceWithMemory):
-    """The name of SequenceWithMemory in BehaviorTree.CPP version 3, which many files of version 4 still use."""
+    """Name of SequenceWithMemory in BehaviorTree.CPP 3, which many files of version 4 still use."""
 
     tick_once = SequenceWithMemory.tick_once
 
 
 class ReactiveSequence(Reactive, StockSequence):
-    """Asks all children anew in each tick: conditions first, then what is done while they hold.
+    """Ticks its children from the first one in each tick: conditions first, then the action that they permit.
 
-    | child | the sequence |
-    |---|---|
-    | SUCCESS | goes on with the next one |
-    | SKIPPED | the same |
-    | RUNNING | RUNNING; all other children that are RUNNING are halted |
-    | FAILURE | FAILURE; all children that are RUNNING are halted |
-    | none left | SUCCESS; SKIPPED if all were |
+    FAILURE if a child fails, SUCCESS if none does, SKIPPED if all are skipped. If a child is RUNNING or ends the
+    sequence, all
+    other RUNNING children are halted. ReactiveFallback is the same with SUCCESS and FAILURE exchanged.
     """
 
     tick_once = reactive(SUCCESS)
 
 
 class Fallback(Ordered, StockSelector):
-    """Ticks its children in order; the first that succeeds ends it.
+    """Ticks its children in order and stops at the first success: SUCCESS if a child succeeds, FAILURE if none does.
 
-    | child | the fallback |
-    |---|---|
-    | FAILURE, SKIPPED | goes on with the next one |
-    | RUNNING | RUNNING; the next tick goes on with this child |
-    | SUCCESS | SUCCESS |
-    | none left | FAILURE; SKIPPED if all were |
+    Like Sequence with SUCCESS and FAILURE exchanged.
     """
 
     tick_once = ordered(FAILURE)
 
 
 class AsyncFallback(Yielding, StockSelector):
-    """A Fallback that is RUNNING for a moment after each child that failed at once: others have their turn."""
+    """Fallback that returns RUNNING after each child that fails within one tick, so that other nodes can run."""
 
     tick_once = yielding(FAILURE)
 
 
 class ReactiveFallback(Reactive, StockSelector):
-    """Asks all children anew in each tick; the first that does not fail is what it does, and the others are halted.
+    """Ticks its children from the first one in each tick; the first that does not fail decides, the others are halted.
 
-    | child | the fallback |
-    |---|---|
-    | FAILURE, SKIPPED | goes on with the next one |
-    | RUNNING | RUNNING; all other children that are RUNNING are halted |
-    | SUCCESS | SUCCESS; all children that are RUNNING are halted |
-    | none left | FAILURE; SKIPPED if all were |
+    Like ReactiveSequence with SUCCESS and FAILURE exchanged.
     """
 
     tick_once = reactive(FAILURE)

@@ -1,4 +1,4 @@
-"""Parallels: all children in each tick."""
+"""Parallel nodes, which tick all children in each tick."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..runtime import Runtime
 
 
 class _Together(Control, StockParallel):
-    """What both parallels do: a child that has ended is not ticked again until the parallel has."""
+    """Base of both parallel nodes: a child that has ended is not ticked again until the parallel node has ended."""
 
     def __init__(self, name: str, children: Many[Behaviour] = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -31,7 +31,7 @@ class _Together(Control, StockParallel):
         self._limits: tuple[int, ...] = ()
 
     def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
-        self._limits = ()  # children may have come or gone
+        self._limits = ()  # the number of children may have changed
         return super().bind(board, runtime)
 
     def halted(self) -> None:
@@ -42,10 +42,10 @@ class _Together(Control, StockParallel):
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         for port in self.ports:
             if self.key(port) is None and (wanted := self.read(port)) > len(self.children):
-                yield port, Fault(f"'{self.name}' waits for {wanted} of its children, and has {len(self.children)}.")
+                yield port, Fault(f"'{self.name}' waits for {wanted} children but has {len(self.children)}.")
 
     def setup(self, **kwargs: Any) -> None:
-        """Nothing: the thresholds are read in each tick."""
+        """No effect: the thresholds are read in each tick."""
 
     def _finish(self, outcome: Outcome) -> Outcome:
         self._completed.clear()
@@ -56,38 +56,38 @@ class _Together(Control, StockParallel):
         return outcome
 
     def _read(self) -> tuple[int, ...]:
-        """The ports as numbers of children, in the order of their declaration; kept if no key can change them.
+        """Ports as numbers of children, in the order of declaration; cached if no key can change them.
 
         Raises:
-            TreeError: One of them is more than there are.
+            TreeError: A port exceeds the number of children.
         """
         count = len(self.children)
         given = [self.read(port) for port in self.ports]
         limits = tuple(n if n >= 0 else max(count + n + 1, 0) for n in given)  # -1 is all children
         if max(limits) > count:
-            raise TreeError(Fault(f"'{self.name}' waits for {max(limits)} of its children, and has {count}."))
+            raise TreeError(Fault(f"'{self.name}' waits for {max(limits)} children but has {count}."))
         if self._fixed:
             self._limits = limits
         return limits
 
 
 class Parallel(_Together):
-    """Ticks its children in order and decides after each of them, so the last ones may not be ticked in a tick.
+    """Ticks its children in order and decides after each of them, so that a tick may not reach the last ones.
 
-    SUCCESS when `success_count` children have succeeded, FAILURE when `failure_count` have failed or success became
-    impossible. Negative counts are from the end. A child that is skipped counts as a success only where `success_count`
-    is negative.
+    SUCCESS when `success_count` children have succeeded, FAILURE when `failure_count` have failed or success has become
+    impossible. Negative counts are from the end. A skipped child counts as a success only if `success_count` is
+    negative.
     """
 
-    success_count = Input(int, -1, "how many children have to succeed; -1 is all of them")
-    failure_count = Input(int, 1, "how many children have to fail")
+    success_count = Input(int, -1, "number of successes that make it succeed; -1 for all children")
+    failure_count = Input(int, 1, "number of failures that make it fail; negative counts are from the end")
 
     def tick_once(self) -> Outcome:
         needed, failing = self._limits or self._read()
         if self.status is not RUNNING:
             self.status = RUNNING
             self.current_child = self.children[-1]
-        settled = self._limits and needed and failing  # a child that runs decides nothing
+        settled = self._limits and needed and failing  # a RUNNING child cannot end the node
         children: list[Any] = self.children
         completed, skipped, count = self._completed, 0, len(children)
         for child in children:
@@ -116,9 +116,9 @@ class Parallel(_Together):
 
 
 class ParallelAll(_Together):
-    """Ticks all children until all have ended; FAILURE if at least `max_failures` of them failed, SUCCESS otherwise."""
+    """Ticks all children until all have ended; FAILURE if at least `max_failures` of them failed, else SUCCESS."""
 
-    max_failures = Input(int, 1, "how many failures make it fail; negative counts are from the end")
+    max_failures = Input(int, 1, "number of failures that make it fail; negative counts are from the end")
 
     def tick_once(self) -> Outcome:
         children: list[Any] = self.children
