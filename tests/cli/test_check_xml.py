@@ -69,8 +69,8 @@ def test_what_is_missing_is_an_error_without_options(rocs_bt, folder):
     assert "no tree is named 'Attack'" in lines[0]
     assert lines[0].endswith("Check it together with the file that holds the tree, or with --stub-unknown.")
     (unknown,) = [line for line in lines if "no node is named 'FindBall'" in line][:1]
-    assert unknown.endswith("Check nodes of another robot with --palette FILE or --stub-unknown.")
-    assert "the node 'KickBall' has a model in the TreeNodesModel, and no class." in "\n".join(lines)
+    assert unknown.endswith("For nodes of another robot use --palette FILE or --stub-unknown.")
+    assert "the node 'KickBall' has a model in the TreeNodesModel but no class." in "\n".join(lines)
 
 
 def test_subtrees_of_files_that_are_checked_together_are_found(rocs_bt, folder):
@@ -81,7 +81,7 @@ def test_subtrees_of_files_that_are_checked_together_are_found(rocs_bt, folder):
 def test_stubs_take_the_place_of_what_is_unknown_with_one_warning_each(rocs_bt, folder):
     code, lines, summary = check(rocs_bt, folder, "--stub-unknown", "main.xml", "attack.xml")
     assert (code, summary) == (0, "2 files checked: 0 wrong, 2 doubtful.")
-    assert lines[1].startswith("main.xml:4:19: warning: no node is named 'FindBall'; a stub takes its place (2 uses).")
+    assert lines[1].startswith("main.xml:4:19: warning: no node is named 'FindBall'; a stub replaces it (2 uses).")
     assert [line for line in lines if "no tree is named 'Deep' in the files that are checked" in line]
 
 
@@ -91,7 +91,7 @@ def test_a_name_is_told_once_for_all_files(rocs_bt, tmp_path):
     code, lines, summary = check(rocs_bt, tmp_path, "--stub-unknown", ".")
     assert (code, summary) == (0, "5 files checked: 0 wrong, 1 doubtful.")
     assert lines[0].startswith(
-        "f0.xml:1:46: warning: no node is named 'Strange'; a stub takes its place (5 uses in 5 files)."
+        "f0.xml:1:46: warning: no node is named 'Strange'; a stub replaces it (5 uses in 5 files)."
     )
 
 

@@ -148,15 +148,15 @@ def test_a_swap_begins_another_file(mind, tmp_path):
 
 
 def test_more_nodes_than_the_format_can_number_are_refused(mind, tmp_path, monkeypatch):
-    monkeypatch.setattr("rocs_bt.trees.btlog.MOST", 2)
+    monkeypatch.setattr("rocs_bt.trees.btlog.MAX_NODES", 2)
     plan = mind.start(BUILTIN["Sequence"]("top", [Scripted("a"), Scripted("b")]))
-    with pytest.raises(InputError, match=r"has 3 nodes, and a \.btlog can number 2.*live page"):
+    with pytest.raises(InputError, match=r"has 3 nodes; a \.btlog file can hold at most 2.*live page"):
         BtLog(tmp_path / "R1.btlog", plan.tree, plan.name)
 
 
 def test_a_place_that_cannot_be_written_is_told(mind, tmp_path):
     plan = mind.start(Scripted("a"))
-    with pytest.raises(RecordingError, match="cannot be written"):
+    with pytest.raises(RecordingError, match="cannot write the log"):
         BtLog(tmp_path / "nowhere" / "R1.btlog", plan.tree, plan.name)
 
 
@@ -168,7 +168,7 @@ def test_a_full_disk_stops_no_robot(mind, tmp_path):
     log._file = Path("/dev/full").open("wb")  # noqa: SIM115 - the log closes it
     plan.run(0.0)
     assert plan.status == "RUNNING"
-    with pytest.raises(RecordingError, match=r"/dev/full.*cannot be written: No space"):
+    with pytest.raises(RecordingError, match=r"cannot write the log ./dev/full.: No space"):
         log.close()
 
 

@@ -83,13 +83,13 @@ class TestErrors:
     def test_the_node_that_cannot_go_on_is_told_by_its_path(self):
         inner = node("Sequence", node("AlwaysSuccess"), node("Script", code="x = 1", name="write"))
         tree = Tree(node("Fallback", node("SubTree", inner, name="sub", ID="T")))
-        with pytest.raises(InputError, match=r"^sub/write: the script 'x = 1' cannot go on: there is no 'x' yet"):
+        with pytest.raises(InputError, match=r"^sub/write: the script 'x = 1' fails: the key 'x' does not exist"):
             tree.tick()
 
     @pytest.mark.parametrize("condition", ["_failureIf", "_successIf", "_skipIf", "_while", "_onSuccess", "_post"])
     def test_so_is_one_whose_condition_cannot_be_asked(self, condition):
         tree = Tree(node("Sequence", node("AlwaysSuccess", name="a", **{condition: "x > 1"})))
-        with pytest.raises(InputError, match=r"^a: the script 'x > 1' cannot go on"):
+        with pytest.raises(InputError, match=r"^a: the script 'x > 1' fails"):
             tree.tick()
 
     def test_any_other_error_gets_the_path_as_a_note(self):

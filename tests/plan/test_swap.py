@@ -137,7 +137,7 @@ def test_a_tree_that_has_a_place_already_is_refused():
     old, other = Told("old"), Told("other")
     tree = Tree(Sequence("top", [old, other]))
     for taken in (other, tree.root):
-        with pytest.raises(TreeError, match="has a place in a tree already"):
+        with pytest.raises(TreeError, match="belongs to a tree already"):
             tree.swap(old, taken)
 
 
@@ -238,7 +238,11 @@ def test_what_cannot_take_the_place_is_refused_and_the_mission_goes_on(mind):
     plan = mind.start(Sequence("mission", [mind.mission.wait(0.4, name="old")]))
     mind.run(2)
     empty = py_trees.composites.Sequence("empty", memory=True)
-    for wrong, words in ((empty, "has no children"), ("text", "no py_trees behaviour"), (plan.root, "has a place")):
+    for wrong, words in (
+        (empty, "has no children"),
+        ("text", "no py_trees behaviour"),
+        (plan.root, "belongs to a tree"),
+    ):
         with pytest.raises(InputError, match=words):
             plan.swap("old", wrong)
     with pytest.raises(InputError, match="no node is named 'odl'"):

@@ -66,7 +66,7 @@ class TestPorts:
             ({"who": "x", "times": "1.5"}, "port 'times': '1.5' is not a whole number"),
             ({"who": "x", "said": "out"}, "the output port 'said' must be a key, found 'out'. Write said=\"{out}\""),
             ({"who": "x", "whom": "y"}, "no port is named 'whom'. Did you mean 'who'"),
-            ({"who": "{a@b}"}, "may have one '@', at its beginning"),
+            ({"who": "{a@b}"}, "may contain one '@', as its first character"),
         ],
     )
     def test_what_is_wrong_is_told_when_the_node_is_made(self, attributes, message):
@@ -149,7 +149,7 @@ class TestBoardNodes:
         assert bench.of("Sleep", msec="150").ticks(3) == ["RUNNING", "RUNNING", "SUCCESS"]
 
     def test_a_tree_without_a_clock_says_so(self):
-        with pytest.raises(InputError, match="was given no clock"):
+        with pytest.raises(InputError, match="has no clock"):
             self.run("Sleep", msec="150")
 
     def test_a_stand_in(self, bench):

@@ -117,15 +117,15 @@ def test_what_assignments_leave_on_the_board(script, board):
 @pytest.mark.parametrize(
     ("script", "message"),
     [
-        ("x = 1", "there is no 'x' yet; ':=' makes it"),
+        ("x = 1", "the key 'x' does not exist; ':=' creates it"),
         ("x", "the board has no value at 'x'"),
         ("true || y", "the board has no value at 'y'"),  # nothing stops early
-        ("x := 5; x += 0.5", "it holds a whole number, and 5.5 is none"),
+        ("x := 5; x += 0.5", "it holds a whole number, but 5.5 is none"),
         ("x := 'a'; x = 5", "'x' cannot become 5: it holds a value of type str"),
-        ("x := 1; x = 'a'", "'a' is no number"),
+        ("x := 1; x = 'a'", "'a' is not a number"),
         ("x := 'a'; x += 1", "it holds no number"),
         ("x := 2 && 1", "2 is neither true nor false"),
-        ("x := 2.5 & 3", "bits are those of whole numbers"),
+        ("x := 2.5 & 3", "bitwise operators need whole numbers"),
         ("x := 1 + 'a'", "1 and 'a' cannot be added"),
         ("x := -'a'", "'-' takes a number, not 'a'"),
         ("x := ~(0 / 0)", "nan does not fit into 64 bits"),
@@ -141,9 +141,9 @@ def test_a_script_that_cannot_go_on_says_why(script, message):
 @pytest.mark.parametrize(
     ("script", "at", "message"),
     [
-        ("x := 65.", 5, "'65.' is no number"),
-        ("x := 3foo", 5, "'3f' is no number"),
-        ("x := 'open", 5, "Strings end with the quote"),
+        ("x := 65.", 5, "'65.' is not a number"),
+        ("x := 3foo", 5, "'3f' is not a number"),
+        ("x := 'open", 5, "Close the string with the same quote"),
         ("x := 1 +", 8, "a value is missing at the end"),
         ("1 := x", 2, "only a name can be assigned to"),
         ("x := y := 1", 7, "assignments cannot be chained"),
@@ -151,14 +151,14 @@ def test_a_script_that_cannot_go_on_says_why(script, message):
         ("1 ? 2", 5, "a ':' is missing after '?'"),
         ("(1", 2, "a ')' is missing"),
         ("x := (1; 2)", 7, "a ')' is missing"),
-        ("x := #", 5, "begins nothing that scripts know"),
-        ("x.y := 1", 1, "begins nothing that scripts know"),
+        ("x := #", 5, "unexpected character"),
+        ("x.y := 1", 1, "unexpected character"),
         ("f(1)", None, ""),  # two statements: a name, and a number in parentheses
-        ("(" * 500, 41, "nests deeper"),
-        ("-" * 500 + "1", 40, "nests deeper"),
+        ("(" * 500, 41, "more than 40 nested levels"),
+        ("-" * 500 + "1", 40, "more than 40 nested levels"),
         ("1" + "+1" * 500, None, "more than 200 operators"),
         ("x := 1" + "0" * 5000, 5, "a number of more than 400 characters"),
-        ("x" * 20_000, 0, "at most 10000 are read"),
+        ("x" * 20_000, 0, "the maximum is 10000"),
     ],
 )
 def test_what_is_no_script_is_refused_with_its_place(script, at, message):
@@ -309,7 +309,7 @@ def test_scripts_of_one_form_share_their_syntax_and_nothing_else():
         run()
     assert board.texts() == {"a": "1", "e": "3", "f": "2.000000"}
     for key in "ae":
-        with pytest.raises(ScriptError, match=f"the script '{key} := 'x'' cannot go on: '{key}' cannot become 'x'"):
+        with pytest.raises(ScriptError, match=f"the script '{key} := 'x'' fails: '{key}' cannot become 'x'"):
             compile_script(parse_script(f"{key} := 'x'"), board)()
 
 

@@ -48,42 +48,42 @@ SUB = '\n<BehaviorTree ID="S"><Drive goal="{goal}"/></BehaviorTree>'
         # nodes and ports
         ('<Drvie goal="a"/>', 1, "wrong", r"M/Drvie: no node is named 'Drvie'\. Did you mean 'Drive'"),
         ('<Action ID="Drvie"/>', 9, "wrong", r"Did you mean 'Drive'"),
-        ('<Action name="x"/>', 1, "wrong", r"M/x: <Action> names no node"),
-        ('<Drive ID="x" goal="a"/>', 8, "wrong", "has an ID too"),
+        ('<Action name="x"/>', 1, "wrong", r"M/x: <Action> has no ID of a node"),
+        ('<Drive ID="x" goal="a"/>', 8, "wrong", "also has an ID"),
         ("<M/>", 1, "wrong", r"It is a tree: write <SubTree ID=\"M\"/>"),
         ('<Drive gaol="a" goal="b"/>', 8, "wrong", r"M/Drive: no port is named 'gaol'\. Drive has|Did you mean 'goal'"),
         ('<Drive rounds="2"/>', 1, "wrong", "Drive needs 'goal'"),
         ('<Drive goal="a" rounds="2.5"/>', 17, "wrong", "'2.5' is not a whole number"),
-        ('<Drive goal="a" pose="b"/>', 17, "wrong", r"output port 'pose' needs a key.*Write pose=\"\{b\}\""),
+        ('<Drive goal="a" pose="b"/>', 17, "wrong", r"output port 'pose' must be a key.*Write pose=\"\{b\}\""),
         ('<Drive goal="{@a@b}"/>', 8, "wrong", "one '@'"),
         ("<Inverter/>", 1, "wrong", "needs 1 children, found 0"),
-        ('<Parallel success_count="2"><AlwaysSuccess/></Parallel>', 11, "wrong", "waits for 2 .* and has 1"),
-        ('<ParallelAll max_failures="3"><AlwaysSuccess/></ParallelAll>', 14, "wrong", "waits for 3 .* and has 1"),
+        ('<Parallel success_count="2"><AlwaysSuccess/></Parallel>', 11, "wrong", "waits for 2 .* but has 1"),
+        ('<ParallelAll max_failures="3"><AlwaysSuccess/></ParallelAll>', 14, "wrong", "waits for 3 .* but has 1"),
         ("<Sequence></Sequence>", 1, "wrong", "needs at least 1 children"),
         ('<Drive goal="a"><AlwaysSuccess/></Drive>', 1, "wrong", "needs no children, found 1"),
         # subtrees
-        ("<SubTree/>", 1, "wrong", "names no tree"),
+        ("<SubTree/>", 1, "wrong", "has no ID of a tree"),
         ('<SubTree ID="T"/>', 10, "wrong", r"no tree is named 'T'.*M"),
         ('<SubTree ID="M"/>', 10, "wrong", "the tree 'M' contains itself: M -> M"),
         ('<SubTree ID="S" _autoremap="yes"/>', 17, "wrong", "'yes' is not true or false"),
-        ('<SubTree ID="S" goal="a"><Drive goal="a"/></SubTree>', 1, "wrong", "has no children of its own"),
+        ('<SubTree ID="S" goal="a"><Drive goal="a"/></SubTree>', 1, "wrong", "must not have children"),
         # scripts
         ('<Script code="a := (1 + "/>', 25, "wrong", "in the script"),
         ('<AlwaysSuccess _skipIf="a &lt;&lt; 1"/>', 31, "wrong", "in the script"),
-        ("<Script code=\"a := 'b' * 2\"/>", 24, "wrong", "this script cannot run"),
+        ("<Script code=\"a := 'b' * 2\"/>", 24, "wrong", "this script always fails"),
         ("<Sequence><Drive goal='a' rounds='{n}'/><Script code=\"n := 'x'\"/></Sequence>", 57, "wrong", "the key 'n' is a number"),
         # keys
-        ('<Drive goal="{place}"/>', 8, "warning", "the key 'place' is read, and nothing writes it"),
+        ('<Drive goal="{place}"/>', 8, "warning", "the key 'place' is read, but no node writes it"),
         ('<SubTree ID="S" goal="{there}"/>', 29, "warning", r"the key 'goal' \('there' there\) is read"),
-        ('<SubTree ID="S"/>', 29, "warning", "the key 'goal' is read, and nothing writes it"),
-        ('<Script code="a = 1"/>', 15, "warning", r"'=' needs a key that exists.*Write a := \.\.\."),
+        ('<SubTree ID="S"/>', 29, "warning", "the key 'goal' is read, but no node writes it"),
+        ('<Script code="a = 1"/>', 15, "warning", r"'=' needs an existing key.*Write a := \.\.\."),
         ('<Script code="a += 1"/>', 15, "warning", "the key 'a' is read"),
         ('<ScriptCondition code="1 &lt; tries"/>', 31, "warning", "the key 'tries' is read"),
         # conditions and children
         ('<AlwaysSuccess _skipIf="2 > 1"/>', 16, "warning", r"the condition '2 > 1' is always true"),
         ('<ScriptCondition code="false"/>', 18, "warning", "is always false"),
         ('<Precondition if="1" else="FAILURE"><AlwaysSuccess/></Precondition>', 15, "warning", "is always true"),
-        ("<Fallback><AlwaysSuccess/><AlwaysFailure/></Fallback>", 27, "warning", "is never ticked: what stands before it"),
+        ("<Fallback><AlwaysSuccess/><AlwaysFailure/></Fallback>", 27, "warning", "is never ticked: a node before it"),
         ("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>", 27, "warning", "in 'Sequence' never succeeds"),
         ('<Sequence><Repeat num_cycles="-1"><Sleep msec="1"/></Repeat><AlwaysSuccess/></Sequence>', 61, "warning", "never ticked"),
         ("<IfThenElse><AlwaysSuccess/><AlwaysSuccess/><AlwaysFailure/></IfThenElse>", 45, "warning", "the condition 'AlwaysSuccess' never fails"),
@@ -127,7 +127,7 @@ def test_all_is_told_at_once_with_the_way_to_each_node():
 def test_trees_that_nothing_uses_are_told():
     (told,) = found("<AlwaysSuccess/>", tail='\n<BehaviorTree ID="T"><AlwaysSuccess/></BehaviorTree>')
     assert told[:3] == (5, 15, "warning")
-    assert "nothing uses the tree 'T'" in told[3]
+    assert "the tree 'T' is not used" in told[3]
 
 
 def test_a_subtrees_declared_ports_must_be_given():
@@ -141,7 +141,7 @@ def test_a_palette_that_has_drifted_from_the_classes_is_told():
     model = '\n<TreeNodesModel><Action ID="Drive"><input_port name="gaol"/></Action></TreeNodesModel>'
     (told,) = found('<Drive goal="a"/>', tail=model)
     assert told[2] == "warning"
-    assert "no port 'gaol' any more" in told[3]
+    assert "has no port 'gaol'; the model is outdated" in told[3]
 
 
 def test_keys_with_two_types_and_names_that_are_no_numbers_are_told_each_at_its_place():
@@ -195,7 +195,7 @@ def test_a_key_with_two_types_is_refused():
         ("input()", "calls input"),
         ("requests.get('x')", "calls requests.get"),
         ("self.thread.wait()", "calls self.thread.wait"),
-        ("while True:\n            pass", "loops for ever"),
+        ("while True:\n            pass", "contains an endless loop"),
         ("while True:\n            break", ""),
         ("self.mission.wait('2 s')", ""),
         ("', '.join('a')", ""),

@@ -139,7 +139,7 @@ def test_a_private_key_is_not_remapped_automatically():
 def test_the_main_tree_may_be_named_by_the_caller_and_must_be_when_nobody_else_does():
     text = '<root BTCPP_format="4"><BehaviorTree ID="a"><Say/></BehaviorTree><BehaviorTree ID="b"><Work/></BehaviorTree></root>'
     assert isinstance(load_xml(text, NODES, main="b"), Work)
-    with pytest.raises(InputError, match="does not tell which tree is the main one"):
+    with pytest.raises(InputError, match="names no main tree"):
         load_xml(text, NODES)
     with pytest.raises(InputError, match="no tree is named 'c'"):
         load_xml(text, NODES, main="c")
@@ -170,7 +170,7 @@ def test_names_that_4_10_refuses_are_warned_of_and_refused_when_strict(name):
         f'<root BTCPP_format="4" main_tree_to_execute="{name}"><BehaviorTree ID="{name}"><Say/></BehaviorTree></root>'
     )
     load_xml(text, NODES)
-    with pytest.raises(InputError, match=r"BehaviorTree\.CPP 4\.10 refuses it"):
+    with pytest.raises(InputError, match=r"BehaviorTree\.CPP 4\.10 rejects it"):
         load_xml(text, NODES, strict=True)
 
 
@@ -219,7 +219,7 @@ class TestInclude:
             load_xml(a, NODES)
 
     def test_a_text_includes_nothing(self):
-        with pytest.raises(InputError, match="stands in no file"):
+        with pytest.raises(InputError, match="is not in a file"):
             load_xml('<root BTCPP_format="4"><include path="a.xml"/><BehaviorTree ID="A"><Say/></BehaviorTree></root>')
 
 

@@ -120,7 +120,7 @@ BOMB = '<!DOCTYPE a [<!ENTITY x "ha"><!ENTITY y "&x;&x;">]><a>&y;</a>'
         (BOMB, "1:1: .*a document type or an entity is declared"),
         ('<!DOCTYPE a SYSTEM "file:///etc/passwd"><a/>', "document type"),
         ("<a>" * (MAX_DEPTH + 1) + "</a>" * (MAX_DEPTH + 1), f"nested more than {MAX_DEPTH} deep"),
-        (f'<a v="{"x" * (MAX_VALUE + 1)}"/>', f"{MAX_VALUE + 1} characters; {MAX_VALUE} is the most"),
+        (f'<a v="{"x" * (MAX_VALUE + 1)}"/>', f"{MAX_VALUE + 1} characters; the maximum is {MAX_VALUE}"),
         (f'<a v="{"x" * 2_000_000}"/>', "2000000 characters"),
         (f"<a>{'<b/>' * MAX_ELEMENTS}</a>", f"more than {MAX_ELEMENTS} elements"),
         (
@@ -128,17 +128,17 @@ BOMB = '<!DOCTYPE a [<!ENTITY x "ha"><!ENTITY y "&x;&x;">]><a>&y;</a>'
             f"more than {MAX_ATTRIBUTES} attributes",
         ),
         ("<a>\x00</a>", r"U\+0000"),
-        ("<a>\n  <b></a>", "2:6: .*</a> stands where <b> of line 2 has to be closed"),
+        ("<a>\n  <b></a>", "2:6: .*expected </b> for the tag of line 2, found </a>"),
         ("<a><b/>", "1:1: .*<a> is not closed"),
         ("<a/><b/>", "1:5: .*second root"),
         ("<a/>text", "1:5: .*text outside"),
         ("", "no element"),
-        ("<a b=c/>", "1:4: .*no attribute"),
+        ("<a b=c/>", "1:4: .*expected an attribute"),
         ('<a b="c/>', "1:6: .*no closing"),
         ('<a b="1" b="2"/>', "1:10: .*'b' twice"),
-        ("</a>", "closes nothing"),
-        ("<a><!-- b", "comment does not end"),
-        ("<a>< b/></a>", "1:4: .*no tag"),
+        ("</a>", "has no opening tag"),
+        ("<a><!-- b", "comment is not closed"),
+        ("<a>< b/></a>", "1:4: .*does not begin a tag"),
         ('<a>\n<b c="1>\n<d e="2"/>\n</a>', "2:6: .*closing quote is missing"),
     ],
 )
@@ -164,7 +164,7 @@ def test_trees_that_double_at_each_level_are_refused_before_they_are_made():
         for i in range(40)
     )
     last = '<BehaviorTree ID="T40"><AlwaysSuccess/></BehaviorTree>'
-    with pytest.raises(InputError, match="65535 is the most"):
+    with pytest.raises(InputError, match="the maximum is 65535"):
         load_xml(f'<root BTCPP_format="4" main_tree_to_execute="T0">{levels}{last}</root>')
 
 

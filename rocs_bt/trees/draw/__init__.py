@@ -1,4 +1,4 @@
-"""Pictures of trees: as text, as SVG, and as a page, with ports and where each key comes from."""
+"""Drawings of trees as text and SVG, with ports and the origin of each key."""
 
 from .picture import Card, Key, Line, Picture, picture_of
 from .svg import svg

@@ -1,4 +1,4 @@
-"""Picture: what is shown of a tree, whatever it is drawn with."""
+"""Picture: content of a drawing, independent of its format."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ..xml.write import value_text
 
 @dataclass(frozen=True)
 class Line:
-    """A port or a condition of a node.
+    """Port or condition of a node.
 
     Attributes:
-        name: Its name.
-        value: What the file gives for it.
-        comes_from: Where a key comes from, or goes to; empty for a literal.
-        sign: `<` for what is read, `>` for what is written, `<>` for both, `if` for a condition.
+        name: Name of the port or condition.
+        value: Value given in the file.
+        comes_from: Origin or destination of a key; empty for a literal.
+        sign: `<` for inputs, `>` for outputs, `<>` for both, `if` for a condition.
     """
 
     name: str
@@ -37,18 +37,18 @@ class Line:
 
 @dataclass
 class Card:
-    """A node.
+    """Node in a drawing.
 
     Attributes:
-        title: Its name.
-        tag: What it is, where the name does not say it.
+        title: Name of the node.
+        tag: Class of the node; empty if the name already shows it.
         kind: Control, Decorator, Action, Condition or SubTree.
-        lines: Its ports and conditions.
-        depth: 0 for the root.
-        stub: Whether it only stands in for a node that is not here.
-        location: Where it stands, such as `patrol.xml:12`.
-        doc: What its class is for.
-        children: The nodes below it.
+        lines: Ports and conditions.
+        depth: Depth in the tree, 0 for the root.
+        stub: Whether the node replaces one whose class is unknown.
+        location: Position in its file, such as `patrol.xml:12`.
+        doc: Description of its class.
+        children: Child nodes.
     """
 
     title: str
@@ -64,15 +64,15 @@ class Card:
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a board.
+    """Key of a blackboard.
 
     Attributes:
-        board: The board's name.
+        board: Name of the blackboard.
         name: The key.
-        type: Its type; empty where any will do.
-        value: Its value before the first tick; empty where it has none.
-        written: The nodes that write it.
-        read: The nodes that read it.
+        type: Type of the key; empty for any type.
+        value: Value before the first tick; empty if there is none.
+        written: Names of the nodes that write it.
+        read: Names of the nodes that read it.
     """
 
     board: str
@@ -85,15 +85,15 @@ class Key:
 
 @dataclass(frozen=True)
 class Picture:
-    """A tree to be drawn.
+    """Drawing of a tree.
 
     Attributes:
-        title: What it is called.
-        doc: What it is for.
-        parameters: What a scenario may set, and the defaults.
+        title: Title.
+        doc: Description of the tree.
+        parameters: Defaults of the parameters that a scenario may set.
         cards: All nodes, the root first, parents before children.
-        keys: All keys that anything uses.
-        faults: What a check finds.
+        keys: All keys in use.
+        faults: Faults found by a check.
     """
 
     title: str
@@ -105,7 +105,7 @@ class Picture:
 
     @property
     def root(self) -> Card:
-        """The card of the root."""
+        """Card of the root."""
         return self.cards[0]
 
 
@@ -116,14 +116,14 @@ def picture_of(
     parameters: Mapping[str, str] | None = None,
     faults: Sequence[Fault] = (),
 ) -> Picture:
-    """What is shown of a tree.
+    """Create the drawing of a tree.
 
     Args:
         tree: The tree, bound.
-        title: What it is called.
-        doc: What it is for.
-        parameters: What a scenario may set, and the defaults.
-        faults: What a check finds.
+        title: Title.
+        doc: Description of the tree.
+        parameters: Defaults of the parameters that a scenario may set.
+        faults: Faults found by a check.
     """
     flow = flow_of(tree)
     cards, made, depths = [], dict[Any, Card](), {tree.root.id: 0}
@@ -170,13 +170,13 @@ def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
         sign = {Direction.INPUT: "<", Direction.OUTPUT: ">", Direction.INOUT: "<>"}[direction]
         yield Line(name, value_text(given, None if port is None else port.dimension), comes_from, sign)
     if isinstance(node, SubTree) and node.autoremap:
-        yield Line("_autoremap", "true", "all other keys are those of the tree above")
+        yield Line("_autoremap", "true", "all other keys refer to the parent tree")
     for name, script in node.conditions.items():
         yield Line(name, script.text, sign="if")
 
 
 def _origin(node: Node, board: Board, key: str, flow: Flow) -> str:
-    """Where a key lives, and who else writes it."""
+    """Blackboard of a key and the other nodes that write it."""
     try:
         home, name = board.resolve(key)
     except ValueError:
@@ -186,7 +186,7 @@ def _origin(node: Node, board: Board, key: str, flow: Flow) -> str:
     if entry is not None and entry.value is not None:
         return f"{where}given: {value_text(entry.value)}"
     writers = dict.fromkeys(u.node.name for u in flow.of(board, key) if u.creates and u.node is not node)
-    return where + (f"written by {', '.join(list(writers)[:3])}" if writers else "written by nobody else")
+    return where + (f"written by {', '.join(list(writers)[:3])}" if writers else "not written by any other node")
 
 
 def _keys(flow: Flow, title: str) -> Iterator[Key]:

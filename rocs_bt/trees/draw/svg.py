@@ -1,4 +1,4 @@
-"""A tree as SVG: the root at the left, each node a card with its ports; colours follow light and dark."""
+"""SVG drawing of a tree: root at the left, each node a card with its ports; colours follow light and dark mode."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .picture import Card, Line, Picture
 GAP_X, GAP_Y = 46.0, 12.0
 TITLE, LINE = 30.0, 17.0
 MAX_CHARACTERS = 46
-"""How many characters of a line are shown; the rest is in its tooltip."""
+"""Characters of a line that are shown; the full text is in its tooltip."""
 
 GLYPHS = {"Control": "→", "Decorator": "◇", "Action": "▸", "Condition": "?", "SubTree": "▣"}
 _CONTROLS = {"Fallback": "?", "Selector": "?", "Parallel": "⇉", "IfThenElse": "⑂", "WhileDoElse": "⑂", "Switch": "⑂"}
@@ -38,7 +38,7 @@ STYLE = """
 
 
 def svg(picture: Picture) -> str:
-    """A picture as an SVG document that needs nothing else."""
+    """Self-contained SVG document of a picture."""
     boxes, width, height = _layout(picture)
     links = "".join(_links(boxes))
     cards = "".join(_card(card, *box) for card, box in boxes.values())
@@ -54,7 +54,7 @@ Box = tuple[float, float, float, float]
 
 
 def _layout(picture: Picture) -> tuple[dict[int, tuple[Card, Box]], float, float]:
-    """Where each card stands: a column for each depth, parents in the middle of what is below them."""
+    """Layered layout: one column per depth, each parent centred on its children."""
     columns: dict[int, float] = {}
     for card in picture.cards:
         columns[card.depth] = max(columns.get(card.depth, 0.0), _width(card))
@@ -119,7 +119,7 @@ def _shown(line: Line) -> str:
 
 
 def _note(line: Line) -> str:
-    """The value that a key is given, or where it is at home, if there is room for that."""
+    """Value of a key or the blackboard that holds it, if there is room."""
     given = line.comes_from.partition("given: ")[2]
     home = line.comes_from.partition(",")[0] if line.comes_from.startswith("'") else ""
     return _short(given or home)
@@ -141,7 +141,7 @@ def _height(card: Card) -> float:
 
 
 def _width(card: Card) -> float:
-    """Wide enough for its texts in any usual font."""
+    """Width that is sufficient for the texts in common fonts [px]."""
     title = len(_short(card.title)) * 8.8 + (len(card.tag) * 7 + 7 if card.tag else 0)
     lines = [(len(line.name) + len(_shown(line)) + len(_note(line)) + 3) * 7.0 for line in card.lines]
     return 31 + 12 + max([title, *lines, 40])

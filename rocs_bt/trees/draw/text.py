@@ -1,4 +1,4 @@
-"""A tree as text, for a terminal."""
+"""Text drawing of a tree, for a terminal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _SIGNS = {"<": "=", ">": "→", "<>": "↔", "if": ":"}
 
 
 def text(picture: Picture) -> str:
-    """A picture as lines of text: each node with its ports below it."""
+    """Lines of text: each node with its ports below it."""
     lines = [f"{picture.title}: {picture.doc}" if picture.doc else picture.title]
     lines += [f"  {name} = {value}" for name, value in picture.parameters.items()]
     return "\n".join([*lines, *_tree(picture.root)])

@@ -1,4 +1,4 @@
-"""What is doubtful in a tree that could be ticked: told before it is."""
+"""Static checks of a tree before it is ticked."""
 
 from .blocking import blocking_faults
 from .examine import examine, node_faults

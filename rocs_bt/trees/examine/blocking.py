@@ -1,4 +1,4 @@
-"""Leaves that would block: what a leaf's methods must not call, found in its text without running it."""
+"""Check for blocking calls in the methods of leaves, from their source text without running it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from ...errors import Fault
 
 METHODS = ("initialise", "update", "terminate", "tick_once", "halted")
-"""What a tick calls."""
+"""Methods that a tick calls."""
 
 _CALLS = (
     "time.sleep",
@@ -27,14 +27,14 @@ _CALLS = (
 )
 _MODULES = ("requests", "httpx")
 _WAITS = ("accept", "acquire", "communicate", "recv", "recvfrom", "wait")
-_HINT = "Start it in initialise, ask in update whether it has ended, and return RUNNING meanwhile."
+_HINT = "Start it in initialise, check in update whether it has ended, and return RUNNING until then."
 
 
 def blocking_faults(text: str, file: Path) -> Iterator[Fault]:
-    """What the classes of a Python file call in a tick that waits.
+    """Warn of calls that block in the tick methods of a Python file's classes.
 
     Args:
-        text: The file's text, which is Python.
+        text: Python source text of the file.
         file: The file.
     """
     module = ast.parse(text)
@@ -44,13 +44,13 @@ def blocking_faults(text: str, file: Path) -> Iterator[Fault]:
             for node in ast.walk(method):
                 called = _blocking(node, names)
                 if called:
-                    message = f"{cls.name}.{method.name} {called}: while it waits the robot's plan stands still."
+                    message = f"{cls.name}.{method.name} {called}, which blocks the robot's plan."
                     line, column = getattr(node, "lineno", 0), getattr(node, "col_offset", 0) + 1
                     yield Fault(message, file, line, column, hint=_HINT, warning=True)
 
 
 def _imported(module: ast.Module) -> Iterator[tuple[str, str]]:
-    """What names of the file mean elsewhere: `sleep` after `from time import sleep` is `time.sleep`."""
+    """Full names of imported names: `sleep` after `from time import sleep` is `time.sleep`."""
     for node in ast.walk(module):
         if isinstance(node, ast.Import):
             yield from ((a.asname or a.name, a.name) for a in node.names)
@@ -61,14 +61,14 @@ def _imported(module: ast.Module) -> Iterator[tuple[str, str]]:
 def _blocking(node: ast.AST, names: dict[str, str]) -> str:
     if isinstance(node, ast.While) and isinstance(node.test, ast.Constant) and node.test.value:
         ends = any(isinstance(n, (ast.Break, ast.Return, ast.Raise)) for n in ast.walk(node))
-        return "" if ends else "loops for ever"
+        return "" if ends else "contains an endless loop"
     if not isinstance(node, ast.Call):
         return ""
     name = _dotted(node.func, names)
     if name in _CALLS or name.partition(".")[0] in _MODULES:
         return f"calls {name}"
     waits = isinstance(node.func, ast.Attribute) and node.func.attr in _WAITS
-    # With an argument it is most likely a timeout of 0, or somebody else's `wait`.
+    # An argument is most likely a timeout of 0; the method may also be an unrelated `wait`.
     return f"calls {ast.unparse(node.func)}" if waits and not node.args and not node.keywords else ""
 
 

@@ -1,4 +1,4 @@
-"""All examinations of a tree: keys, scripts, bound faults of its nodes, children that are never ticked."""
+"""Static checks of a tree: keys, scripts, the nodes' own checks, unreachable children."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .flow import flow_faults, flow_of, scripts_of
 
 
 def node_faults(tree: Tree) -> Iterator[Fault]:
-    """The bound faults of all nodes of a tree, each at its attribute; those that are no warnings prevent a run."""
+    """Bound faults of all nodes, each at its attribute; those that are not warnings prevent a run."""
     for node in tree.nodes:
         if isinstance(node, Node):
             for attribute, fault in _bound_faults(node):
@@ -38,7 +38,7 @@ def node_faults(tree: Tree) -> Iterator[Fault]:
 
 
 def _bound_faults(node: Node) -> Iterator[tuple[str, Fault]]:
-    """A node's bound faults; what keeps it from telling them, such as a port without a value, is one of them."""
+    """Bound faults of a node, including an error raised while they are computed, such as a port without a value."""
     try:
         yield from node.bound_faults()
     except InputError as error:
@@ -49,7 +49,7 @@ CONDITIONS = ("_failureIf", "_successIf", "_skipIf", "_while", "if")
 
 
 def constant(script: Script) -> bool | None:
-    """What a condition always is; None where it depends on a key, or cannot be computed."""
+    """Constant value of a condition; None if it depends on a key or cannot be computed."""
     if script.reads() or script.writes() or not script.statements:
         return None
     try:
@@ -59,7 +59,7 @@ def constant(script: Script) -> bool | None:
 
 
 def script_faults(tree: Tree) -> Iterator[Fault]:
-    """Conditions that depend on nothing, and expressions that fail whenever they are computed."""
+    """Faults of conditions that are constant and of expressions that always fail."""
     for node in tree.nodes:
         if not isinstance(node, Node):
             continue
@@ -69,7 +69,7 @@ def script_faults(tree: Tree) -> Iterator[Fault]:
             asked = attribute in CONDITIONS or node.tag == "ScriptCondition"
             if asked and (value := constant(script)) is not None:
                 message = f"the condition '{script.text}' is always {str(value).lower()}."
-                yield fault_at(node, message, "Name a key, or leave it out.", attribute=attribute)
+                yield fault_at(node, message, "Use a key in it, or remove it.", attribute=attribute)
 
 
 def _failing_parts(node: Node, attribute: str, script: Script) -> Iterator[Fault]:
@@ -81,14 +81,14 @@ def _failing_parts(node: Node, attribute: str, script: Script) -> Iterator[Fault
             todo += parts(expression)
             continue
         failing = [e for e in inside if _error(script, e)] if _error(script, expression) else []
-        for inner in failing[-1:]:  # the last is the innermost: an operand that fails makes all around it fail
+        for inner in failing[-1:]:  # the last is the innermost: a failing operand makes all enclosing expressions fail
             for fault in _error(script, inner):
-                message = f"this script cannot run: {fault.message}"
+                message = f"this script always fails: {fault.message}"
                 yield fault_at(node, message, fault.hint, attribute=attribute, column=inner.at, warning=False)
 
 
 def _error(script: Script, expression: Expression) -> tuple[Fault, ...]:
-    """Why an expression without names cannot be computed; empty if it can."""
+    """Faults that prevent the evaluation of an expression without names; empty if it can be evaluated."""
     try:
         compile_script(Script(script.text, (expression,)), Board())()
     except InputError as error:
@@ -97,7 +97,7 @@ def _error(script: Script, expression: Expression) -> tuple[Fault, ...]:
 
 
 def _type_faults(node: Node, attribute: str, script: Script, board: Board) -> Iterator[Fault]:
-    """Texts that are assigned to keys that a port has made numbers."""
+    """Faults of texts assigned to keys whose port type is a number."""
     for a in script.writes():
         if a.target.name.count("@") > 1 or not isinstance(a.value, Literal) or not isinstance(a.value.value, str):
             continue
@@ -108,7 +108,7 @@ def _type_faults(node: Node, attribute: str, script: Script, board: Board) -> It
         try:
             from_string(a.value.value, kind, board.enums)
         except InputError as error:
-            message = f"the key '{a.target.name}' is a number by its port: {error.faults[0].message}"
+            message = f"the key '{a.target.name}' is a number, as declared by a port: {error.faults[0].message}"
             yield fault_at(node, message, attribute=attribute, column=a.at, warning=False)
 
 
@@ -129,7 +129,7 @@ _WORDS = {"S": "succeeds", "F": "fails", "R": "runs", "K": "is skipped"}
 
 
 def unreachable(tree: Tree) -> Iterator[Fault]:
-    """Children that are never ticked, whatever happens."""
+    """Faults of children that are never ticked."""
     known: dict[Any, Outcomes] = {}
     found: list[Fault] = []
     for node in reversed(tree.nodes):  # children before their parents
@@ -140,7 +140,7 @@ def unreachable(tree: Tree) -> Iterator[Fault]:
 def _outcomes_of(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]) -> Outcomes:
     tag = node.tag if isinstance(node, Node) else ""
     if isinstance(node, Node) and BUILTIN.get(tag) is not type(node):
-        return ALL  # one's own, or a stand-in that only bears the name, and may have fewer children
+        return ALL  # a user's class, or a stub that only has the name and may have fewer children
     below = [known[child.id] for child in node.children]
     if tag in _SEQUENCES or (not tag and isinstance(node, composites.Sequence)):
         return _in_order(node, below, "S", found)
@@ -161,12 +161,12 @@ def _outcomes_of(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]
 
 
 def _in_order(node: Behaviour, below: list[Outcomes], passes: str, found: list[Fault]) -> Outcomes:
-    """A Sequence (that goes on after S) or a Fallback (after F)."""
+    """Possible outcomes of a Sequence (passes S) or a Fallback (passes F)."""
     outcomes, reached = set[str](), True
     for child, its in zip(node.children, below, strict=True):
         if not reached:
-            message = f"is never ticked: what stands before it in '{node.name}' never {_WORDS[passes]}."
-            found.append(fault_at(child, message, "Change the order, or leave it out."))
+            message = f"is never ticked: a node before it in '{node.name}' never {_WORDS[passes]}."
+            found.append(fault_at(child, message, "Change the order, or remove it."))
             break
         outcomes |= its - {passes, "K"}
         reached = bool(its & {passes, "K"})
@@ -185,19 +185,19 @@ def _branches(node: Behaviour, below: list[Outcomes], found: list[Fault]) -> Out
         else:
             name = node.children[0].name
             message = f"is never ticked: the condition '{name}' never {_WORDS[needs]}."
-            found.append(fault_at(child, message, "Change the condition, or leave the branch out."))
+            found.append(fault_at(child, message, "Change the condition, or remove the branch."))
     return frozenset(outcomes | ({"F"} if len(below) == 2 and "F" in condition else set()))
 
 
 def _counted(node: Node, below: Outcomes) -> Outcomes:
-    """Repeat and Retry; with -1 they never come to the outcome that they count."""
+    """Possible outcomes of Repeat and Retry; with -1 they never return the outcome that they count."""
     counted, port = ("S", "num_cycles") if node.tag == "Repeat" else ("F", "num_attempts")
     never = {counted} if str(node.given.get(port)).strip() == "-1" else set()
     return (below | {"R", counted}) - never
 
 
 def _guarded(node: Behaviour, own: Outcomes) -> Outcomes:
-    """With pre-conditions that may decide instead of the node."""
+    """Possible outcomes including those that pre-conditions may decide."""
     if not isinstance(node, Node) or not node.conditions:
         return own
     added = {"_failureIf": "F", "_successIf": "S", "_skipIf": "K", "_while": "K"}
@@ -205,12 +205,12 @@ def _guarded(node: Behaviour, own: Outcomes) -> Outcomes:
 
 
 def examine(tree: Tree) -> list[Fault]:
-    """What is wrong or doubtful in a tree: keys, scripts, what nodes say themselves, children that are never ticked.
+    """Faults and warnings of a tree: keys, scripts, the nodes' own checks, unreachable children.
 
     Args:
         tree: The tree, bound.
     """
-    return list(dict.fromkeys(_all(tree)))  # a subtree that is used twice has its faults once
+    return list(dict.fromkeys(_all(tree)))  # report the faults of a subtree that is used twice once
 
 
 def _all(tree: Tree) -> Iterator[Fault]:

@@ -1,4 +1,4 @@
-"""Where values come from and go to: which node writes which key of which board, and who reads it."""
+"""Data flow of a tree: which nodes write and read each key of each blackboard."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SCRIPTS: Mapping[str, tuple[str, ...]] = {
     "Precondition": ("if",),
     "TestNode": ("return_status_script", "success_script", "failure_script", "post_script"),
 }
-"""The ports of nodes that hold scripts."""
+"""Ports of nodes that contain scripts."""
 
 NAMING: Mapping[str, tuple[str, ...]] = {
     "SetBlackboard": ("output_key",),
@@ -26,25 +26,25 @@ NAMING: Mapping[str, tuple[str, ...]] = {
     "SkipUnlessUpdated": ("entry",),
     "WaitValueUpdate": ("entry",),
 }
-"""The ports of nodes that name a key, with or without braces."""
+"""Ports of nodes that name a key, with or without braces."""
 
 
 MAX_SUGGESTED = 100
-"""Among how many keys a misspelt one is looked for: each fault compares it with all of them."""
+"""Maximum number of keys to search for the nearest name; each fault compares its key with all of them."""
 
 
 @dataclass(frozen=True)
 class Use:
-    """One node's use of a key.
+    """Use of a key by a node.
 
     Attributes:
         node: The node.
-        attribute: The port or the condition.
-        key: The key as it stands there.
-        reads: Whether it needs a value that is there.
-        creates: Whether it makes the key if it does not exist.
-        changes: Whether it writes the key.
-        column: Where in a script it stands, counted from 0; None for a port.
+        attribute: Port or condition.
+        key: The key as written in the node.
+        reads: Whether the node requires a value.
+        creates: Whether the node creates the key if it does not exist.
+        changes: Whether the node writes the key.
+        column: Position in a script, counted from 0; None for a port.
     """
 
     node: Node
@@ -61,30 +61,30 @@ class Flow:
     """All uses of all keys of a tree.
 
     Attributes:
-        uses: The uses, by board and by the key's name there.
+        uses: Uses by blackboard and the key's name there.
     """
 
     uses: Mapping[tuple[Board, str], list[Use]]
 
     def of(self, board: Board, key: str) -> list[Use]:
-        """The uses of a key, as a node on that board names it."""
+        """Uses of a key, given by its name on a node's blackboard."""
         return self.uses.get(board.resolve(key), [])
 
 
 def scripts_of(node: Node) -> Iterator[tuple[str, Script]]:
-    """The scripts of a node, and the attributes that hold them; those that are on the board are not known."""
+    """Scripts of a node by attribute, except scripts read from the blackboard."""
     yield from node.conditions.items()
     for port in SCRIPTS.get(node.tag, ()):
         text = node.given.get(port, "")
         if isinstance(text, str) and text and node.key(port) is None:
             try:
                 yield port, parse_script(text)
-            except InputError:  # told where the node is made
+            except InputError:  # reported when the node is made
                 continue
 
 
 def flow_of(tree: Tree) -> Flow:
-    """Which node writes which key, and who reads it.
+    """Data flow of a tree.
 
     Args:
         tree: The tree, bound.
@@ -128,7 +128,7 @@ def _port_uses(node: Node, port: Port[Any]) -> Iterator[Use]:
 
 
 def flow_faults(tree: Tree, flow: Flow) -> Iterator[Fault]:
-    """Keys that are read, or assigned by `=`, and that nothing creates."""
+    """Faults of keys that are read, or assigned by `=`, but never created."""
     known: dict[Board, list[str]] = {}
     for (board, name), uses in flow.uses.items():
         if any(use.creates for use in uses):
@@ -142,12 +142,12 @@ def flow_faults(tree: Tree, flow: Flow) -> Iterator[Fault]:
                 yield _unwritten(use, name, known.get(board, []))
             elif use.changes and entry is None:
                 hint = f"Write {use.key} := ... to create it."
-                message = f"'=' needs a key that exists, and nothing creates '{use.key}'."
+                message = f"'=' needs an existing key, but no node creates '{use.key}'."
                 yield fault_at(use.node, message, hint, attribute=use.attribute, column=use.column)
 
 
 def _unwritten(use: Use, name: str, known: list[str]) -> Fault:
     hint = did_you_mean(name, known, "The board") if len(known) <= MAX_SUGGESTED else ""
     also = "" if use.key == name else f" ('{name}' there)"
-    message = f"the key '{use.key}'{also} is read, and nothing writes it."
+    message = f"the key '{use.key}'{also} is read, but no node writes it."
     return fault_at(use.node, message, hint, attribute=use.attribute, column=use.column)

@@ -1,4 +1,4 @@
-"""The scripting language of BehaviorTree.CPP: parsed, checked, and compiled to functions over a board."""
+"""Scripting language of BehaviorTree.CPP: parser, checks and compiler to functions on a blackboard."""
 
 from .arithmetic import Refused, truth
 from .compiler import compile_condition, compile_script

@@ -1,7 +1,8 @@
-"""What the operators of scripts do, which is what BehaviorTree.CPP's do (scripting/operators.hpp, utils/safe_any.hpp).
+"""Operators of scripts, equivalent to those of BehaviorTree.CPP (scripting/operators.hpp, utils/safe_any.hpp).
 
-Numbers are doubles once they were computed with; an integer literal is an integer until then. A comparison is 1.0 or
-0.0. Where C++ would give infinity, so does this. An assigned value keeps the representation that its entry had
+Computed numbers are doubles; an integer literal is an integer until it is computed with. A comparison is 1.0 or 0.0.
+The
+result is infinite where that of C++ is. An assigned value keeps the representation of the entry's value
 (`Any::copyInto`).
 """
 
@@ -15,17 +16,17 @@ from typing import Any
 from ..board import Board, Entry, Enums, from_string, to_string
 
 EPSILON = 2.0**-23
-"""Numbers no further apart are equal to `==`: the epsilon of a C++ float."""
+"""Tolerance of `==` for numbers: the epsilon of a C++ float."""
 
 NUMBERS = (int, float, bool)
 
 
 class Refused(Exception):
-    """An operator does not take these operands; the compiler says where."""
+    """An operator does not accept these operands; the compiler adds the position."""
 
 
 def number_of(text: str, enums: Enums) -> float:
-    """What a string is to a number that it is compared with."""
+    """Number that a string stands for in a comparison with a number."""
     if text in ("true", "false"):
         return float(text == "true")
     if text in enums:
@@ -33,14 +34,14 @@ def number_of(text: str, enums: Enums) -> float:
     try:
         return float(text)
     except ValueError:
-        raise Refused(f"'{text}' is no number") from None
+        raise Refused(f"'{text}' is not a number") from None
 
 
 def truth(value: Any) -> bool:
-    """Whether a value holds where a condition is asked.
+    """Truth of a value used as a condition.
 
     Raises:
-        Refused: It is neither true nor false: text, or an integer that is not 0 or 1.
+        Refused: The value is neither true nor false: text, or an integer that is not 0 or 1.
     """
     if value.__class__ is float:
         return bool(value != 0.0)
@@ -50,10 +51,10 @@ def truth(value: Any) -> bool:
 
 
 def known(value: Any, name: str) -> Any:
-    """The value of a key.
+    """Value of a key.
 
     Raises:
-        Refused: It has none.
+        Refused: The key has no value.
     """
     if value is None:
         raise Refused(f"the board has no value at '{name}'")
@@ -61,10 +62,10 @@ def known(value: Any, name: str) -> Any:
 
 
 def chosen(value: Any) -> bool:
-    """Whether the condition of `?` holds.
+    """Truth of the condition of `?`.
 
     Raises:
-        Refused: It is neither true nor false.
+        Refused: The value is neither true nor false.
     """
     if value.__class__ is not str and value.__class__ not in NUMBERS:
         raise Refused(f"{shown(value)} is neither true nor false")
@@ -72,7 +73,7 @@ def chosen(value: Any) -> bool:
 
 
 def real(value: float) -> float:
-    """A literal as a double, infinite where it is too large for one."""
+    """Literal as a double, infinite if it is too large."""
     try:
         return float(value)
     except OverflowError:
@@ -80,12 +81,12 @@ def real(value: float) -> float:
 
 
 def shown(value: Any) -> str:
-    """A value in a message."""
+    """Text of a value in a message."""
     return "nothing" if value is None else repr(value)
 
 
 def divided(left: float, right: float) -> float:
-    """A division that knows infinity."""
+    """Division that returns infinity or NaN for a zero divisor."""
     if right:
         return left / right
     if not left or math.isnan(left):
@@ -96,7 +97,7 @@ def divided(left: float, right: float) -> float:
 def _bits(combine: Callable[[int, int], int]) -> Callable[[Any, Any], float]:
     def combined(left: Any, right: Any) -> float:
         if left != left // 1 or right != right // 1:
-            raise Refused("bits are those of whole numbers")
+            raise Refused("bitwise operators need whole numbers")
         return float(combine(int(left), int(right)))
 
     return combined
@@ -112,7 +113,7 @@ def _with_numbers(combine: Callable[[Any, Any], float]) -> Callable[[Any, Any], 
 
 
 def added(left: Any, right: Any) -> float | str:
-    """`+`: the sum of two numbers, or two strings joined."""
+    """`+`: sum of two numbers, or concatenation of two strings."""
     if left.__class__ is str and right.__class__ is str:
         return str(left + right)
     if left.__class__ in NUMBERS and right.__class__ in NUMBERS:
@@ -121,7 +122,7 @@ def added(left: Any, right: Any) -> float | str:
 
 
 def joined(left: Any, right: Any) -> str:
-    """`..`: a string and a string or a number."""
+    """`..`: concatenation of a string and a string or number."""
     if str not in (left.__class__, right.__class__) or None in (left, right):
         raise Refused(f"{shown(left)} and {shown(right)} cannot be joined")
     return to_string(left) + to_string(right)
@@ -138,7 +139,7 @@ BINARY: dict[str, Callable[[Any, Any], Any]] = {
     "^": _with_numbers(_bits(operator.xor)),
 }
 
-# The negated forms are those of the source; with NaN they are not the same as the plain ones.
+# The negated forms are those of the C++ source; with NaN they differ from the plain ones.
 COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "==": lambda a, b: a == b if a.__class__ is str else abs(a - b) <= EPSILON,
     "!=": lambda a, b: a != b if a.__class__ is str else not abs(a - b) <= EPSILON,
@@ -150,7 +151,7 @@ COMPARE: dict[str, Callable[[Any, Any], bool]] = {
 
 
 def comparable(left: Any, right: Any, enums: Enums) -> tuple[Any, Any]:
-    """Two values as they are compared: both numbers, or both strings."""
+    """Operands of a comparison, both converted to numbers or both strings."""
     a, b = left.__class__, right.__class__
     if a is str and b in NUMBERS:
         return number_of(left, enums), right
@@ -162,7 +163,7 @@ def comparable(left: Any, right: Any, enums: Enums) -> tuple[Any, Any]:
 
 
 def compared(operator: str, left: Any, right: Any, enums: Enums) -> bool:
-    """Whether a comparison holds.
+    """Whether a comparison is true.
 
     Raises:
         Refused: The values cannot be compared.
@@ -171,7 +172,7 @@ def compared(operator: str, left: Any, right: Any, enums: Enums) -> bool:
 
 
 def negated(operator_: str, value: Any) -> float:
-    """`-`, `~` and `!` of a number."""
+    """Unary `-`, `~` and `!` of a number."""
     if value.__class__ not in NUMBERS:
         raise Refused(f"'{operator_}' takes a number, not {shown(value)}")
     if operator_ == "-":
@@ -184,33 +185,33 @@ def negated(operator_: str, value: Any) -> float:
 
 
 BITS = 2.0**63
-"""Integers are below it in size."""
+"""Upper limit of an integer's magnitude."""
 
 
 def existing(board: Board, name: str) -> Entry:
-    """The entry of a key.
+    """Entry of a key.
 
     Raises:
-        Refused: There is none.
+        Refused: The key does not exist.
     """
     entry = board.entry(name)
     if entry is None:
-        raise Refused(f"there is no '{name}' yet; ':=' makes it")
+        raise Refused(f"the key '{name}' does not exist; ':=' creates it")
     return entry
 
 
 def assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -> Any:
-    """The new value of an entry after an assignment.
+    """New value of an entry after an assignment.
 
     Args:
-        board: The board of the script, for enums.
+        board: Blackboard of the script, for enums.
         name: The key.
-        entry: Its entry.
+        entry: Entry of the key.
         operator: `:=`, `=`, `+=`, `-=`, `*=` or `/=`.
-        value: The value on the right.
+        value: Value on the right-hand side.
 
     Raises:
-        Refused: The entry cannot take it.
+        Refused: The entry cannot hold the value.
     """
     try:
         return _assigned(board, name, entry, operator, value)
@@ -242,7 +243,7 @@ def _combined(old: Any, operator: str, value: Any) -> Any:
         return divided(a, b) if operator == "/=" else BINARY[operator[0]](a, b)
     if operator == "+=" and value.__class__ is str:
         return _text(old) + value
-    raise Refused(f"'{operator}' is not for this value")
+    raise Refused(f"'{operator}' does not accept this value")
 
 
 def _text(value: Any) -> str:
@@ -259,8 +260,8 @@ def _as_stored(old: Any, value: Any) -> Any:
         if kind is float:
             return float(value)
         if given is float and not value.is_integer():
-            raise Refused(f"it holds a whole number, and {value} is none")
+            raise Refused(f"it holds a whole number, but {value} is none")
         if abs(value) >= BITS:
-            raise Refused(f"it holds a whole number of 64 bits, and {value} has more")
+            raise Refused(f"it holds a 64-bit whole number, but {value} is larger")
         return int(value)
     raise Refused(f"it holds a value of type {kind.__name__}")

@@ -1,7 +1,7 @@
-"""From a parsed script to functions over one board: one closure per operator, which calls those of its operands.
+"""Compiler from a parsed script to functions on one blackboard: one closure per operator, calling its operands'.
 
-What most scripts do with numbers (comparisons, sums, products) has a short way for floats and ints; all else goes
-through the functions of `arithmetic`, which take any value and raise Refused with the reason.
+Common operations on numbers (comparisons, sums, products) have a fast path for floats and ints; all others use the
+functions of `arithmetic`, which accept any value and raise Refused with the reason.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Run = Callable[[], Any]
 _Pair = Callable[[Any, Any], Any]
 
 _UNRESOLVED = Entry()
-_UNRESOLVED.alive = False  # stands for entries that were not looked up yet
+_UNRESOLVED.alive = False  # placeholder for entries that are not resolved yet
 
 
 def _apart(left: float, right: float) -> bool:
@@ -45,7 +45,7 @@ def _close(left: float, right: float) -> bool:
 _UNLESS: Mapping[str, _Pair] = {
     "==": _apart, "!=": _close, "<": operator.ge, ">": operator.le, "<=": operator.gt, ">=": operator.lt,
 }  # fmt: skip
-"""When a comparison of numbers does not hold; as in the C++ source, which counts with NaN."""
+"""Negated comparisons of numbers, as in the C++ source; the negation matters for NaN."""
 
 _TEXT_UNLESS: Mapping[str, _Pair] = {**_UNLESS, "==": operator.ne, "!=": operator.eq}
 
@@ -54,21 +54,22 @@ _FLOATS: Mapping[str, _Pair] = {"+": operator.add, "-": operator.sub, "*": opera
 
 
 def compile_script(script: Script, board: Board) -> Run:
-    """A function that runs a script on a board and returns the value of its last statement, None for an empty one.
+    """Compile a script to a function that returns the value of its last statement, None for an empty script.
 
-    Names are enums of the board first, then its keys. The function raises a ScriptError where the script cannot go on.
-    It is compiled when it is first called, as most of a large document's scripts rarely run.
+    Names refer to enums of the blackboard first, then to its keys. The function raises a ScriptError if the script
+    cannot
+    continue. Compilation is deferred to the first call, because most scripts of a large document rarely run.
     """
     return _stopping(script, board, condition=False)
 
 
 def compile_condition(script: Script, board: Board) -> Callable[[], bool]:
-    """The same for a script whose value is true or false."""
+    """Compile a script to a function that returns true or false."""
     return _stopping(script, board, condition=True)
 
 
 def _stopping(script: Script, board: Board, condition: bool) -> Run:
-    """A function whose refusals are ScriptErrors."""
+    """Compiled function that converts refusals to ScriptErrors."""
     run: Run | None = None
 
     def runs() -> Any:
@@ -78,18 +79,19 @@ def _stopping(script: Script, board: Board, condition: bool) -> Run:
                 run = _Compiler(script, board).run(condition)
             return run()
         except (Refused, OverflowError) as error:
-            what = error if isinstance(error, Refused) else "a number is too large"
-            message = f"the script '{short(script.text)}' cannot go on: {what}."
+            what = error if isinstance(error, Refused) else "number too large"
+            message = f"the script '{short(script.text)}' fails: {what}."
             raise ScriptError(script.text, 0, Fault(message)) from None
 
     return runs
 
 
 class _Compiler:
-    """Makes the functions of one script.
+    """Compiler of one script.
 
-    The statements may be those of another script of the same form; names and literals come from the script's slots,
-    one after the other, so expressions are compiled from left to right.
+    The statements may be those of another script with the same form. Names and literals are taken from the script's
+    slots in
+    order, so expressions are compiled from left to right.
     """
 
     def __init__(self, script: Script, board: Board) -> None:
@@ -98,7 +100,7 @@ class _Compiler:
         self._board = board
 
     def run(self, condition: bool) -> Run:
-        """The function of all statements; it gives true or false if the script is a condition."""
+        """Function of all statements; it returns true or false if the script is a condition."""
         if not self._statements:
             return lambda: truth(None) if condition else None
         *others, end = self._statements
@@ -137,7 +139,7 @@ class _Compiler:
                 return self._assignment(expression)
 
     def _truth(self, expression: Expression) -> Run:
-        """The function of an expression that is asked as a condition."""
+        """Function of an expression used as a condition."""
         if isinstance(expression, Comparison):
             return self._comparison(expression)
         if isinstance(expression, Binary) and expression.operator in _LOGIC:
@@ -146,14 +148,14 @@ class _Compiler:
         return lambda: truth(value())
 
     def _choice(self, condition: Expression) -> Run:
-        """The function of the condition of `?`, which takes more values than other conditions."""
+        """Function of the condition of `?`, which accepts more values than other conditions."""
         if isinstance(condition, Comparison):
             return self._comparison(condition)
         value = self._value(condition)
         return lambda: chosen(value())
 
     def _logic(self, expression: Binary) -> Run:
-        """The function of `a && b && c` or of `a || b || c`; all are evaluated, as BehaviorTree.CPP does."""
+        """Function of `a && b && c` or `a || b || c`; all operands are evaluated, as in BehaviorTree.CPP."""
         parts, left = list[Expression](), expression.left
         parts.append(expression.right)
         while isinstance(left, Binary) and left.operator == expression.operator:
@@ -192,7 +194,7 @@ class _Compiler:
         return get
 
     def _chain(self, expression: Binary) -> Run:
-        """The function of a chain such as `a + b - c`, which may be longer than Python nests."""
+        """Function of a chain such as `a + b - c`, which may be longer than Python's recursion limit."""
         links, left = list[Binary](), expression
         while True:
             links.append(left)
@@ -263,14 +265,14 @@ class _Compiler:
 
 
 def _number(expression: Expression, value: Run) -> float | None:
-    """The number that a literal is; None for anything else."""
+    """Number of a literal; None for any other expression."""
     if isinstance(expression, Literal) and not isinstance(expression.value, str):
         return real(value())
     return None
 
 
 def _sum(sign: str, left: Run, right: Run, number: float | None) -> Run:
-    """The function of one binary operator; `number` is the right operand, where that is a literal."""
+    """Function of one binary operator; `number` is the right operand if that is a literal."""
     combine, quick = BINARY[sign], _FLOATS.get(sign)
     if quick is None:
         return lambda: combine(left(), right())
@@ -290,7 +292,7 @@ def _sum(sign: str, left: Run, right: Run, number: float | None) -> Run:
 
 
 def _limited(left: Run, sign: str, limit: float | str, enums: Mapping[str, int]) -> Run:
-    """The function of a comparison with a literal."""
+    """Function of a comparison with a literal."""
     text = isinstance(limit, str)
     one, other = (str, str) if text else (float, int)
     unless = _TEXT_UNLESS[sign] if text else _UNLESS[sign]

@@ -1,4 +1,4 @@
-"""Script: a parsed text. Texts of one form, which differ in names and literals only, are parsed once."""
+"""Script: a parsed text. Texts of one form, which differ only in names and literals, are parsed once."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from .parser import (
 
 
 def leaves(statements: tuple[Expression, ...]) -> Iterator[Name | Literal]:
-    """The names and literals of some statements, in the order of the text: one per slot."""
+    """Names and literals of statements in the order of the text, one per slot."""
     return (e for s in statements for e in walk(s) if isinstance(e, Name | Literal))
 
 
-_SLOT = re.compile(  # what the lexer calls strings, numbers and names
+_SLOT = re.compile(  # strings, numbers and names of the lexer
     r"""('[^']*'|"[^"]*")|(0[xX][0-9a-fA-F]+|\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|([^\W\d]\w*|@\w*)"""
 )
 _TRUTHS = {"true": 1, "false": 0}
@@ -37,23 +37,23 @@ _SAMPLES = {"N": "n", "I": "1", "F": "1.5", "S": "''", "T": "true"}
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """The part of a text that determines its syntax tree; the same object for all texts that have it in common.
+    """Part of a text that determines its syntax tree; texts with the same form share one object.
 
     Attributes:
-        statements: The statements, with sample names and literals.
+        statements: Statements with sample names and literals.
     """
 
     statements: tuple[Expression, ...]
 
 
 class Script:
-    """A script that was parsed.
+    """Parsed script.
 
     Args:
-        text: The script as it was written.
-        statements: The statements; parsed from the text when they are first needed, by default.
-        form: The form of the text; None if it has none.
-        slots: The names and the values of the literals, in the order of the text.
+        text: Text of the script.
+        statements: Statements; by default parsed from the text on first access.
+        form: Form of the text; None if it has none.
+        slots: Names and values of literals in the order of the text.
     """
 
     __slots__ = ("_statements", "form", "slots", "text")
@@ -74,36 +74,36 @@ class Script:
 
     @property
     def statements(self) -> tuple[Expression, ...]:
-        """The statements in order; the value of the last one is the value of the script."""
+        """Statements in order; the value of the last one is the value of the script."""
         if self._statements is None:
             self._statements = parse_statements(self.text)
         return self._statements
 
     def reads(self) -> list[Name]:
-        """The names whose values are read, in the order of the text; `x += 1` reads `x`."""
+        """Names whose values are read, in the order of the text; `x += 1` reads `x`."""
         return [e for s in self.statements for e in _reads(s)]
 
     def writes(self) -> list[Assignment]:
-        """The assignments, in the order of the text."""
+        """Assignments in the order of the text."""
         return [e for s in self.statements for e in walk(s) if isinstance(e, Assignment)]
 
 
-@functools.lru_cache(maxsize=16_384)  # a script is parsed where it is checked, and again where its node is made
+@functools.lru_cache(maxsize=16_384)  # a script is parsed when it is checked and when its node is made
 def parse_script(text: str) -> Script:
-    """A script, ready to be compiled.
+    """Parse a script.
 
     Args:
-        text: Statements such as `battery := 0.9; tries += 1`, separated by `;` or by nothing.
+        text: Statements such as `battery := 0.9; tries += 1`, optionally separated by `;`.
 
     Raises:
-        ScriptError: The text is no script; the error has the place.
+        ScriptError: The text is not a valid script; the error contains the position.
     """
     form, slots = _outline(text)
     return Script(text, None if form is not None else parse_statements(text), form, slots)
 
 
 def _outline(text: str) -> tuple[Form | None, tuple[Any, ...]]:
-    """The form and the slots of a text; no form where tokens adjoin, or are too long, which is left to the parser."""
+    """Form and slots of a text; no form if tokens adjoin or are too long, which the parser handles."""
     pieces = _SLOT.split(text)  # text, string, number, name, text ...
     between = tuple(pieces[::4])
     if len(text) > MAX_LENGTH or "" in between[1:-1]:
@@ -129,10 +129,10 @@ def _outline(text: str) -> tuple[Form | None, tuple[Any, ...]]:
 
 @functools.lru_cache(maxsize=1024)
 def _form(between: tuple[str, ...], kinds: str) -> Form | None:
-    """The form of some texts; None if they are no scripts.
+    """Form of the texts with these parts; None if they are not valid scripts.
 
     Args:
-        between: The texts before, between and after the slots: operators and spaces.
+        between: Texts before, between and after the slots: operators and spaces.
         kinds: One letter per slot: N name, I integer, F other number, S string, T `true` or `false`.
     """
     samples = [*(_SAMPLES[kind] for kind in kinds), ""]

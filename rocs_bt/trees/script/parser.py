@@ -1,4 +1,4 @@
-"""Parser of scripts: tokens, the syntax tree, and precedence climbing with the levels of BehaviorTree.CPP 4.10."""
+"""Parser of scripts: tokens, syntax tree, and precedence climbing with the levels of BehaviorTree.CPP 4.10."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..error import TreeError
 
 
 class ScriptError(TreeError):
-    """A script that cannot be read, or that could not go on.
+    """A script that cannot be parsed or that fails.
 
     Args:
         text: The script.
-        at: Where in it, counted from 0.
+        at: Position in the script, counted from 0.
         fault: What is wrong.
     """
 
@@ -27,17 +27,17 @@ class ScriptError(TreeError):
 
 
 def short(text: str) -> str:
-    """A script in a message: the beginning of a long one."""
+    """Script in a message; a long one is truncated."""
     return text if len(text) <= 80 else text[:77] + "..."
 
 
 Scalar = float | int | str
-"""What a script computes with; truth is a number, 1.0 or 0.0."""
+"""Values of scripts; truth is a number, 1.0 or 0.0."""
 
 
 @dataclass(frozen=True)
 class Literal:
-    """A number, a string, `true` or `false`."""
+    """Number, string, `true` or `false`."""
 
     value: Scalar
     at: int
@@ -45,7 +45,7 @@ class Literal:
 
 @dataclass(frozen=True)
 class Name:
-    """An enum or a key of the board; `@key` is one of the root board."""
+    """Enum name or key of the blackboard; `@key` is a key of the root's."""
 
     name: str
     at: int
@@ -53,7 +53,7 @@ class Name:
 
 @dataclass(frozen=True)
 class Unary:
-    """`-`, `~` or `!` and its operand."""
+    """`-`, `~` or `!` with its operand."""
 
     operator: str
     operand: Expression
@@ -62,7 +62,7 @@ class Unary:
 
 @dataclass(frozen=True)
 class Binary:
-    """An arithmetic, bitwise, logical or joining operator between two operands."""
+    """Arithmetic, bitwise, logical or concatenation operator with its two operands."""
 
     operator: str
     left: Expression
@@ -72,7 +72,7 @@ class Binary:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A chain such as `1 < x <= 3`: one operand more than operators."""
+    """Chain such as `1 < x <= 3`; there is one more operand than operators."""
 
     operators: tuple[str, ...]
     operands: tuple[Expression, ...]
@@ -91,7 +91,7 @@ class Conditional:
 
 @dataclass(frozen=True)
 class Assignment:
-    """`name := value`, which creates a key, or one of `= += -= *= /=`, which need one."""
+    """`name := value`, which creates a key, or one of `= += -= *= /=`, which need an existing key."""
 
     operator: str
     target: Name
@@ -103,14 +103,14 @@ Expression = Literal | Name | Unary | Binary | Comparison | Conditional | Assign
 
 
 def walk(expression: Expression) -> Iterator[Expression]:
-    """An expression and all in it, from left to right."""
+    """An expression and all its subexpressions, from left to right."""
     yield expression
     for part in parts(expression):
         yield from walk(part)
 
 
 def parts(expression: Expression) -> tuple[Expression, ...]:
-    """What an expression is directly made of, from left to right."""
+    """Direct subexpressions, from left to right."""
     match expression:
         case Unary():
             return (expression.operand,)
@@ -139,12 +139,12 @@ _TOKEN = re.compile(
 
 
 class Token(NamedTuple):
-    """A piece of a script.
+    """Token of a script.
 
     Attributes:
         kind: `number`, `string`, `name`, `operator` or `end`.
-        text: As it stands.
-        at: Where it begins, counted from 0.
+        text: Text of the token.
+        at: Position of its first character, counted from 0.
     """
 
     kind: str
@@ -153,20 +153,20 @@ class Token(NamedTuple):
 
 
 def tokens(text: str) -> list[Token]:
-    """The tokens of a script, the last one of kind `end`.
+    """Tokens of a script; the last one has the kind `end`.
 
     Raises:
-        ScriptError: At what is no token.
+        ScriptError: The text contains something that is not a token.
     """
     found, at = [], 0
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None:
-            hint = "Strings end with the quote that they begin with." if text[at] in "'\"" else ""
-            raise ScriptError(text, at, Fault(f"{text[at]!r} begins nothing that scripts know.", hint=hint))
+            hint = "Close the string with the same quote." if text[at] in "'\"" else ""
+            raise ScriptError(text, at, Fault(f"unexpected character {text[at]!r}.", hint=hint))
         if match["suffix"]:
             hint = "Write 3.0 rather than 3., and begin names with a letter."
-            raise ScriptError(text, at, Fault(f"{match['number'] + match['suffix']!r} is no number.", hint=hint))
+            raise ScriptError(text, at, Fault(f"{match['number'] + match['suffix']!r} is not a number.", hint=hint))
         if match.lastgroup != "space":
             kind = "number" if match["number"] else str(match.lastgroup)
             found.append(Token(kind, match[0], at))
@@ -178,30 +178,30 @@ ASSIGNMENTS = (":=", "=", "+=", "-=", "*=", "/=")
 COMPARISONS = ("==", "!=", "<", ">", "<=", ">=")
 
 _LEVELS = (("||",), ("&&",), COMPARISONS, ("|", "^"), ("&",), ("+", "-", ".."), ("*", "/"))
-"""Binary operators, those that bind least first; each level is left associative, comparisons chain."""
+"""Binary operators from lowest to highest precedence; each level is left associative, comparisons chain."""
 
 MAX_DEPTH = 40
-"""How deep parentheses and prefixes may nest; deeper ones are no script that a person wrote."""
+"""Maximum nesting of parentheses and prefixes; people do not write deeper scripts."""
 
 MAX_TERMS = 200
-"""How many operators a statement may have."""
+"""Maximum number of operators in a statement."""
 
 MAX_LENGTH = 10_000
-"""How many characters a script may have."""
+"""Maximum number of characters of a script."""
 
 
 MAX_DIGITS = 400
-"""How many characters a number may have."""
+"""Maximum number of characters of a number."""
 
 
 def parse_statements(text: str) -> tuple[Expression, ...]:
-    """The statements of a script, in order.
+    """Statements of a script, in order.
 
     Raises:
-        ScriptError: The text is no script; the error has the place.
+        ScriptError: The text is not a valid script; the error contains the position.
     """
     if len(text) > MAX_LENGTH:
-        raise ScriptError(text, 0, Fault(f"a script of {len(text)} characters; at most {MAX_LENGTH} are read."))
+        raise ScriptError(text, 0, Fault(f"the script has {len(text)} characters; the maximum is {MAX_LENGTH}."))
     parser = _Parser(text)
     statements: list[Expression] = []
     while True:
@@ -226,7 +226,7 @@ class _Parser:
         return self._tokens[self._next]
 
     def begin(self) -> None:
-        """A statement begins."""
+        """Begin a statement."""
         self._terms = 0
 
     def accept(self, *operators: str) -> Token | None:
@@ -267,7 +267,7 @@ class _Parser:
     def _nested(self) -> Expression:
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise self._wrong(f"this nests deeper than {MAX_DEPTH}", self.token)
+            raise self._wrong(f"more than {MAX_DEPTH} nested levels", self.token)
         inner = self.statement()
         self._depth -= 1
         return inner
@@ -295,11 +295,11 @@ class _Parser:
         while operator := self.accept("-", "~", "!"):
             prefixes.append(operator)
             if len(prefixes) > MAX_DEPTH:
-                raise self._wrong(f"this nests deeper than {MAX_DEPTH}", operator)
+                raise self._wrong(f"more than {MAX_DEPTH} nested levels", operator)
         # BehaviorTree.CPP reads a plus sign as part of a number.
         plus = self.accept("+")
         if plus and self.token.kind != "number":
-            raise self._wrong("a '+' may stand only before a number", plus)
+            raise self._wrong("a '+' prefix is allowed only before a number", plus)
         operand = self._atom()
         for operator in reversed(prefixes):
             operand = Unary(operator.text, operand, operator.at)
@@ -337,7 +337,7 @@ class _Parser:
 
 
 def number_of(text: str) -> int | float:
-    """The value of a number's text: an integer where it has neither point nor exponent."""
+    """Value of a number's text: an integer if it has neither point nor exponent."""
     if text.isdigit():
         return int(text)
     return int(text, 16) if text[:2] in ("0x", "0X") else float(text)

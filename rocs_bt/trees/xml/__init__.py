@@ -1,4 +1,4 @@
-"""Trees in BehaviorTree.CPP's XML, version 4: read, checked, made, and written again."""
+"""Trees in BehaviorTree.CPP's XML, version 4: reading, checks, node creation and writing."""
 
 from .build import Outside, load_xml, make_nodes
 from .document import Document, Survey, TreeElement, add_siblings, outer_trees, read_document, survey

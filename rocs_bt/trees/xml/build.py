@@ -1,4 +1,4 @@
-"""From a document's elements to nodes; `load_xml` does all, from a file to a tree without a mission."""
+"""Creation of nodes from a document's elements; `load_xml` reads, checks and builds a tree without a mission."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .stub import lenient_stub
 from .verify import MAX_NODES, verify
 
 Outside = Mapping[str, Callable[[Element], Behaviour]]
-"""Trees that stand elsewhere by the ID that a SubTree names, made for that SubTree."""
+"""Trees that are not in the document: for the ID that a SubTree names, a function that makes the tree."""
 
 
 class _Frame:
-    """A node whose children are being made.
+    """Node whose children are being made.
 
     Args:
-        element: Its element.
-        todo: The elements of its children, the last one first.
-        made: Children that stand elsewhere.
+        element: Element of the node.
+        todo: Elements of its remaining children, the last one first.
+        made: Children that were made outside of the document.
     """
 
     __slots__ = ("element", "made", "todo")
@@ -45,22 +45,22 @@ def make_nodes(
     outside: Outside | None = None,
     lenient: bool = False,
 ) -> Behaviour:
-    """The nodes of a document's main tree, each subtree made anew at each of its uses.
+    """Create the nodes of a document's main tree; each use of a subtree gets its own nodes.
 
-    The document must have passed `verify`, unless it is read leniently.
+    The document must have passed `verify`, unless `lenient` is true.
 
     Args:
         document: The document.
-        nodes: The node classes that it may name.
-        main: The ID of the tree; what the document says by default.
-        outside: Trees that stand elsewhere.
-        lenient: Whether stand-ins take the place of what is unknown or wrong.
+        nodes: Node classes that it may name.
+        main: ID of the tree; the document's main tree by default.
+        outside: Trees that are not in the document.
+        lenient: Whether stubs replace unknown or faulty nodes.
 
     Returns:
-        The root node. `origin` of each node is its element.
+        Root node. `origin` of each node is its element.
 
     Raises:
-        InputError: A constructor refuses what stands there.
+        InputError: A node's constructor rejects its attributes.
     """
     return _Maker(document, nodes, outside or {}, lenient).root(document.main(main).body)
 
@@ -104,7 +104,7 @@ class _Maker:
         return _Frame(element, [], self.elsewhere(element, name))
 
     def inside(self, name: str) -> bool:
-        """Whether a tree is being made already; told by `verify`, and so asked only where that was no obstacle."""
+        """Whether a tree is being made already, in lenient mode; in strict mode `verify` has rejected recursion."""
         return self.lenient and any(f.element.tag == "SubTree" and f.element.attributes["ID"] == name
                                     for f in self.frames if "ID" in f.element.attributes)  # fmt: skip
 
@@ -131,7 +131,7 @@ class _Maker:
         return node
 
     def made(self, element: Element, children: list[Behaviour]) -> type[Node]:
-        """The class of an element."""
+        """Class of an element's node."""
         if not self.lenient:
             return self.nodes[element.node_tag]
         found = self.nodes.get(element.node_tag)
@@ -143,12 +143,12 @@ class _Maker:
         return lenient_stub(element, self.document) if faults else found
 
     def defaults(self, element: Element) -> dict[str, str]:
-        """What a subtree's model gives for the ports that its user leaves out."""
+        """Defaults from a subtree's model for the ports that its SubTree omits."""
         model = self.document.models.get(element.attributes["ID"])
         if model is None or model.kind != "SubTree":
             return {}
         if element.attributes.get("_autoremap", "false").lower() in ("true", "1"):
-            return {}  # as in BehaviorTree.CPP, where a key that is not remapped is the parent's
+            return {}  # as in BehaviorTree.CPP, a key that is not remapped refers to the parent's key
         ports = [p for p in model.ports.values() if p.default and p.name not in element.attributes]
         return {p.name: ExactKey("=") if p.default == OWN_NAME else str(p.default) for p in ports}
 
@@ -169,24 +169,24 @@ def load_xml(
     strict: bool = False,
     outside: Outside | None = None,
 ) -> Behaviour:
-    """The main tree of a document in BehaviorTree.CPP's XML, version 4 (or 3, which is converted).
+    """Load the main tree of a document in BehaviorTree.CPP's XML, version 4 (or 3, which is converted).
 
         root = load_xml(Path("patrol.xml"))
         tree = Tree(root, clock=clock)
 
     Args:
-        source: A file, or the text of a document.
-        nodes: The node classes that it may name.
-        main: The ID of the tree; what `main_tree_to_execute` says, or the only one, by default.
-        within: The folder that included files must lie in; the file's own by default.
-        strict: Whether names that BehaviorTree.CPP 4.10 refuses are faults.
-        outside: Trees that stand elsewhere.
+        source: Path of a file, or text of a document.
+        nodes: Node classes that it may name.
+        main: ID of the tree; by default that of `main_tree_to_execute`, or the only tree.
+        within: Folder that must contain included files; the file's own by default.
+        strict: Whether names that BehaviorTree.CPP 4.10 rejects are faults.
+        outside: Trees that are not in the document.
 
     Returns:
-        Its root, to be bound by a `Tree`.
+        Root node, to be bound by a `Tree`.
 
     Raises:
-        InputError: All that is wrong with it, each at its line and column.
+        InputError: All faults, each with its line and column.
     """
     document = read_document(source, within=within)
     faults = [*document.faults, *verify(document, nodes, main=main, outside=outside, strict=strict)]

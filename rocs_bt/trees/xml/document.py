@@ -1,4 +1,4 @@
-"""Document: the trees and models of a file and of the files that it includes, before any node is made."""
+"""Document: trees and models of a file and its included files, before any node is made."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .scan import MAX_TEXT, scan
 _RENAMED = {
     "SequenceStar": "SequenceWithMemory",
     "SubTreePlus": "SubTree",
-    "RetryUntilSuccesful": "RetryUntilSuccessful",  # version 3 spelt it so
+    "RetryUntilSuccesful": "RetryUntilSuccessful",  # spelling of version 3
 }
 _ONLY_3 = ("SequenceStar", "SubTreePlus", "BlackboardCheckInt", "BlackboardCheckDouble", "BlackboardCheckString",
            "BlackboardCheckBool")  # fmt: skip
@@ -25,7 +25,7 @@ _CHECKS = 'Write <Precondition if="key == value" else="FAILURE"> around the chil
 
 
 def is_version_3(root: Element) -> bool:
-    """Whether a document says that it is of version 3, or says nothing and has what only version 3 has."""
+    """Whether a document declares version 3, or declares none and uses features of version 3 only."""
     said = root.attributes.get("BTCPP_format", "")
     if said:
         return said == "3"
@@ -33,7 +33,7 @@ def is_version_3(root: Element) -> bool:
 
 
 def below(root: Element) -> Iterator[Element]:
-    """An element and all in it, in the order of the text."""
+    """An element and all its descendants, in the order of the text."""
     todo = [root]
     while todo:
         element = todo.pop()
@@ -42,7 +42,7 @@ def below(root: Element) -> Iterator[Element]:
 
 
 def convert(root: Element) -> list[Fault]:
-    """Turn a document of version 3 into one of version 4; the notices are warnings, but for what cannot be turned."""
+    """Convert a document from version 3 to 4 in place; returns warnings, and faults for what cannot be converted."""
     hint = "Save it as version 4: `rocs-bt show FILE --format xml`."
     found = [root.fault("the document is of version 3; it is read as version 4.", hint, warning=True)]
     for tree in root.children:
@@ -68,12 +68,12 @@ def _converted(element: Element) -> Iterator[Fault]:
 
 
 def _subtree(element: Element) -> Iterator[Fault]:
-    """In version 3 what a SubTree gave for a port was the name of a key."""
+    """Convert a SubTree, whose port values are names of keys in version 3."""
     for name in list(element.attributes):
         value = element.attributes[name]
         if name == "__shared_blackboard":
             if value.lower() in ("true", "1"):
-                hint = "Private keys, which begin with '_', are not shared any more."
+                hint = "Private keys, which begin with '_', are no longer shared."
                 message = "__shared_blackboard becomes _autoremap."
                 yield element.fault(message, hint, attribute=name, warning=True)
                 _rename(element, name, "_autoremap")
@@ -90,18 +90,18 @@ def _rename(element: Element, old: str, new: str) -> None:
 
 
 MAX_FILES = 100
-"""How many files a document may be made of."""
+"""Maximum number of files of a document."""
 
 
 @dataclass(frozen=True)
 class TreeElement:
-    """A tree as a document describes it.
+    """Tree in a document.
 
     Attributes:
-        name: Its ID.
-        element: Its `<BehaviorTree>`.
-        body: Its root node.
-        included: Whether it stands in an included file.
+        name: ID of the tree.
+        element: Its `<BehaviorTree>` element.
+        body: Element of its root node.
+        included: Whether it is in an included file.
     """
 
     name: str
@@ -112,16 +112,16 @@ class TreeElement:
 
 @dataclass
 class Document:
-    """What was read.
+    """Content of a document and its included files.
 
     Attributes:
-        root: The root element of the first file.
-        named: What `main_tree_to_execute` says; empty where nothing.
-        trees: The trees by ID, in the order they were read; included ones come first.
-        models: The models by ID.
-        faults: What was found while reading, warnings among it.
+        root: Root element of the first file.
+        named: Value of `main_tree_to_execute`; empty if missing.
+        trees: Trees by ID in reading order, included ones first.
+        models: Models by ID.
+        faults: Faults and warnings found while reading.
         files: All files, the first one first.
-        library: Whether several trees may be entries, so that a tree that nothing uses is no mistake.
+        library: Whether several trees may be entry points, so that an unused tree is no fault.
     """
 
     root: Element
@@ -138,7 +138,7 @@ class Document:
             yield from below(tree.body)
 
     def entries(self) -> list[str]:
-        """The main tree, or if the document names none, all trees of its first file that no other tree uses."""
+        """The main tree, or if none is named, the trees of the first file that no other tree uses."""
         own = [tree.name for tree in self.trees.values() if not tree.included]
         if self.named or len(own) < 2:
             return [self.main().name]
@@ -146,10 +146,10 @@ class Document:
         return [name for name in own if name not in used] or own
 
     def main(self, wanted: str = "") -> TreeElement:
-        """The tree to tick: the one that is wanted, else the one that the document names, else the only one.
+        """Tree to tick: the wanted one, else the one that the document names, else the only one.
 
         Raises:
-            InputError: There is none, or it is not told which.
+            InputError: There is no such tree, or the choice is ambiguous.
         """
         name = wanted or self.named
         if name:
@@ -161,19 +161,20 @@ class Document:
         own = [tree for tree in self.trees.values() if not tree.included] or list(self.trees.values())
         if len(own) != 1:
             hint = did_you_mean("", self.trees, "It") + ' Write <root main_tree_to_execute="...">, or name one.'
-            raise InputError(self.root.fault("the document does not tell which tree is the main one.", hint))
+            raise InputError(self.root.fault("the document has several trees and names no main tree.", hint))
         return own[0]
 
 
 def read_document(source: Path | str, *, within: Path | None = None) -> Document:
-    """The trees and models of a document.
+    """Read the trees and models of a document.
 
     Args:
-        source: A file, or the text of a document.
-        within: The folder that included files must lie in; the file's own by default. A text includes nothing without.
+        source: Path of a file, or text of a document.
+        within: Folder that must contain included files; the file's own by default. Without it, a text cannot include
+            files.
 
     Raises:
-        InputError: It cannot be read as a document at all. What is wrong with its parts is in `faults`.
+        InputError: The source is not a readable document. Faults of its parts are in `faults`.
     """
     if isinstance(source, str):
         return _Reader(within.resolve() if within else None).document(Source(source))
@@ -182,15 +183,15 @@ def read_document(source: Path | str, *, within: Path | None = None) -> Document
 
 
 def read_text(file: Path) -> str:
-    """The text of a file.
+    """Text of a file.
 
     Raises:
-        InputError: There is no such file, it is too large, or no UTF-8.
+        InputError: The file does not exist, is too large, or is not UTF-8.
     """
     try:
         size = file.stat().st_size
         if size > 4 * MAX_TEXT:
-            raise InputError(Fault(f"the file has {size} bytes; {MAX_TEXT} characters are the most.", file))
+            raise InputError(Fault(f"the file has {size} bytes; the maximum is {MAX_TEXT} characters.", file))
         return file.read_bytes().decode("utf-8")
     except OSError as error:
         raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
@@ -214,7 +215,9 @@ class _Reader:
     def _root(self, source: Source) -> tuple[Element, list[Fault]]:
         root, warnings = scan(source)
         if root.tag != "root":
-            raise InputError(root.fault(f"the document begins with <{root.tag}>.", "Put it into <root>."))
+            raise InputError(
+                root.fault(f"the document begins with <{root.tag}> instead of <root>.", "Put it into <root>.")
+            )
         return root, warnings
 
     def _take(self, source: Source, root: Element, warnings: list[Fault], included: bool) -> None:
@@ -233,7 +236,7 @@ class _Reader:
             message = "BTCPP_format is missing: the document is read as version 4."
             faults.append(root.fault(message, 'Write <root BTCPP_format="4">.', warning=True))
         elif said != "4":
-            hint = "Versions 4, and 3, are read."
+            hint = "Supported versions: 4 and 3."
             faults.append(root.fault(f"the version {said!r} is unknown.", hint, attribute="BTCPP_format"))
 
     def _children(self, root: Element, included: bool) -> None:
@@ -251,7 +254,7 @@ class _Reader:
                 self.found.models.update({m.name: m for m in read_models(child, self.found.faults)})
             elif child.tag != "include":
                 hint = did_you_mean(child.tag, ("BehaviorTree", "TreeNodesModel", "include"), "A document")
-                message = f"<{child.tag}> stands where trees do, and is not read."
+                message = f"<{child.tag}> is not expected here and is ignored."
                 self.found.faults.append(child.fault(message, hint, warning=True))
 
     def _tree(self, element: Element, root: Element, included: bool) -> None:
@@ -298,13 +301,13 @@ class _Reader:
         if not path:
             raise InputError(Fault("the include has no path.", hint='Write <include path="other.xml"/>.'))
         if self.within is None:
-            raise InputError(Fault("a text that stands in no file includes nothing."))
+            raise InputError(Fault("a document that is not in a file cannot include files."))
         file = confined(path, own.resolve().parent if own else self.within, (self.within,))
         if file in self.open or (self.found.files and file == self.found.files[0].resolve()):
             chain = " -> ".join(p.name for p in (*self.open, file))
-            raise InputError(Fault(f"'{path}' includes itself: {chain}.", hint="Take one include out."))
+            raise InputError(Fault(f"'{path}' includes itself: {chain}.", hint="Remove one include."))
         if len(self.done) >= MAX_FILES:
-            raise InputError(Fault(f"the document is made of more than {MAX_FILES} files."))
+            raise InputError(Fault(f"the document includes more than {MAX_FILES} files."))
         if not is_file(file):
             beside = sorted(p.name for p in file.parent.glob("*.xml")) if os.path.isdir(file.parent) else []
             raise InputError(unknown("file", path, beside))
@@ -315,19 +318,19 @@ class _Reader:
 
 
 def outer_trees(document: Document) -> set[str]:
-    """The trees that a document names and does not hold."""
+    """IDs of trees that a document refers to but does not contain."""
     named = {e.attributes.get("ID", "") for t in document.trees.values() for e in below(t.body) if e.tag == "SubTree"}
     return named - {"", *document.trees}
 
 
 @dataclass
 class Survey:
-    """What several files of trees hold; of two trees or models with one name the first counts.
+    """Trees, models and uses in several files; of two trees or models with the same name the first counts.
 
     Attributes:
-        trees: Files by the trees in them.
+        trees: File of each tree by ID.
         models: Models by ID.
-        nodes: Elements by the node that they name.
+        nodes: Elements by the node class that they name.
         subtrees: Elements by the tree that they name.
     """
 
@@ -338,10 +341,10 @@ class Survey:
 
 
 def survey(files: Iterable[Path]) -> Survey:
-    """What several files of trees hold.
+    """Collect the trees, models and uses in several files.
 
     Args:
-        files: The files. Those that cannot be read are left out: their own check reports them.
+        files: The files. Unreadable ones are skipped: their own check reports them.
     """
     found = Survey()
     for file in files:
@@ -362,11 +365,11 @@ def survey(files: Iterable[Path]) -> Survey:
 
 
 def add_siblings(document: Document, beside: Mapping[str, Path]) -> None:
-    """Add the trees of other files that a document, or an added tree, names and the document does not hold.
+    """Add trees of other files that a document, or an added tree, refers to but does not contain.
 
     Args:
         document: The document.
-        beside: Files by the trees that they hold, as `Survey.trees` has them.
+        beside: Files by the IDs of their trees, as in `Survey.trees`.
     """
     read: dict[Path, Document] = {}
     while names := sorted(outer_trees(document) & beside.keys()):

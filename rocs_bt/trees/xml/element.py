@@ -1,4 +1,4 @@
-"""What a document is made of: elements whose every attribute knows where it stands."""
+"""Elements of a document, with the position of each attribute."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from ...errors import Fault
 from ...raised import CodeLocation
 
 NAME = r"[A-Za-z_\u0080-\U0010ffff][\w.\-:\u00b7]*"
-"""A name in XML, as a regular expression."""
+"""Regular expression of an XML name."""
 
 ATTRIBUTE = re.compile(rf"[ \t\r\n]*({NAME})[ \t\r\n]*=[ \t\r\n]*([\"'])")
-"""An attribute up to its opening quote."""
+"""Regular expression of an attribute up to its opening quote."""
 
 _OPENING = re.compile(rf"<{NAME}")
 
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
-"""Tags of the long form of a node, `<Action ID="GoTo"/>` for `<GoTo/>`."""
+"""Tags of the explicit form of a node, `<Action ID="GoTo"/>` for `<GoTo/>`."""
 
 
 class Source:
-    """A text, and the file that it came from.
+    """Text and the file that it came from.
 
     Args:
         text: The text.
-        file: The file; None for a text that stands in none.
+        file: The file; None for a text that is not in a file.
     """
 
     def __init__(self, text: str, file: Path | None = None) -> None:
@@ -44,32 +44,32 @@ class Source:
         return line, at - self._lines[line - 1] + 1
 
     def fault(self, at: int, message: str, hint: str = "", *, warning: bool = False) -> Fault:
-        """A fault at an offset."""
+        """Fault at an offset."""
         return Fault(message, self.file, *self.position(at), hint=hint, warning=warning)
 
 
 class AttributePosition(NamedTuple):
-    """Where an attribute stands: the offsets of its name, and of the first character of its value."""
+    """Offsets of an attribute's name and of the first character of its value."""
 
     name: int
     value: int
 
 
 NO_CHILDREN: Any = ()
-"""The children of an element until it has any, since most have none."""
+"""Children of an element before any are added; shared, because most elements have none."""
 
 
 class Element:
-    """An element of a document.
+    """Element of a document.
 
     Attributes:
-        tag: Its tag.
-        source: The text that it stands in.
-        at: Its offset there.
-        attributes: The values, with entities resolved, in their order.
-        children: The elements in it.
-        text: The text in it, joined.
-        comments: The comments before it.
+        tag: The tag.
+        source: Text that contains the element.
+        at: Offset in that text.
+        attributes: Attribute values, with entities resolved, in order.
+        children: Child elements.
+        text: Text content, joined.
+        comments: Comments before the element.
     """
 
     __slots__ = ("_attribute_positions", "at", "attributes", "children", "comments", "source", "tag", "text")
@@ -93,29 +93,29 @@ class Element:
 
     @property
     def attribute_positions(self) -> dict[str, AttributePosition]:
-        """Where each attribute stands; searched when it is first needed, as most documents have no faults."""
+        """Position of each attribute; computed on first access, because most documents have no faults."""
         if self._attribute_positions is None:
             self._attribute_positions = dict(_attribute_positions(self.source.text, self.at))
         return self._attribute_positions
 
     @property
     def node_tag(self) -> str:
-        """The node that it names: its ID in the long form, else its tag."""
+        """Name of the node class: the ID in the explicit form, else the tag."""
         return self.attributes.get("ID", "") if self.tag in EXPLICIT else self.tag
 
     @property
     def node_name(self) -> str:
-        """The name of the node: its own, else that of what it names."""
+        """Name of the node: its own, else the name of its class or tree."""
         return self.attributes.get("name") or self.attributes.get("ID") or self.tag
 
     @property
     def location(self) -> CodeLocation | None:
-        """File and line of the element; None for a text that is in no file."""
+        """File and line of the element; None for a text that is not in a file."""
         file = self.source.file
         return None if file is None else CodeLocation(file, self.source.position(self.at)[0])
 
     def node_attributes(self) -> dict[str, str]:
-        """What a node of ours is given: all but the name, and but the ID that names its class."""
+        """Attributes for the node's constructor: all except the name, and except an ID that names the class."""
         given = self.attributes
         if not given or (len(given) == 1 and "name" in given):
             return {}
@@ -131,14 +131,14 @@ class Element:
         path: str = "",
         warning: bool = False,
     ) -> Fault:
-        """A fault at this element, at one of its attributes, or within an attribute's value.
+        """Fault at this element, at one of its attributes, or within an attribute's value.
 
         Args:
             message: What is wrong.
-            hint: What to do.
-            attribute: The attribute; the element itself where it has none of that name.
-            column: Where in the attribute's value, counted from 0.
-            path: The node's path, which the message then begins with.
+            hint: Suggested remedy.
+            attribute: Name of the attribute; the fault is at the element itself if it has no such attribute.
+            column: Position in the attribute's value, counted from 0.
+            path: Path of the node, put before the message.
             warning: Whether the document still loads.
         """
         position = self.attribute_positions.get(attribute)
@@ -146,7 +146,7 @@ class Element:
         return self.source.fault(at, f"{path}: {message}" if path else message, hint, warning=warning)
 
     def _inside(self, at: int, column: int) -> int:
-        """The offset of a character of a value: an entity before it takes more room than what it stands for."""
+        """Offset of a character of a value; an entity before it is longer than its character."""
         text = self.source.text
         for _ in range(column):
             end = text.find(";", at, at + 10) if text[at : at + 1] == "&" else -1
@@ -155,7 +155,7 @@ class Element:
 
 
 def _attribute_positions(text: str, at: int) -> Iterator[tuple[str, AttributePosition]]:
-    """The attributes of the element that begins at an offset."""
+    """Attributes of the element that begins at an offset."""
     opening = _OPENING.match(text, at)
     at = opening.end() if opening else len(text)
     while found := ATTRIBUTE.match(text, at):
@@ -165,11 +165,17 @@ def _attribute_positions(text: str, at: int) -> Iterator[tuple[str, AttributePos
             return
 
 
-_ENTITIES = {"lt": "<", "gt": ">", "quot": '"', "apos": "'", "amp": "&"}  # what `&` stands for is not looked at again
+_ENTITIES = {
+    "lt": "<",
+    "gt": ">",
+    "quot": '"',
+    "apos": "'",
+    "amp": "&",
+}  # `amp` is last, so that its result is not resolved again
 
 
 def unescape(text: str) -> str:
-    """A text with XML's five entities and its character references resolved; what else begins with `&` stays."""
+    """Resolve XML's five entities and character references; any other text that begins with `&` is unchanged."""
     if "&" not in text:
         return text
     if "&#" not in text:

@@ -1,4 +1,4 @@
-"""Models: what a TreeNodesModel says of nodes and subtrees: their ports, types, defaults and meaning."""
+"""Models: ports, types, defaults and descriptions of nodes and subtrees in a TreeNodesModel."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from .element import EXPLICIT, Element
 
 KINDS = (*EXPLICIT, "SubTree")
 OWN_NAME = "{=}"
-"""What gives a port the key of its own name, but not as a default of a SubTree's model."""
+"""Value that gives a port the key of its own name, except as a default in a SubTree's model."""
 
 DIRECTIONS = {direction.value: direction for direction in Direction} | {"bidirectional_port": Direction.INOUT}
 
 
 @dataclass(frozen=True)
 class ModelPort:
-    """One port of a model.
+    """Port of a model.
 
     Attributes:
-        name: Its name.
-        direction: Which way values go.
-        type: A C++ type such as `double`, or a unit such as `m/s`; empty where nothing is said.
-        default: Its value where a tree gives none; None where it has to.
-        doc: What it means.
-        element: Where it stands.
+        name: Name of the port.
+        direction: Direction of the values.
+        type: C++ type such as `double`, or unit such as `m/s`; empty if not declared.
+        default: Default value; None if a tree must give a value.
+        doc: Description.
+        element: Element of the port.
     """
 
     name: str
@@ -42,13 +42,13 @@ class ModelPort:
 
 @dataclass(frozen=True)
 class Model:
-    """What a document says of a node, or of a subtree.
+    """Declaration of a node or a subtree in a document.
 
     Attributes:
-        name: Its ID.
+        name: ID of the node or tree.
         kind: Action, Condition, Control, Decorator or SubTree.
-        ports: Its ports by name.
-        element: Where it stands.
+        ports: Ports by name.
+        element: Element of the model.
     """
 
     name: str
@@ -58,10 +58,12 @@ class Model:
 
 
 def read_models(element: Element, faults: list[Fault]) -> Iterator[Model]:
-    """The models in a TreeNodesModel; what is wrong with them is added to `faults`."""
+    """Models in a TreeNodesModel; their faults are added to `faults`."""
     for child in element.children:
         if child.tag not in KINDS:
-            faults.append(child.fault(f"a model is no <{child.tag}>.", did_you_mean(child.tag, KINDS, "A model")))
+            faults.append(
+                child.fault(f"<{child.tag}> is not a kind of model.", did_you_mean(child.tag, KINDS, "A model"))
+            )
         elif not child.attributes.get("ID"):
             faults.append(child.fault("the model has no ID.", 'Write ID="Name".'))
         else:
@@ -74,7 +76,9 @@ def _ports(element: Element, faults: list[Fault]) -> Iterator[ModelPort]:
         if child.tag == "MetadataFields":
             continue
         if child.tag not in DIRECTIONS:
-            faults.append(child.fault(f"a port is no <{child.tag}>.", did_you_mean(child.tag, DIRECTIONS, "A port")))
+            faults.append(
+                child.fault(f"<{child.tag}> is not a kind of port.", did_you_mean(child.tag, DIRECTIONS, "A port"))
+            )
         elif not child.attributes.get("name"):
             faults.append(child.fault("the port has no name.", 'Write name="port".'))
         else:
@@ -99,13 +103,14 @@ _TEXT = ("", "std::string", "string", "BT::AnyTypeAllowed", "AnyTypeAllowed")
 
 
 def annotation(port: ModelPort) -> Any:
-    """The annotation of a Python parameter for a port: its type, and its dimension.
+    """Python annotation of a port: its type and dimension.
 
-    Classes of C++ such as `geometry_msgs::msg::PoseStamped` or `std::vector<double>` are texts, which the nodes that
-    read them parse.
+    C++ classes such as `geometry_msgs::msg::PoseStamped` or `std::vector<double>` are texts, which the nodes that read
+    them
+    parse.
 
     Raises:
-        InputError: The type is neither a type of C++ nor a unit.
+        InputError: The type is neither a C++ type nor a unit.
     """
     kind = _QUALIFIERS.sub("", port.type).strip()
     if kind in _WHOLE:

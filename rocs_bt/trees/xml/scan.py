@@ -1,7 +1,7 @@
-"""From text to elements: a scanner that keeps places, takes what BehaviorTree.CPP's takes, and trusts nobody.
+"""XML scanner that keeps positions, accepts what BehaviorTree.CPP accepts, and is safe for untrusted input.
 
-There are no document types and no entities of a document's own, so nothing can grow or reach for another file. What
-expat takes is taken with the same result; beyond that raw `<` and `&` in attributes, as tinyxml2 does, with a warning.
+Document types and entity declarations are rejected, so that no document can expand or refer to another file. Valid XML
+gives the same result as expat. Raw `<` and `&` in attributes are accepted with a warning, as in tinyxml2.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from ...errors import Fault, InputError
 from .element import ATTRIBUTE, NAME, Element, Source, unescape
 
 MAX_TEXT = 16_000_000
-"""The longest document [characters]."""
+"""Maximum length of a document [characters]."""
 
 MAX_VALUE = 65_536
-"""The longest value of an attribute [characters]."""
+"""Maximum length of an attribute's value [characters]."""
 
 MAX_ATTRIBUTES = 256
-"""How many attributes an element may have."""
+"""Maximum number of attributes of an element."""
 
 MAX_ELEMENTS = 100_000
-"""How many elements a document may have."""
+"""Maximum number of elements of a document."""
 
 MAX_DEPTH = 256
-"""How deeply elements may be nested; BehaviorTree.CPP's own limit."""
+"""Maximum nesting of elements; BehaviorTree.CPP's own limit."""
 
 _PAIR = rf"""{NAME}[ \t\r\n]*=[ \t\r\n]*(?:"[^"<]*"|'[^'<]*')"""
 _TAG = re.compile(rf"[ \t\r\n]*<({NAME})((?:[ \t\r\n]+{_PAIR})*)[ \t\r\n]*(/?)>")
@@ -39,10 +39,10 @@ _RAW = re.compile(r"<|&(?!(?:lt|gt|amp|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
 
 
 def scan(source: Source) -> tuple[Element, list[Fault]]:
-    """The root element of a document, and warnings.
+    """Root element of a document, and warnings.
 
     Raises:
-        InputError: It is no XML, or larger, deeper or stranger than any tree is.
+        InputError: The text is not XML, or exceeds a limit.
     """
     return _Scanner(source).document()
 
@@ -61,9 +61,9 @@ class _Scanner:
 
     def document(self) -> tuple[Element, list[Fault]]:
         if len(self.text) > MAX_TEXT:
-            raise self.refused(0, f"the document has {len(self.text)} characters; {MAX_TEXT} is the most.")
+            raise self.refused(0, f"the document has {len(self.text)} characters; the maximum is {MAX_TEXT}.")
         if bad := _FORBIDDEN.search(self.text):
-            raise self.refused(bad.start(), f"the character U+{ord(bad[0]):04X} cannot stand in XML.")
+            raise self.refused(bad.start(), f"the character U+{ord(bad[0]):04X} is not allowed in XML.")
         self.at = 1 if self.text.startswith("\ufeff") else 0
         while self.at < len(self.text):
             self.tags()
@@ -77,7 +77,7 @@ class _Scanner:
         return self.root, self.warnings
 
     def tags(self) -> None:
-        """Take opening tags for as long as they follow each other and are well-formed, as nearly all are."""
+        """Read consecutive well-formed opening tags: the fast path, which covers nearly all tags."""
         text, source, match = self.text, self.source, _TAG.match
         while (found := match(text, self.at)) is not None and (self.open or self.root is None):
             tag, inside, slash = found.groups()
@@ -94,13 +94,13 @@ class _Scanner:
                         attributes[name] = unescape(value)
             at = found.start(1) - 1
             if at > self.at and self.texts and self.texts[-1]:
-                self.texts[-1].append(text[self.at : at])  # spaces between words count
+                self.texts[-1].append(text[self.at : at])  # spaces between words are significant
             element = Element(tag, source, at, attributes)
             self.at = found.end()
             self.add(element, bool(slash))
 
     def add(self, element: Element, closed: bool) -> None:
-        """Add an element to the one that is open."""
+        """Add an element to the innermost open one."""
         self.count += 1
         if self.count > MAX_ELEMENTS:
             raise self.refused(element.at, f"the document has more than {MAX_ELEMENTS} elements.")
@@ -118,7 +118,7 @@ class _Scanner:
                 raise self.refused(element.at, f"elements are nested more than {MAX_DEPTH} deep.", "Use subtrees.")
 
     def step(self) -> None:
-        """Take what comes next: text, a tag, a comment."""
+        """Read the next item: text, a tag or a comment."""
         text, at = self.text, self.at
         if text[at] != "<":
             self.characters()
@@ -133,7 +133,7 @@ class _Scanner:
         elif text.startswith("<?", at):
             self.at = self.until("?>", at + 2, "the processing instruction") + 2
         elif text.startswith("<!", at):
-            hint = "Take it out: documents here have no types and no entities of their own."
+            hint = "Remove it: document types and entity declarations are not supported."
             raise self.refused(at, "a document type or an entity is declared.", hint)
         elif text.startswith("</", at):
             self.close()
@@ -152,7 +152,7 @@ class _Scanner:
             at = space.end() if space else self.at
             if self.root is not None or "<" not in self.text[end:]:
                 raise self.refused(at, "there is text outside of the root element.")
-            hint = "Write <!-- ... -->: BehaviorTree.CPP skips it, other tools refuse the file."
+            hint = "Write <!-- ... -->: BehaviorTree.CPP skips it, other tools reject the file."
             self.warnings.append(self.source.fault(at, "there is text before the root element.", hint, warning=True))
         self.at = end
 
@@ -160,7 +160,7 @@ class _Scanner:
         start = self.at
         found = _OPEN.match(self.text, start)
         if found is None:
-            raise self.refused(start, "this is no tag.", "Write &lt; for a '<' in a text.")
+            raise self.refused(start, "'<' does not begin a tag.", "Write &lt; for a '<' in text.")
         if self.root is not None and not self.open:
             raise self.refused(start, f"<{found[1]}> is a second root.", "Put everything into one <root>.")
         element = Element(found[1], self.source, start)
@@ -179,7 +179,7 @@ class _Scanner:
         if end < 0:
             raise self.refused(begin - 1, f"the value of '{name}' has no closing {found[2]}.")
         if end - begin > MAX_VALUE:
-            message = f"the value of '{name}' has {end - begin} characters; {MAX_VALUE} is the most."
+            message = f"the value of '{name}' has {end - begin} characters; the maximum is {MAX_VALUE}."
             raise self.refused(begin, message)
         if name in element.attributes:
             raise self.refused(found.start(1), f"<{element.tag}> has '{name}' twice.")
@@ -192,36 +192,36 @@ class _Scanner:
         self.at = end + 1
 
     def check_raw(self, name: str, raw: str, begin: int) -> None:
-        """Warn of what XML forbids and BehaviorTree.CPP takes."""
+        """Warn of characters that XML forbids and BehaviorTree.CPP accepts."""
         bad = _RAW.search(raw)
         if bad is None:
             return
         wanted = "&lt;" if bad[0] == "<" else "&amp;"
         message = f"'{bad[0]}' in the value of '{name}' is not well-formed XML."
         place = self.source.position(begin + bad.start())
-        hint = f"Write {wanted}: BehaviorTree.CPP takes it as it is, other tools do not."
+        hint = f"Write {wanted}: BehaviorTree.CPP accepts it, other tools do not."
         self.warnings.append(Fault(message, self.source.file, *place, hint=hint, warning=True))
 
     def no_attribute(self, element: Element) -> InputError:
-        """What to say where an attribute should be: a quote that is missing shows only here."""
+        """Error where an attribute should begin, which is also where a missing quote shows."""
         name = next(reversed(element.attributes), "")
         if "<" in element.attributes.get(name, "") and element.attributes[name].endswith("="):
-            message = f"the value of '{name}' runs on over other elements: its closing quote is missing."
+            message = f"the value of '{name}' extends over other elements: its closing quote is missing."
             return self.refused(element.attribute_positions[name].value - 1, message)
         space = _SPACE.match(self.text, self.at)
         at = space.end() if space else self.at
-        return self.refused(at, f"<{element.tag}> goes on with what is no attribute.", 'Write name="value".')
+        return self.refused(at, f"expected an attribute in <{element.tag}>.", 'Write name="value".')
 
     def close(self) -> None:
         found = _CLOSE.match(self.text, self.at)
         if found is None:
-            raise self.refused(self.at, "this is no closing tag.", "Write </Name>.")
+            raise self.refused(self.at, "'</' does not begin a closing tag.", "Write </Name>.")
         if not self.open:
-            raise self.refused(self.at, f"</{found[1]}> closes nothing.")
+            raise self.refused(self.at, f"</{found[1]}> has no opening tag.")
         element = self.open.pop()
         if element.tag != found[1]:
             line, _ = self.source.position(element.at)
-            message = f"</{found[1]}> stands where <{element.tag}> of line {line} has to be closed."
+            message = f"expected </{element.tag}> for the tag of line {line}, found </{found[1]}>."
             raise self.refused(self.at, message, f"Write </{element.tag}>.")
         element.text = "".join(self.texts.pop()).strip()
         self.comments.clear()
@@ -230,7 +230,7 @@ class _Scanner:
     def until(self, end: str, start: int, what: str) -> int:
         at = self.text.find(end, start)
         if at < 0:
-            raise self.refused(self.at, f"{what} does not end.", f"It ends in {end}")
+            raise self.refused(self.at, f"{what} is not closed.", f"Close it with {end}")
         return at
 
     def refused(self, at: int, message: str, hint: str = "") -> InputError:
@@ -238,5 +238,5 @@ class _Scanner:
 
 
 def _pairs(attributes: str) -> list[tuple[str, str]]:
-    """Names and values of attributes that stand in quotes of both kinds."""
+    """Names and values of attributes with quotes of both kinds."""
     return [(name, double or single) for name, double, single in _PAIRS.findall(attributes)]

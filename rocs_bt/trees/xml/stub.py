@@ -1,4 +1,4 @@
-"""Stand-ins for nodes that are not here, so that anybody's tree can be looked at and examined."""
+"""Stubs for nodes without a class, so that any tree can be drawn and checked."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PORTS: Mapping[Direction, type[Port[Any]]] = {
 
 
 class _AcceptsAll(Node):
-    """Takes whatever stands there."""
+    """Node class that accepts any attributes."""
 
     @classmethod
     def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
@@ -37,22 +37,22 @@ class _AcceptsAll(Node):
 
 
 class LenientStub(_AcceptsAll, Leaf):
-    """SUCCESS. Its ports are what its model says, and what its element has besides; any values will do."""
+    """Returns SUCCESS. Its ports are those of its model and of its element; they accept any value."""
 
     def update(self) -> Outcome:
         return SUCCESS
 
 
 class LenientStubWithChildren(_AcceptsAll, _Sequence):  # type: ignore[misc]  # a class that the registry found
-    """The same with children: what a Sequence of them comes to."""
+    """Lenient stub with children; returns the outcome of a Sequence of them."""
 
 
 def lenient_stub(element: Element, document: Document) -> type[Node]:
-    """A class that stands in for what an element names.
+    """Create a stub class for an element.
 
     Args:
         element: The element.
-        document: The document, whose TreeNodesModel may tell the ports.
+        document: Its document, whose TreeNodesModel may declare the ports.
     """
     tag = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
     model = document.models.get(tag)
@@ -65,19 +65,21 @@ def lenient_stub(element: Element, document: Document) -> type[Node]:
             ports[name] = InOut(object, None, name=name)
     base = LenientStubWithChildren if element.children else LenientStub
     kind = "Control" if len(element.children) > 1 else "Decorator" if element.children else "Action"
-    members = {f"port {name}": port for name, port in ports.items()}  # no name of Python's, so none of the class's own
+    members = {
+        f"port {name}": port for name, port in ports.items()
+    }  # not a Python identifier, so no clash with class attributes
     return type(tag or "Unnamed", (base,), {**members, "tag": tag or "Unnamed", "kind": kind, "__module__": __name__})
 
 
 class Stub(Leaf):
-    """SUCCESS. A node that a palette declares: its ports are checked as the palette says."""
+    """Returns SUCCESS. A node that a palette declares; its ports are checked against the declaration."""
 
     def update(self) -> Outcome:
         return SUCCESS
 
 
 class StubWithChildren(_Sequence):  # type: ignore[misc]  # a class that the registry found
-    """The same with children: what a Sequence of them returns."""
+    """Stub with children; returns the outcome of a Sequence of them."""
 
 
 def stub_nodes(
@@ -88,15 +90,15 @@ def stub_nodes(
     undeclared: bool,
     everywhere: Mapping[str, Sequence[Element]] = MappingProxyType({}),
 ) -> tuple[list[type[Node]], list[Fault]]:
-    """Classes for the nodes of a document that are declared and not here, and warnings of those that nobody declares.
+    """Create stub classes for nodes without a class; returns the classes and a warning for each undeclared node.
 
     Args:
         document: The document.
-        known: The node classes that are here.
-        models: What declares nodes, by ID.
-        undeclared: Whether nodes that nothing declares get a class, which takes all ports and any children.
-        everywhere: Elements by the node that they name, of all files that are checked together: a name is warned of
-            once, in the first of them.
+        known: Available node classes.
+        models: Declarations of nodes by ID.
+        undeclared: Whether undeclared nodes get a class, which accepts any ports and children.
+        everywhere: Elements by node class, in all files that are checked together; the warning is given once, in the
+            first file.
     """
     uses: dict[str, list[Element]] = {}
     for tree in document.trees.values():
@@ -117,16 +119,16 @@ def stub_nodes(
 def _first(
     document: Document, tag: str, uses: Sequence[Element], names: Sequence[str], elsewhere: bool
 ) -> Iterator[Fault]:
-    """The warning of a stub; if other files are checked with this one, in the file that uses the node first."""
+    """Warning for a stub; if several files are checked together, only in the first one that uses the node."""
     if not elsewhere or uses[0].source.file == document.root.source.file:
         near = difflib.get_close_matches(tag, names, 1)
         hint = f"Did you mean '{near[0]}'?" if near else "Declare it in a TreeNodesModel to have its ports checked."
-        message = f"no node is named '{tag}'; a stub takes its place{times(uses)}."
+        message = f"no node is named '{tag}'; a stub replaces it{times(uses)}."
         yield uses[0].fault(message, hint, warning=True)
 
 
 def times(uses: Sequence[Element]) -> str:
-    """How often something is used, and in how many files; empty for once."""
+    """Number of uses and files as text; empty for a single use."""
     files = len({element.source.file for element in uses})
     return "" if len(uses) == 1 else f" ({len(uses)} uses{f' in {files} files' if files > 1 else ''})"
 
@@ -143,7 +145,7 @@ def _declared_port(port: ModelPort) -> Port[Any]:
     kind: Any = object
     dimension: Any = None
     hint: Any = object
-    with contextlib.suppress(InputError):  # a type that is not known here takes every value
+    with contextlib.suppress(InputError):  # an unknown type accepts every value
         hint = annotation(port) if port.type and "::" not in port.type.replace("std::string", "") else object
     if hint in (int, bool, str):
         kind = hint

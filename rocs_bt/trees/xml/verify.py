@@ -1,4 +1,4 @@
-"""What can be found in a document before any node is made: names, ports, scripts, subtrees. All of it at once."""
+"""Checks of a document before nodes are made: names, ports, scripts, subtrees. All faults are reported at once."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ FORBIDDEN = re.compile(r"""[ \t\r\n<>&"'/\\:*?|.\x00-\x1f\x7f]""")
 
 
 def name_faults(document: Document, strict: bool) -> Iterator[Fault]:
-    """IDs and port names that Groot2 or version 4.10 will not have.
+    """Faults of IDs and port names that Groot2 or version 4.10 rejects.
 
     Args:
         document: The document.
-        strict: Whether they are faults; else warnings.
+        strict: Whether the faults are errors instead of warnings.
     """
     for tree in document.trees.values():
         if "ID" in tree.element.attributes:
@@ -35,20 +35,20 @@ def name_faults(document: Document, strict: bool) -> Iterator[Fault]:
 
 def _faults(what: str, name: str, element: Element, attribute: str, strict: bool) -> Iterator[Fault]:
     found = FORBIDDEN.search(name)
-    message = f"the {what} name '{name}' holds {found[0]!r}." if found else ""
+    message = f"the {what} name '{name}' contains {found[0]!r}." if found else ""
     if what == "tree" and name in ("Root", "root"):
-        message = f"no tree may be named '{name}'."
+        message = f"a tree must not be named '{name}'."
     if what == "port" and not message and not name[:1].isalpha():
         message = f"the port name '{name}' does not begin with a letter."
     if message:
-        hint = "BehaviorTree.CPP 4.10 refuses it; use letters, digits, '_' and '-'."
+        hint = "BehaviorTree.CPP 4.10 rejects it; use letters, digits, '_' and '-'."
         yield element.fault(message, hint, attribute=attribute, warning=not strict)
 
 
 _NOWHERE: Mapping[str, tuple[str, str]] = MappingProxyType({})
 
 MAX_NODES = 65_535
-"""How many nodes a tree may have, those of its subtrees counted anew at each use: BehaviorTree.CPP numbers them so."""
+"""Maximum number of nodes of a tree, including each use of a subtree: the limit of BehaviorTree.CPP's node numbers."""
 
 
 def verify(
@@ -60,15 +60,15 @@ def verify(
     strict: bool = False,
     elsewhere: Mapping[str, tuple[str, str]] = _NOWHERE,
 ) -> list[Fault]:
-    """All that is wrong with a document's trees; those of `document.faults` are not among it.
+    """Faults of a document's trees, in addition to `document.faults`.
 
     Args:
         document: The document.
-        nodes: The node classes that it may name.
-        main: The ID of the tree to tick; what the document says by default.
-        outside: Trees that stand elsewhere, which a SubTree may name.
-        strict: Whether names that BehaviorTree.CPP 4.10 refuses are faults.
-        elsewhere: Message and hint for names that are nodes in another dialect.
+        nodes: Node classes that it may name.
+        main: ID of the tree to tick; the document's main tree by default.
+        outside: Trees that are not in the document, which a SubTree may name.
+        strict: Whether names that BehaviorTree.CPP 4.10 rejects are faults.
+        elsewhere: Message and hint for names of nodes in another dialect.
     """
     return _Verifier(document, nodes, outside or {}, elsewhere).faults(main, strict)
 
@@ -103,7 +103,7 @@ class _Verifier:
         return self.found
 
     def elements(self, tree: TreeElement) -> None:
-        """Check all elements of a tree, in the order of the text."""
+        """Check all elements of a tree in the order of the text."""
         stack: list[tuple[_Ancestors | None, Iterator[Element]]] = [(None, iter([tree.body]))]
         count = 0
         while stack:
@@ -120,7 +120,7 @@ class _Verifier:
         self.counts[tree.name] = count
 
     def plain(self, element: Element) -> bool:
-        """Whether nothing is wrong with a node that is named by its tag, as most are."""
+        """Whether an element named by its tag has no faults: the fast path, which covers most elements."""
         node = self.nodes.get(element.tag)
         if node is None or element.tag == "SubTree" or "ID" in element.attributes:
             return False
@@ -134,11 +134,11 @@ class _Verifier:
         if element.tag == "SubTree":
             self.subtree(element, path, tree)
         elif element.tag in EXPLICIT and not tag:
-            self.found.append(element.fault(f"<{element.tag}> names no node.", 'Write ID="Name".', path=path))
+            self.found.append(element.fault(f"<{element.tag}> has no ID of a node.", 'Write ID="Name".', path=path))
             return
         elif "ID" in element.attributes and element.tag not in EXPLICIT:
             hint = f'Write <{element.tag} name="..."/>, or <Action ID="{element.tag}"/>.'
-            message = f"<{element.tag}> is named by its tag, and has an ID too."
+            message = f"<{element.tag}> is named by its tag but also has an ID."
             self.found.append(element.fault(message, hint, attribute="ID", path=path))
         node = self.nodes.get(tag)
         if node is None:
@@ -157,25 +157,23 @@ class _Verifier:
             hint = f'It is a tree: write <SubTree ID="{tag}"/>.'
             return element.fault(f"no node is named '{tag}'.", hint, attribute=attribute, path=path)
         if tag in self.document.models:
-            hint = (
-                "Write it as a class in planners/nodes; or check the file with --stub-unknown, which takes the model."
-            )
-            message = f"the node '{tag}' has a model in the TreeNodesModel, and no class."
+            hint = "Write it as a class in planners/nodes; or check the file with --stub-unknown, which uses the model."
+            message = f"the node '{tag}' has a model in the TreeNodesModel but no class."
             return element.fault(message, hint, attribute=attribute, path=path)
         if tag in self.elsewhere:
             return element.fault(*self.elsewhere[tag], attribute=attribute, path=path)
         fault = unknown("node", tag, self.nodes)
-        hint = _extended(fault.hint, "Check nodes of another robot with --palette FILE or --stub-unknown.")
+        hint = _extended(fault.hint, "For nodes of another robot use --palette FILE or --stub-unknown.")
         return element.fault(fault.message, hint, attribute=attribute, path=path)
 
     def subtree(self, element: Element, path: str, tree: TreeElement) -> None:
         name = element.attributes.get("ID", "")
         if not name:
-            self.found.append(element.fault("the SubTree names no tree.", 'Write ID="Name".', path=path))
+            self.found.append(element.fault("the SubTree has no ID of a tree.", 'Write ID="Name".', path=path))
             return
         if element.children:
-            hint = f'They belong into <BehaviorTree ID="{name}">.'
-            self.found.append(element.fault("a SubTree has no children of its own.", hint, path=path))
+            hint = f'Move them into <BehaviorTree ID="{name}">.'
+            self.found.append(element.fault("a SubTree must not have children.", hint, path=path))
         if name in self.document.trees:
             self.uses[tree.name].append(element)
         elif name not in self.outside:
@@ -196,7 +194,7 @@ class _Verifier:
                 self.found.append(element.fault(f"the subtree '{name}' needs '{port.name}'.", hint, path=path))
 
     def models(self) -> None:
-        """A TreeNodesModel that tells of ports which the class does not have has drifted from it."""
+        """Faults of models that declare ports which the class does not have (any more)."""
         for model in self.document.models.values():
             node = self.nodes.get(model.name)
             if model.kind == "SubTree" or node is None:
@@ -204,11 +202,11 @@ class _Verifier:
             for port in model.ports.values():
                 if port.name not in node.ports:
                     fault = unknown("port", port.name, node.ports, model.name)
-                    message = f"{model.name} as it is has no port '{port.name}' any more."
+                    message = f"the class {model.name} has no port '{port.name}'; the model is outdated."
                     self.found.append(port.element.fault(message, fault.hint, warning=True))
 
     def recursion(self) -> None:
-        """Trees that contain themselves, and trees that grow beyond all measure."""
+        """Faults of trees that contain themselves or exceed the maximum size."""
         sizes: dict[str, int] = {}
         for start in self.uses:
             ancestors: list[tuple[str, Iterator[Element]]] = [(start, iter(self.uses[start]))]
@@ -223,7 +221,7 @@ class _Verifier:
                 if below in names:
                     chain = " -> ".join([*names[names.index(below) :], below])
                     message = f"the tree '{below}' contains itself: {chain}."
-                    self.found.append(use.fault(message, "Use a Repeat, or take one SubTree out.", attribute="ID"))
+                    self.found.append(use.fault(message, "Use a Repeat, or remove one SubTree.", attribute="ID"))
                     sizes[below] = 1
                 else:
                     ancestors.append((below, iter(self.uses[below])))
@@ -232,13 +230,13 @@ class _Verifier:
         tree = self.document.trees[name]
         total = self.counts[name] + sum(sizes.get(u.attributes["ID"], 0) for u in self.uses[name])
         if total > MAX_NODES:
-            message = f"the tree '{name}' has {total} nodes with its subtrees; {MAX_NODES} is the most."
+            message = f"the tree '{name}' has {total} nodes including its subtrees; the maximum is {MAX_NODES}."
             self.found.append(tree.element.fault(message))
-            return 1  # told once, not again for each tree above
+            return 1  # reported once, not again for each enclosing tree
         return total
 
     def unused(self, main: str) -> None:
-        """Trees of the first file that the main tree never reaches."""
+        """Warnings for trees of the first file that the main tree never reaches."""
         start = main or self.document.named
         if start not in self.uses or self.document.library:
             return
@@ -249,25 +247,25 @@ class _Verifier:
             todo += names
         for tree in self.document.trees.values():
             if tree.name not in reached and not tree.included:
-                message = f"nothing uses the tree '{tree.name}'."
-                hint = f'Use it by <SubTree ID="{tree.name}"/>, or take it out.'
+                message = f"the tree '{tree.name}' is not used."
+                hint = f'Use it by <SubTree ID="{tree.name}"/>, or remove it.'
                 self.found.append(tree.element.fault(message, hint, attribute="ID", warning=True))
 
 
 def _extended(hint: str, other: str) -> str:
-    """A hint with another remedy, unless a name that is nearly the same explains the fault."""
+    """Hint with an additional remedy, unless a near name already explains the fault."""
     return hint if hint.startswith("Did you mean") else f"{hint} {other}"
 
 
 class _Ancestors(NamedTuple):
-    """The elements around another one."""
+    """Linked list of the elements around an element."""
 
     element: Element
     above: _Ancestors | None
 
 
 def _path(tree: TreeElement, element: Element, ancestors: _Ancestors | None) -> str:
-    """The path of an element: the tree's ID, then the names on the way."""
+    """Path of an element: the tree's ID, then the names of its ancestors and its own."""
     names = [element.node_name]
     while ancestors is not None:
         names.append(ancestors.element.node_name)
@@ -276,7 +274,7 @@ def _path(tree: TreeElement, element: Element, ancestors: _Ancestors | None) -> 
 
 
 def _script_column(node: type[Node], attribute: str, text: str) -> int | None:
-    """Where in an attribute a script is wrong, counted from 0; None for what is no script."""
+    """Position of a script error in an attribute, counted from 0; None if there is none."""
     try:
         if attribute in CONDITIONS:
             parse_script(text)

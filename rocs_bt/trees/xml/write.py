@@ -1,4 +1,4 @@
-"""From nodes back to XML: any tree, also one that was made in Python, and palettes for editors."""
+"""Writing trees as XML, also trees made in Python, and palettes for editors."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from .document import Document
 from .element import Element, Source
 
 WIDTH = 120
-"""Where a line is long: its attributes then stand one below the other."""
+"""Maximum line width [characters]; attributes of longer elements are written one per line."""
 
 _ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}
 _NOWHERE = Source("")
 
 
 def element(tag: str, attributes: Mapping[str, str], children: Sequence[Element] = (), text: str = "") -> Element:
-    """An element that was read from nowhere."""
+    """Element that was not read from a text."""
     made = Element(tag, _NOWHERE, 0)
     made.attributes = dict(attributes)
     made.children = list(children)
@@ -35,21 +35,21 @@ def element(tag: str, attributes: Mapping[str, str], children: Sequence[Element]
 
 
 def to_text(root: Element) -> str:
-    """A document, ready to be written to a file."""
+    """XML text of a document."""
     return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', *_lines(root), ""])
 
 
 def escape(text: str) -> str:
-    """A text as the value of an attribute."""
+    """Text as an attribute value."""
     return "".join(_ESCAPES.get(c, c) for c in text)
 
 
 def value_text(value: Any, dimension: Dimension | None = None) -> str:
-    """A value of Python's as a file has it.
+    """Text of a Python value in a file.
 
     Args:
-        value: Text, which stays as it is; a number, a truth, a status, an enum, or a list of them.
-        dimension: The dimension of its numbers, which are SI; None or NONE for plain ones.
+        value: Text, which is unchanged; a number, a bool, a status, an enum, or a list of them.
+        dimension: Dimension of the numbers, which are SI; None or NONE for plain numbers.
     """
     if isinstance(value, str):
         return value
@@ -111,28 +111,28 @@ _KINDS = ("Action", "Condition", "Control", "Decorator")
 
 
 def palette(nodes: Iterable[type[Node]]) -> str:
-    """A document that holds no trees, only what an editor has to know of the nodes that BehaviorTree.CPP does not have.
+    """Document without trees that declares nodes for an editor.
 
     Args:
-        nodes: The classes; BehaviorTree.CPP's own are left out, as editors know them.
+        nodes: Node classes; BehaviorTree.CPP's own are omitted, because editors know them.
     """
     models = [model_of(node) for node in own_nodes(nodes)]
     return to_text(element("root", {"BTCPP_format": "4"}, [element("TreeNodesModel", {}, models)]))
 
 
 def own_nodes(nodes: Iterable[type[Node]]) -> list[type[Node]]:
-    """The classes among these that an editor does not know, by kind and name, each once."""
+    """Classes that an editor does not know, sorted by kind and name, without duplicates."""
     found = {n.tag: n for n in nodes if n.kind in _KINDS and (n.tag not in BUILTIN or "navigation" in n.__module__)}
     return sorted(found.values(), key=lambda n: (_KINDS.index(n.kind), n.tag))
 
 
 def model_of(node: type[Node]) -> Element:
-    """What a TreeNodesModel says of a node class."""
+    """TreeNodesModel entry of a node class."""
     return element(node.kind, {"ID": node.tag}, [_port(port) for port in node.ports.values()])
 
 
 def type_name(port: Port[Any]) -> str:
-    """How a model calls a port's type: a unit for a quantity, else a type of C++'s."""
+    """Type of a port in a model: a unit for a quantity, else a C++ type."""
     if port.dimension not in (None, NONE):
         return str(port.dimension)
     kind = port.kind
@@ -153,30 +153,32 @@ def _port(port: Port[Any]) -> Element:
 
 _NO_TAG = re.compile(r"^[^A-Za-z_\u0080-\U0010ffff]|[^\w.\-]|^(Action|Condition|Control|Decorator|SubTree)$")
 MAIN = "MainTree"
-"""The ID of a tree that has none."""
+"""Default ID of a tree."""
 
 
 def write_tree(root: Behaviour, *, main: str = "", document: Document | None = None) -> str:
-    """A tree as a document that BehaviorTree.CPP and Groot2 read.
+    """Write a tree as a document that BehaviorTree.CPP and Groot2 can read.
 
-    Each subtree becomes a tree of its own; nodes that BehaviorTree.CPP does not have are told in the TreeNodesModel.
-    Attributes stand in a fixed order: ID, name, ports as the class declares them, conditions, then others. What of
-    py_trees' own has no counterpart is written with its class's name.
+    Each subtree becomes a tree of its own; nodes that BehaviorTree.CPP does not have are declared in the
+    TreeNodesModel.
+    Attributes have a fixed order: ID, name, ports as declared by the class, conditions, others. Stock py_trees
+    behaviours
+    without a counterpart are written with the name of their class.
 
     Args:
-        root: The tree.
-        main: Its ID; that of the document's main tree by default.
-        document: What it was read from, whose models of subtrees are written too.
+        root: Root of the tree.
+        main: ID of the tree; that of the document's main tree by default.
+        document: Document that the tree was read from, whose subtree models are written too.
     """
     name = main or (document.main().name if document is not None else MAIN)
     return Writer(document).document(root, name)
 
 
 class Writer:
-    """Makes the elements of a document from nodes.
+    """Creates the elements of a document from nodes.
 
     Args:
-        document: What they were read from, if anything.
+        document: Document that the nodes were read from, or None.
     """
 
     def __init__(self, document: Document | None) -> None:
@@ -210,7 +212,7 @@ class Writer:
                 tree.attributes |= {n: v for n, v in read.attributes.items() if n.startswith("_")}
 
     def tree(self, root: Behaviour) -> Element:
-        """The element of a node with all below it; its subtrees become trees."""
+        """Element of a node and its descendants; subtrees become trees of the document."""
         made: dict[Any, Element] = {}
         order, todo = [], [root]
         while todo:
@@ -223,7 +225,7 @@ class Writer:
         return made[root.id]
 
     def subtree(self, node: SubTree, body: Element) -> Element:
-        """The element of a SubTree, whose body is a tree; another body under the same ID gets an ID of its own."""
+        """Element of a SubTree, whose body becomes a tree; a different body under the same ID gets a new ID."""
         text, name, count = to_text(body), node.tree, 1
         while self.written.get(name, text) != text or (name in self.trees and name not in self.written):
             count += 1
@@ -243,13 +245,13 @@ class Writer:
         rest = self.rest(node) if isinstance(node, Node) else {}
         name = {"name": node.name} if node.name != tag else {}
         made = self.element(tag, name | attributes | rest, node)
-        if _NO_TAG.search(tag):  # the long form takes any name
+        if _NO_TAG.search(tag):  # the explicit form accepts any name
             made.tag, made.attributes = getattr(node, "kind", "Action"), {"ID": tag, **made.attributes}
         made.children = below
         return made
 
     def rest(self, node: Node) -> dict[str, str]:
-        """Conditions, in their order, and what editors have left there."""
+        """Conditions in their order, and other attributes left by editors."""
         conditions = {n: node.conditions[n].text for n in CONDITIONS if n in node.conditions}
         return conditions | {n: value_text(v) for n, v in node.other.items() if n != "_autoremap"}
 
@@ -267,13 +269,13 @@ def _copy(read: Element) -> Element:
 
 
 def _given(node: Node) -> dict[str, str]:
-    """What a node's ports were given, in the order of its class."""
+    """Given values of a node's ports, in the order of its class."""
     given = {n: node.given[n] for n in node.ports if node.given.get(n) is not None}
     return {n: value_text(v, node.ports[n].dimension) for n, v in given.items()}
 
 
 def written(node: Behaviour) -> tuple[str, dict[str, str]]:
-    """Tag and attributes of a node in a document; what of py_trees' own has no counterpart keeps its class's name."""
+    """Tag and attributes of a node in a document; a stock behaviour without a counterpart keeps its class name."""
     if isinstance(node, Node):
         return node.written() or (node.tag, _given(node))
     for cls, tag in _STOCK.items():
