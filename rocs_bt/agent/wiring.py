@@ -13,7 +13,7 @@ from ..device import Sensor
 from ..errors import Fault, InputError, located_at, unknown
 from ..event import EventSink
 from ..knowledge import Knowledge
-from ..monitor import MONITORS, Monitor, Watched
+from ..monitor import MONITORS, Monitor, MonitoredSensor
 from .block import make_block
 
 T = TypeVar("T")
@@ -35,11 +35,11 @@ def make_monitors(
     """
     monitors, devices = [], {s.name: s for s in robot.sensors}
     for spec in robot.monitors:
-        watched = [Watched(sensors[name], rates[name], devices[name].max_age) for name in spec.sensors]
+        monitored = [MonitoredSensor(sensors[name], rates[name], devices[name].max_age) for name in spec.sensors]
         with located_at(robot.file, spec.line):
             cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
         with located_at(robot.file, spec.line), running_class(cls):
-            monitor = make_block(cls, spec.parameters, spec.name, watched, knowledge, sink)
+            monitor = make_block(cls, spec.parameters, spec.name, monitored, knowledge, sink)
             for sensor, size in monitor.expects().items():
                 if sensor not in spec.sensors:
                     raise InputError(unknown("sensor", sensor, spec.sensors, f"The monitor '{spec.name}'"))

@@ -1,6 +1,6 @@
-"""A of MAPE-K: analysers find out whether the world changed, update Knowledge and tell Plan (paper, 4.2).
+"""A of MAPE-K: analysers detect changes of the world, update Knowledge and notify Plan (paper, 4.2).
 
-Imported by `agent` and the layers above; the other blocks never import it.
+Imported by `agent` and the layers above; other blocks never import it.
 """
 
 from collections.abc import Mapping
@@ -26,4 +26,4 @@ __all__ = [
 _SHIPPED = (LocalMap, Localise, PassMessages, PassOrientation, PassPosition, PassRange, PeerAnalyze, TrackObjects)
 
 ANALYZERS: Mapping[str, type[Analyze]] = {a.__name__: a for a in _SHIPPED}
-"""The analysers that robot.toml may name."""
+"""Analysers available in robot.toml, keyed by class name."""

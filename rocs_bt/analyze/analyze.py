@@ -1,4 +1,4 @@
-"""Analyze: the common part of all analysers."""
+"""Base class of all analysers."""
 
 from __future__ import annotations
 
@@ -13,20 +13,22 @@ from ..signal import Signal
 
 
 class Analyze(MonitorSubscriber, ABC):
-    """Processes what its monitors published and publishes a Change only when something changed.
+    """Processes the samples of its monitors and publishes a Change only when something changed.
 
     One Analyze may listen to several Monitors. A user's analyser implements `process` (paper, 5.3: a deliberative
-    extension point): both the paper's DataProcessor and DataAggregator, with Knowledge at hand. One that finds numbers
-    for everybody, as a localisation does, declares them in `signals` and writes them: those that expect them read them
-    from Knowledge, where no wire leads from one Analyze to another. In lockstep it comes before these.
+    extension point), which covers the paper's DataProcessor and DataAggregator and has access to Knowledge.
+
+    An analyser that computes signals for other blocks, such as a localisation, declares them in `signals` and writes
+    them to Knowledge. Analysers that expect these signals read them there, because analysers are not connected to each
+    other. In lockstep the writer runs before them.
 
     Args:
-        name: What robot.toml calls it.
-        knowledge: Where it reads and writes what it knows of the world.
-        sink: Where events go.
+        name: Name in robot.toml.
+        knowledge: Knowledge to read and write.
+        sink: Event sink.
 
     Attributes:
-        from_knowledge: The signals that it expects and that another Analyze writes; given by the agent.
+        from_knowledge: Expected signals that another Analyze writes; set by the agent.
     """
 
     def __init__(self, name: str, knowledge: Knowledge, sink: EventSink) -> None:
@@ -38,28 +40,32 @@ class Analyze(MonitorSubscriber, ABC):
         self._publisher: Publisher[Change] = Publisher(name)
 
     def expects(self) -> Sequence[str]:
-        """The signals that its monitors, or another Analyze, must write for it; none as shipped."""
+        """Names of the signals that it needs from its monitors or from another Analyze; none by default."""
         return ()
 
     def signals(self) -> Sequence[Signal]:
-        """The signals that it writes itself; declared in Knowledge before the first period; none as shipped."""
+        """Signals that it writes, declared in Knowledge before the first period; none by default."""
         return ()
 
     @abstractmethod
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
-        """What changed, by the samples that arrived since the last turn, oldest first; never empty."""
+        """Process the samples that arrived since the last call and yield the changes.
+
+        Args:
+            samples: Samples, oldest first, never empty.
+        """
 
     def attach(self, plan: AnalyzeSubscriber) -> None:
-        """Publish to this Plan.
+        """Connect a Plan to the changes of this analyser.
 
         Raises:
-            WiringError: It is not a Plan.
+            WiringError: The argument is not a Plan.
         """
         check_wire(f"Analyze '{self.name}'", plan, AnalyzeSubscriber)
         self._publisher.connect(plan.inbox)
 
     def run(self, t: float) -> None:
-        """One turn: take what arrived, process, publish."""
+        """Process all queued samples and publish the changes, at time t [s]."""
         samples = self.inbox.drain()
         if not samples:
             return
@@ -71,7 +77,7 @@ class Analyze(MonitorSubscriber, ABC):
             self._publisher.publish(t, change)
 
     def write(self, t: float, values: Signals) -> None:
-        """Write signals of its own, all at once, as true at time t [s]."""
+        """Write its own signals in one update, valid at time t [s]."""
         self.knowledge.signals.update(values, t)
         self._sink.emit(
             SignalsWritten(
@@ -85,6 +91,6 @@ class Analyze(MonitorSubscriber, ABC):
         )
 
     def change(self, t: float, kind: str, subject: str = "", **values: Value) -> Change:
-        """A Change signed by this analyser."""
+        """A Change with this analyser as its source."""
         agent = self.knowledge.agent
         return Change(t=t, agent=agent, source=self.name, kind=kind, subject=subject, values=values)

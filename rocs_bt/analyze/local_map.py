@@ -1,4 +1,4 @@
-"""LocalMap: the map that the robot makes for itself of what its lidar has seen."""
+"""LocalMap: occupancy grid from a lidar, and time to contact."""
 
 from __future__ import annotations
 
@@ -21,41 +21,41 @@ from ..units import TIME
 from .analyze import Analyze
 
 SCAN = "scan"
-"""The signal that holds the ranges."""
+"""Signal with the ranges."""
 
 CONTACT = "contact_time"
-"""The signal that tells how soon the hull would touch something [s]."""
+"""Signal with the time until the hull touches an obstacle [s]."""
 
 AHEAD: Array = np.arange(1.0, 25.0) * 0.05
-"""The moments of the next future that are looked at for that [s]."""
+"""Times at which contact is checked, from now on [s]."""
 
 POSES = 8
-"""How many poses are kept, to find the one that a scan was taken from."""
+"""Number of stored poses, for the interpolation of the pose of a scan."""
 
 NEAREST = 3
-"""Cells nearer than so many sides of a cell are left alone: the robot is on them."""
+"""Distance below which cells are not updated, because the robot covers them [cells]."""
 
 
 class LocalMap(Analyze):
-    """Draws each scan into `knowledge.world.occupancy`, from the pose that the robot had when it was taken.
+    """Enters each scan into `knowledge.world.occupancy`, at the pose of the robot when the scan was taken.
 
-    A cell with an echo gains evidence; one that a beam goes through loses some, as do all cells that the scan shows to
-    be free within `horizon`. What was seen once stays while nothing speaks against it, also behind the robot, where
-    the lidar does not look. A Change of kind `map` tells when cells became occupied, or ceased to be.
+    A cell with an echo gains evidence. Cells that a beam crosses within `horizon` lose evidence. Occupied cells remain
+    until a beam contradicts them, also behind the robot, outside the lidar's view. A Change of kind `map` reports that
+    cells became occupied or free.
 
-    After each scan it writes the signal `contact_time` [s]: when the hull would touch something on the map if the robot
-    kept the speed and the turn rate that its wheels have; +inf where it would not within 1.2 s, and NaN while a beam is
-    broken: who cannot see must not drive.
+    After each scan it writes the signal `contact_time` [s]: the time until the hull would touch an obstacle of the map
+    at the present speed and turn rate of the wheels. It is +inf without contact within 1.2 s, and NaN while a beam is
+    NaN, because a robot that cannot see must not drive.
 
     Args:
-        reach: How far an echo counts [m].
-        horizon: How far free space is drawn [m].
+        reach: Maximum range of an echo [m].
+        horizon: Maximum range of free space [m].
         cell: Side of a cell [m].
-        side: Side of the map, which rolls along with the robot [m].
-        max_age: How long `contact_time` stays valid [s].
+        side: Side of the map, which moves with the robot [m].
+        max_age: Validity of `contact_time` [s].
 
     Raises:
-        InputError: A size is not positive, or nobody knows how long and wide the robot is.
+        InputError: A size is not positive, or the robot's length and width are not declared.
     """
 
     def __init__(
@@ -71,7 +71,8 @@ class LocalMap(Analyze):
         super().__init__(*args, **kwargs)
         sizes = {"reach": reach, "horizon": horizon, "cell": cell, "side": side, "max_age": max_age}
         if bad := [name for name, value in sizes.items() if not 0.0 < value < math.inf]:
-            raise InputError(Fault(f"{', '.join(bad)} of '{self.name}' must be finite and above 0."))
+            found = ", ".join(f"{sizes[name]:g}" for name in bad)
+            raise InputError(Fault(f"{', '.join(bad)} of '{self.name}' must be finite and above 0, found {found}."))
         body = self.knowledge.graph.attributes(self.knowledge.agent)
         if not (body.get("length") and body.get("width")):
             raise InputError(Fault(f"'{self.name}' needs the robot's length and width in its [body] table."))
@@ -96,7 +97,7 @@ class LocalMap(Analyze):
         return (SCAN, "pose")
 
     def signals(self) -> Sequence[Signal]:
-        doc = "Until the hull would touch something; +inf if not soon."
+        doc = "Time until the hull touches an obstacle; +inf if not soon."
         return [Signal(CONTACT, 1, (TIME,), (0.0, math.inf), self._max_age, doc)]
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
@@ -108,20 +109,20 @@ class LocalMap(Analyze):
             pose = self._pose_at(sample.t) if SCAN in sample.value else None
             if pose is not None and all(map(math.isfinite, pose)):
                 ranges = np.array(sample.value[SCAN])
-                changed += self._draw(pose, ranges)
+                changed += self._enter(pose, ranges)
                 seeing = not np.isnan(ranges).any()
                 self.write(sample.t, {CONTACT: [self._contact(pose, sample.t) if seeing else math.nan]})
         if changed:
             yield self.change(samples[-1].t, "map", cells=changed)
 
     def _contact(self, pose: Pose2, t: float) -> float:
-        """When the hull would touch something [s]; NaN while nobody knows how the robot moves."""
+        """Time until the hull touches an obstacle [s]; NaN while the robot's twist is unknown."""
         twist = self.knowledge.robot.twist(t)
         if math.isnan(twist.forward + twist.turn):
             return math.nan
         until, c, s = float(AHEAD[-1]), math.cos(pose.yaw), math.sin(pose.yaw)
         ahead = twist.forward * until
-        # An arc leaves the straight line by no more than half its length for each radian that it turns.
+        # An arc deviates from the straight line by at most half its length per radian of turn.
         aside = 0.5 * abs(ahead * twist.turn) * until + abs(twist.left) * until
         reach = self._footprint.outer + aside + self._grid.cell
         x, y = sorted((pose.x, pose.x + ahead * c)), sorted((pose.y, pose.y + ahead * s))
@@ -131,7 +132,7 @@ class LocalMap(Analyze):
         return self._footprint.contact_time(around, twist, AHEAD)
 
     def _pose_at(self, t: float) -> Pose2 | None:
-        """The robot's pose at a time [s], between the two poses around it; the last one where none is newer."""
+        """Pose of the robot at a time [s], interpolated; the last pose if none is newer, None without poses."""
         after: Pose2 | None = None
         for stamp, pose in reversed(self._poses):
             if stamp <= t or after is None:
@@ -148,12 +149,12 @@ class LocalMap(Analyze):
         x, y = before.x + part * (after.x - before.x), before.y + part * (after.y - before.y)
         return Pose2(x, y, wrap_angle(before.yaw + part * turn))
 
-    def _draw(self, pose: Pose2, ranges: Array) -> int:
-        """Draw one scan; tells how many cells changed."""
+    def _enter(self, pose: Pose2, ranges: Array) -> int:
+        """Enter one scan into the grid; return the number of changed cells."""
         grid, eye = self._grid, pose.compose(self._scanner.mount)
         grid.centre_on(eye.x, eye.y)
-        heard = np.flatnonzero(ranges <= self._reach)  # none for NaN
-        angles, distances = self._scanner.bearings[heard] + eye.yaw, ranges[heard]
+        echoes = np.flatnonzero(ranges <= self._reach)  # without NaN
+        angles, distances = self._scanner.bearings[echoes] + eye.yaw, ranges[echoes]
         hits = np.column_stack([eye.x + distances * np.cos(angles), eye.y + distances * np.sin(angles)])
         reach = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self._reach))
         row, column = math.floor(eye.y / grid.cell), math.floor(eye.x / grid.cell)
@@ -162,13 +163,20 @@ class LocalMap(Analyze):
         return grid.add_scan(hits, np.stack([rows[passed] + row, columns[passed] + column]).T)
 
     def _seen_through(self, dx: float, dy: float, yaw: float, reach: Array) -> Any:
-        """Which cells of the disc the beams go beyond, from an eye beside the centre of its middle cell [m]."""
+        """Indices of the disc's cells that the beams cross.
+
+        Args:
+            dx: Offset of the scanner from the centre of the disc's middle cell, east [m].
+            dy: Offset of the scanner from the centre of the disc's middle cell, north [m].
+            yaw: Yaw of the scanner, world frame [rad].
+            reach: Free range of each beam, shape (beams,) [m].
+        """
         (c, s), (share, c_by_away, s_by_away) = self._unit, self._circle
-        # To first order in the small dx and dy, in place of a root and an arctangent for each cell.
+        # First order in the small dx and dy, which saves a root and an arctangent per cell.
         away = self._away - dx * c
         away -= dy * s
         span, step = self._scanner.span, self._scanner.span / (len(reach) - 1)
-        share = share + dx * s_by_away  # of a circle, on from the right edge of the first beam
+        share = share + dx * s_by_away  # share of a full circle, from the right edge of the first beam
         share -= dy * c_by_away
         share += (0.5 * (span + step) - yaw) / math.tau
         share -= np.floor(share)

@@ -1,4 +1,4 @@
-"""Localise: where the robot is, without a simulator's truth."""
+"""Localise: pose estimation from odometry, gyro and fixes, without ground truth."""
 
 from __future__ import annotations
 
@@ -19,31 +19,36 @@ from ..units import ANGLE, LENGTH
 from .analyze import Analyze
 
 FARTHEST = 1e6
-"""A coordinate beyond this is no place but a fault [m]."""
+"""Largest plausible coordinate [m]."""
 
 _UPPER = np.triu_indices(3)
 
 
 class Localise(Analyze):
-    """Writes `pose` and `goal_distance`, as a PoseMonitor would, from what the robot can measure itself.
+    """Writes `pose` and `goal_distance`, like a PoseMonitor, from the robot's own measurements.
 
-    The paper replaces the simulator's position and orientation by "a localization algorithm running in the Analyze"
-    (6.4): this is one. It needs the signals of an OdometryMonitor and of a FixMonitor. It begins with the first fix
-    that has position and heading; between fixes it goes on by wheels and gyro, and without a gyro's word by the wheels
-    alone. How sure it is stands in `pose_spread` [m], the position's standard deviation on its worst axis, and in
-    `pose_covariance`: xx, xy, x yaw, yy, y yaw, yaw yaw. While the odometer is silent nothing is written, so the pose
-    goes stale; fixes alone steer nobody.
+    This is the paper's "localization algorithm running in the Analyze" (6.4), which replaces the simulator's position
+    and orientation. It needs the signals of an OdometryMonitor and of a FixMonitor. The filter starts at the first
+    sample with position and heading. Between fixes it propagates with wheels and gyro, or with the wheels alone if the
+    gyro is invalid or missing.
+
+    The signal `pose_spread` [m] is the standard deviation of the position along its major axis. `pose_covariance` is
+    xx, xy, x yaw, yy, y yaw, yaw yaw. Without odometry nothing is written, so the pose becomes stale: fixes alone are
+    too slow for control.
 
     Args:
-        along: Standard deviation of the way driven, after a metre [m].
-        aside: Of the slip to the side, after a metre [m].
-        turning: Of the heading by the wheels, after a turn of a radian, and after a metre of way [rad].
-        gyro: Of a turn rate that the gyro tells [rad/s].
-        bias: Of the gyro's bias at the start [rad/s].
-        drift: Of the position, after a second, whatever the wheels do [m].
-        position: Of each coordinate of a fix [m].
-        heading: Of the compass [rad].
-        max_age: How long an estimate stays valid [s].
+        along: Standard deviation of the driven distance, after a metre [m].
+        aside: Standard deviation of the lateral slip, after a metre [m].
+        turning: Standard deviation of the wheels' heading, after a turn of a radian and after a metre [rad].
+        gyro: Standard deviation of the gyro's turn rate [rad/s].
+        bias: Standard deviation of the gyro's initial bias [rad/s].
+        drift: Standard deviation of the position's drift, after a second, independent of the motion [m].
+        position: Standard deviation of each coordinate of a fix [m].
+        heading: Standard deviation of the compass [rad].
+        max_age: Validity of an estimate [s].
+
+    Raises:
+        InputError: A parameter is negative or not finite, or position, heading or max_age is 0.
     """
 
     def __init__(
@@ -76,7 +81,7 @@ class Localise(Analyze):
             )
         self._filter: PoseFilter | None = None
         self._travel: Array | None = None
-        self._moved_at = -math.inf  # [s] by the newest travel
+        self._moved_at = -math.inf  # [s] time of the newest wheel travel
 
     def expects(self) -> Sequence[str]:
         return ("wheel_travel", "fix", "compass")
@@ -86,14 +91,14 @@ class Localise(Analyze):
         units = (square, square, LENGTH * ANGLE, square, LENGTH * ANGLE, ANGLE * ANGLE)
         return [
             Signal("pose", 3, (LENGTH, LENGTH, ANGLE), (-FARTHEST, FARTHEST), age, "x, y, yaw in the world frame."),
-            Signal("goal_distance", 1, (LENGTH,), (0.0, math.inf), age, "To the pursued goal; +inf without."),
+            Signal("goal_distance", 1, (LENGTH,), (0.0, math.inf), age, "Distance to the goal; +inf without."),
             Signal("pose_spread", 1, (LENGTH,), (0.0, math.inf), age, "Standard deviation of the position."),
             Signal("pose_covariance", 6, units, (-math.inf, math.inf), age, "Upper half of the pose's covariance."),
         ]
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         moved = False
-        # What was driven until a fix comes before it, whichever of the two monitors spoke first.
+        # At equal times the motion comes before the fix, in either order of the monitors.
         for sample in sorted(samples, key=lambda s: (s.t, "wheel_travel" not in s.value)):
             if "wheel_travel" in sample.value:
                 moved = self._move(sample) or moved
@@ -105,14 +110,14 @@ class Localise(Analyze):
         if self._filter is not None and moved:
             self._write(self._filter)
 
-    def _begin(self, said: Signals) -> PoseFilter | None:
-        if "fix" not in said or "compass" not in said:
+    def _begin(self, signals: Signals) -> PoseFilter | None:
+        if "fix" not in signals or "compass" not in signals:
             return None
-        start = Pose2(*said["fix"], *said["compass"])
+        start = Pose2(*signals["fix"], *signals["compass"])
         return PoseFilter(start, self._noise) if all(map(math.isfinite, start)) else None
 
     def _move(self, sample: Stamped[Signals]) -> bool:
-        """Go on by what the wheels have rolled since their last word; False when this one says nothing."""
+        """Propagate the filter by the wheel travel since the last sample; False if the sample is invalid."""
         travel = np.array(sample.value["wheel_travel"])
         if not np.isfinite(travel).all():
             return False
@@ -124,15 +129,15 @@ class Localise(Analyze):
         dt = sample.t - since
         (rate,) = sample.value.get("gyro_rate", (math.nan,))
         self._filter.predict(forward, left, turn, dt, rate)
-        if dt > self._max_age + 1e-6:  # nobody knows along which way the wheels rolled meanwhile
+        if dt > self._max_age + 1e-6:  # the path during such a gap is unknown
             self._filter.widen(math.hypot(forward, left), abs(turn))
         return True
 
-    def _correct(self, known: PoseFilter, said: Signals) -> None:
-        if "fix" in said and all(map(math.isfinite, said["fix"])):
-            known.fix_position(*said["fix"])
-        if "compass" in said and math.isfinite(said["compass"][0]):
-            known.fix_heading(said["compass"][0])
+    def _correct(self, known: PoseFilter, signals: Signals) -> None:
+        if "fix" in signals and all(map(math.isfinite, signals["fix"])):
+            known.fix_position(*signals["fix"])
+        if "compass" in signals and math.isfinite(signals["compass"][0]):
+            known.fix_heading(signals["compass"][0])
 
     def _write(self, known: PoseFilter) -> None:
         x, y, yaw = known.pose

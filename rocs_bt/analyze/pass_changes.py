@@ -1,4 +1,4 @@
-"""Analysers that pass on to Plan what changed: position, orientation, ranges and messages (paper, 4.2)."""
+"""Analysers that report changes of position, orientation, ranges and messages to Plan (paper, 4.2)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .analyze import Analyze
 
 
 class PassPosition(Analyze):
-    """Relates the robot to the goals and places it is `at`, and tells Plan when it arrives at one or leaves it."""
+    """Maintains the relation `at` between the robot and goals, and reports arrivals and departures."""
 
     def expects(self) -> Sequence[str]:
         return ("pose",)
@@ -26,31 +26,31 @@ class PassPosition(Analyze):
         x, y, _ = sample.value["pose"]
         graph, robot, world = self.knowledge.graph, self.knowledge.agent, self.knowledge.world
         there = graph.related(robot, "at")
-        for place in world.goals():
-            pose = world.pose_of(place)
+        for goal in world.goals():
+            pose = world.pose_of(goal)
             if pose is None:
                 continue
             distance = math.hypot(pose.x - x, pose.y - y)
-            inside = distance <= float(graph.get(place, "tolerance"))
-            if inside and place not in there:
-                graph.relate(robot, "at", place)
-                yield self.change(sample.t, "arrived", place, distance=distance)
-            elif not inside and place in there:
-                graph.unrelate(robot, "at", place)
-                yield self.change(sample.t, "left", place, distance=distance)
+            inside = distance <= float(graph.get(goal, "tolerance"))
+            if inside and goal not in there:
+                graph.relate(robot, "at", goal)
+                yield self.change(sample.t, "arrived", goal, distance=distance)
+            elif not inside and goal in there:
+                graph.unrelate(robot, "at", goal)
+                yield self.change(sample.t, "left", goal, distance=distance)
 
 
 class PassOrientation(Analyze):
-    """Tells Plan when the heading differs by more than `step` from the one it told last.
+    """Reports a heading that differs by more than `step` from the last reported one.
 
     Args:
-        step: The difference that matters [rad].
+        step: Heading change that triggers a Change [rad].
     """
 
     def __init__(self, *args: Any, step: float = math.radians(45.0), **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._step = step
-        self._told: float | None = None
+        self._reported: float | None = None
 
     def expects(self) -> Sequence[str]:
         return ("pose",)
@@ -59,20 +59,23 @@ class PassOrientation(Analyze):
         sample = _newest_pose(samples)
         if sample is None or not math.isfinite(yaw := sample.value["pose"][2]):
             return
-        if self._told is None:
-            self._told = yaw
-        elif abs(wrap_angle(yaw - self._told)) > self._step:
-            self._told = yaw
+        if self._reported is None:
+            self._reported = yaw
+        elif abs(wrap_angle(yaw - self._reported)) > self._step:
+            self._reported = yaw
             yield self.change(sample.t, "turned", self.knowledge.agent, yaw=yaw)
 
 
 class PassRange(Analyze):
-    """Keeps one `object` node per group of beams in the graph while something is near on it, and tells Plan.
+    """Keeps an `object` node for each beam group with a near obstacle, and reports when it appears or clears.
 
     Args:
-        groups: The groups to look at.
-        near: Closer than this is near [m].
-        clear: Farther than this is no longer near [m]; above `near`, so that it does not flicker.
+        groups: Names of the beam groups.
+        near: Range below which an obstacle is near [m].
+        clear: Range above which it is no longer near [m]; above `near` as hysteresis.
+
+    Raises:
+        InputError: near and clear are not positive, finite and ascending.
     """
 
     def __init__(
@@ -112,11 +115,11 @@ class PassRange(Analyze):
 
 
 class PassMessages(Analyze):
-    """Tells Plan of each message that has come: a Change of kind `message` about its sender, with its text."""
+    """Reports each received message: a Change of kind `message` about its sender, with its text."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._told = 0
+        self._reported = 0
 
     def expects(self) -> Sequence[str]:
         return ("messages",)
@@ -126,16 +129,16 @@ class PassMessages(Analyze):
         for sample in samples:
             if "messages" not in sample.value or math.isnan(sample.value["messages"][0]):
                 continue
-            while self._told < sample.value["messages"][0]:
-                self._told += 1
-                node = f"message {self._told}"
-                if graph.has(node):  # else it is among the oldest of too many at once
-                    said = graph.attributes(node)
-                    yield self.change(sample.t, "message", said["sender"], text=said["text"], node=node)
+            while self._reported < sample.value["messages"][0]:
+                self._reported += 1
+                node = f"message {self._reported}"
+                if graph.has(node):  # otherwise the monitor has dropped it: too many messages at once
+                    message = graph.attributes(node)
+                    yield self.change(sample.t, "message", message["sender"], text=message["text"], node=node)
 
 
 def _newest_pose(samples: Sequence[Stamped[Signals]]) -> Stamped[Signals] | None:
-    """The newest sample with a pose."""
+    """Newest sample with a pose, or None."""
     for sample in reversed(samples):
         if "pose" in sample.value:
             return sample

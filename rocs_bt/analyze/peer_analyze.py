@@ -1,4 +1,4 @@
-"""PeerAnalyze: where the other robots are and how they move, from noisy sightings."""
+"""PeerAnalyze: tracks the other robots from noisy range and bearing measurements."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from ..event import Change
 from ..geometry import Pose2, wrap_angle
 from .analyze import Analyze
 
-STANDING = 0.08
-"""A peer that is slower than this counts as standing, and keeps the heading that it had [m/s]."""
+STATIONARY = 0.08
+"""Speed below which a peer counts as stationary and keeps its heading [m/s]."""
 
 SURE, CERTAIN = 1.0, 2.0
-"""A standing one moves once it is faster than so many times its speed's standard deviation: for BEGUN, or at once [1].
+"""A stationary peer counts as moving if its speed exceeds SURE standard deviations for BEGUN, or CERTAIN once [1].
 
-To robots/summit_xl a peer that stands 1.5 m away exceeds the former 20 times a minute, and so long once in six."""
+For robots/summit_xl a stationary peer at 1.5 m exceeds SURE 20 times a minute, and for BEGUN once in six minutes."""
 
 BEGUN = 0.2
-"""How long [s]."""
+"""Duration above SURE after which a peer counts as moving [s]."""
 
 GOES_ON = 0.7
-"""A moving one stands once it is slower than so many times that deviation, or slower than STANDING [1]."""
+"""A moving peer counts as stationary below this many standard deviations of its speed, or below STATIONARY [1]."""
 
 GREW = 0.1
-"""Share of its spread by which a peer's must change to be told anew [1]."""
+"""Relative change of a peer's spread that is written to the graph [1]."""
 
 
 @dataclass
@@ -38,25 +38,30 @@ class _Track:
     seen_at: float  # [s]
     yaw: float  # [rad]
     moves: bool = False
-    slow_at: float = -math.inf  # [s] when it was last too slow to begin
+    slow_at: float = -math.inf  # [s] last time with a speed below SURE
     lost: bool = False
-    revision: int = 0  # of the pose that was written last
-    spread: float = math.nan  # that was written last [m]
+    revision: int = 0  # revision of the last written pose
+    spread: float = math.nan  # last written spread [m]
 
 
 class PeerAnalyze(Analyze):
-    """Keeps each peer's pose, speed and turn rate in the world model, and tells Plan who comes and who goes.
+    """Writes pose, speed and turn rate of each peer to the world model, and reports peers that are seen or lost.
 
-    The paper's P3dxPositionAnalyze (6.5), for every robot that its sensor knows. Needs the signals of a PeerMonitor
-    and of a PoseMonitor. A peer that is out of view goes on as it was last seen to move; it is `lost` after a while,
-    which changes nothing but that `sees` does not hold, and given up after a longer one: then its pose is not known.
-    While it is out of view the word of somebody who tells where it is, as by shared knowledge, stands.
+    The paper's P3dxPositionAnalyze (6.5), generalised to every robot that the sensor detects. It needs the signals of a
+    PeerMonitor and of a PoseMonitor.
+
+    A peer out of view is predicted with its last motion. After `lost_after` it is reported as lost, and the relation
+    `sees` ends. After `give_up_after` its pose is cleared. While the peer is out of view, a pose that another source
+    writes, such as shared knowledge, is not overwritten.
 
     Args:
         range_noise: Standard deviation of a range [m].
         bearing_noise: Standard deviation of a bearing [rad].
-        lost_after: How long a peer may be out of view until it is told as lost [s].
-        give_up_after: How long until nobody knows where it is [s].
+        lost_after: Time out of view after which a peer is lost [s].
+        give_up_after: Time out of view after which its pose is unknown [s].
+
+    Raises:
+        InputError: A noise is not positive, or lost_after is not below give_up_after.
     """
 
     def __init__(
@@ -86,7 +91,7 @@ class PeerAnalyze(Analyze):
         return ("pose", "peer_tag", "peer_range", "peer_bearing")
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
-        # The pose of this period counts, whichever of the two monitors came first.
+        # The pose of this period applies, in either order of the two monitors.
         pose = next((s.value["pose"] for s in reversed(samples) if "pose" in s.value), None)
         if pose is not None:
             self._pose = Pose2(*pose) if all(map(math.isfinite, pose)) else None
@@ -105,7 +110,7 @@ class PeerAnalyze(Analyze):
             track = self._tracks.get(name)
             if track is None:
                 found = MotionFilter(sample.t, pose, distance, bearing, self._noise)
-                # Until it moves it is taken to look where the observer looks at it.
+                # Until the peer moves, its heading is assumed to be the direction of observation.
                 track = self._tracks[name] = _Track(found, sample.t, wrap_angle(pose.yaw + bearing), lost=True)
             else:
                 track.filter.update(sample.t, pose, distance, bearing)
@@ -118,16 +123,16 @@ class PeerAnalyze(Analyze):
     def _follow(self, name: str, t: float) -> Iterable[Change]:
         track, graph = self._tracks[name], self.knowledge.graph
         unseen = t - track.seen_at
-        told = unseen > 0.0 and graph.stamp(name, "pose").revision > track.revision
+        overwritten = unseen > 0.0 and graph.stamp(name, "pose").revision > track.revision
         if unseen > self._give_up_after:
             del self._tracks[name]
-            if not told:
+            if not overwritten:
                 graph.set(name, pose=None, speed=None, turn_rate=None, spread=None)
             yield self.change(t, "given up", name, unseen=unseen)
             return
         track.filter.predict(t)
-        if told:
-            track.spread = math.nan  # what stands there is no longer its own
+        if overwritten:
+            track.spread = math.nan  # the graph contains the spread of another source
         else:
             self._write(name, track)
             track.revision = graph.stamp(name, "pose").revision
@@ -150,24 +155,24 @@ class PeerAnalyze(Analyze):
         self.knowledge.graph.set(name, **written)
 
     def _name(self, tag: int) -> str:
-        """Who wears a tag; somebody that nobody has told of gets a name of its own."""
+        """Name of the peer with a tag; an unknown peer is added as `robot TAG`."""
         graph = self.knowledge.graph
         for name in self.knowledge.world.peers():
             if graph.get(name, "tag") == tag:
                 return name
-        stranger = f"robot {tag}"
-        graph.add(stranger, "peer", tag=tag)
-        return stranger
+        unknown = f"robot {tag}"
+        graph.add(unknown, "peer", tag=tag)
+        return unknown
 
 
 def _moves(track: _Track, speed: float) -> bool:
-    """Whether a peer moves that seems to have this speed [m/s]: a dead band, and what lasts, against noise."""
+    """Whether a peer with this estimated speed [m/s] moves; dead band and duration suppress noise."""
     found = track.filter
     deviation = math.sqrt(max(found.covariance[2, 2], found.covariance[3, 3]))
-    if speed <= max(STANDING, SURE * deviation):
+    if speed <= max(STATIONARY, SURE * deviation):
         track.slow_at = found.t
     if track.moves:
-        track.moves = speed > max(STANDING, GOES_ON * deviation)
+        track.moves = speed > max(STATIONARY, GOES_ON * deviation)
     else:
-        track.moves = speed > max(STANDING, CERTAIN * deviation) or found.t - track.slow_at > BEGUN
+        track.moves = speed > max(STATIONARY, CERTAIN * deviation) or found.t - track.slow_at > BEGUN
     return track.moves

@@ -1,4 +1,4 @@
-"""TrackObjects: the things around the robot, believed in as far as its ranges show them."""
+"""TrackObjects: tracks objects around the robot from range measurements."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from ..knowledge.belief.beams import Beams
 from .analyze import Analyze
 
 MOVED = 0.02
-"""A position is written anew when it has moved so far [m]."""
+"""Change of position that is written to the graph [m]."""
 
 GREW = 0.2
-"""So is what else is believed, when it changed by this share of what was written."""
+"""Relative change of existence or spread that is written to the graph."""
 
 RENEWED = 1.0
-"""What is still seen is written anew after so long, for its age [s]."""
+"""Maximum age of the written values of an object in view [s]."""
 
 MOVING = 0.1
-"""What is slower than this counts as standing [m/s]; so does what may well stand, as its speed is not known better."""
+"""Speed below which an object counts as stationary [m/s]; the speed must also exceed two standard deviations."""
 
 
 STEADY = 1.8
-"""In so long what moves changes its velocity by as much as it is [s]."""
+"""Time in which a moving object may change its velocity completely [s]."""
 
 
 @dataclass
@@ -41,28 +41,29 @@ class _Written:
 
 
 class TrackObjects(Analyze):
-    """Keeps an `object` in the graph for each thing that one sensor's beams show, and tells Plan what comes and goes.
+    """Keeps an `object` node for each object that one range sensor detects, and reports when objects appear or vanish.
 
-    Echoes of neighbouring beams are one thing; what is larger than `largest` is a wall and left to maps. Each thing has
-    a position with its covariance, a speed, an existence that grows with sightings, falls when a look that should have
-    shown it did not, and decays while nobody looks; where it falls too low the object vanishes. Known peers are left
-    out: a robot sensor tells them better. Needs the signals of the ranges and of a PoseMonitor.
+    Echoes of neighbouring beams form one object; larger structures than `largest` are walls, which belong to maps. Each
+    object has a position with covariance, a speed, and a probability of existence. The existence grows with detections,
+    falls when a scan should have shown the object but did not, and decays while it is out of view. An object with a low
+    existence is removed. Known peers are excluded, because a robot sensor measures them better. The analyser needs the
+    signal of the ranges and the signals of a PoseMonitor.
 
     Args:
-        ranges: The signal that holds the ranges.
-        mounts: Where each beam begins and looks, in the body frame: x [m], y [m], bearing [rad]; neighbours in turn.
-            None of a scanner, of which its [[sensor]] table tells.
-        half_angle: Of each beam's cone [rad].
-        reach: How far they look [m].
+        ranges: Name of the signal with the ranges.
+        mounts: Origin and direction of each beam, body frame: x [m], y [m], bearing [rad]; neighbours in order. Omit it
+            for a scanner, whose [[sensor]] table declares its mount.
+        half_angle: Half the opening angle of each beam [rad].
+        reach: Maximum range [m].
         noise: Standard deviation of a range [m].
-        largest: What reaches over more than this is no thing [m].
-        half_life: After how long unseen its existence is half as sure [s].
-        mobility: How fast things are expected to move, as a standard deviation; small for sonars, whose echoes slide
-            along what stands still while the robot drives past [m/s].
-        peer_radius: Echoes within this of a known peer are its own [m].
+        largest: Maximum size of an object [m].
+        half_life: Time out of view in which the existence is halved [s].
+        mobility: Standard deviation of the expected speeds [m/s]; small for sonars, whose echoes slide along stationary
+            objects while the robot drives past.
+        peer_radius: Distance from a known peer within which echoes are ignored [m].
 
     Raises:
-        InputError: Neither mounts are given nor a scanner is known, or a size is not positive.
+        InputError: No mounts are given and no scanner is known, or a size is not positive.
     """
 
     def __init__(
@@ -105,24 +106,24 @@ class TrackObjects(Analyze):
         beams = self._beams
         sightings = [s for s in beams.sightings(pose, ranges) if not self._is_peer(s)]
         seen = self._belief.update(t, sightings, lambda track: beams.in_view(pose, ranges, track))
-        things = self._belief.confirmed
+        tracks = self._belief.confirmed
         with self.knowledge.graph.locked():
             for number in seen.vanished:
                 del self._written[number]
                 if self.knowledge.graph.has(self._node(number)):
                     self.knowledge.graph.remove(self._node(number))
-            for number, track in things.items():
+            for number, track in tracks.items():
                 self._write(number, track)
         for number in seen.vanished:
             yield self.change(t, "vanished", self._node(number))
         for number in seen.appeared:
-            x, y = things[number].mean[:2].tolist()
+            x, y = tracks[number].mean[:2].tolist()
             yield self.change(t, "appeared", self._node(number), x=x, y=y)
 
     def _write(self, number: int, track: Track) -> None:
         graph, node = self.knowledge.graph, self._node(number)
         now, before = _believed(track), self._written.get(number)
-        if before is not None and graph.has(node) and not _news(before, now):
+        if before is not None and graph.has(node) and not _changed(before, now):
             return
         self._written[number] = now
         values = {
@@ -162,14 +163,14 @@ class TrackObjects(Analyze):
 
 def _believed(track: Track) -> _Written:
     x, y, vx, vy = track.mean.tolist()
-    unsure = math.sqrt(max(track.covariance[2, 2], track.covariance[3, 3]))
-    moves = track.speed > max(MOVING, 2.0 * unsure)
+    deviation = math.sqrt(max(track.covariance[2, 2], track.covariance[3, 3]))
+    moves = track.speed > max(MOVING, 2.0 * deviation)
     spread = math.sqrt(max(track.covariance[0, 0], track.covariance[1, 1]))
     return _Written(Pose2(x, y, math.atan2(vy, vx) if moves else 0.0), track.existence, spread, moves, track.seen)
 
 
-def _news(before: _Written, now: _Written) -> bool:
-    """Whether what is believed differs from what was written by so much that it is worth a change."""
+def _changed(before: _Written, now: _Written) -> bool:
+    """Whether the estimate differs enough from the written values to be written again."""
     return (
         before.moves is not now.moves
         or before.pose.distance(now.pose) > MOVED

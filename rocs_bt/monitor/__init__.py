@@ -1,13 +1,13 @@
 """M of MAPE-K: monitors read sensors, interpret readings, write signals to Knowledge and publish them (paper, 4.2).
 
-Imported by `agent` and the layers above; the other blocks never import it.
+Imported by `agent` and the layers above; other blocks never import it.
 """
 
 from collections.abc import Mapping
 
 from .fix_monitor import FixMonitor
 from .message_monitor import MessageMonitor
-from .monitor import Monitor, Watched
+from .monitor import Monitor, MonitoredSensor
 from .odometry_monitor import OdometryMonitor
 from .peer_monitor import PeerMonitor
 from .pose_monitor import PoseMonitor
@@ -21,13 +21,13 @@ __all__ = [
     "FixMonitor",
     "MessageMonitor",
     "Monitor",
+    "MonitoredSensor",
     "OdometryMonitor",
     "PeerMonitor",
     "PoseMonitor",
     "RangeMonitor",
     "ScanMonitor",
     "SurroundMonitor",
-    "Watched",
     "WheelMonitor",
 ]
 
@@ -44,4 +44,4 @@ _SHIPPED = (
 )
 
 MONITORS: Mapping[str, type[Monitor]] = {m.__name__: m for m in _SHIPPED}
-"""The monitors that robot.toml may name."""
+"""Monitors available in robot.toml, keyed by class name."""

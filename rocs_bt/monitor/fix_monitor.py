@@ -1,4 +1,4 @@
-"""FixMonitor: what absolute, slow and noisy sensors say of where the robot is."""
+"""FixMonitor: position and heading fixes from slow, noisy, absolute sensors."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .pose_monitor import FARTHEST
 
 
 class FixMonitor(Monitor):
-    """Writes `fix` [m] from a position sensor and `compass` [rad] from an orientation sensor, each when it speaks.
+    """Writes `fix` [m] from a position sensor and `compass` [rad] from an orientation sensor, each when it is read.
 
-    Neither is a pose to drive by: that is what Localise makes of them.
+    These signals are not accurate enough for driving; Localise estimates the pose from them.
 
     Args:
-        position: The position sensor's name (x, y and any more [m], world frame).
-        orientation: The orientation sensor's name (yaw [rad]).
+        position: Name of the position sensor (x, y and optional further values [m], world frame).
+        orientation: Name of the orientation sensor (yaw [rad]).
     """
 
     def __init__(self, *args: Any, position: str = "position", orientation: str = "orientation", **kwargs: Any) -> None:
@@ -40,8 +40,8 @@ class FixMonitor(Monitor):
     def expects(self) -> Mapping[str, int]:
         return {self._position: 3, self._orientation: 1}
 
-    def doubt(self, sensor: str, reading: Reading) -> str:
-        return "it says infinity, where no robot is" if any(map(math.isinf, reading.values)) else ""
+    def reject(self, sensor: str, reading: Reading) -> str:
+        return "the reading is infinite" if any(map(math.isinf, reading.values)) else ""
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         found: dict[str, list[float]] = {}

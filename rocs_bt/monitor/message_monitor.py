@@ -1,4 +1,4 @@
-"""MessageMonitor: what other robots said."""
+"""MessageMonitor: messages from other robots."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .monitor import Monitor
 
 
 class MessageMonitor(Monitor):
-    """Writes `messages`, how many have come so far, from a mailbox; what they say becomes `message` nodes.
+    """Writes `messages`, the number of received messages, and adds a `message` node for each.
 
     Args:
-        remembered: How many of the newest stay in Knowledge.
+        remembered: Number of the newest messages that Knowledge keeps.
     """
 
     def __init__(self, *args: Any, remembered: int = 32, **kwargs: Any) -> None:
@@ -32,7 +32,7 @@ class MessageMonitor(Monitor):
         self._nodes: deque[str] = deque()
 
     def signals(self) -> Sequence[Signal]:
-        return [Signal("messages", 1, (NONE,), (0.0, math.inf), self.max_age, "How many messages have come.")]
+        return [Signal("messages", 1, (NONE,), (0.0, math.inf), self.max_age, "Number of received messages.")]
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         for reading in readings.values():

@@ -1,4 +1,4 @@
-"""Monitor: the common part of all monitors."""
+"""Base class of all monitors."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from ..raised import Raised
 from ..signal import Signal
 
 MOVING = 0.05
-"""Speed of a wheel rim above which the world must look different from one sample to the next [m/s]."""
+"""Wheel linear speed above which consecutive samples must differ [m/s]."""
 
 _STAMP = attrgetter("stamp")
 
 _INVALID = "its signals are invalid; it is read again in the next period"
 
 Problem = str | Raised
-"""What is wrong with a sensor's reading; empty when nothing is."""
+"""Fault of a sensor's reading; empty if there is none."""
 
 
 @dataclass
-class Watched:
-    """A sensor as its monitor sees it.
+class MonitoredSensor:
+    """A sensor with the state that its monitor keeps.
 
     Attributes:
-        sensor: The device.
-        rate: How often it is read, in control periods.
-        max_age: How long a reading stays valid [s]; None for three of its periods.
+        sensor: Device.
+        rate: Reading rate, in control periods.
+        max_age: Validity of a reading [s]; None for three of its periods.
     """
 
     sensor: Sensor
@@ -47,123 +47,127 @@ class Watched:
     max_age: float | None = None
     failed: bool = False
     last: bytes = b""
-    still: float = 0.0  # [s] for how long it has said the same while the wheels turned
+    unchanged: float = 0.0  # [s] time with identical values while they should vary
     read_at: float = -math.inf  # [s]
-    size: int = 0  # of its last sample
+    size: int = 0  # number of values of the last sample
 
 
 class Monitor(ABC):
-    """Reads its sensors when they are due, interprets, writes the signals and publishes them.
+    """Reads its sensors when they are due, interprets the readings, writes the signals and publishes them.
 
-    A user's monitor implements `interpret`, and `signals` where it writes other signals than its sensors' own
-    (paper, 5.3: a deliberative extension point). A sensor that refuses, freezes or breaks makes its signals go
-    stale or NaN, which is the one channel of failure. So does a sensor or a monitor that raises; it is reported when it
-    begins to, and read again in the next period.
+    A user's monitor implements `interpret` and `signals` (paper, 5.3: a deliberative extension point). If a sensor
+    fails or freezes, or a sensor or monitor raises, its signals become stale or NaN; there is no other indication of a
+    failure. The start of a failure is reported once, and the sensor is read again in the next period.
 
     Args:
-        name: What robot.toml calls it.
-        watched: Its sensors, of one kind or several.
-        knowledge: Where signals are written and anything may be looked up.
-        sink: Where events go.
-        frozen_after: A sensor that repeats finite values bit for bit for so long [s] while it must vary is taken for
-            broken; +inf never.
+        name: Name in robot.toml.
+        monitored: Sensors, of one kind or several.
+        knowledge: Knowledge to write signals to and to read.
+        sink: Event sink.
+        frozen_after: Time of bit-identical finite values after which a sensor that must vary counts as broken [s];
+            +inf for never.
     """
 
     def __init__(
         self,
         name: str,
-        watched: Sequence[Watched],
+        monitored: Sequence[MonitoredSensor],
         knowledge: Knowledge,
         sink: EventSink,
         *,
         frozen_after: float = math.inf,
     ) -> None:
         self.name = name
-        self.watched = tuple(watched)
+        self.monitored = tuple(monitored)
         self.knowledge = knowledge
         self._sink = sink
         self._frozen_after = frozen_after
         self._raises = False
         self._publisher: Publisher[Signals] = Publisher(name)
-        self._sizes: dict[tuple[str, ...], tuple[int, ...]] = {}  # of signals that were written as they are declared
+        self._sizes: dict[tuple[str, ...], tuple[int, ...]] = {}  # sizes of signals that were written as declared
 
     @property
     def rate(self) -> Rate:
-        """The rate of its fastest sensor."""
-        return min((w.rate for w in self.watched), key=lambda r: r.every)
+        """Rate of its fastest sensor."""
+        return min((m.rate for m in self.monitored), key=lambda r: r.every)
 
     @cached_property
     def max_age(self) -> float:
-        """How long its signals stay valid [s]: as long as readings of the sensor that allows the most."""
-        return max(3.0 * w.rate.period if w.max_age is None else w.max_age for w in self.watched)
+        """Validity of its signals: the largest `max_age` of its sensors [s]."""
+        return max(3.0 * m.rate.period if m.max_age is None else m.max_age for m in self.monitored)
 
     @abstractmethod
     def signals(self) -> Sequence[Signal]:
-        """The signals that it writes; declared in Knowledge before the first period."""
+        """Signals that it writes, declared in Knowledge before the first period."""
 
     def expects(self) -> Mapping[str, int]:
-        """The sensors that it must have, and how many values each must give; none as shipped."""
+        """Names of the sensors that it needs, and the number of values of each; none by default."""
         return {}
 
     @abstractmethod
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
-        """What the newest readings mean, as signals in SI units.
+        """Convert the newest readings to signals in SI units.
 
         Args:
-            readings: The readings of this period by sensor; a sensor that was not due or that failed is missing.
+            readings: Readings of this period, keyed by sensor; sensors that were not due or failed are missing.
 
         Returns:
-            The signals to write; one that is left out keeps its old value, and its age.
+            Signals to write; an omitted signal keeps its value and its age.
         """
 
     def stamp(self, readings: Mapping[str, Reading]) -> float:
-        """When what `interpret` made of these readings was true [s].
+        """Time stamp of the signals from these readings: that of the oldest one [s].
 
-        A signal made of two readings is as old as the older one; a monitor that keeps readings must count those too.
+        A monitor that keeps readings between periods must include them.
         """
         oldest: float = min(map(_STAMP, readings.values()))
         return oldest
 
     def varies(self, sensor: str) -> bool:
-        """Whether a sensor cannot say the same twice now; asked of those that may be `frozen_after` a while.
+        """Whether consecutive samples of a sensor must differ now; checked only with a finite `frozen_after`.
 
-        As shipped: when any wheel turns, the world looks different from one sample to the next.
+        By default they must differ while any wheel turns.
         """
         return bool(np.any(np.abs(self.knowledge.robot.wheel_speeds()) > MOVING))
 
-    def doubt(self, sensor: str, reading: Reading) -> str:
-        """Why a reading cannot be true; empty when it may be. What is in doubt counts as NaN.
+    def reject(self, sensor: str, reading: Reading) -> str:
+        """Reason to reject an implausible reading, which then counts as NaN; empty to accept it.
 
-        As shipped nothing is in doubt. Called once for each reading, in their order.
+        By default all readings are accepted. Called once per reading, in order.
         """
         return ""
 
     def attach(self, analyze: MonitorSubscriber) -> None:
-        """Publish to this Analyze too.
+        """Connect an Analyze to the signals of this monitor.
 
         Raises:
-            WiringError: It is not an Analyze.
+            WiringError: The argument is not an Analyze.
         """
         check_wire(f"Monitor '{self.name}'", analyze, MonitorSubscriber)
         self._publisher.connect(analyze.inbox)
 
     def due(self, count: int) -> bool:
         """Whether any of its sensors is due in this control period."""
-        return any(w.rate.due(count) for w in self.watched)
+        return any(m.rate.due(count) for m in self.monitored)
 
     def run(self, t: float, count: int) -> None:
-        """One turn: read what is due, interpret, write, publish."""
+        """Read the sensors that are due, interpret, write and publish.
+
+        Args:
+            t: Present time [s].
+            count: Number of the control period.
+        """
         readings: dict[str, Reading] = {}
-        problems: list[tuple[Watched, Problem]] = []
+        problems: list[tuple[MonitoredSensor, Problem]] = []
         written: Signals = {}
         data, stamp, beyond = None, t, ""
         try:
-            for watched in self.watched:
-                if watched.rate.due(count):
-                    reading, problem = self._read(watched, t)
+            for monitored in self.monitored:
+                if monitored.rate.due(count):
+                    reading, problem = self._read(monitored, t)
                     if reading is not None:
-                        readings[watched.sensor.name] = reading
-                    problems.append((watched, problem))
+                        readings[monitored.sensor.name] = reading
+                    problems.append((monitored, problem))
             if readings and (written := self.interpret(readings)):
                 stamp = self.stamp(readings)
                 if (data := self.knowledge.signals.update(written, stamp)) is None:
@@ -176,16 +180,16 @@ class Monitor(ABC):
             self._report_exception(t, error)
         else:
             self._raises = self._raises and not readings
-        for watched, problem in problems:
-            if problem or beyond or watched.failed:
-                self._tell(watched, t, problem or beyond)
+        for monitored, problem in problems:
+            if problem or beyond or monitored.failed:
+                self._report_fault(monitored, t, problem or beyond)
         if written:
             self._note(t, stamp, written, data)
             self._publisher.publish(t, written)
 
-    def _read(self, watched: Watched, t: float) -> tuple[Reading | None, Problem]:
-        """A sensor's sample, NaN where it cannot be true or the sensor raised, and what is wrong with it."""
-        sensor, raised = watched.sensor, None
+    def _read(self, monitored: MonitoredSensor, t: float) -> tuple[Reading | None, Problem]:
+        """Reading of a sensor, NaN if it was rejected or the sensor raised, and its fault."""
+        sensor, raised = monitored.sensor, None
         try:
             reading = sensor.read()
             data = pack(reading.values)
@@ -195,20 +199,20 @@ class Monitor(ABC):
             if interrupts(error):
                 raise
             raised = Raised.of("sensor", sensor.name, error, sensor.read)
-            if not watched.size:
+            if not monitored.size:
                 return None, raised
-            reading = Reading(t, [math.nan] * watched.size)
+            reading = Reading(t, [math.nan] * monitored.size)
             data = pack(reading.values)
         values = reading.values
-        watched.size = len(values)
+        monitored.size = len(values)
         event = SensorRead(t=t, agent=self.knowledge.agent, sensor=sensor.name, stamp=reading.stamp, data=data)
         self._sink.emit(event)
-        if self._frozen_after < math.inf and self._frozen(watched, data, reading, t):
-            problem = f"frozen: the same values for {watched.still:.2f} s while the wheels turned"
-        elif not (problem := self.doubt(sensor.name, reading)):
-            # What is wrong with a reading that speaks for itself, as NaN or by its stamp.
+        if self._frozen_after < math.inf and self._frozen(monitored, data, reading, t):
+            problem = f"frozen: the same values for {monitored.unchanged:.2f} s while the wheels turned"
+        elif not (problem := self.reject(sensor.name, reading)):
+            # NaN or an old time stamp already invalidates the signals, so the reading is passed on unchanged.
             if any(map(math.isnan, values)):
-                problem = "it says NaN"
+                problem = "the reading contains NaN"
             elif t - reading.stamp > self.max_age + 5e-7:
                 problem = f"stale: its newest sample is {t - reading.stamp:.2f} s old"
             return reading, raised or problem
@@ -218,16 +222,16 @@ class Monitor(ABC):
         """All signals of the monitor as NaN."""
         return {signal.name: [math.nan] * signal.size for signal in self.signals()}
 
-    def _frozen(self, watched: Watched, data: bytes, reading: Reading, t: float) -> bool:
-        passed, watched.read_at = t - watched.read_at, t
-        if data != watched.last or not any(math.isfinite(v) for v in reading.values):
-            watched.last, watched.still = data, 0.0
-        elif self.varies(watched.sensor.name):
-            watched.still += passed
-        return watched.still > self._frozen_after
+    def _frozen(self, monitored: MonitoredSensor, data: bytes, reading: Reading, t: float) -> bool:
+        passed, monitored.read_at = t - monitored.read_at, t
+        if data != monitored.last or not any(math.isfinite(v) for v in reading.values):
+            monitored.last, monitored.unchanged = data, 0.0
+        elif self.varies(monitored.sensor.name):
+            monitored.unchanged += passed
+        return monitored.unchanged > self._frozen_after
 
     def _bounded(self, written: Signals) -> tuple[Signals, str]:
-        """The signals with NaN for what is out of their bounds, as Knowledge holds them; and what that was."""
+        """Signals with NaN for values out of bounds, as stored in Knowledge, and a message about one such value."""
         bounded, beyond = {}, ""
         for name, values in written.items():
             low, high = self.knowledge.signals.spec(name).bounds
@@ -237,17 +241,17 @@ class Monitor(ABC):
                     beyond = f"signal '{name}' is out of its bounds [{low:g}, {high:g}]: {value:g}"
         return bounded, beyond
 
-    def _tell(self, watched: Watched, t: float, problem: Problem) -> None:
+    def _report_fault(self, monitored: MonitoredSensor, t: float, problem: Problem) -> None:
         agent = self.knowledge.agent
-        if problem and not watched.failed:  # once, not twenty times a second
+        if problem and not monitored.failed:  # only the start of a fault, not every period
             if isinstance(problem, Raised):
                 self._sink.emit(problem.event(t, agent, _INVALID))
             else:
-                self._sink.emit(SensorFailed(t=t, agent=agent, sensor=watched.sensor.name, detail=problem))
-        watched.failed = bool(problem)
+                self._sink.emit(SensorFailed(t=t, agent=agent, sensor=monitored.sensor.name, detail=problem))
+        monitored.failed = bool(problem)
 
     def _report_exception(self, t: float, error: BaseException) -> None:
-        """Report an exception of the monitor itself, once while it goes on to raise."""
+        """Report an exception of the monitor itself, once until it stops raising."""
         if not self._raises:
             self._raises = True
             raised = Raised.of("monitor", self.name, error, self.interpret)

@@ -1,4 +1,4 @@
-"""OdometryMonitor: how far the wheels have rolled, and how fast a gyro says that the robot turns."""
+"""OdometryMonitor: wheel travel from an odometer, and turn rate from a gyro."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from ..units import LENGTH, TURN_RATE
 from .monitor import Monitor
 
 FARTHEST = 1e7
-"""A wheel that has rolled farther is no wheel but a fault [m]."""
+"""Largest plausible travel of a wheel [m]."""
 
 
 class OdometryMonitor(Monitor):
-    """Writes `wheel_travel` [m] from an odometer, and `gyro_rate` [rad/s] where the robot has a gyro.
+    """Writes `wheel_travel` [m] from an odometer, and `gyro_rate` [rad/s] if the robot has a gyro.
 
-    Travel counts from any start: only its growth means something, so a reading that is missed costs nothing.
+    The travel counts from an arbitrary start; only differences are used, so a missed reading loses nothing.
 
     Args:
-        odometer: The odometer's name.
-        gyro: The gyro's name.
+        odometer: Name of the odometer.
+        gyro: Name of the gyro.
     """
 
     def __init__(self, *args: Any, odometer: str = "odometer", gyro: str = "gyro", **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._odometer = odometer
         self._gyro = gyro
-        self._has_gyro = any(watched.sensor.name == gyro for watched in self.watched)
+        self._has_gyro = any(each.sensor.name == gyro for each in self.monitored)
         self._wheels = len(self.knowledge.robot.drive.wheels)
 
     def signals(self) -> Sequence[Signal]:
@@ -40,7 +40,7 @@ class OdometryMonitor(Monitor):
             (LENGTH,),
             (-FARTHEST, FARTHEST),
             self.max_age,
-            "How far each wheel has rolled, in the drive's order.",
+            "Distance rolled by each wheel, in the drive's order.",
         )
         rate = Signal("gyro_rate", 1, (TURN_RATE,), (-1e3, 1e3), self.max_age, "Yaw rate by the gyro, left positive.")
         return [travel, rate] if self._has_gyro else [travel]
@@ -48,8 +48,8 @@ class OdometryMonitor(Monitor):
     def expects(self) -> Mapping[str, int]:
         return {self._odometer: self._wheels, **({self._gyro: 1} if self._has_gyro else {})}
 
-    def doubt(self, sensor: str, reading: Reading) -> str:
-        return "it says infinity" if any(map(math.isinf, reading.values)) else ""
+    def reject(self, sensor: str, reading: Reading) -> str:
+        return "the reading is infinite" if any(map(math.isinf, reading.values)) else ""
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         names = {self._odometer: "wheel_travel", self._gyro: "gyro_rate"}

@@ -1,4 +1,4 @@
-"""PeerMonitor: which other robots are in view, how far, and where."""
+"""PeerMonitor: tags, ranges and bearings of the other robots in view."""
 
 from __future__ import annotations
 
@@ -14,17 +14,20 @@ from ..units import ANGLE, LENGTH, NONE
 from .monitor import Monitor
 
 TAGS = 1e6
-"""A tag beyond this is no tag but a fault."""
+"""Largest plausible tag."""
 
 
 class PeerMonitor(Monitor):
     """Writes `peer_tag`, `peer_range` [m] and `peer_bearing` [rad, left positive] from a robot sensor, nearest first.
 
-    A slot in which nobody is seen has tag 0, range +inf and bearing 0, so `min(peer_range) < 0.5 m` is a guard that
-    any rule may use; which robot wears which tag stands in Knowledge, as the attribute `tag` of its `peer` node.
+    An empty slot has tag 0, range +inf and bearing 0, so `min(peer_range) < 0.5 m` is a valid guard for any rule. The
+    tag of each robot is the attribute `tag` of its `peer` node in Knowledge.
 
     Args:
-        slots: How many robots its sensor can tell at once.
+        slots: Maximum number of robots that the sensor reports at once.
+
+    Raises:
+        InputError: slots is below 1.
     """
 
     def __init__(self, *args: Any, slots: int, **kwargs: Any) -> None:
@@ -36,16 +39,16 @@ class PeerMonitor(Monitor):
     def signals(self) -> Sequence[Signal]:
         size, age = self._slots, self.max_age
         return [
-            Signal("peer_tag", size, (NONE,), (0.0, TAGS), age, "Which robot is in each slot; 0 for nobody."),
-            Signal("peer_range", size, (LENGTH,), (0.0, math.inf), age, "How far it is; +inf for nobody."),
-            Signal("peer_bearing", size, (ANGLE,), (-math.pi, math.pi), age, "Where it is, from straight ahead."),
+            Signal("peer_tag", size, (NONE,), (0.0, TAGS), age, "Tag of the robot in each slot; 0 if empty."),
+            Signal("peer_range", size, (LENGTH,), (0.0, math.inf), age, "Range of the robot; +inf if empty."),
+            Signal("peer_bearing", size, (ANGLE,), (-math.pi, math.pi), age, "Bearing of the robot, left positive."),
         ]
 
     def expects(self) -> Mapping[str, int]:
-        return {self.watched[0].sensor.name: 3 * self._slots}
+        return {self.monitored[0].sensor.name: 3 * self._slots}
 
     def varies(self, sensor: str) -> bool:
-        """While somebody is in view and a wheel turns; an empty view may stay as it is."""
+        """Whether a robot is in view and a wheel turns; an empty view may repeat."""
         return super().varies(sensor) and bool(self.knowledge.signals.view("peer_tag")[0])
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:

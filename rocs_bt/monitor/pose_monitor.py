@@ -1,4 +1,4 @@
-"""PoseMonitor: where the robot is, and how far its goal."""
+"""PoseMonitor: pose of the robot and distance to its goal."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from ..units import ANGLE, LENGTH
 from .monitor import MOVING, Monitor
 
 FARTHEST = 1e6
-"""A coordinate beyond this is no place but a fault [m]."""
+"""Largest plausible coordinate [m]."""
 
 TURNING = 0.1
-"""Turn rate of the wheels above which the orientation must differ from one sample to the next [rad/s]."""
+"""Turn rate by the wheels above which consecutive orientations must differ [rad/s]."""
 
 
 class PoseMonitor(Monitor):
     """Writes `pose` [m, m, rad] and `goal_distance` [m] from a position sensor and an orientation sensor.
 
-    The goal is the node that the robot pursues in Knowledge; +inf without one.
+    The goal is the pursued node in Knowledge; without one the distance is +inf.
 
     Args:
-        position: The position sensor's name (x, y and any more [m], world frame).
-        orientation: The orientation sensor's name (yaw [rad]).
+        position: Name of the position sensor (x, y and optional further values [m], world frame).
+        orientation: Name of the orientation sensor (yaw [rad]).
     """
 
     def __init__(self, *args: Any, position: str = "position", orientation: str = "orientation", **kwargs: Any) -> None:
@@ -39,11 +39,11 @@ class PoseMonitor(Monitor):
     def stamp(self, readings: Mapping[str, Reading]) -> float:
         return min(self._latest[self._position].stamp, self._latest[self._orientation].stamp)
 
-    def doubt(self, sensor: str, reading: Reading) -> str:
-        return "it says infinity, where no robot is" if any(map(math.isinf, reading.values)) else ""
+    def reject(self, sensor: str, reading: Reading) -> str:
+        return "the reading is infinite" if any(map(math.isinf, reading.values)) else ""
 
     def varies(self, sensor: str) -> bool:
-        """A position varies while the robot drives on, an orientation while it turns."""
+        """Whether the robot drives (for a position) or turns (for an orientation)."""
         twist = self.knowledge.robot.drive.twist(self.knowledge.robot.wheel_speeds())
         return (
             abs(twist.turn) > TURNING if sensor == self._orientation else math.hypot(twist.forward, twist.left) > MOVING
@@ -54,7 +54,14 @@ class PoseMonitor(Monitor):
             Signal(
                 "pose", 3, (LENGTH, LENGTH, ANGLE), (-FARTHEST, FARTHEST), self.max_age, "x, y, yaw in the world frame."
             ),
-            Signal("goal_distance", 1, (LENGTH,), (0.0, math.inf), self.max_age, "To the pursued goal; +inf without."),
+            Signal(
+                "goal_distance",
+                1,
+                (LENGTH,),
+                (0.0, math.inf),
+                self.max_age,
+                "Distance to the pursued goal; +inf without.",
+            ),
         ]
 
     def expects(self) -> Mapping[str, int]:
@@ -73,5 +80,5 @@ class PoseMonitor(Monitor):
         goal = world.pose_of(pursued) if pursued is not None else None
         distance = math.inf if goal is None else math.hypot(goal.x - x, goal.y - y)
         if max(abs(x), abs(y)) > FARTHEST or not math.isfinite(x + y):
-            distance = math.nan  # what is not known is not far away
+            distance = math.nan  # +inf would mean that there is no goal
         return {"pose": [x, y, wrap_angle(yaw) if math.isfinite(yaw) else math.nan], "goal_distance": [distance]}

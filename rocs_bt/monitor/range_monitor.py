@@ -1,4 +1,4 @@
-"""RangeMonitor: range readings, and the standard groups that rules use."""
+"""RangeMonitor: ranges and the standard groups that rules use."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..units import LENGTH
 from .monitor import Monitor
 
 MOST_BEAMS = 1000
-"""Beams of one sensor: each is a signal of its own."""
+"""Maximum number of beams of one sensor: each adds a number to every snapshot."""
 
 
 @dataclass(frozen=True)
@@ -26,25 +26,27 @@ class _Group:
 
     @cached_property
     def weighed(self) -> tuple[tuple[int, float], ...]:
-        """Each beam with its weight."""
+        """Pairs of beam and weight."""
         return tuple(zip(self.beams, self.weights, strict=True))
 
 
 class RangeMonitor(Monitor):
-    """Writes each range sensor's beams as a signal of its name, and its groups (docs/architecture.md).
+    """Writes the beams of a range sensor as a signal with the sensor's name, and its groups (docs/architecture.md).
 
-    A group gathers beams. Each beam has a weight in (0, 1]: an obstacle at range r on it counts as one at r / weight
-    straight ahead, so that a rule can compare a whole group with one threshold.
+    Each beam of a group has a weight in (0, 1]. An obstacle at range r counts as one at r / weight straight ahead, so
+    that a rule can compare a whole group with one threshold.
 
-    A robot that looks nowhere in some direction declares that group `blind = true`, with no beams: it is then one
-    value, +inf, never an echo, so that shared rules run and react to what the robot can see. It says so in its own
-    file, since a group that is merely forgotten must stay an error.
+    A robot without a sensor in a direction declares that group with `blind = true` and no beams. The group is then one
+    value, +inf (no echo), so that shared rules run. The declaration is required because a missing group is an error.
 
     Args:
-        beams: How many beams its sensor has.
-        vanish: An echo nearer than this cannot vanish from all beams between two readings [m]: a ring that then hears
-            nothing at all is taken for broken until it hears something again; 0 for never.
-        group: By name: `beams` (indices into the sensor's values) and `weights` (default 1); or `blind = true`.
+        beams: Number of beams of the sensor.
+        vanish: Range below which an echo cannot vanish from all beams between two readings [m]; 0 disables the check.
+            A ring without any echo after such an echo counts as broken until it has an echo again.
+        group: Groups by name: `beams` (indices into the sensor's values) and `weights` (default 1), or `blind = true`.
+
+    Raises:
+        InputError: The number of beams is out of range, or a group is invalid.
     """
 
     def __init__(
@@ -68,25 +70,25 @@ class RangeMonitor(Monitor):
         def declare(name: str, size: int, doc: str) -> Signal:
             return Signal(name, size, (LENGTH,) * size, (0.0, math.inf), self.max_age, doc)
 
-        raw = declare(self.watched[0].sensor.name, self._beams, "Range by beam; +inf without an echo.")
+        raw = declare(self.monitored[0].sensor.name, self._beams, "Range by beam; +inf without an echo.")
         groups = (
-            declare(name, len(g.beams), f"Beams {list(g.beams)}, each range over its weight.")
+            declare(name, len(g.beams), f"Beams {list(g.beams)}, each range divided by its weight.")
             if g.beams
-            else declare(name, 1, "No beam looks there: +inf, never an echo.")
+            else declare(name, 1, "No beam in this direction: +inf, never an echo.")
             for name, g in self._groups.items()
         )
         return [raw, *groups]
 
     def expects(self) -> Mapping[str, int]:
-        return {self.watched[0].sensor.name: self._beams}
+        return {self.monitored[0].sensor.name: self._beams}
 
-    def doubt(self, sensor: str, reading: Reading) -> str:
+    def reject(self, sensor: str, reading: Reading) -> str:
         values = reading.values
         if any(map(math.isnan, values)):
             values = [v for v in values if not math.isnan(v)]
         nearest = min(values, default=math.nan)
         if nearest == math.inf and self._nearest < self._vanish:
-            return f"silent: an echo at {self._nearest:.2f} m vanished from all beams at once"
+            return f"silent: the echo at {self._nearest:.2f} m vanished from all beams at once"
         if not math.isnan(nearest):
             self._nearest = nearest
         return ""
@@ -108,7 +110,7 @@ class RangeMonitor(Monitor):
                 raise InputError(Fault(f"{where} is blind, but has beams {list(beams)} and weights {list(weights)}."))
             return _Group((), ())
         if not beams or any(b < 0 or b >= self._beams for b in beams):
-            hint = "" if beams else "If the robot looks nowhere there, write blind = true instead."
+            hint = "" if beams else "If the robot has no sensor in this direction, write blind = true instead."
             message = f"{where} must list beams between 0 and {self._beams - 1}, found {list(beams)}."
             raise InputError(Fault(message, hint=hint))
         if len(weights) != len(beams) or any(not 0.0 < w <= 1.0 for w in weights):

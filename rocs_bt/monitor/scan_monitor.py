@@ -1,4 +1,4 @@
-"""ScanMonitor: a lidar's scan, and the standard groups that rules use."""
+"""ScanMonitor: scan of a lidar and the standard groups that rules use."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from .monitor import Monitor
 Array = npt.NDArray[np.float64]
 
 SCAN = "scan"
-"""The signal that holds the ranges."""
+"""Signal with the ranges."""
 
 MOST_BEAMS = 4000
-"""Rays of one scan: each is a number in every snapshot."""
+"""Maximum number of rays: each adds a number to every snapshot."""
 
 
 @dataclass(frozen=True)
@@ -35,18 +35,22 @@ class _Sector:
 
 
 class ScanMonitor(Monitor):
-    """Writes a lidar's ranges as the signal `scan`, and of its sectors the standard groups (docs/architecture.md).
+    """Writes the ranges of a lidar as the signal `scan`, and standard groups of its sectors (docs/architecture.md).
 
-    A group's value for a sector is the least gap [m] between the robot's hull and what the sector's rays hit, over the
-    sector's weight in (0, 1]: an obstacle in a gap g counts as one at g / weight straight ahead. So rules that were
-    written for a ring of sonars on the hull hold for a scanner in the middle of the robot. The hull is the box of
-    [body], centred on the axles. A ray that says NaN makes its sectors NaN: who cannot see must not drive.
+    The value of a sector is the minimum gap [m] between the robot's hull and the echoes of the sector's rays, divided
+    by the sector's weight in (0, 1]: an obstacle with a gap g counts as one at g / weight straight ahead. So rules for
+    a ring of sonars on the hull also work for a scanner inside the hull. The hull is the box of [body], centred on the
+    base. A NaN ray makes its sectors NaN, because a robot that cannot see must not drive.
 
-    How the scanner looks is what robot.toml says of the sensor with that signal: `rays`, `span` and `mount`.
+    The scanner's geometry is that of the sensor with this signal in robot.toml: `rays`, `span` and `mount`.
 
     Args:
-        group: By name: `sectors`, pairs of bearings [rad] from the scanner's axis, left positive, and `weights`
-            (default 1); or `blind = true` where no ray looks.
+        group: Groups by name: `sectors`, pairs of bearings from the scanner's axis, left positive [rad], and `weights`
+            (default 1); or `blind = true` for a direction without rays.
+
+    Raises:
+        InputError: The number of rays or the span is out of range, a group is invalid, or the size of the hull is not
+            declared.
     """
 
     def __init__(
@@ -63,7 +67,7 @@ class ScanMonitor(Monitor):
             raise InputError(Fault(message))
         self._beams, self._bearings = scanner.rays, scanner.bearings
         self._hull = _to_hull(self._bearings, scanner.mount, self._half_sizes())
-        self._groups = {name: self._sectors(name, given) for name, given in (group or {}).items()}
+        self._groups = {name: self._sectors(name, table) for name, table in (group or {}).items()}
         sectors = [sector for group in self._groups.values() for sector in group]
         self._edges = [edge for sector in sectors for edge in (sector.first, sector.last)]
         self._weights = [sector.weight for sector in sectors]
@@ -74,15 +78,15 @@ class ScanMonitor(Monitor):
 
         raw = declare(SCAN, self._beams, "Range by ray, from the right to the left; +inf without an echo.")
         groups = (
-            declare(name, len(sectors), "Gap between hull and echo by sector, each over its weight.")
+            declare(name, len(sectors), "Gap between hull and echo by sector, each divided by its weight.")
             if sectors
-            else declare(name, 1, "No ray looks there: +inf, never an echo.")
+            else declare(name, 1, "No ray in this direction: +inf, never an echo.")
             for name, sectors in self._groups.items()
         )
         return [raw, *groups]
 
     def expects(self) -> Mapping[str, int]:
-        return {self.watched[0].sensor.name: self._beams}
+        return {self.monitored[0].sensor.name: self._beams}
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         values = list(next(iter(readings.values())).values)
@@ -93,10 +97,10 @@ class ScanMonitor(Monitor):
         return written
 
     def _least(self, gaps: Array) -> list[float]:
-        """The least gap of each sector of all groups, over its weight [m]."""
+        """Minimum gap of each sector of all groups, divided by its weight [m]."""
         if not self._edges:
             return []
-        # Of the stretches from each edge to the next every other one is a sector's; none may end beyond the last ray.
+        # Every other interval between edges is a sector; the appended +inf lets one end at the last ray.
         least = np.minimum.reduceat(np.append(gaps, math.inf), self._edges)[::2].tolist()
         return [gap / weight for gap, weight in zip(least, self._weights, strict=True)]
 
@@ -113,7 +117,7 @@ class ScanMonitor(Monitor):
         if group.get("blind", False) is True and not sectors:
             return ()
         if not sectors or len(weights) != len(sectors) or any(not 0.0 < w <= 1.0 for w in weights):
-            hint = "" if sectors else "If no ray looks there, write blind = true instead."
+            hint = "" if sectors else "If no ray has this direction, write blind = true instead."
             message = f"{where} needs sectors, and one weight in (0, 1] for each, found {len(sectors)} and {weights}."
             raise InputError(Fault(message, hint=hint))
         return tuple(self._sector(where, *pair) for pair in zip(sectors, weights, strict=True))
@@ -121,13 +125,13 @@ class ScanMonitor(Monitor):
     def _sector(self, where: str, edges: Sequence[float], weight: float) -> _Sector:
         inside = np.flatnonzero((self._bearings >= min(edges) - 1e-9) & (self._bearings <= max(edges) + 1e-9))
         if len(edges) != 2 or not len(inside):
-            told = [f"{math.degrees(edge):.4g} deg" for edge in edges]
-            raise InputError(Fault(f"a sector of {where} must be two bearings with rays between them, found {told}."))
+            found = [f"{math.degrees(edge):.4g} deg" for edge in edges]
+            raise InputError(Fault(f"a sector of {where} must be two bearings with rays between them, found {found}."))
         return _Sector(int(inside[0]), int(inside[-1]) + 1, float(weight))
 
 
 def _to_hull(bearings: Array, mount: Pose2, half: tuple[float, float]) -> Array:
-    """(beams,) How far each ray goes until it leaves the hull's box [m]; 0 where it begins outside of it."""
+    """Length of each ray inside the hull's box, shape (beams,) [m]; 0 if the scanner is outside the box."""
     x, y, yaw = mount
     if abs(x) > half[0] or abs(y) > half[1]:
         return np.zeros_like(bearings)

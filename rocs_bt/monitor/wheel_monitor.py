@@ -1,4 +1,4 @@
-"""WheelMonitor: how fast the robot moves, from its wheel encoders."""
+"""WheelMonitor: speeds of the robot and stop distance, from wheel encoders."""
 
 from __future__ import annotations
 
@@ -16,18 +16,21 @@ from ..units import LENGTH, SPEED, TURN_RATE
 from .monitor import Monitor
 
 FASTEST = 1e3
-"""A rim speed beyond this is no speed but a fault [m/s]."""
+"""Largest plausible wheel linear speed [m/s]."""
 
 
 class WheelMonitor(Monitor):
-    """Writes `wheel_speeds`, `speed`, `turn_rate` and `stop_distance` from wheel rim speeds.
+    """Writes `wheel_speeds`, `speed`, `turn_rate` and `stop_distance` from measured wheel linear speeds.
 
-    `stop_distance` is what braking takes from the present speed, and what is driven meanwhile the robot reacts:
+    `stop_distance` is the reaction distance plus the braking distance at the present speed:
     v * latency + v^2 / (2 deceleration).
 
     Args:
-        latency: From a reading to wheels that begin to brake [s]; robot.toml has it measured.
-        deceleration: Of braking wheels [m/s2], measured too; the drive's greatest acceleration by default.
+        latency: Time from a reading until the wheels begin to brake [s], as measured in robot.toml.
+        deceleration: Deceleration of braking wheels [m/s2], measured too; default: the drive's maximum acceleration.
+
+    Raises:
+        InputError: The latency is negative, or the deceleration is not positive.
     """
 
     def __init__(self, *args: Any, latency: float = 0.1, deceleration: float = math.nan, **kwargs: Any) -> None:
@@ -48,24 +51,29 @@ class WheelMonitor(Monitor):
         age = self.max_age
         return [
             Signal(
-                "wheel_speeds", wheels, (SPEED,) * wheels, (-FASTEST, FASTEST), age, "Rim speeds in the drive's order."
+                "wheel_speeds",
+                wheels,
+                (SPEED,) * wheels,
+                (-FASTEST, FASTEST),
+                age,
+                "Wheel speeds in the drive's order.",
             ),
             Signal("speed", 1, (SPEED,), (-1e3, 1e3), age, "Forward speed of the body."),
             Signal("turn_rate", 1, (TURN_RATE,), (-1e3, 1e3), age, "Yaw rate of the body, left positive."),
-            Signal("stop_distance", 1, (LENGTH,), (0.0, math.inf), age, "To stand still from the present speed."),
+            Signal("stop_distance", 1, (LENGTH,), (0.0, math.inf), age, "Distance to stop from the present speed."),
         ]
 
     def expects(self) -> Mapping[str, int]:
-        return {self.watched[0].sensor.name: len(self._drive.wheels)}
+        return {self.monitored[0].sensor.name: len(self._drive.wheels)}
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
-        said = next(iter(readings.values())).values
-        wheels = [v if abs(v) <= FASTEST else math.nan for v in said]
+        values = next(iter(readings.values())).values
+        wheels = [v if abs(v) <= FASTEST else math.nan for v in values]
         twist = self._drive.twist(np.array(wheels))
         speed = abs(twist.forward)
         stop = speed * self._latency + speed * speed / (2.0 * self._deceleration)
         return {
-            "wheel_speeds": said,
+            "wheel_speeds": values,
             "speed": [twist.forward],
             "turn_rate": [twist.turn],
             "stop_distance": [stop],

@@ -71,7 +71,7 @@ def blocks(agent: Agent) -> dict[str, Any]:
     """What the mind is made of."""
     assert isinstance(agent.plan, TreePlan)
     return {
-        "monitors": [(m.name, type(m), [w.sensor.name for w in m.watched], m.rate) for m in agent.monitors],
+        "monitors": [(m.name, type(m), [s.sensor.name for s in m.monitored], m.rate) for m in agent.monitors],
         "analyzes": [(a.name, type(a), tuple(a.from_knowledge)) for a in agent.analyzes],
         "mission": agent.plan.outline,
         "rules": [[rule.name for rule in model.rules.rules] for model in agent.knowledge.reactive_models],

@@ -10,7 +10,7 @@ from rocs_bt.device import Reading, Sensor
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.monitor import SurroundMonitor, Watched
+from rocs_bt.monitor import MonitoredSensor, SurroundMonitor
 from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 
@@ -57,7 +57,7 @@ class Rig:
         )
         self.knowledge.graph.set("R3", length=0.7, width=0.6)
         self.sensor, self.count = Ranges(self.clock), 0
-        watched = [Watched(self.sensor, Rate(1, 0.05))]
+        watched = [MonitoredSensor(self.sensor, Rate(1, 0.05))]
         self.monitor = SurroundMonitor("range", watched, self.knowledge, ListSink(), **{**GIVEN, **given})
         declared = [
             Signal("pose", 3, (LENGTH, LENGTH, ANGLE)),

@@ -18,11 +18,11 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import (
     FixMonitor,
     Monitor,
+    MonitoredSensor,
     OdometryMonitor,
     PeerMonitor,
     PoseMonitor,
     RangeMonitor,
-    Watched,
     WheelMonitor,
 )
 from rocs_bt.signal import Signal
@@ -61,7 +61,7 @@ class Robot:
         return Scripted(name, self.clock, size)
 
     def watch(self, cls, *sensors, every=1, **parameters):
-        watched = [Watched(s, Rate(every, PERIOD)) for s in sensors]
+        watched = [MonitoredSensor(s, Rate(every, PERIOD)) for s in sensors]
         monitor = cls(f"{sensors[0].name} monitor", watched, self.knowledge, self.sink, **parameters)
         self.monitors.append(monitor)
         return monitor
@@ -143,7 +143,7 @@ def test_a_broken_beam_breaks_its_groups_and_no_other(robot, sonar):
         ({"beams": [4]}, "must list beams between 0 and 3"),
         (
             {"beams": []},
-            "must list beams between 0 and 3, found []. If the robot looks nowhere there, write blind = true",
+            "must list beams between 0 and 3, found []. If the robot has no sensor in this direction, write blind =",
         ),
         ({}, "write blind = true"),
         ({"beams": [], "blind": False}, "must list beams"),

@@ -16,7 +16,7 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.monitor import ScanMonitor, Watched
+from rocs_bt.monitor import MonitoredSensor, ScanMonitor
 
 BEAMS, SPAN = 271, math.radians(270.0)  # a degree each
 AHEAD = Pose2(0.1, 0.0, 0.0)
@@ -47,7 +47,7 @@ def interpreted(values: list[float], mount: Pose2 | None = AHEAD, groups: Any = 
     told = {"signal": "scan", "rays": BEAMS, "span": SPAN, "mount": mount} | looks
     knowledge.graph.add("lidar", "sensor", **{key: value for key, value in told.items() if value})
     knowledge.graph.relate("R", "has_sensor", "lidar")
-    watched = [Watched(Scanner(values), Rate(1, 0.05))]
+    watched = [MonitoredSensor(Scanner(values), Rate(1, 0.05))]
     monitor = ScanMonitor("scan", watched, knowledge, ListSink(), group=groups)
     for signal in monitor.signals():
         knowledge.signals.declare(signal)
