@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.action import parameters_of
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.catalog import load_robot, read_planner
@@ -313,24 +312,6 @@ def test_every_blocks_parameters_are_documented():
     assert found.pop("every Monitor") == own(Monitor)
     wanted = {name: own(cls) for name, cls in {**MONITORS, **ANALYZERS}.items()}
     assert found == {name: names for name, names in wanted.items() if names}
-
-
-def test_every_actions_parameters_are_documented_with_unit_bounds_and_default():
-    found = {}
-    owner = ""
-    for action, parameter, unit, bounds, default in rows("Actions")[1:]:
-        owner = action.strip("`") or owner
-        found.setdefault(owner, {})[parameter.strip("`")] = (unit, bounds, default)
-
-    def told(parameter):
-        unit, bounds = ("", "") if parameter.dimension is None else (str(parameter.dimension), str(parameter.bounds))
-        if parameter.required:
-            return unit, bounds, "needed"
-        if isinstance(parameter.default, (str, bool)):
-            return unit, bounds, str(parameter.default).lower()
-        return unit, bounds, "none" if parameter.default in (None, float("inf")) else f"{parameter.default:g}"
-
-    assert found == {n: {k: told(p) for k, p in parameters_of(a).items()} for n, a in ACTIONS.items()}
 
 
 def test_every_movers_parameters_are_documented():
