@@ -10,7 +10,7 @@ import pytest
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.catalog import load_robot, read_planner
-from rocs_bt.catalog.inherit import read_inheriting
+from rocs_bt.catalog.inherit import read_with_base
 from rocs_bt.catalog.scenario_file import read_scenario
 from rocs_bt.drivers import DRIVER_PARAMETERS, parameters_of_driver
 from rocs_bt.errors import InputError
@@ -241,7 +241,7 @@ def load(kind, text, folder):
         (folder / "robot.xml").write_text("<mujoco/>", "utf-8")
         return load_robot(file, lambda base: nothing)
     if kind == "scenario":
-        return read_scenario(read_inheriting(file, lambda base: nothing))
+        return read_scenario(read_with_base(file, lambda base: nothing))
     if kind == "planner":
         return read_planner(file)
     (folder / "nothing_more.toml").write_text('format = "reflex/1"', "utf-8")
