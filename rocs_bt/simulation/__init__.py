@@ -1,4 +1,4 @@
-"""A world, its agents and movers: one episode, from a scenario's file to its outcome; the same agents on hardware.
+"""Run a scenario: one episode in simulation or on hardware, from the scenario's file to its outcome.
 
 Imported by `compare`, `check`, the command line and the pytest plugin.
 """

@@ -19,16 +19,16 @@ from .share import sharing_of
 def load_controller(
     scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None = None
 ) -> Controller:
-    """What a scenario says of one agent's controller.
+    """Controller of one agent, as declared in a scenario.
 
     Args:
         scenario: The scenario.
-        agent: One of its agents.
-        catalog: Where missions and rules are found.
-        build: A mission to play instead of the scenario's.
+        agent: Agent of the scenario.
+        catalog: Source of missions and rules.
+        build: Mission function that replaces the scenario's mission.
 
     Raises:
-        InputError: A name does not exist, or the mission does not take the parameters.
+        InputError: An unknown name, or parameters that the mission does not take.
     """
     mission = build or catalog.load_mission(agent.mission, agent.nodes)
     try:
@@ -66,11 +66,11 @@ def build_agents(
         catalog: Source of the content.
         devices: Devices of the robots, by agent.
         runtime: Clock, sink and timer of the run.
-        seed: Seed of the random streams of the missions.
-        missions: By agent, the `build` of a mission that replaces the scenario's.
+        seed: Seed of the missions' random streams.
+        missions: Mission functions that replace the scenario's, by agent.
 
     Raises:
-        InputError: Something in a mission, a rule file or robot.toml does not fit, with every fault of that file.
+        InputError: A mission, rule file or robot.toml is invalid; lists every fault of that file.
     """
     rates = Rates(control=Rate(1, scenario.rate.control_rate.period), plan=scenario.rate.plan_rate)
     shares = sharing_of(scenario, runtime.clock, seed)

@@ -1,4 +1,4 @@
-"""How near each agent came to anything, measured no more often than it can have come nearer."""
+"""Minimum clearance of each agent, measured only when it can have decreased."""
 
 from __future__ import annotations
 
@@ -14,41 +14,41 @@ AMONG: tuple[Among, ...] = ("obstacles", "robots")
 
 
 class ClearanceWatch:
-    """Tells each time that an agent's hull is nearer to something than ever before.
+    """Emits an Approached event whenever the clearance of an agent's hull reaches a new minimum.
 
-    A hull comes nearer to what stands still by no more than its robot has moved, and to another robot by no more than
-    the two have. No point of a hull moves farther than its axle does and its turn carries it. So a measured distance,
-    less what has been moved since, is one that nothing can be nearer than: it is measured anew when that is no more
-    than the least distance so far.
+    The clearance to a static obstacle decreases at most by the displacement of the robot, the clearance to another
+    robot by the displacements of both. A point of the hull moves at most by the displacement of the axle plus hull
+    radius times turn. The last measured distance minus these displacements is therefore a lower bound of the clearance.
+    The clearance is measured again only when the lower bound does not exceed the minimum so far.
 
     Args:
-        world: Where the robots are.
-        agents: Whose hulls to watch.
-        sink: Where Approached events go.
+        world: World of the robots.
+        agents: Names of the watched agents.
+        sink: Sink for Approached events.
     """
 
     def __init__(self, world: MujocoWorld, agents: Iterable[str], sink: EventSink) -> None:
         self._world = world
         self._sink = sink
         self._nearest = dict.fromkeys(agents, math.inf)
-        self._sure = {name: dict.fromkeys(AMONG, -math.inf) for name in self._nearest}  # [m] nothing is nearer
+        self._bound = {name: dict.fromkeys(AMONG, -math.inf) for name in self._nearest}  # [m] lower bounds
         self._poses: dict[str, Pose2] = {}
 
-    def look(self, t: float) -> None:
-        """Measure whose turn it is, at time t [s]."""
+    def update(self, t: float) -> None:
+        """Measure the clearances whose lower bounds require it, at time t [s]."""
         moved = {name: self._moved(name) for name in self._world.robots}
         *_, second, most = sorted([0.0, *moved.values()])
-        carried = not self._world.only_robots_move
-        for name, sure in self._sure.items():
+        moving_obstacles = not self._world.only_robots_move
+        for name, bound in self._bound.items():
             own = moved[name]
-            sure["obstacles"] -= math.inf if carried else own
-            sure["robots"] -= own + (second if own == most else most)
-            due = [among for among in AMONG if sure[among] <= self._nearest[name]]
+            bound["obstacles"] -= math.inf if moving_obstacles else own
+            bound["robots"] -= own + (second if own == most else most)
+            due = [among for among in AMONG if bound[among] <= self._nearest[name]]
             if due:
                 self._measure(t, name, due)
 
     def _moved(self, name: str) -> float:
-        """How far any point of a robot's hull can have moved since the last look [m]."""
+        """Maximum displacement of a point of a robot's hull since the last update [m]."""
         pose, reach = self._world.pose(name), self._world.robots[name].reach
         before, self._poses[name] = self._poses.get(name, pose), pose
         return pose.distance(before) + reach * abs(wrap_angle(pose.yaw - before.yaw))
@@ -56,7 +56,7 @@ class ClearanceWatch:
     def _measure(self, t: float, name: str, due: Iterable[Among]) -> None:
         found = {among: self._world.clearance(name, among=among) for among in due}
         for among, (distance, _) in found.items():
-            self._sure[name][among] = distance
+            self._bound[name][among] = distance
         distance, other = min(found.values(), key=lambda near: near[0])
         if distance < self._nearest[name]:
             self._nearest[name] = distance

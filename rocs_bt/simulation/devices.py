@@ -1,4 +1,4 @@
-"""Drivers of robot.toml: the shipped ones by name, a user's own by class and constructor arguments."""
+"""Drivers of the devices in robot.toml: shipped drivers by name, user drivers by class and constructor arguments."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from ..errors import DeviceError, Fault, InputError, located_at
 
 @dataclass(frozen=True)
 class Driver:
-    """The driver of one device.
+    """Driver of one device.
 
     Attributes:
-        make: Its name, for a shipped one, or a user's own class.
-        parameters: Arguments in SI units, by keyword.
+        make: Name of a shipped driver, or a user's class.
+        parameters: Keyword arguments, SI units.
     """
 
     make: Any
     parameters: Mapping[str, Any]
 
     def running(self, *passing: type[Exception]) -> AbstractContextManager[None]:
-        """A context in which what a user's own class raises becomes a fault of its file; InputErrors pass."""
+        """Context that converts exceptions of a user's class to faults of its file; InputErrors pass unchanged."""
         return running_class(self.make, *passing) if isinstance(self.make, type) else nullcontext()
 
 
 def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
-    """The driver of a device in simulation.
+    """Driver of a device in simulation.
 
     Raises:
-        InputError: A user's own class does not load, extends no driver of MuJoCo's, or does not take the device's keys;
-            all faults at once.
+        InputError: A user's class does not load, does not extend a MuJoCo driver, or does not take the device's keys;
+            lists every fault.
     """
     if not is_reference(device.driver):
         return Driver(device.driver, device.parameters)
@@ -47,7 +47,7 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
     if not issubclass(cls, wanted):
         raise InputError(
             Fault(
-                f"the driver '{cls.__name__}' of '{device.name}' is none for MuJoCo.",
+                f"the driver '{cls.__name__}' of '{device.name}' is not a MuJoCo driver.",
                 robot.file,
                 device.line,
                 hint=f"To simulate it extend rocs_bt.drivers.mujoco.{wanted.__name__}; to drive a real robot call "
@@ -58,30 +58,30 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
 
 
 def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
-    """The driver of a device on hardware: always a user's own class.
+    """Driver of a device on hardware: always a user's class.
 
     Raises:
-        InputError: The driver is a simulation's, or the class does not load, extends neither Sensor nor Actuator, or
-            does not take the device's keys; all faults at once.
+        InputError: The driver is for simulation only, or the class does not load, extends neither Sensor nor Actuator,
+            or does not take the device's keys; lists every fault.
     """
     kind = Sensor if isinstance(device, SensorSpec) else Actuator
     with located_at(robot.file, device.line):
         if not is_reference(device.driver):
-            message = f"the driver '{device.driver}' of '{device.name}' is one of a simulation."
+            message = f"the driver '{device.driver}' of '{device.name}' is for simulation only."
             hint = "To drive a real robot write 'file.py:Class', a Sensor or Actuator of your own."
             raise InputError(Fault(message, hint=hint))
         cls = _class(catalog, robot, device)
         if not issubclass(cls, kind):
             name = kind.__name__
-            raise InputError(f"'{device.driver}' of '{device.name}' is no {name}: extend rocs_bt.{name}.")
+            raise InputError(f"'{device.driver}' of '{device.name}' does not extend rocs_bt.{name}.")
     return _driver(cls, "host", robot, device)
 
 
 def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec, host: Any) -> Any:
-    """A device on hardware, called with its name, the host and its keys.
+    """Construct a device on hardware with its name, the host and its keys.
 
     Raises:
-        InputError: As `hardware_driver`, or the constructor raised.
+        InputError: As for `hardware_driver`, or the constructor raised.
         DeviceError: The constructor cannot reach the device.
     """
     driver = hardware_driver(catalog, robot, device)
@@ -90,10 +90,10 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
 
 
 def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) -> IsolatedActuator:
-    """The link to an actuator on hardware whose device is made in a process of its own.
+    """Construct an isolated actuator: its device is constructed in a separate process.
 
     Raises:
-        InputError: As `make_hardware`, or this system has no such processes.
+        InputError: As for `make_hardware`, or the system is not POSIX.
         DeviceError: The constructor cannot reach the device.
     """
     driver = hardware_driver(catalog, robot, actuator)
@@ -109,10 +109,10 @@ def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
         return catalog.load_class(robot.beside(file), name)
 
 
-def _driver(cls: type, place: str, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
+def _driver(cls: type, second: str, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
     with located_at(robot.file, device.line):
         with running_class(cls):
-            declared = constructor_parameters(cls, place)
+            declared = constructor_parameters(cls, second)
         what = f"the driver {cls.__name__} of '{device.name}'"
         return Driver(
             cls, read_arguments(declared, device.parameters, what, file=robot.file, positions=device.positions)

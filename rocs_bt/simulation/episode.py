@@ -1,4 +1,4 @@
-"""An episode: a world, its agents and movers, from the first control period to the last (docs/architecture.md)."""
+"""Episode: one simulated run of a world and its agents (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from .physics_thread import PhysicsThread
 from .simulated_world import SimulatedWorld
 
 CLOSED = "the viewer was closed"
-"""Why a run ends whose watcher wants no more of it."""
+"""Reason of a run that its observer ended."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What came of an episode.
+    """Result of an episode.
 
     Attributes:
-        verdicts: By agent.
-        sim_time: How long it took in the world [s].
-        wall_time: How long it took to compute [s].
+        verdicts: Verdicts by agent.
+        sim_time: Simulated duration [s].
+        wall_time: Computing time [s].
         trajectory_hash: sha256 of the float64 generalised positions at all control periods.
-        lateness: The furthest that physics fell behind the wall clock [s]; 0 in lockstep.
+        lateness: Maximum delay of physics behind the wall clock [s]; 0 in lockstep.
     """
 
     verdicts: Mapping[str, Verdict]
@@ -42,7 +42,7 @@ class Result:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated seconds a second."""
+        """Simulated time per computing time."""
         return self.sim_time / max(self.wall_time, 1e-9)
 
 
@@ -50,17 +50,17 @@ class Episode:
     """One run of a scenario.
 
     Args:
-        simulated: The world, its scripted actors and objects, and the judges of the agents.
-        agents: The agents.
-        facts: Facts that agents learn during the run.
-        control: The control rate, over physics steps.
-        duration: The longest it may take [s].
-        sink: Where events go.
-        watch: Called once a control period with the time [s], for progress, viewers and videos; False ends the run.
-        ended: Asked once a control period why a signal ends the run; empty while none does.
+        simulated: World, scripted actors and objects, and judges of the agents.
+        agents: Agents of the scenario.
+        facts: Scheduled facts of the agents.
+        control: Control rate in physics steps.
+        duration: Maximum duration [s].
+        sink: Sink for all events.
+        watch: Observer, called once per control period with the time [s]; False ends the run.
+        ended: Returns the reason of a signal that ends the run, or an empty text; called once per control period.
 
     Attributes:
-        result: What came of it; None before its end. There is one also where `run` raises.
+        result: Result of the episode, also if `run` raised; None before its end.
     """
 
     def __init__(
@@ -95,9 +95,9 @@ class Episode:
         self._threaded = False
 
     def run(self) -> Result:
-        """Run in lockstep: everything in one thread, in the order of the architecture, bit-identical when repeated.
+        """Run in lockstep: single-threaded, in the order of docs/architecture.md, repeatable bit by bit.
 
-        Whatever raises on the way, the agents are stopped and judged first.
+        If anything raises, the agents are stopped and judged first.
         """
         wall, count = WallClock(), 0
         try:
@@ -115,13 +115,13 @@ class Episode:
         return self._finish(wall)
 
     def run_threaded(self, clock: WallClock, runners: Sequence[AbstractContextManager[object]]) -> Result:
-        """Run on wall time: physics in a thread of its own, the agents in those that their runners start.
+        """Run on wall time: physics in a separate thread, the agents in the threads of their runners.
 
-        Whatever raises on the way, the agents are stopped and judged first.
+        If anything raises, the agents are stopped and judged first.
 
         Args:
-            clock: Time, the world's and the agents' too; it begins at zero.
-            runners: Entered when physics runs, left at the end.
+            clock: Clock of the world and the agents; it starts at zero.
+            runners: Contexts of the agents' threads, entered after physics started, left at the end.
 
         Raises:
             BlockError: The physics thread failed.
@@ -148,22 +148,22 @@ class Episode:
         return self._finish(clock, physics.worst)
 
     def _observe(self, t: float) -> bool:
-        """Tell the truth to sink and judges; True when the episode is over."""
+        """Pass the ground truth to the sink and the judges; True if the episode is over."""
         world, self._t = self._world, t
         with world.lock:
             world.digest(self._hash)
             contacts = world.contacts()
             for name in world.robots:
-                self._tell_pose(t, name)
+                self._emit_pose(t, name)
             for name in world.objects:
                 pose = world.object_pose(name)
                 self._sink.emit(BodyMoved(t=t, agent="", body=name, x=pose.x, y=pose.y, yaw=pose.yaw, wheels=b""))
-        # Not under the world's lock: a judge may stop an agent, whose threads may be waiting for it.
+        # Without the world's lock: a judge may stop an agent whose threads wait for the lock.
         for contact in contacts:
             kind = "collision" if contact.moving else "struck"
             if contact.robot in self._judges:
                 self._sink.emit(Touched(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
-        self._clearance.look(t)
+        self._clearance.update(t)
         for agent in self._agents:
             self._judge(t, agent, contacts)
         going = self._watch(t)
@@ -171,7 +171,7 @@ class Episode:
             self._panel.interrupt(why, at_once=self._threaded)
         return self._panel.over or t >= self._duration - 1e-9
 
-    def _tell_pose(self, t: float, name: str) -> None:
+    def _emit_pose(self, t: float, name: str) -> None:
         pose, wheels = self._world.pose(name), self._wheels.get(name)
         agent = name if name in self._judges else ""
         packed = pack(wheels()) if wheels is not None else b""

@@ -20,8 +20,8 @@ class FactSchedule:
 
     Args:
         agent: The agent.
-        facts: Its facts, in the order of their times.
-        placed: Called with the node of each fact and its new pose.
+        facts: Facts of the agent, ordered by time.
+        placed: Called with the node of each written fact and its pose, if the node has one.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ def fact_schedules(
     Args:
         scenario: The scenario.
         agents: Its agents.
-        simulated: The world whose goals move with the facts; None without judges, as in a replay.
+        simulated: World with the goals that move with the facts; None without judges, as in a replay.
     """
     found = []
     for agent in agents:

@@ -1,4 +1,4 @@
-"""Whether a goal can be reached at all: a pose there at which the robot touches nothing."""
+"""Feasibility of a goal: sampled poses near it at which the robot is free of collisions."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ _BEARINGS = 8
 _HEADINGS = 24
 
 POSES_TRIED = (1 + (len(_RINGS) - 1) * _BEARINGS) * _HEADINGS
-"""How many poses `free_goal_poses` looks at."""
+"""Number of poses that `free_goal_poses` checks."""
 
 
 @dataclass(frozen=True)
 class FreePose:
-    """A pose at a goal at which the robot is free.
+    """Collision-free pose of a robot at a goal.
 
     Attributes:
-        pose: Where, world frame.
-        clearance: From its hull to the nearest thing [m], up to 1 m.
-        nearest: What that is; empty when nothing is within 1 m.
-        readings: What the robot's sensors say there, by name.
+        pose: Pose, world frame.
+        clearance: Distance from the hull to the nearest obstacle [m], at most 1 m.
+        nearest: Name of the nearest obstacle; empty if none is within 1 m.
+        readings: Readings of the robot's sensors at the pose, by sensor.
     """
 
     pose: Pose2
@@ -44,17 +44,17 @@ def free_goal_poses(
     *,
     margin: float = 0.0,
 ) -> list[FreePose]:
-    """The poses within a goal's tolerance, of a fixed fan of them, at which a robot touches nothing.
+    """Collision-free poses of a robot within a goal's tolerance, from a fixed grid of `POSES_TRIED` poses.
 
-    The robot is moved: use a world that is made for this, with nobody else in it.
+    The function moves the robot: use a world made for this purpose, without other robots.
 
     Args:
         world: The world.
-        robot: The robot's name in it.
-        goal: The goal; its yaw does not matter.
-        tolerance: Of the goal [m].
-        sensors: The robot's, to be read at each free pose.
-        margin: Clearance that counts as free [m].
+        robot: Name of the robot.
+        goal: Goal pose, world frame; its yaw is ignored.
+        tolerance: Position tolerance of the goal [m].
+        sensors: Sensors of the robot, read at each free pose; None reads none.
+        margin: Minimum clearance of a free pose [m], exclusive.
     """
     places = [goal]
     for ring in _RINGS[1:]:

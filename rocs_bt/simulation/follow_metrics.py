@@ -9,21 +9,21 @@ from typing import Any
 from ..record import Following
 
 DRIVES = 0.02
-"""The speed of a wheel's rim above which a robot drives [m/s]; one that is pushed while it stands does not."""
+"""Wheel linear speed above which a robot counts as driving [m/s]; a pushed robot with stopped wheels does not."""
 
 
 class FollowMetrics:
-    """The true distance between a follower and its leader, as a run goes on.
+    """Ground-truth distance between a follower and its leader over a run.
 
-    What is asked of a follower are its own parameters: it is within its band, `distance` +- (`distance` - `safety`),
-    and never drives nearer than `safety`. It counts from when it is first near enough for its band until the leader has
-    reached its goal; how near it drives counts all the time.
+    The follow band is `distance` +- (`distance` - `safety`), from the parameters of FollowRobot. Distances count from
+    the first time that the follower is near enough for the band until the leader reaches its goal. The minimum distance
+    while driving counts over the whole run.
 
     Args:
-        parameters: FollowRobot's: `leader`, `distance` and `safety` [m].
+        parameters: Parameters of FollowRobot: `leader`, `distance` [m] and `safety` [m].
 
     Attributes:
-        leader: Whom it follows.
+        leader: Name of the leader.
     """
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
@@ -33,16 +33,23 @@ class FollowMetrics:
         self._rows: list[tuple[float, float]] = []
         self._least_driving = math.inf
 
-    def note(self, t: float, own: tuple[float, float], leader: tuple[float, float], rim: float = 0.0) -> None:
-        """Note where both are [m] at a time [s], and how fast the follower's fastest rim goes [m/s]."""
+    def note(self, t: float, own: tuple[float, float], leader: tuple[float, float], wheel_speed: float = 0.0) -> None:
+        """Add a sample.
+
+        Args:
+            t: Time [s].
+            own: Position of the follower [m], world frame.
+            leader: Position of the leader [m], world frame.
+            wheel_speed: Largest absolute wheel linear speed of the follower [m/s].
+        """
         distance = math.dist(own, leader)
         if self._rows or distance <= 2.0 * self._distance - self._safety:
             self._rows.append((t, distance))
-        if rim > DRIVES:
+        if wheel_speed > DRIVES:
             self._least_driving = min(self._least_driving, distance)
 
     def result(self, until: float | None) -> Following:
-        """The metrics.
+        """Metrics of the run.
 
         Args:
             until: Time at which the leader reached its goal [s]; None if it did not.

@@ -1,7 +1,7 @@
-"""Running the agents of a scenario on hardware; nothing is simulated.
+"""Run the agents of a scenario on hardware, without simulation.
 
-The same missions, rules, blocks and rates as in simulation. What differs is each robot's table of drivers, whose
-classes (`driver = "file.py:Class"`) speak with the robot.
+Missions, rules, blocks and rates are the same as in simulation. Only the drivers in each robot.toml differ: classes of
+the user (`driver = "file.py:Class"`) that communicate with the robot.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
     options.refuse_simulation()
     end, relay, clock = RunEnd(options, write_report), Relay(), WallClock(running=False)
     robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
-    with end.guarded() as stack:  # what is pushed on it is closed before the report is written
+    with end.guarded() as stack:  # callbacks of this stack run before the report is written
         end.listen()
         devices = HardwareDevices(clock, spec.rate.control_rate.period, relay)
         agents = _agents(spec, catalog, options, robots, devices, stack)
@@ -107,7 +107,7 @@ def _agents(
     devices: HardwareDevices,
     stack: ExitStack,
 ) -> list[Agent]:
-    """Open the devices and build the agents, which close them with the stack."""
+    """Open the devices and build the agents; the stack closes both."""
     opened = stack.enter_context(ExitStack())
     for name, robot in robots.items():
         rates = {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
@@ -121,7 +121,7 @@ def _agents(
 
 
 def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Agent], options: RunOptions) -> None:
-    """Begin the live page and the files of the run, where they are wanted."""
+    """Begin the live page and the files of the run, if requested."""
     if options.live is not None:
         options.live.begin(header)
     end.files.begin(header, agents if options.btlog else ())
@@ -129,17 +129,17 @@ def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Ag
 
 
 class HardwareDevices:
-    """The devices of all robots.
+    """Devices of all robots.
 
     Args:
-        clock: Wall time.
+        clock: Wall clock.
         period: Control period [s].
-        sink: Takes the events of the safety gates.
+        sink: Sink for events of the safety gates.
 
     Attributes:
         robots: Devices by agent.
-        wheels: By agent, the gate of its wheels.
-        links: By agent, the links to the actuators that live in processes of their own.
+        wheels: Safety gates of the wheels, by agent.
+        links: Isolated actuators, which run in separate processes, by agent.
     """
 
     def __init__(self, clock: WallClock, period: float, sink: EventSink) -> None:
@@ -159,7 +159,16 @@ class HardwareDevices:
         shared: ExitStack,
         opened: ExitStack,
     ) -> None:
-        """Open the devices of an agent's robot; their host is closed with `shared`, they with `opened`."""
+        """Open the devices of an agent's robot.
+
+        Args:
+            name: Name of the agent.
+            robot: Specification of the robot.
+            rates: Rates of the sensors in control periods, by sensor.
+            catalog: Source of the driver classes.
+            shared: Stack that closes the host, which the devices share.
+            opened: Stack that closes the devices.
+        """
         host = Host(self.clock)
         shared.callback(host.close)
         sensors = {s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors}
@@ -171,7 +180,7 @@ class HardwareDevices:
 
 
 def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
-    """An actuator's device; of an isolated one the link to its process."""
+    """Device of an actuator; for an isolated one the link to its process."""
     if spec.isolated:
         return make_isolated(catalog, robot, spec)
     device: Actuator = make_hardware(catalog, robot, spec, host)
@@ -179,17 +188,17 @@ def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host
 
 
 class HardwareEpisode:
-    """One run on hardware. There is no ground truth: agents are judged by what they know.
+    """One run on hardware. Without ground truth, agents are judged by their own estimates.
 
     Args:
-        agents: The agents.
-        devices: The devices of their robots.
-        clock: Wall time; it begins at zero.
-        duration: The longest it may take [s].
+        agents: Agents of the scenario.
+        devices: Devices of their robots.
+        clock: Wall clock; it starts at zero.
+        duration: Maximum duration [s].
         period: Control period [s].
-        sink: Takes the events.
-        ended: Asked why a signal ends the run; empty while none does.
-        check: Called once per control period with the time [s]; what it raises ends the run.
+        sink: Sink for all events.
+        ended: Returns the reason of a signal that ends the run, or an empty text.
+        check: Called once per control period with the time [s]; an exception ends the run.
 
     Attributes:
         t: Time of the last control period [s].
@@ -223,7 +232,7 @@ class HardwareEpisode:
         self._stuck: set[str] = set()
 
     def run(self) -> None:
-        """Run until every agent has its outcome, the time is over, or a signal ends it."""
+        """Run until every agent has an outcome, the duration is over, or a signal ends the run."""
         clock, never, count = self._clock, threading.Event(), 0
         clock.start()
         try:
@@ -239,7 +248,7 @@ class HardwareEpisode:
                     if self._panel.over or self.t >= self._duration:
                         break
                     count = max(count + 1, int(self.t / self._period) + 1)
-        except BaseException as error:  # raised again, after the robots stopped
+        except BaseException as error:  # raised again after the robots stopped
             self._panel.abort(error, self.t)
             raise
         self._panel.finish(self.t)

@@ -1,4 +1,4 @@
-"""What a recording says of a run before it starts."""
+"""Header of a recording: description of a run before it starts."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _PACKAGES = ("mujoco", "casadi", "py-trees", "networkx", "numpy")
 
 @cache
 def versions() -> Mapping[str, str]:
-    """The versions that a run's bits depend on, by package."""
-    # Of its own version the package tells itself: a checkout that is not installed has no metadata.
+    """Versions of the packages that affect the results of a run, by package."""
+    # A checkout that is not installed has no metadata, so the own version comes from the package.
     others = {name: importlib.metadata.version(name) for name in _PACKAGES}
     return {"python": platform.python_version(), "rocs_bt": __version__, **others}
 
 
 def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
-    """What a figure needs of a scenario in which nobody acts: what stands there, and its places."""
+    """Header for a figure of a scenario without agents: static obstacles and places only."""
     return RunHeader(
         scenario=scenario.name, seed=0, outlines=outlines(world.model, world.robots), places=_places(scenario)
     )
@@ -44,14 +44,14 @@ def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
 def plain_header(
     scenario: ScenarioSpec, agents: Sequence[Agent], *, seed: int, mode: str, digest: str, simulated: bool = True
 ) -> RunHeader:
-    """Header of one run without its scenery: all that its summary needs.
+    """Header of a run without scenery; sufficient for its summary.
 
     Args:
         scenario: The scenario.
-        agents: Its agents.
+        agents: Agents of the scenario.
         seed: Seed of the episode.
         mode: `lockstep` or `threaded`.
-        digest: Hash of all content used.
+        digest: Hash of all content that the run uses.
         simulated: Whether the world is simulated.
     """
     rate = scenario.rate
@@ -76,7 +76,15 @@ def with_scenery(
     command: str,
     recalled: Mapping[str, str] = {},
 ) -> RunHeader:
-    """Header of a run with what is drawn of it: `command` makes the run again, `recalled` is what it began with."""
+    """Header of a run with the bodies, obstacles and places that figures show.
+
+    Args:
+        header: Header without scenery.
+        scenario: The scenario.
+        simulated: Simulated world of the run.
+        command: Command line that repeats the run.
+        recalled: Knowledge that agents loaded from earlier runs, as JSON, by agent.
+    """
     model = simulated.world.model
     return msgspec.structs.replace(
         header,
@@ -92,7 +100,7 @@ def with_scenery(
 
 
 def without_world(header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str, RobotSpec]) -> RunHeader:
-    """Header of a run on hardware: robots drawn as boxes, and the scenario's places; nothing is known of the world."""
+    """Header of a run on hardware: robots as boxes and the scenario's places; the world is unknown."""
     bodies = []
     for name, robot in robots.items():
         x, y = robot.length / 2.0, robot.width / 2.0
@@ -102,7 +110,14 @@ def without_world(header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str
 
 
 def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: float | None = None) -> str:
-    """What a person types to run a scenario by its name, or only its first moments [s], as it was run."""
+    """Command line that repeats a run.
+
+    Args:
+        scenario: Name of the scenario.
+        seed: Seed of the episode.
+        mode: `lockstep` or `threaded`.
+        duration: Maximum duration [s]; None for the scenario's own.
+    """
     parts = ["rocs-bt", "run", scenario, "--seed", str(seed)]
     parts += [] if mode == "lockstep" else ["--mode", mode]
     parts += [] if duration is None else ["--for", f"{duration:g}"]
@@ -110,7 +125,7 @@ def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: floa
 
 
 def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
-    """What a recording says of one agent."""
+    """Description of one agent in a recording."""
     spec = next(a for a in scenario.agents if a.name == agent.name)
     nodes = agent.plan.outline if isinstance(agent.plan, TreePlan) else ()
     return AgentInfo(
@@ -124,7 +139,7 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
 
 
 def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:
-    """An agent's signals, in the order of its snapshots."""
+    """Signals of an agent, in the order of its snapshots."""
     late = {signal.name for analyze in agent.analyzes for signal in analyze.signals()}
     table = agent.knowledge.signals
     return tuple(SignalInfo.of(table.spec(name), name in late) for name in table.names)
@@ -134,7 +149,7 @@ def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:
     children: Mapping[str, list[str]] = {node.path: [] for node in outline}
     for node in outline:
         parent = node.path.rpartition("/")[0]
-        while parent and parent not in children:  # a node's own name may hold a slash
+        while parent and parent not in children:  # a node's name may contain a slash
             parent = parent.rpartition("/")[0]
         if parent:
             children[parent].append(node.path)

@@ -1,7 +1,8 @@
-"""What a robot does when its wheels are told something: measured on an endless plane, for its robot.toml.
+"""System identification of a robot's drive on an infinite plane, for its robot.toml.
 
-The effective track is the track of the differential drive that turns as the robot does, and the pivot is the place of
-its axle (Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007).
+The effective track is the wheel separation of the ideal differential drive that turns as the robot does, and the pivot
+is the position of that drive's axle (Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS
+2007).
 """
 
 from __future__ import annotations
@@ -21,21 +22,34 @@ from ..geometry import Pose2, wrap_angle
 from .simulated_world import build_world
 
 WORLD = "plane"
-"""The world that it happens in, which the catalog finds."""
+"""Name of the world used for identification, from the catalog."""
 
 _NAME = "robot"
-_TURNS = ((-0.05, 0.05), (-0.1, 0.1), (-0.2, 0.2), (0.4, -0.4), (0.1, 0.2), (0.2, 0.15))  # of the greatest rim speed
-_CURVES = ((0.15, 0.3), (0.3, 0.15), (0.4, 0.55), (0.55, 0.4))  # of the greatest rim speed
-_SPEEDS = (0.2, 0.35, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # [m/s] to brake from
-_SETTLE, _WATCH = 2.0, 2.0  # [s] until a motion is steady; for how long it is measured
-_STEADY = 1e-3  # [m/s] by which a steady speed changes in half a second, at most
-_STANDING = 0.005  # [m/s]
-_PATIENCE = 20.0  # [s]
+_TURNS = (
+    (-0.05, 0.05),
+    (-0.1, 0.1),
+    (-0.2, 0.2),
+    (0.4, -0.4),
+    (0.1, 0.2),
+    (0.2, 0.15),
+)  # factors of the maximum wheel speed
+_CURVES = ((0.15, 0.3), (0.3, 0.15), (0.4, 0.55), (0.55, 0.4))  # factors of the maximum wheel speed
+_SPEEDS = (0.2, 0.35, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # [m/s] initial speeds of the braking tests
+_SETTLE, _WATCH = 2.0, 2.0  # [s] settling time of a motion; duration of its measurement
+_STEADY = 1e-3  # [m/s] maximum change of a steady speed in 0.5 s
+_STOPPED = 0.005  # [m/s] maximum speed that counts as stopped
+_TIMEOUT = 20.0  # [s]
 
 
 @dataclass(frozen=True)
 class Braking:
-    """From a steady speed [m/s] to standstill: how far [m] and how long [s] after the command."""
+    """Braking test from a steady speed to standstill.
+
+    Attributes:
+        speed: Initial speed [m/s].
+        distance: Distance from the stop command to standstill [m].
+        time: Time from the stop command to standstill [s].
+    """
 
     speed: float
     distance: float
@@ -44,20 +58,21 @@ class Braking:
 
 @dataclass(frozen=True)
 class Identified:
-    """What was measured of a robot.
+    """Identified parameters of a robot's drive.
 
     Attributes:
-        robot: Its name.
-        effective_track: Of the differential drive that turns as it does, from true rim speeds [m].
-        track_error: By how much a single turn strays from that, at most; a share of its turn rate.
-        slowest_turn: The least share of the commanded turn that the wheels made; what is missing they lost to the load.
-        pivot: How far ahead of the base the place lies that does not skid sideways in a curve driven forward [m]; it is
-            nearer when slower, nearer still on the spot, and backward nearly the base.
-        wheel_lag: Delay and lag of its wheels together, on a ramp at the drive's greatest acceleration [s].
-        top_speed: Straight ahead with all wheels at the greatest rim speed [m/s].
-        brake_delay, deceleration: Such that it stops within v * delay + v^2 / (2 deceleration) [s], [m/s2].
-        misfit: By how much that strays from what was measured, at most; a share of the distance.
-        braking: From a few speeds.
+        robot: Name of the robot.
+        effective_track: Effective track, from true wheel linear speeds [m].
+        track_error: Maximum deviation of a single turn from the effective track, relative to its turn rate.
+        slowest_turn: Minimum ratio of the turn that the wheels made to the commanded turn; the rest is lost to load.
+        pivot: Distance ahead of the base of the point that does not skid sideways in a forward curve [m]. It is
+            smaller at lower speed, smaller still in place, and nearly 0 in reverse.
+        wheel_lag: Total delay and lag of the wheels, on a ramp at the drive's maximum acceleration [s].
+        top_speed: Forward speed with all wheels at their maximum speed [m/s].
+        brake_delay: Delay of the braking model: stopping distance = v * delay + v^2 / (2 deceleration) [s].
+        deceleration: Deceleration of the braking model [m/s2].
+        misfit: Maximum deviation of the braking model from the measurement, relative to the distance.
+        braking: Braking tests.
     """
 
     robot: str
@@ -74,33 +89,35 @@ class Identified:
 
 
 def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
-    """Drive a robot's model on a plane and measure it; its blocks and rules are not there.
+    """Drive a robot's model on a plane, without blocks and rules, and identify its parameters.
 
     Args:
-        robot: The robot; its drive must turn by the difference of two sides.
-        catalog: Where the plane, and its own drivers, are found.
+        robot: Specification of the robot; its drive must turn by the speed difference of two sides.
+        catalog: Source of the world and of the robot's drivers.
 
     Raises:
-        InputError: It has no model, or its drive has no sides.
+        InputError: The robot has no model, or its drive does not turn by the speed difference of two sides.
     """
     drive = robot_drive(robot.drive)
     if drive.twist_from_q.shape[1] != 2:
         message = f"a '{drive.name}' drive has no effective track."
-        raise InputError(Fault(message, robot.file, hint="Only drives that turn by the difference of two sides have."))
+        raise InputError(
+            Fault(message, robot.file, hint="Only drives that turn by the speed difference of two sides have one.")
+        )
 
-    def bench() -> _Bench:
-        return _Bench(robot, drive, catalog)
+    def rig() -> _TestRig:
+        return _TestRig(robot, drive, catalog)
 
-    track, error, share = _turns(bench, drive)
-    top = bench().steady(drive.max_wheel_speed)
-    braking = tuple(_brake(bench(), speed) for speed in _SPEEDS if speed <= 0.98 * top)
+    track, error, share = _turns(rig, drive)
+    top = rig().steady(drive.max_wheel_speed)
+    braking = tuple(_brake(rig(), speed) for speed in _SPEEDS if speed <= 0.98 * top)
     delay, deceleration, misfit = _fit(braking)
-    pivot, lag = _pivot(bench, drive), _lag(bench(), drive)
+    pivot, lag = _pivot(rig, drive), _lag(rig(), drive)
     return Identified(robot.name, track, error, share, pivot, lag, top, delay, deceleration, misfit, braking)
 
 
-class _Bench:
-    """One robot alone on the plane, at rest, with the devices that it has in any run."""
+class _TestRig:
+    """A single robot at rest on the plane, with its usual devices."""
 
     def __init__(self, robot: RobotSpec, drive: Drive, catalog: Catalog) -> None:
         agent = AgentSpec(_NAME, robot.name, "", (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
@@ -110,7 +127,7 @@ class _Bench:
             file,
             "",
             WORLD,
-            _PATIENCE,
+            _TIMEOUT,
             end_on_collision=False,
             rate=rate,
             places=(),
@@ -123,40 +140,40 @@ class _Bench:
         self._every = rate.control_rate.every
         self._drive = drive
         self._wheels = simulated.actuators[_NAME][robot.drive.actuator]
-        self._rims = simulated.wheels[_NAME]
+        self._measured_speeds = simulated.wheels[_NAME]
         self.turned = 0.0
 
     @property
     def pose(self) -> Pose2:
-        """Where it truly is."""
+        """True pose of the robot, world frame."""
         return self.world.pose(_NAME)
 
     @property
     def speed(self) -> float:
-        """How fast it truly goes forward [m/s]."""
+        """True forward speed of the robot [m/s]."""
         return self.world.twist(_NAME).forward
 
     def sides(self) -> tuple[float, float]:
-        """The true rim speeds of the left and the right side [m/s]."""
-        left, right = self._drive.coordinates(np.array(self._rims())).tolist()
+        """True wheel linear speeds of the left and right side [m/s]."""
+        left, right = self._drive.coordinates(np.array(self._measured_speeds())).tolist()
         return left, right
 
     def step(self, left: float, right: float) -> None:
-        """One control period with these rim speeds [m/s]."""
+        """Drive for one control period at these wheel linear speeds of the sides [m/s]."""
         before = self.pose.yaw
         self._wheels.command((self._drive.wheels_from_q @ np.array([left, right])).tolist())
         self.world.advance(self._every)
         self.turned += wrap_angle(self.pose.yaw - before)
 
     def hold(self, left: float, right: float, duration: float) -> None:
-        """Many of them [s]."""
+        """Drive for a duration [s] at these wheel linear speeds of the sides [m/s]."""
         for _ in range(round(duration / self.period)):
             self.step(left, right)
 
     def steady(self, speed: float) -> float:
-        """Drive straight on until the speed stays; what it is then [m/s]."""
+        """Drive straight until the speed is steady; returns the speed [m/s]."""
         last = math.nan
-        for _ in range(round(_PATIENCE / 0.5)):
+        for _ in range(round(_TIMEOUT / 0.5)):
             self.hold(speed, speed, 0.5)
             if abs(self.speed - last) <= _STEADY:
                 break
@@ -164,11 +181,11 @@ class _Bench:
         return self.speed
 
 
-def _turns(bench: Callable[[], _Bench], drive: Drive) -> tuple[float, float, float]:
-    """Effective track [m], its greatest relative error over single turns, and the least share of a command made."""
+def _turns(rig: Callable[[], _TestRig], drive: Drive) -> tuple[float, float, float]:
+    """Effective track [m], its maximum relative error in a single turn, minimum ratio of made to commanded turn."""
     differences, rates, shares = [], [], []
     for left, right in np.array(_TURNS) * drive.max_wheel_speed:
-        robot = bench()
+        robot = rig()
         robot.hold(left, right, _SETTLE)
         robot.turned = 0.0
         robot.hold(left, right, _WATCH)
@@ -181,11 +198,11 @@ def _turns(bench: Callable[[], _Bench], drive: Drive) -> tuple[float, float, flo
     return track, float(np.max(np.abs(wide / track / fast - 1.0))), float(min(shares))
 
 
-def _pivot(bench: Callable[[], _Bench], drive: Drive) -> float:
-    """How far ahead of the base the place lies that does not go sideways in steady curves, at best [m]."""
+def _pivot(rig: Callable[[], _TestRig], drive: Drive) -> float:
+    """Distance ahead of the base of the point with the least lateral speed in steady curves [m]; least squares."""
     turns, skids = [], []
     for left, right in np.array(_CURVES) * drive.max_wheel_speed:
-        robot = bench()
+        robot = rig()
         robot.hold(left, right, _SETTLE)
         for _ in range(round(_WATCH / robot.period)):
             robot.step(left, right)
@@ -196,21 +213,21 @@ def _pivot(bench: Callable[[], _Bench], drive: Drive) -> float:
     return float(-(turned @ skids) / (turned @ turned))
 
 
-def _lag(robot: _Bench, drive: Drive) -> float:
-    """How much later than its command a rim gets anywhere [s], on a ramp up to half its greatest speed."""
-    top, asked, told = 0.5 * drive.max_wheel_speed, 0.0, 0.0
+def _lag(robot: _TestRig, drive: Drive) -> float:
+    """Lag of the wheel travel behind its command [s], on a ramp to half the maximum wheel speed."""
+    top, speed, commanded = 0.5 * drive.max_wheel_speed, 0.0, 0.0
     for _ in range(round((top / drive.max_wheel_acceleration + _SETTLE) / robot.period)):
-        asked = min(asked + drive.max_wheel_acceleration * robot.period, top)
-        robot.step(asked, asked)
-        told += asked * robot.period
-    sag = robot.speed / top  # a loaded wheel is a little smaller than its radius, which is no lag
-    return (told - Pose2(0.0, 0.0).distance(robot.pose) / sag) / top
+        speed = min(speed + drive.max_wheel_acceleration * robot.period, top)
+        robot.step(speed, speed)
+        commanded += speed * robot.period
+    sag = robot.speed / top  # load reduces the effective wheel radius a little, which is no lag
+    return (commanded - Pose2(0.0, 0.0).distance(robot.pose) / sag) / top
 
 
-def _brake(robot: _Bench, speed: float) -> Braking:
+def _brake(robot: _TestRig, speed: float) -> Braking:
     begun, start = robot.steady(speed), robot.pose
     time = robot.world.clock.now()
-    while abs(robot.speed) > _STANDING and robot.world.clock.now() - time < _PATIENCE:
+    while abs(robot.speed) > _STOPPED and robot.world.clock.now() - time < _TIMEOUT:
         robot.step(0.0, 0.0)
     return Braking(begun, start.distance(robot.pose), robot.world.clock.now() - time)
 

@@ -1,4 +1,4 @@
-"""Judges the agents of a run, and stopping them, however the run ends."""
+"""Judge the agents of a run, and stop them at its end."""
 
 from __future__ import annotations
 
@@ -13,40 +13,40 @@ from ..raised import describe
 from .outcome import AgentState, Judge, Verdict
 
 END = "the end of the run"
-"""Who cancels what is left when an agent's run is over."""
+"""Cause of the cancellations when an agent's run is over."""
 
 SLICE = 0.05
-"""Longest wait between two looks at whether a signal ended the run, on wall time [s]."""
+"""Maximum interval between two checks for a signal that ends the run, on wall time [s]."""
 
 
 class EpisodeAgent(AgentState, Protocol):
-    """What a run needs of an agent."""
+    """Interface of an agent that an episode steps, judges and stops."""
 
     @property
     def name(self) -> str:
-        """The agent's name, which is its robot's in the world."""
+        """Name of the agent and of its robot in the world."""
         ...
 
     def step(self, count: int) -> None:
-        """One control period in lockstep; `count` of them have passed."""
+        """Run one control period in lockstep; `count` is the number of periods before it."""
         ...
 
     def brake(self) -> None:
-        """Go to neutral for good, at once."""
+        """Send all actuators to neutral permanently."""
         ...
 
     def stop(self, by: str = ...) -> None:
-        """Go to neutral for good, and cancel everything."""
+        """Send all actuators to neutral permanently and cancel all actions."""
         ...
 
 
 class JudgePanel:
-    """The judges of a run's agents.
+    """Judges of a run's agents.
 
     Args:
-        agents: The agents.
-        judges: By agent.
-        sink: Takes the outcomes.
+        agents: Agents of the run.
+        judges: Judges by agent.
+        sink: Sink for the outcomes.
     """
 
     def __init__(self, agents: Sequence[EpisodeAgent], judges: Mapping[str, Judge], sink: EventSink) -> None:
@@ -56,15 +56,15 @@ class JudgePanel:
 
     @property
     def over(self) -> bool:
-        """Whether the outcome of every agent is decided."""
+        """Whether every agent's outcome is decided."""
         return all(judge.decided for judge in self._judges.values())
 
     def interrupt(self, why: str, *, at_once: bool) -> None:
-        """A signal or a person ends the run: stop all agents whose outcome is open.
+        """End the run early, by a signal or a person: stop all agents without an outcome.
 
         Args:
             why: Reason of the outcome.
-            at_once: Whether all brake before the first one is stopped, which may have to wait for a plan that hangs.
+            at_once: Whether all agents brake before the first is stopped; stopping may wait for a plan that hangs.
         """
         going = [agent for agent in self._agents if not self._judges[agent.name].decided]
         for agent in going:
@@ -75,11 +75,19 @@ class JudgePanel:
             agent.stop(why)
 
     def abort(self, error: BaseException, t: float) -> dict[str, Verdict]:
-        """Something raised that no agent answers for: stop and judge all agents; never raises."""
+        """Stop and judge all agents after an exception outside of the agents; never raises.
+
+        Args:
+            error: The exception.
+            t: Time [s].
+
+        Returns:
+            Verdicts by agent; empty if judging failed, too.
+        """
         known = isinstance(error, Exception)
         why = describe(error) if known else str(error) or type(error).__name__
         for agent in self._agents:
-            with suppress(Exception):  # whatever broke may be what they need
+            with suppress(Exception):  # stopping may need the part that failed
                 agent.stop(why)
         for judge in self._judges.values():
             judge.fail(f"the run broke off: {why}") if known else judge.interrupt(why)
@@ -88,7 +96,14 @@ class JudgePanel:
         return {}
 
     def finish(self, t: float) -> dict[str, Verdict]:
-        """Stop who still goes on, and give every agent its outcome at the end of the run [s]."""
+        """Stop the remaining agents and emit every agent's outcome.
+
+        Args:
+            t: Time of the end of the run [s].
+
+        Returns:
+            Verdicts by agent.
+        """
         verdicts = {}
         for agent in self._agents:
             judge = self._judges[agent.name]
@@ -109,19 +124,22 @@ class JudgePanel:
 
 
 def brake(agents: Sequence[EpisodeAgent]) -> None:
-    """Send all robots to neutral before the first agent is stopped, which may have to wait for a plan that hangs."""
+    """Send all robots to neutral. Call it before stopping the first agent, which may wait for a plan that hangs."""
     for agent in agents:
         agent.brake()
 
 
 def wait_until(clock: WallClock, deadline: float, stop: threading.Event, ended: Callable[[], str]) -> bool:
-    """Sleep until the deadline [s], or until a signal ends the run; True unless `stop` was set before.
+    """Sleep until a deadline, or until a signal ends the run.
 
     Args:
-        clock: Wall time.
-        deadline: When to wake [s].
-        stop: Wakes at once.
-        ended: Why a signal ends the run; empty while none does.
+        clock: Wall clock.
+        deadline: Time to wake [s].
+        stop: Event that ends the sleep.
+        ended: Returns the reason of a signal that ends the run, or an empty text.
+
+    Returns:
+        False if `stop` was set.
     """
     while not ended() and clock.now() < deadline:
         if not clock.wait_until(min(deadline, clock.now() + SLICE), stop):

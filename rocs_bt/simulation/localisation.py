@@ -1,9 +1,8 @@
-"""How well a robot that localises knows where it is: its own estimates beside the simulation's truth.
+"""Localisation error: pose estimates of a robot compared with the simulation's ground truth.
 
-The truth is read here and never by the mind. Consistency is the normalised estimation error squared, e' P^-1 e / 3:
-its mean is 1 for an estimate that is as sure as it should be, above for one that is too sure, below for one that is
-not sure enough. Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation
-(2001), 5.4.
+Only this metric reads the ground truth, never the agent. Consistency is the normalised estimation error squared (NEES),
+e' P^-1 e / 3. Its mean is 1 for a consistent estimate, larger for an overconfident one, smaller for an underconfident
+one. Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), 5.4.
 """
 
 from __future__ import annotations
@@ -15,42 +14,42 @@ from ..geometry import wrap_angle
 from ..record import Localisation
 
 COVARIANCE, POSE = "pose_covariance", "pose"
-"""The signals that tell of a robot that it localises, and where it thinks it is."""
+"""Signals of a robot that localises: covariance of the pose estimate, and the estimate."""
 
 
 class LocalisationError:
-    """Collects one agent's errors, an estimate at a time."""
+    """Localisation errors of one agent over a run."""
 
     def __init__(self) -> None:
-        self._truth: BodyMoved | None = None
-        self._away: list[float] = []  # [m]
-        self._aside: list[float] = []  # [rad]
+        self._ground_truth: BodyMoved | None = None
+        self._position_errors: list[float] = []  # [m]
+        self._heading_errors: list[float] = []  # [rad]
         self._consistency: list[float] = []
 
     def moved(self, event: BodyMoved) -> None:
-        """Where the robot truly is."""
-        self._truth = event
+        """Take the ground-truth pose of the robot."""
+        self._ground_truth = event
 
     def estimated(self, event: SignalsWritten) -> None:
-        """What its mind wrote; only estimates with a covariance count."""
-        if COVARIANCE not in event.signals or (truth := self._truth) is None:
+        """Take the signals of the agent; only estimates with a covariance count."""
+        if COVARIANCE not in event.signals or (truth := self._ground_truth) is None:
             return
         values = event.values
         (x, y, yaw), covariance = values[POSE], values[COVARIANCE]
         error = (x - truth.x, y - truth.y, wrap_angle(yaw - truth.yaw))
-        self._away.append(math.hypot(error[0], error[1]))
-        self._aside.append(abs(error[2]))
+        self._position_errors.append(math.hypot(error[0], error[1]))
+        self._heading_errors.append(abs(error[2]))
         self._consistency.append(_squared(error, covariance) / 3.0)
 
     def result(self) -> Localisation | None:
-        """The errors; None for a robot that does not localise."""
-        if not self._away:
+        """Error statistics of the run; None for a robot that does not localise."""
+        if not self._position_errors:
             return None
         return Localisation(
-            position_rms=_rms(self._away),
-            position_max=max(self._away),
-            heading_rms=_rms(self._aside),
-            heading_max=max(self._aside),
+            position_rms=_rms(self._position_errors),
+            position_max=max(self._position_errors),
+            heading_rms=_rms(self._heading_errors),
+            heading_max=max(self._heading_errors),
             nees=sum(self._consistency) / len(self._consistency),
         )
 
@@ -60,7 +59,12 @@ def _rms(values: list[float]) -> float:
 
 
 def _squared(error: tuple[float, float, float], covariance: list[float]) -> float:
-    """The squared error over the covariance P, e' P^-1 e, with P given by its upper half."""
+    """Squared Mahalanobis distance e' P^-1 e.
+
+    Args:
+        error: Error e: x [m], y [m], yaw [rad].
+        covariance: Upper triangle of the covariance P, row by row, 6 values.
+    """
     import numpy as np
 
     matrix = np.zeros((3, 3))

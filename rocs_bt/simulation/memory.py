@@ -1,4 +1,4 @@
-"""What agents remember of earlier runs, and where this run's knowledge is kept."""
+"""Knowledge that agents keep between runs."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from ..record import KnowledgeFile, Remembered
 
 
 class Memory:
-    """A file of knowledge between runs: loaded into the agents before the first period, and written as they go.
+    """File of knowledge between runs: loaded into the agents before the run, and written during it.
 
     Args:
-        path: The file; made where there is none. None remembers nothing, and keeps nothing.
-        agents: The agents of this run; each finds what the newest run of its name left.
+        path: Path of the file, which is created if it does not exist. None loads and writes nothing.
+        agents: Agents of this run; each loads the knowledge of the newest run of its name.
 
     Attributes:
-        recalled: What each agent found, as JSON; those that found nothing are not in it.
+        recalled: Loaded knowledge as JSON, by agent; agents without earlier knowledge are missing.
 
     Raises:
-        RecordingError: The file is none of ours, or damaged.
+        RecordingError: The file is not a knowledge journal, or is damaged.
     """
 
     def __init__(self, path: Path | None, agents: Sequence[Agent]) -> None:
@@ -53,8 +53,8 @@ class Memory:
         """Begin to write this run to the file.
 
         Args:
-            label: What people call the run.
-            patient: Whether agents may wait for the disk: in lockstep, where nobody looks at a wall clock.
+            label: Name of the run, for people.
+            patient: Whether agents may wait for the disk; only in lockstep, which does not depend on wall time.
         """
         if self._path is None:
             return
@@ -66,10 +66,10 @@ class Memory:
             self._pasts.append(past)
 
     def close(self) -> None:
-        """Write what is left.
+        """Write the remaining changes and close the file.
 
         Raises:
-            RecordingError: Something could not be written.
+            RecordingError: Writing failed.
         """
         for past in self._pasts:
             past.close()
@@ -96,7 +96,15 @@ class Memory:
 
 
 def recall(recalled: Mapping[str, str], agents: Sequence[Agent]) -> dict[str, LoadResult]:
-    """Load what each agent remembers, as JSON, into its knowledge: what it took in, by its name."""
+    """Load knowledge of earlier runs into the agents.
+
+    Args:
+        recalled: Knowledge as JSON, by agent.
+        agents: Agents of this run.
+
+    Returns:
+        LoadResult content by agent.
+    """
     loaded = {}
     for agent in agents:
         text = recalled.get(agent.name)

@@ -1,4 +1,4 @@
-"""Metrics: what summary.json says of each agent, from the event stream alone, so a recording gives the same."""
+"""Metrics of each agent in summary.json, from the event stream alone: a run and its recording give the same."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from ..record import AgentInfo, AgentResult, Finding, SolveTime, TrackingError
 from .follow_metrics import FollowMetrics
 from .localisation import LocalisationError
 
-_HELD = 0.2  # [s] for which a command counts at most: after that the watchdog stops the wheels
+_HELD = 0.2  # [s] maximum duration that a command counts; after it the watchdog stops the wheels
 _ENDED = ("SUCCEEDED", "FAILED", "CANCELLED")
 
 
 @dataclass
 class _Tally:
-    """One agent's sums so far."""
+    """Running counts and sums of one agent."""
 
     path_length: float = 0.0
     at: tuple[float, float] | None = None
@@ -53,8 +53,8 @@ class _Tally:
     refirings: int = 0
     switches: int = 0
     replans: int = 0
-    route: str = ""  # of the last command; empty while idle
-    driven_by: str = ""  # the last route that was not idle
+    route: str = ""  # route of the last command; empty if idle
+    driven_by: str = ""  # last route that was not idle
     since: float = 0.0
     times: dict[str, float] = field(default_factory=lambda: {"reactive": 0.0, "deliberative": 0.0})
     limited: Counter[str] = field(default_factory=Counter)  # by action
@@ -64,27 +64,27 @@ class _Tally:
     goals: set[str] = field(default_factory=set)
     faults: list[str] = field(default_factory=list)
     exceptions: Counter[str] = field(default_factory=Counter)
-    leash: FollowMetrics | None = None
+    following: FollowMetrics | None = None
     localisation: LocalisationError = field(default_factory=LocalisationError)
-    collision: str = ""  # the first one
-    failure: str = ""  # of the block that failed first
+    collision: str = ""  # first collision
+    failure: str = ""  # first block failure
     failed_block: str | None = None
     failed_owner: str | None = None
     judged: Judged | None = None
 
 
 class Metrics:
-    """An event sink that counts.
+    """Event sink that computes the metrics of all agents.
 
     Args:
-        agents: The agents' names.
-        simulated: Whether the world was simulated; if not, what only a simulation can measure is None.
+        agents: Names of the agents.
+        simulated: Whether the world was simulated; if not, metrics that need ground truth are None.
     """
 
     def __init__(self, agents: Iterable[str], *, simulated: bool = True) -> None:
         self._simulated = simulated
         self._tallies = {name: _Tally() for name in agents}
-        self._where: dict[str, tuple[float, float]] = {}
+        self._positions: dict[str, tuple[float, float]] = {}
         self._takes: dict[type[Event], Callable[[_Tally, Any], None]] = {
             BodyMoved: self._moved,
             Approached: _approached,
@@ -107,17 +107,17 @@ class Metrics:
         }
 
     def emit(self, event: Event) -> None:
-        """Count one event."""
+        """Process one event."""
         self.take((event,))
 
     def take(self, events: Sequence[Event]) -> None:
-        """Count many events."""
+        """Process several events."""
         takes, tallies = self._takes, self._tallies
         for event in events:
-            if (take := takes.get(type(event))) is None:  # of most kinds of events there is nothing to count
+            if (take := takes.get(type(event))) is None:  # most kinds of events are not counted
                 continue
-            if type(event) is BodyMoved:  # isinstance asks an abstract base class, which takes long
-                self._where[event.body] = event.x, event.y
+            if type(event) is BodyMoved:  # isinstance of an abstract base class is slow
+                self._positions[event.body] = event.x, event.y
             if (tally := tallies.get(event.agent)) is not None:
                 take(tally, event)
 
@@ -170,7 +170,9 @@ class Metrics:
             ),
             solve_time=SolveTime(median=quantile(tally.solve, 0.5), p99=quantile(tally.solve, 0.99)),
             localisation=tally.localisation.result() if true else None,
-            following=None if tally.leash is None else tally.leash.result(self._arrival(tally.leash.leader)),
+            following=None
+            if tally.following is None
+            else tally.following.result(self._arrival(tally.following.leader)),
             sharing=sharing,
             requirements=tuple(requirements),
         )
@@ -180,18 +182,18 @@ class Metrics:
             tally.path_length += math.hypot(event.x - tally.at[0], event.y - tally.at[1])
         tally.at = event.x, event.y
         tally.localisation.moved(event)
-        if tally.leash is not None and (leader := self._where.get(tally.leash.leader)) is not None:
-            rim = max(map(abs, unpack(event.wheels)), default=0.0)
-            tally.leash.note(event.t, self._where[event.body], leader, rim)
+        if tally.following is not None and (leader := self._positions.get(tally.following.leader)) is not None:
+            wheel_speed = max(map(abs, unpack(event.wheels)), default=0.0)
+            tally.following.note(event.t, self._positions[event.body], leader, wheel_speed)
 
     def _arrival(self, agent: str) -> float | None:
-        """When an agent reached its goal [s]; None where it did not, or is no agent."""
+        """Time at which an agent reached its goal [s]; None if it did not, or if there is no such agent."""
         tally = self._tallies.get(agent)
         return None if tally is None or tally.judged is None else tally.judged.time_to_goal
 
 
 def _cut_off(tally: _Tally, end: float) -> Judged:
-    """Outcome of an agent whose run was cut off before any was recorded: what was sure by then, else `interrupted`."""
+    """Outcome of an agent whose recording ends without one: a recorded failure or collision, else `interrupted`."""
     if tally.failure:
         return Judged(t=end, outcome="error", reason=tally.failure)
     if tally.collision:
@@ -200,7 +202,12 @@ def _cut_off(tally: _Tally, end: float) -> Judged:
 
 
 def quantile(values: Iterable[float], share: float) -> float | None:
-    """The value below which a share of the values lies, the nearest of them; None of nothing."""
+    """Quantile of values, without interpolation; None if there are no values.
+
+    Args:
+        values: The values.
+        share: Probability of the quantile, 0 to 1.
+    """
     ordered = sorted(values)
     return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else None
 
@@ -235,8 +242,8 @@ def _replanned(tally: _Tally, event: Replanned) -> None:
 
 
 def _ticket(tally: _Tally, event: TicketChanged) -> None:
-    if tally.leash is None and event.parameters.keys() >= {"leader", "distance", "safety"}:
-        tally.leash = FollowMetrics(event.parameters)
+    if tally.following is None and event.parameters.keys() >= {"leader", "distance", "safety"}:
+        tally.following = FollowMetrics(event.parameters)
     if event.state in _ENDED:
         tally.actions.setdefault(event.action, Counter())[event.state] += 1
 
@@ -276,7 +283,7 @@ def _peer_fault(tally: _Tally, event: PeerFault) -> None:
 
 
 def _expired(tally: _Tally, event: CommandExpired) -> None:
-    tally.faults.append(f"{event.t:.2f} s: no command came for {event.actuator}, which went to neutral")
+    tally.faults.append(f"{event.t:.2f} s: no command for {event.actuator} within its maximum age; it went to neutral")
 
 
 def _limited(tally: _Tally, event: CommandLimited) -> None:

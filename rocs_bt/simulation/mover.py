@@ -1,4 +1,4 @@
-"""Movers: robots that follow a script, have no mind and yield to nobody."""
+"""Movers: scripted actors, which are robots without an agent. They do not yield to other robots."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from ..units import Metres, MetresPerSecond, RadiansPerSecond, Seconds
 
 
 class Mover(ABC):
-    """A script that moves one robot.
+    """Script that drives one robot.
 
     Args:
-        name: The robot in the world.
-        world: Where it is; a script may look at the truth.
-        drive: What its wheels do.
-        wheels: The actuator that takes rim speeds.
-        rng: Its own random stream.
+        name: Name of the robot in the world.
+        world: World of the robot; a script may use ground truth.
+        drive: Kinematics of the robot's drive.
+        wheels: Actuator that takes wheel linear speeds [m/s].
+        rng: Random stream of the script.
     """
 
     def __init__(
@@ -38,38 +38,38 @@ class Mover(ABC):
         self.drive = drive
         self.wheels = wheels
         self.rng = rng
-        self._asked: Twist2 | None = None
+        self._twist: Twist2 | None = None
         self._speeds: list[float] = []
 
     @abstractmethod
     def twist(self, t: float, pose: Pose2) -> Twist2:
-        """How to move during the next control period.
+        """Twist for the next control period.
 
         Args:
-            t: The time [s].
-            pose: Where the robot is.
+            t: Time [s].
+            pose: True pose of the robot, world frame.
         """
 
     def step(self, t: float) -> None:
         """Command the wheels for one control period."""
         twist = self.twist(t, self.world.pose(self.name))
-        if twist != self._asked:
-            self._asked = twist
+        if twist != self._twist:
+            self._twist = twist
             self._speeds = self.drive.wheel_speeds(twist).tolist()
         self.wheels.command(self._speeds)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RandomWalkParameters:
-    """What random_walk takes.
+    """Parameters of random_walk.
 
     Attributes:
-        max_speed: The fastest leg [m/s].
-        min_speed: The slowest leg [m/s].
-        turn_rate: On the spot, between legs [rad/s].
-        max_bend: The most that a leg bends to a side [rad/s].
-        min_leg, max_leg: How long a leg takes [s].
-        margin: How far from walls its axle stays [m].
+        max_speed: Maximum speed of a leg [m/s].
+        min_speed: Minimum speed of a leg [m/s].
+        turn_rate: Maximum turn rate in place, between legs [rad/s].
+        max_bend: Maximum turn rate along a leg, to either side [rad/s].
+        min_leg, max_leg: Minimum and maximum duration of a leg [s].
+        margin: Minimum distance of the axle to walls [m].
     """
 
     max_speed: MetresPerSecond = 0.3
@@ -83,31 +83,35 @@ class RandomWalkParameters:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not 0.0 <= value < math.inf:
-                raise InputError(Fault(f"{name} must be finite and no less than zero, found {value:g}."))
+                raise InputError(Fault(f"{name} must be finite and at least 0, found {value:g}."))
         if not self.min_speed <= self.max_speed or not 0.0 < self.min_leg <= self.max_leg:
             raise InputError(
                 Fault(
-                    f"speeds and legs must be given as a least and a greatest one, found {self.min_speed} to "
+                    f"the minimum speed and leg must not exceed the maximum, and legs must be positive; found "
+                    f"{self.min_speed} to "
                     f"{self.max_speed} m/s and {self.min_leg} to {self.max_leg} s."
                 )
             )
 
 
 class RandomWalk(Mover):
-    """Legs of random speed, bend and length; turns on the spot between them and before walls, never for robots."""
+    """Random walk: legs of random speed, curvature and duration, with turns in place between legs and before walls.
+
+    It does not avoid robots.
+    """
 
     Parameters = RandomWalkParameters
-    _AHEAD = 0.15  # [m] in front of the axle, where it looks for walls
-    _LOOK = 0.6  # [m] along a new heading, which must be free
-    _HEADINGS = 16  # that it draws before it takes the freest
+    _AHEAD = 0.15  # [m] distance ahead of the axle at which walls are detected
+    _LOOK = 0.6  # [m] distance along a new heading at which there must be space
+    _HEADINGS = 16  # number of sampled headings; if none has enough space, the one with the most is taken
 
     def __init__(self, *args: Any, parameters: RandomWalkParameters) -> None:
         super().__init__(*args)
         self._p = parameters
-        self._heading = math.nan  # [rad] that it turns to; NaN while it drives a leg
+        self._heading = math.nan  # [rad] target of the turn; NaN during a leg
         self._until = 0.0
         self._leg = Twist2(0.0)
-        self._look_at = 0.0  # [s] until when no wall can have come too near
+        self._look_at = 0.0  # [s] earliest time at which a wall can be too near
 
     def twist(self, t: float, pose: Pose2) -> Twist2:
         if math.isnan(self._heading) and (t >= self._until or self._walled(t, pose)):
@@ -133,7 +137,7 @@ class RandomWalk(Mover):
         return spare < 0.0
 
     def _choose(self, pose: Pose2) -> float:
-        """The first random heading that leads somewhere, or else the freest of them [rad]."""
+        """First sampled heading with enough space, or else the one with the most space [rad]."""
         headings = self.rng.uniform(-math.pi, math.pi, self._HEADINGS).tolist()
         rooms = [self._room(pose, heading, self._LOOK) for heading in headings]
         for heading, room in zip(headings, rooms, strict=True):
@@ -158,10 +162,19 @@ def make_mover(
     wheels: SafetyGate,
     rng: np.random.Generator,
 ) -> Mover:
-    """A mover by its script's name.
+    """Construct a mover by the name of its script.
+
+    Args:
+        script: Name of the script, a key of `MOVERS`.
+        parameters: Parameters of the script, SI units.
+        name: Name of the robot in the world.
+        world: World of the robot.
+        drive: Kinematics of the robot's drive.
+        wheels: Actuator that takes wheel linear speeds [m/s].
+        rng: Random stream of the script.
 
     Raises:
-        InputError: No such script, or parameters that do not fit it; with every fault.
+        InputError: Unknown script, or wrong parameters; lists every fault.
     """
     if script not in MOVERS:
         raise UnknownName(unknown("mover script", script, MOVERS))

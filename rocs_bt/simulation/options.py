@@ -17,11 +17,11 @@ from .stop_signals import StopSignals
 MODES = ("lockstep", "threaded")
 
 Build = Callable[..., Any]
-"""Makes the tree, or the Plan, of a mission."""
+"""Mission function: returns the tree or the Plan of a mission."""
 
 
 class LiveView(EventSink, Protocol):
-    """Shows a run while it goes on, such as `rocs_bt.record.live.LivePage`."""
+    """Live view of a run, such as `rocs_bt.record.live.LivePage`."""
 
     def begin(self, header: RunHeader) -> None:
         """Show the start of a run."""
@@ -40,18 +40,18 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         out: Folder for summary.json, run.mcap and report.html; None writes nothing.
         report: Whether to write report.html.
         btlog: Whether to write AGENT.btlog, which Groot2 replays, for each agent whose mission is a tree.
-        missions: By agent, the `build` of a mission that replaces the scenario's.
-        prepare: Called with the world before the agents are built; it may replace devices, to break them in a test.
+        missions: Mission functions that replace the scenario's, by agent.
+        prepare: Called with the world before the agents are built; may replace devices, to inject faults in a test.
         sinks: Sinks for all events.
         progress: Called once per control period with the time [s].
-        watch_rules: Whether to read changed rule files again while the run goes on; such a run need not repeat.
+        watch_rules: Whether to reload changed rule files during the run, which then may not be repeatable.
         knowledge: File of knowledge between runs: read before the run, and written during it.
         view: Whether to show MuJoCo's viewer.
         video: File for a video of the run.
-        live: Live page of the run, already entered; the run keeps the pace of the wall clock.
-        command: Command line that makes this run again, for the report; `rocs-bt run ...` if empty.
-        signals: Signals that end the run, for a caller that evaluates them afterwards: the run then returns. None
-            gives them their usual effect, such as a KeyboardInterrupt.
+        live: Live page of the run, already entered; the run then keeps pace with the wall clock.
+        command: Command line that repeats this run, for the report; `rocs-bt run ...` if empty.
+        signals: Stop signals, for a caller that evaluates them after the run returns. If None, a signal has its usual
+            effect after the run, such as a KeyboardInterrupt.
     """
 
     seed: int = 1
@@ -74,7 +74,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
-            raise InputError(f"no mode is named '{self.mode}'. There are: {', '.join(MODES)}.")
+            raise InputError(f"unknown mode '{self.mode}'. Modes: {', '.join(MODES)}.")
 
     def refuse_simulation(self) -> None:
         """Refuse the options that need a simulated world.
@@ -84,7 +84,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         """
         given = {"prepare": self.prepare is not None, "view": self.view, "video": self.video is not None}
         if names := [name for name, is_given in given.items() if is_given]:
-            raise InputError(f"on hardware nothing is simulated, so there is no {' and no '.join(names)}.")
+            raise InputError(f"on hardware nothing is simulated: remove the option {' and '.join(names)}.")
 
 
 class RunChanges(TypedDict, total=False):

@@ -1,4 +1,4 @@
-"""How an agent did: exactly one outcome, from the simulation's truth (docs/architecture.md)."""
+"""Outcome of an agent: exactly one per run, from the simulation's ground truth (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,18 @@ from ..geometry import Pose2
 from .progress import ProgressWatch
 
 OUTCOMES = ("error", "collision", "success", "failed", "stuck", "interrupted", "timeout")
-"""All outcomes; an agent has the first one that applies."""
+"""All outcomes, by precedence: an agent has the first that applies."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """Where an agent must truly be: a place's name, position and tolerance [m]."""
+    """Goal that an agent must truly reach.
+
+    Attributes:
+        name: Name of the place.
+        pose: Pose of the place, world frame.
+        tolerance: Maximum distance [m].
+    """
 
     name: str
     pose: Pose2
@@ -26,7 +32,13 @@ class Goal:
 
 @dataclass(frozen=True)
 class Verdict:
-    """An outcome, why, and when the mission's goal was reached [s]; None if it was not."""
+    """Outcome of an agent.
+
+    Attributes:
+        outcome: One of `OUTCOMES`.
+        reason: Reason of the outcome; empty for `success`.
+        time_to_goal: Time at which the mission's goal was reached [s]; None if it was not.
+    """
 
     outcome: str
     reason: str
@@ -34,26 +46,26 @@ class Verdict:
 
 
 class AgentState(Protocol):
-    """What a judge asks an agent."""
+    """State of an agent that a judge reads."""
 
     @property
     def status(self) -> str:
-        """The mission's: RUNNING, SUCCESS or FAILURE."""
+        """Status of the mission: RUNNING, SUCCESS or FAILURE."""
         ...
 
     @property
     def reason(self) -> str:
-        """Why the mission failed; empty while it did not."""
+        """Reason of the mission's failure; empty if it has not failed."""
         ...
 
     @property
     def failure(self) -> BlockError | None:
-        """The block that failed; None while all is well."""
+        """First block failure; None if no block failed."""
         ...
 
     @property
     def reflex(self) -> str:
-        """Rule of the active reflex; empty while none is active."""
+        """Rule of the active reflex; empty if no reflex is active."""
         ...
 
     @property
@@ -62,24 +74,27 @@ class AgentState(Protocol):
         ...
 
     def reading(self, rule: str) -> str:
-        """Guard of a rule with the values of its last firing."""
+        """Guard values of a rule's last firing."""
         ...
 
 
 class Judge:
-    """Watches one agent, a control period at a time.
+    """Judge of one agent, updated once per control period.
 
     Args:
-        goal: The scenario's goal check; None where the mission's word is enough.
-        at_end: Whether the goal check counts when the run ends, whatever the mission says: for one that never ends.
-        after: Goals to be reached before, each with its deadline [s]; a missed deadline is a `timeout`.
-        end_on_collision: Whether a collision decides at once.
-        end_on_stuck: Whether no progress decides at once; if not, it does only if it lasts until the end of the run.
+        goal: Goal of the scenario; None if the status of the mission is sufficient.
+        at_end: Whether the goal is checked at the end of the run, whatever the mission's status; for missions that
+            never end.
+        after: Goals to reach before, each with its deadline [s]; a missed deadline is a `timeout`.
+        end_on_collision: Whether a collision decides the outcome immediately.
+        end_on_stuck: Whether a lack of progress decides the outcome immediately; if not, it counts only if it lasts
+            until the end of the run.
 
     Attributes:
-        stuck: Why the robot is stuck now; empty while it is not.
-        stuck_rule: Rule whose reflexes held it longest; empty if there is none.
-        decided: Whether nothing that may still come can matter.
+        stuck: Reason that the robot is stuck now; empty if it is not.
+        stuck_rule: Rule whose reflexes held the robot longest; empty if there is none.
+        time_to_goal: Time at which the goal was reached [s]; None before.
+        decided: Whether the outcome is final.
     """
 
     def __init__(
@@ -108,14 +123,14 @@ class Judge:
     def update(
         self, t: float, pose: Pose2, agent: AgentState, *, commanded: bool, collisions: Sequence[str] = ()
     ) -> bool:
-        """Look at one control period.
+        """Process one control period.
 
         Args:
-            t: The time [s].
-            pose: Where the robot truly is.
-            agent: Its agent.
-            commanded: Whether it is asked to move.
-            collisions: What it ran into since the last time.
+            t: Time [s].
+            pose: True pose of the robot, world frame.
+            agent: State of the agent.
+            commanded: Whether the robot is commanded to move.
+            collisions: Names of the obstacles that the robot ran into since the last update.
 
         Returns:
             Whether the outcome is decided.
@@ -138,28 +153,33 @@ class Judge:
         return self.decided
 
     def look_for_failure(self, agent: AgentState) -> None:
-        """A failed block or actuator is an `error`, also one that fails when the robot is stopped at its end."""
+        """Record the failure of a block or actuator as an `error`, also a failure during the final stop."""
         if agent.failure is not None:
             self._note("error", str(agent.failure), decides=True)
 
     def move_goal(self, name: str, pose: Pose2) -> None:
-        """From now on the goal of that name is elsewhere; nothing changes for a judge of another one."""
+        """Move the goal of this name; a judge without such a goal ignores the call.
+
+        Args:
+            name: Name of the goal.
+            pose: New pose, world frame.
+        """
         if self._goal is not None and self._goal.name == name:
             self._goal = replace(self._goal, pose=pose)
         self._after = [(replace(g, pose=pose) if g.name == name else g, by) for g, by in self._after]
 
     def fail(self, reason: str) -> None:
-        """End the run as an `error` that no block of the agent answers for; a decided outcome stays."""
+        """End the run as an `error` outside of the agent's blocks; a decided outcome remains."""
         if not self.decided:
             self._note("error", reason, decides=True)
 
     def interrupt(self, reason: str) -> None:
-        """End the run early, as a signal or a person does; a decided outcome stays."""
+        """End the run early, by a signal or a person; a decided outcome remains."""
         if not self.decided:
             self._note("interrupted", reason, decides=True)
 
     def verdict(self) -> Verdict:
-        """The outcome as things stand."""
+        """Outcome at the present time."""
         found = {"stuck": self.stuck, **self._found} if self.stuck else self._found
         for outcome in OUTCOMES:
             if outcome in found:
@@ -177,14 +197,14 @@ class Judge:
         self.decided = self.decided or decides
 
     def _visit(self, t: float, pose: Pose2) -> None:
-        """Strike off the goals that are reached; a missed deadline decides."""
+        """Remove the reached goals from those to reach before; a missed deadline decides the outcome."""
         self._after = [(goal, by) for goal, by in self._after if pose.distance(goal.pose) > goal.tolerance]
         for goal, by in self._after:
             if t > by:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
     def _watch_progress(self, t: float, pose: Pose2, agent: AgentState, commanded: bool) -> None:
-        """Decide where the robot makes no progress; it needs none where only its place at the end counts."""
+        """Check the progress; a robot that is judged at the end needs none at its goal."""
         arrived = self._at_end and not self._after and self._at_goal
         watch, held = self._progress, agent.held and not arrived
         stuck = watch.update(t, pose, commanded=commanded and not arrived, reflex=agent.reflex, held=held)
@@ -196,10 +216,10 @@ class Judge:
         if self._goal is None:
             return f"the mission is still {self._mission}"
         if self._after:
-            return f"it never was at {', '.join(repr(goal.name) for goal, _ in self._after)}"
-        where = f"{self._distance:.2f} m from '{self._goal.name}'"
+            return f"it never reached {', '.join(repr(goal.name) for goal, _ in self._after)}"
+        away = f"{self._distance:.2f} m from '{self._goal.name}'"
         if self._at_end and self.time_to_goal is not None:
-            return f"it came to '{self._goal.name}' at {self.time_to_goal:.1f} s, but at the end it is {where}"
+            return f"it reached '{self._goal.name}' at {self.time_to_goal:.1f} s, but at the end it is {away}"
         if self._mission == "SUCCESS":
-            return f"the mission says SUCCESS, but it is {where}, whose tolerance is {self._goal.tolerance:g} m"
-        return f"the mission is still {self._mission}, {where}"
+            return f"the mission returned SUCCESS, but it is {away} (tolerance {self._goal.tolerance:g} m)"
+        return f"the mission is still {self._mission}, {away}"

@@ -1,4 +1,4 @@
-"""Holding a simulation back to the pace of the wall clock, so that a person can follow it."""
+"""Real-time pacing of a simulation, so that a person can watch it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from ..clock import WallClock
 
 
 class Pace:
-    """Called once a control period with the time [s]: waits until as much has passed on the wall. Time begins now."""
+    """Observer, called once per control period with the simulated time [s]; waits until the wall clock reaches it.
+
+    The wall clock starts at zero when the object is constructed.
+    """
 
     def __init__(self) -> None:
         self._clock = WallClock()

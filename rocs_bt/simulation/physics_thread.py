@@ -1,4 +1,4 @@
-"""Physics at the pace of the wall clock, in a thread of its own."""
+"""Real-time physics in a separate thread."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from ..clock import WallClock
 from ..drivers.mujoco import MujocoWorld
 from ..errors import BlockError
 
-_FORGIVE = 0.25  # [s] of delay after which lost time is given up rather than caught up
+_FORGIVE = 0.25  # [s] delay above which lost time is skipped, not caught up
 
 
 def run_physics(world: MujocoWorld, clock: WallClock, stop: threading.Event) -> float:
     """Advance a world step by step in real time until `stop` is set.
 
-    Steps that are late are caught up, so that the world stays with the clock; after a long delay, such as a
-    suspended process, the lost time is given up instead of being driven in a burst.
+    Late steps are caught up, so that the world stays in step with the clock. After a delay of more than 0.25 s, such as
+    a suspended process, the lost time is skipped instead of driven in a burst.
 
     Args:
-        world: Composed on the same clock.
-        clock: Wall time.
-        stop: Ends it.
+        world: World on the same clock.
+        clock: Wall clock.
+        stop: Event that ends the loop.
 
     Returns:
-        The furthest that it fell behind [s].
+        Maximum delay behind the clock [s].
     """
     due, worst = clock.now(), 0.0
     while clock.wait_until(due, stop):
@@ -35,10 +35,10 @@ def run_physics(world: MujocoWorld, clock: WallClock, stop: threading.Event) -> 
 
 
 class PhysicsThread:
-    """Runs `run_physics` while its context is open; sets `stop` when that fails.
+    """Runs `run_physics` in a thread while its context is open; sets `stop` if it fails.
 
     Attributes:
-        worst: The furthest that physics fell behind [s]; known when the context is left.
+        worst: Maximum delay of physics behind the clock [s]; valid after the context is left.
     """
 
     def __init__(self, world: MujocoWorld, clock: WallClock, stop: threading.Event) -> None:
@@ -58,10 +58,10 @@ class PhysicsThread:
         self._thread.join()
 
     def raise_failure(self) -> None:
-        """Tell that physics failed.
+        """Raise the failure of physics, if there was one.
 
         Raises:
-            BlockError: It did.
+            BlockError: Physics failed.
         """
         if self._failure is not None:
             raise BlockError("physics", "raised", str(self._failure)) from self._failure
@@ -69,6 +69,6 @@ class PhysicsThread:
     def _run(self) -> None:
         try:
             self.worst = run_physics(self._world, self._clock, self._stop)
-        except Exception as error:  # noqa: BLE001 - the thread's boundary: kept, and raised by who waits for it
+        except Exception as error:  # noqa: BLE001 - thread boundary: `raise_failure` raises it
             self._failure = error
             self._stop.set()

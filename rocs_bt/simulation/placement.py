@@ -1,4 +1,4 @@
-"""Where robots start: the scenario's poses, moved by the seed, with nobody inside of anything."""
+"""Start poses of robots: the scenario's poses with random offsets by seed, free of collisions."""
 
 from __future__ import annotations
 
@@ -13,64 +13,64 @@ from ..errors import Fault, InputError
 from ..geometry import Pose2, wrap_angle
 from .random_streams import START, stream
 
-_DRAWS = 20  # until a start is called impossible
+_SAMPLES = 20  # sampled poses until a start counts as impossible
 
 
 class Start(Protocol):
-    """What placement needs of an agent or a mover of a scenario."""
+    """Start of an agent or mover of a scenario."""
 
     @property
     def name(self) -> str:
-        """The robot's name in the world."""
+        """Name of the robot in the world."""
         ...
 
     @property
     def pose(self) -> Pose2:
-        """Where it starts, before the seed moves it."""
+        """Nominal start pose, world frame."""
         ...
 
     @property
     def line(self) -> int:
-        """Where it stands in the scenario's file."""
+        """Line in the scenario's file, for messages."""
         ...
 
     @property
     def jitter(self) -> Pose2:
-        """Half-widths of the uniform draw."""
+        """Half-widths of the uniform distribution of the start pose: x, y [m], yaw [rad]."""
         ...
 
 
 def place_all(world: MujocoWorld, starts: Sequence[Start], scenario: str, seed: int) -> dict[str, Pose2]:
-    """Put every robot at its start, drawn anew while it is inside of something.
+    """Place every robot at a sampled start pose; poses in collision are sampled again.
 
     Args:
-        world: The world; all its robots are placed.
-        starts: Where they start.
-        scenario: Name of the scenario, which keys the draws.
-        seed: The episode's seed.
+        world: World of the robots.
+        starts: Starts of all robots in the world.
+        scenario: Name of the scenario, a key of the random streams.
+        seed: Seed of the episode.
 
     Returns:
-        The poses by robot.
+        Start poses by robot, world frame.
 
     Raises:
-        InputError: A robot cannot be at its start: it is outside of the world, or inside of something; for each one.
+        InputError: A start is outside of the world or in collision; lists every such start.
     """
     poses, faults = {}, [fault for start in starts if (fault := _outside(world, start)) is not None]
     if faults:
         raise InputError(*faults)
-    # Out of each other's way first: those that are not placed yet must not block those that are.
+    # Move all robots far away first, so that robots without a pose yet do not block others.
     for i, start in enumerate(starts):
         world.place(start.name, Pose2(1e4 + 10.0 * i, 1e4))
     for start in starts:
         rng = stream(scenario, seed, start.name, START)
-        for _ in range(_DRAWS):
+        for _ in range(_SAMPLES):
             pose = jittered(start.pose, start.jitter, rng)
             world.place(start.name, pose)
-            distance, thing = world.clearance(start.name, limit=1e-6)
-            if not thing:
+            distance, obstacle = world.clearance(start.name, limit=1e-6)
+            if not obstacle:
                 break
         else:
-            faults.append(_inside(start, pose, distance, thing))
+            faults.append(_inside(start, pose, distance, obstacle))
         poses[start.name] = pose
     if faults:
         raise InputError(*faults)
@@ -78,13 +78,13 @@ def place_all(world: MujocoWorld, starts: Sequence[Start], scenario: str, seed: 
 
 
 def jittered(pose: Pose2, jitter: Pose2, rng: np.random.Generator) -> Pose2:
-    """The pose, moved by three uniform draws within the half-widths of `jitter`."""
+    """Sample a pose from the uniform distribution around `pose` with the half-widths `jitter`."""
     x, y, yaw = rng.uniform(-1.0, 1.0, 3).tolist()
     return Pose2(pose.x + x * jitter.x, pose.y + y * jitter.y, wrap_angle(pose.yaw + yaw * jitter.yaw))
 
 
 def _outside(world: MujocoWorld, start: Start) -> Fault | None:
-    """The fault of a start beyond all that is in the world and cannot move; None for none."""
+    """Fault of a start outside of the bounding box of the static world; None if it is inside."""
     left, low, right, high = world.bounds()
     if left <= start.pose.x <= right and low <= start.pose.y <= high:
         return None
@@ -96,10 +96,10 @@ def _outside(world: MujocoWorld, start: Start) -> Fault | None:
     )
 
 
-def _inside(start: Start, pose: Pose2, distance: float, thing: str) -> Fault:
+def _inside(start: Start, pose: Pose2, distance: float, obstacle: str) -> Fault:
     return Fault(
         f"{start.name} cannot start at x = {pose.x:.2f} m, y = {pose.y:.2f} m, yaw = {math.degrees(pose.yaw):.0f} deg: "
-        f"its hull would be {max(-distance, 0.0):.2f} m inside '{thing}'.",
+        f"its hull would be {max(-distance, 0.0):.2f} m inside '{obstacle}'.",
         line=start.line,
-        hint="Move its start, or make its jitter smaller.",
+        hint="Move its start, or reduce its jitter.",
     )

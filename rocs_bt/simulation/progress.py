@@ -13,14 +13,14 @@ PROGRESS = 0.05
 PATIENCE = 15.0
 """Time without progress after which a robot is stuck [s]; only time in which it tries to move counts."""
 
-_SLACK = 1e-9  # [s] by which a sum of periods may miss a time
+_SLACK = 1e-9  # [s] rounding tolerance of summed periods
 
 
 class ProgressWatch:
-    """Clock of the time without progress, started anew at each step of `PROGRESS`.
+    """Timer of the time without progress, reset whenever the robot has moved by `PROGRESS`.
 
-    It runs while the robot is commanded to move, and while a reflex holds an action of the plan. It does not run while
-    the plan waits of its own accord, whatever a reflex does then.
+    It runs while the robot is commanded to move, or while a reflex holds an action of the plan. It does not run while
+    the plan itself waits, even if a reflex is active.
     """
 
     def __init__(self) -> None:
@@ -30,11 +30,11 @@ class ProgressWatch:
         self._rules: dict[str, float] = {}  # [s] by the active rule
 
     def update(self, t: float, pose: Pose2, *, commanded: bool, reflex: str, held: bool) -> bool:
-        """Take note of one control period.
+        """Process one control period.
 
         Args:
             t: Time [s].
-            pose: Pose of the robot, world frame; NaN if it is not known.
+            pose: Pose of the robot, world frame; NaN if unknown.
             commanded: Whether the robot is commanded to move.
             reflex: Rule of the active reflex; empty if none is active.
             held: Whether an action of the plan waits for the end of that reflex.
@@ -43,7 +43,7 @@ class ProgressWatch:
             True if the robot is stuck.
         """
         passed, self._last = 0.0 if self._last is None else t - self._last, t
-        if not math.isfinite(pose.x):  # on hardware it may be lost: nothing is known of its progress
+        if not math.isfinite(pose.x):  # on hardware the pose may be unknown, and so is the progress
             return False
         if self._anchor is None or pose.distance(self._anchor) >= PROGRESS:
             self._anchor, self._trying = pose, 0.0
@@ -60,11 +60,11 @@ class ProgressWatch:
         return max(self._rules, key=self._rules.__getitem__, default="")
 
     def reason(self, pose: Pose2, reading: Callable[[str], str]) -> str:
-        """Why the robot counts as stuck, with the place and the rule.
+        """Reason that the robot counts as stuck, with its position and the rule.
 
         Args:
             pose: Pose of the robot, world frame.
-            reading: Guard of a rule with its last values, by the rule's name.
+            reading: Guard values of a rule's last firing, by the rule's name.
         """
         where = f"it moved less than {PROGRESS} m in {PATIENCE:g} s near x = {pose.x:.2f} m, y = {pose.y:.2f} m"
         if not (rule := self.rule):

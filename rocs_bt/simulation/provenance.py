@@ -14,36 +14,36 @@ from ..plan import Act
 from ..reactive import RuleModel
 
 _ENGINE = __package__.partition(".")[0]
-_MAKERS = ("actions", "analyze", "control", "monitor")  # whose objects make others only once the robot drives
+_MAKERS = ("actions", "analyze", "control", "monitor")  # packages whose objects construct others while driving
 _MADE = ("actions", "control")
 
 
 def used_classes(agent: Agent, foreign: Sequence[object], actions: Mapping[str, type[Action]]) -> tuple[type, ...]:
-    """The engine's classes that an agent is made of, devices included, sorted by their names.
+    """Engine classes that an agent consists of, including devices, sorted by name.
 
-    Everything that can be reached from the agent counts, and the actions that its mission's leaves and its rules name.
-    So do the actions and the numerics that these, and its blocks, take in: what they decompose into, and the paths,
-    references and filters that they make once the robot drives. What holds values only (frozen dataclasses, tuples,
-    enums) does not, nor do private classes; the bases of what counts do.
+    Classes count if their objects are reachable from the agent, or if its mission's leaves or its rules name them as
+    actions. Actions and classes of `control` that the modules of these classes import count, too: decomposed actions,
+    and paths, references and filters that are constructed while driving. Value types (frozen dataclasses, tuples,
+    enums) and private classes do not count; base classes do.
 
     Args:
         agent: A built agent; it need not have run.
-        foreign: What it holds and shares with others: the world, its clock, the sink.
-        actions: Its action table.
+        foreign: Objects that the agent shares with others, which are not followed: the world, its clock, the sink.
+        actions: Actions of the agent, by name.
     """
-    things = list(_reachable(agent, foreign))
-    found = set(_with_taken_in({type(thing) for thing in things} | set(_asked_for(things, actions))))
+    objects = list(_reachable(agent, foreign))
+    found = set(_with_imported({type(each) for each in objects} | set(_named_actions(objects, actions))))
     bases = {base for cls in found for base in cls.__mro__}
     return tuple(sorted(filter(is_counted, bases), key=lambda cls: (cls.__module__, cls.__qualname__)))
 
 
 def package_of(cls: type) -> str:
-    """The engine's folder in which a class stands, such as `monitor`; the module's name for those at its root."""
+    """Subpackage of an engine class, such as `monitor`; the module's name for a class at the root of the engine."""
     return cls.__module__.split(".")[1]
 
 
 def is_counted(cls: type) -> bool:
-    """Whether a class is the engine's, nobody's private one, and holds more than values."""
+    """Whether a class belongs to the engine, is public and is no value type."""
     if cls.__module__.partition(".")[0] != _ENGINE or cls.__name__.startswith("_"):
         return False
     parameters = getattr(cls, "__dataclass_params__", None)
@@ -51,31 +51,31 @@ def is_counted(cls: type) -> bool:
 
 
 def _reachable(root: object, foreign: Sequence[object]) -> Iterator[object]:
-    """Every object that hangs on another; functions stand for what they have bound, not for their module."""
+    """Every object that is reachable from another; of functions only closures and defaults, not their module."""
     seen, open_ = set(map(id, foreign)), [root]
     while open_:
-        thing = open_.pop()
-        if id(thing) in seen or isinstance(thing, (type, types.ModuleType, types.CodeType)):
+        each = open_.pop()
+        if id(each) in seen or isinstance(each, (type, types.ModuleType, types.CodeType)):
             continue
-        seen.add(id(thing))
-        yield thing
-        if isinstance(thing, types.FunctionType):
-            open_ += [*(thing.__closure__ or ()), *(thing.__defaults__ or ())]
+        seen.add(id(each))
+        yield each
+        if isinstance(each, types.FunctionType):
+            open_ += [*(each.__closure__ or ()), *(each.__defaults__ or ())]
         else:
-            open_ += gc.get_referents(thing)
+            open_ += gc.get_referents(each)
 
 
-def _asked_for(things: Iterable[object], actions: Mapping[str, type[Action]]) -> Iterator[type[Action]]:
-    """The actions that leaves and rules ask for."""
-    for thing in things:
-        if isinstance(thing, Act):
-            yield type(thing.make())
-        elif isinstance(thing, RuleModel):
-            yield from (actions[rule.action] for rule in thing.rules.rules)
+def _named_actions(objects: Iterable[object], actions: Mapping[str, type[Action]]) -> Iterator[type[Action]]:
+    """Actions that leaves and rules name."""
+    for each in objects:
+        if isinstance(each, Act):
+            yield type(each.make())
+        elif isinstance(each, RuleModel):
+            yield from (actions[rule.action] for rule in each.rules.rules)
 
 
-def _with_taken_in(classes: Iterable[type]) -> Iterator[type]:
-    """Classes, and the actions and numerics that their modules take in, and so on."""
+def _with_imported(classes: Iterable[type]) -> Iterator[type]:
+    """Classes, and the classes of `_MADE` that their modules import, recursively."""
     seen: set[type] = set()
     open_ = list(classes)
     while open_:
@@ -89,6 +89,6 @@ def _with_taken_in(classes: Iterable[type]) -> Iterator[type]:
             open_ += [value for value in known if isinstance(value, type) and _is_of(value, _MADE)]
 
 
-def _is_of(cls: type, rooms: Sequence[str]) -> bool:
-    """Whether a class is the engine's, and of one of its folders."""
-    return cls.__module__.startswith(f"{_ENGINE}.") and package_of(cls) in rooms
+def _is_of(cls: type, packages: Sequence[str]) -> bool:
+    """Whether a class belongs to one of these subpackages of the engine."""
+    return cls.__module__.startswith(f"{_ENGINE}.") and package_of(cls) in packages

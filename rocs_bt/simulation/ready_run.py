@@ -1,4 +1,4 @@
-"""A scenario that is ready to be played: its world, its agents, and where their events go."""
+"""Set-up of a simulated run: world, agents and event sink of a scenario, ready to run."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from .summary import Unrecorded
 
 
 class Relay:
-    """A sink whose target is known only after those that emit into it have been built; it keeps what came before."""
+    """Sink whose target is set later; it buffers earlier events."""
 
     def __init__(self) -> None:
         self._early: list[Event] = []
         self.emit: Callable[[Event], None] = self._early.append
 
     def open(self, target: EventSink) -> None:
-        """Hand over what came so far, and from now on everything at once."""
+        """Forward the buffered events, and from now on every event directly."""
         for event in self._early:
             target.emit(event)
         self.emit = target.emit
@@ -41,16 +41,16 @@ class Relay:
 
 @dataclass(frozen=True)
 class ReadyRun:
-    """A scenario that is ready to be played.
+    """Scenario that is ready to run.
 
     Attributes:
         spec: The scenario.
-        simulated: Its world.
-        agents: Its agents.
+        simulated: World of the scenario.
+        agents: Agents of the scenario.
         header: Header of the run, without scenery.
-        relay: Takes the events of all of them.
-        rules: Looks after the rule files that may change.
-        clock: Wall time in threaded mode; None in lockstep.
+        relay: Sink for the events of world and agents.
+        rules: Watcher of the rule files that are reloaded on change.
+        clock: Wall clock in threaded mode; None in lockstep.
     """
 
     spec: ScenarioSpec
@@ -62,7 +62,13 @@ class ReadyRun:
     clock: WallClock | None
 
     def episode(self, duration: float | None, watch: Callable[[float], bool], ended: Callable[[], str]) -> Episode:
-        """The episode, at most `duration` long [s], or as long as the scenario says."""
+        """The episode.
+
+        Args:
+            duration: Maximum duration [s]; None for the scenario's own.
+            watch: Observer, called once per control period with the time [s]; False ends the run.
+            ended: Returns the reason of a signal that ends the run, or an empty text.
+        """
         return Episode(
             self.simulated,
             self.agents,
@@ -70,13 +76,13 @@ class ReadyRun:
             control=self.spec.rate.control_rate,
             duration=self.spec.duration if duration is None else duration,
             sink=self.relay,
-            # In threaded mode nobody's control waits for a file: rule files have a thread.
+            # In threaded mode a thread watches the rule files, so that control never waits for a file.
             watch=watch if self.clock is not None else self.rules.before(watch),
             ended=ended,
         )
 
     def play(self, episode: Episode, sink: EventSink) -> None:
-        """Play the episode; all events go to the sink."""
+        """Run the episode; all events go to the sink."""
         if (clock := self.clock) is None:
             self.relay.open(sink)
             episode.run()
@@ -86,7 +92,7 @@ class ReadyRun:
             episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in self.agents])
 
     def summary(self, record: RunRecord, episode: Episode, memory: Memory) -> Summary:
-        """The summary after the episode, also where that broke off."""
+        """Summary after the episode, also if it raised."""
         result, sharing, knowledge = episode.result, sharing_counts(self.agents), memory.summary()
         if result is None:
             return record.summary(self.simulated.clock.now(), Unrecorded(sharing=sharing, knowledge=knowledge))
@@ -95,10 +101,10 @@ class ReadyRun:
 
 
 def set_up(spec: ScenarioSpec, catalog: Catalog, options: RunOptions) -> ReadyRun:
-    """Set a scenario up: world, agents, header.
+    """Build the world, the agents and the header of a scenario.
 
     Raises:
-        InputError: Something in the content is wrong.
+        InputError: The content is invalid.
     """
     relay, clock = Relay(), WallClock(running=False) if options.mode == "threaded" else None
     simulated = build_world(spec, catalog, options.seed, relay, clock=clock)
@@ -124,17 +130,17 @@ def simulated_agents(
     missions: Mapping[str, Build] | None = None,
     seed: int = 0,
 ) -> list[Agent]:
-    """The agents of a scenario in its simulated world."""
+    """Build the agents of a scenario in its simulated world."""
     devices = {agent.name: simulated.devices(agent.name) for agent in spec.agents}
     runtime = Runtime(simulated.clock, sink, time.perf_counter)
     return build_agents(spec, catalog, devices, runtime, seed=seed, missions=missions)
 
 
 def refuse_requirements(spec: ScenarioSpec, agents: Sequence[AgentInfo]) -> None:
-    """Refuse requirements that do not fit their agents.
+    """Check that the scenario's requirements fit their agents.
 
     Raises:
-        InputError: One does not, with every fault.
+        InputError: A requirement does not fit; lists every fault.
     """
     faults = [f for info in agents for f in requirement_faults(spec, info.name, environment_of(info, truth=True))]
     if faults:

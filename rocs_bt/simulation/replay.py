@@ -1,4 +1,4 @@
-"""Replay: the recorded sensors to the same mind, which must reach the same decisions (docs/architecture.md)."""
+"""Replay: run the agents again on recorded sensor data; they must make the same decisions (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .fact_schedule import fact_schedules
 from .memory import recall
 from .options import Build
 
-_NOT_THE_MINDS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired, RulesReplaced)
+_NOT_OF_AGENTS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired, RulesReplaced)
 
 
 def replay(
@@ -28,26 +28,27 @@ def replay(
     agent: str | None = None,
     missions: Mapping[str, Build] | None = None,
 ) -> Divergence | None:
-    """Feed a recording's sensors to the minds of its scenario, and compare what they do with what was recorded.
+    """Run the agents of a recorded scenario on the recorded sensor data, and compare their events with the recording.
 
     Args:
-        recording: Of a lockstep run; one that was cut off is compared as far as it goes.
-        catalog: Where the scenario is found; the project around the current folder by default.
-        agent: Compare this agent alone.
-        missions: By agent, the mission's `build` that was played instead of the scenario's.
+        recording: Recording of a lockstep run; a truncated one is compared up to its end.
+        catalog: Source of the scenario; the project around the current folder by default.
+        agent: Name of the only agent to compare; None compares all.
+        missions: Mission functions that replaced the scenario's in the run, by agent.
 
     Returns:
-        The first difference; None when every decision is the same, byte for byte but for wall-time fields.
+        The first difference; None if all events are equal, byte by byte except for wall-time fields.
 
     Raises:
-        RecordingError: The run was threaded, or the content is not the one that was recorded.
-        InputError: The scenario is not found, or does not load.
+        RecordingError: The run cannot be repeated: threaded mode, changed content, rules replaced during the run, or
+            measured planning latency.
+        InputError: The scenario or the agent does not exist, or the scenario does not load.
     """
     header = recording.header
     if header.mode != "lockstep":
         raise RecordingError(
-            f"'{recording.path}' was recorded in {header.mode} mode, whose decisions depend on wall time and do not "
-            "repeat. Record it in lockstep mode, or ask it with --why."
+            f"'{recording.path}' was recorded in {header.mode} mode, whose decisions depend on wall time and are not "
+            "repeatable. Record it in lockstep mode, or query it with --why."
         )
     names = [a.name for a in header.agents]
     if agent is not None and agent not in names:
@@ -56,21 +57,21 @@ def replay(
     if changed := [e for e in recorded if isinstance(e, RulesReplaced) and e.accepted]:
         raise RecordingError(
             f"the rules '{changed[0].rules}' were replaced at {changed[0].t:.2f} s, while '{recording.path}' was "
-            "recorded, so it cannot be repeated. Record it without --watch-rules, or ask it with --why."
+            "recorded, so it is not repeatable. Record it without --watch-rules, or query it with --why."
         )
     catalog = catalog or Catalog.here()
     scenario = _scenario(header.scenario, catalog)
     if catalog.digest(scenario) != header.content_hash:
         raise RecordingError(
             f"the content of '{header.scenario}' has changed since '{recording.path}' was recorded (content_hash "
-            f"{header.content_hash[:12]}). Check out the version that was recorded, or run the scenario again."
+            f"{header.content_hash[:12]}). Check out the recorded version, or run the scenario again."
         )
     if measured := [a.name for a in scenario.agents if a.latency is None]:
         raise RecordingError(
-            f"the latency of {measured[0]}'s planner was measured while '{recording.path}' was recorded, so it cannot "
-            'be repeated. Declare it, as latency = "0.05 s", or ask it with --why.'
+            f"the latency of {measured[0]}'s planner was measured while '{recording.path}' was recorded, so the run is "
+            'not repeatable. Declare it, as in latency = "0.05 s", or query the recording with --why.'
         )
-    recorded = [e for e in recorded if not isinstance(e, _NOT_THE_MINDS)]
+    recorded = [e for e in recorded if not isinstance(e, _NOT_OF_AGENTS)]
     found = _decide(scenario, catalog, header, recorded, missions)
     if agent is not None:
         recorded, found = ([e for e in events if e.agent == agent] for events in (recorded, found))
@@ -81,7 +82,7 @@ def _scenario(name: str, catalog: Catalog) -> ScenarioSpec:
     try:
         catalog.find("scenario", name)
     except UnknownName as error:
-        hint = "Replay a run in the folder of the project that it was recorded in."
+        hint = "Replay a run in the project folder in which it was recorded."
         raise UnknownName(*(replace_fault(f, hint=f"{f.hint} {hint}") for f in error.faults)) from error
     return catalog.load_scenario(name)
 
@@ -93,26 +94,26 @@ def _decide(
     recorded: Sequence[Event],
     missions: Mapping[str, Build] | None,
 ) -> list[Event]:
-    """What the scenario's minds do when their sensors say what they said."""
+    """Events of the scenario's agents on recorded sensor data."""
     control, sink = scenario.rate.control_rate, ListSink()
     clock = SimulatedClock(scenario.rate.physics)
     devices = {
         a.name: _devices(scenario, catalog.load_robot(a.robot), a.name, recorded, clock, sink) for a in scenario.agents
     }
-    minds = build_agents(scenario, catalog, devices, Runtime(clock, sink), seed=header.seed, missions=missions)
-    recall(header.recalled, minds)
-    news = fact_schedules(scenario, minds)
+    agents = build_agents(scenario, catalog, devices, Runtime(clock, sink), seed=header.seed, missions=missions)
+    recall(header.recalled, agents)
+    schedules = fact_schedules(scenario, agents)
     stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}
     last = round(recorded[-1].t / control.period) if recorded else -1
     for count in range(last + 1):
-        for mind in minds:
-            if (stop := stops.get(mind.name)) and count >= round(stop.t / control.period):
-                mind.stop(stop.by)
-        for mind in minds:
-            if not mind.stopped:
-                mind.step(count)
-        for told in news:
-            told.step(clock.now())
+        for agent in agents:
+            if (stop := stops.get(agent.name)) and count >= round(stop.t / control.period):
+                agent.stop(stop.by)
+        for agent in agents:
+            if not agent.stopped:
+                agent.step(count)
+        for schedule in schedules:
+            schedule.step(clock.now())
         clock.advance(control.every)
     return sink.events
 
@@ -125,7 +126,7 @@ def _devices(
     clock: SimulatedClock,
     sink: EventSink,
 ) -> RobotDevices:
-    """The devices of one agent: sensors that give what was recorded, actuators that move nothing."""
+    """Devices of one agent: sensors that replay their recorded readings, actuators without effect."""
     sensors: dict[str, Sensor] = {
         **replay_sensors(recorded, agent, [s.name for s in robot.sensors], clock),
         **{s.name: ReplayMailbox(s.name, clock) for s in robot.sensors if s.driver == "mailbox"},

@@ -132,7 +132,7 @@ def test_a_place_may_have_any_name(rocs_bt, project):
     file = folder / "scenarios/drive.toml"
     file.write_text(file.read_text().replace('name = "box"', 'name = "path_end"'))
     ran = rocs_bt("run", "drive", "--seed", 1, "--out", folder / "out")
-    assert "the mission says SUCCESS, but it is 0.40 m from 'goal'" in ran.text
+    assert "the mission returned SUCCESS, but it is 0.40 m from 'goal'" in ran.text
 
 
 @pytest.mark.parametrize("command", ["check", "run"])

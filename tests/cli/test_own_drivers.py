@@ -125,7 +125,7 @@ def test_a_needed_key_that_is_missing_is_told_with_those_there_are(beacon, rocs_
         (("mount: Mount, *", "parameters, mount, *"), "'mount' of Beacon.__init__ is not keyword-only"),
         (("reach: PositiveMetres", "reach"), "parameter 'reach' of Beacon.__init__ has no type"),
         (("reach: PositiveMetres", "reach: Furlongs"), "the parameters of Beacon.__init__ cannot be read"),
-        (("class Beacon(MujocoSensor)", "class Beacon"), "the driver 'Beacon' of 'radio' is none for MuJoCo. To"),
+        (("class Beacon(MujocoSensor)", "class Beacon"), "the driver 'Beacon' of 'radio' is not a MuJoCo driver. To"),
     ],
 )  # fmt: skip
 def test_a_constructor_of_another_form_is_refused(beacon, rocs_bt, code, message):

@@ -67,7 +67,7 @@ def test_a_replay_away_from_its_project_says_where_to_go(rocs_bt, tmp_path, monk
     told = rocs_bt("replay", tmp_path / "r")
     assert told.code == 2
     assert "no scenario is named 'first'" in told.err
-    assert "in the folder of the project that it was recorded in" in told.err
+    assert "in the project folder in which it was recorded" in told.err
 
 
 def test_why_calls_a_reflex_active_until_its_action_has_ended(rocs_bt, recorded):

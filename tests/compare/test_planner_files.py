@@ -85,7 +85,7 @@ def test_a_python_planner_drives_and_says_when_it_has_arrived(project, catalog, 
     planner("told", "return None if observation.t >= 1.0 else (0.2, 0.2)")
     record = play(catalog.load_planner("told"), project)
     assert record.outcome == "timeout"
-    assert "the mission says SUCCESS, but" in record.reason
+    assert "the mission returned SUCCESS, but" in record.reason
     assert 0.1 < record.metrics["path_length"] < 0.21
 
 

@@ -187,7 +187,7 @@ def test_success_only_after_the_goals_before_it() -> None:
     judge.update(0.0, Pose2(1.1, 0.0), mind, commanded=False)
     mind.status = "SUCCESS"
     assert not judge.update(1.0, Pose2(0.0, 0.0), mind, commanded=False)
-    assert judge.verdict().reason == "it never was at 'second'"
+    assert judge.verdict().reason == "it never reached 'second'"
     judge.update(6.0, Pose2(2.0, 0.1), mind, commanded=False)
     assert judge.update(7.0, Pose2(0.0, 0.0), mind, commanded=False)
     assert judge.verdict().outcome == "success"

@@ -240,12 +240,12 @@ def test_a_mind_that_is_late_loses_the_wheels(real: Callable[[str], Catalog], mo
 
 
 def test_a_simulations_driver_and_a_class_of_another_kind_are_refused(real: Callable[[str], Catalog]) -> None:
-    with pytest.raises(InputError, match="the driver 'range_cone' of 'sonar' is one of a simulation"):
+    with pytest.raises(InputError, match="the driver 'range_cone' of 'sonar' is for simulation only"):
         drive("exp1", Catalog(), duration=1.0)
     catalog = real("fine")
     file = catalog.load_robot("own").file
     file.write_text(file.read_text().replace("own.py:Wheels", "own.py:Part"))
-    with pytest.raises(InputError, match=r"'own.py:Part' of 'wheels' is no Actuator") as caught:
+    with pytest.raises(InputError, match=r"'own.py:Part' of 'wheels' does not extend rocs_bt.Actuator") as caught:
         drive("real", catalog, duration=1.0)
     assert caught.value.faults[0].file == file
 
@@ -255,7 +255,7 @@ def test_a_real_robot_passes_the_check_and_cannot_be_simulated(real: Callable[[s
     assert catalog.project is not None
     found = check_content([catalog.project])
     assert not found.faults
-    with pytest.raises(InputError, match="the driver 'Part' of 'sonar' is none for MuJoCo"):
+    with pytest.raises(InputError, match="the driver 'Part' of 'sonar' is not a MuJoCo driver"):
         run("real", catalog, duration=1.0)
 
 

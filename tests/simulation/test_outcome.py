@@ -61,7 +61,7 @@ def test_success_needs_the_truth_as_well_as_the_missions_word() -> None:
     judge.update(1.0, Pose2(0.7, 0.0), mind, commanded=False)
     assert not judge.decided
     assert judge.verdict().outcome == "timeout"
-    assert "says SUCCESS, but it is 0.30 m from 'dock', whose tolerance is 0.1 m" in judge.verdict().reason
+    assert "returned SUCCESS, but it is 0.30 m from 'dock' (tolerance 0.1 m)" in judge.verdict().reason
     judge.update(2.0, Pose2(0.91, 0.0), mind, commanded=False)
     assert judge.decided
     assert (judge.verdict().outcome, judge.verdict().time_to_goal) == ("success", 2.0)
@@ -145,7 +145,7 @@ def test_a_mission_that_never_ends_succeeds_where_it_is_at_the_end() -> None:
     assert (judge.verdict().outcome, judge.verdict().time_to_goal) == ("success", 2.0)
     judge.update(5.0, Pose2(0.6, 0.0), Mind(), commanded=False)
     assert judge.verdict().outcome == "timeout"
-    assert judge.verdict().reason == "it came to 'dock' at 2.0 s, but at the end it is 0.40 m from 'dock'"
+    assert judge.verdict().reason == "it reached 'dock' at 2.0 s, but at the end it is 0.40 m from 'dock'"
 
 
 def test_at_the_end_the_missions_word_counts_for_nothing_but_its_failure_does() -> None:
