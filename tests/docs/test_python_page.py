@@ -76,7 +76,7 @@ def test_mistakes_are_told(names, tmp_path):
         (lambda: result.events(agent="R9"), "no agent is named 'R9'"),
         (lambda: result.signals("R2", ["nonsense"]), "no signal is named 'nonsense'"),
         (lambda: rocs_bt.run("exp1", mode="nonsense"), "unknown mode 'nonsense'"),
-        (lambda: rocs_bt.drive("exp1", view=True), "there is no view"),
+        (lambda: rocs_bt.drive("exp1", view=True), "remove the option view"),
     ):
         with pytest.raises(InputError, match=message):
             ask()
