@@ -1,7 +1,7 @@
-"""Planners over scenes, many times: episodes, metrics, statistics, verdicts.
+"""Compare planners over many scenes: episodes, metrics, statistics, verdicts.
 
-It runs episodes by `simulation`. Imported by the command line and the pytest plugin. What a family of scenes is made of
-and what a comparison needs is exported here; the rest is in the submodules.
+Episodes run in `simulation`. The command line and the pytest plugin import this package. It exports what a family of
+scenes and a comparison need; the rest is in the submodules.
 """
 
 from .building import Building, TaskFamily

@@ -1,4 +1,4 @@
-"""Building: rooms in a grid, with doors between them; and TaskFamily, scenes in which a robot must think there."""
+"""Building: a grid of rooms joined by doors; and TaskFamily, scenes in it that require route planning."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from .ground import Ground
 from .obstacle import Block, Point, Post, walls_around
 
 WALL_THICKNESS, LEAF_THICKNESS = 0.1, 0.06
-"""Of walls, and of door leaves, which open into the wall [m]."""
+"""Thickness of walls, and of door leaves, which slide into the wall [m]."""
 
-_TRIES = 300  # buildings that are drawn until one fits a task
+_TRIES = 300  # maximum number of sampled buildings per task
 
 Table = dict[str, Any]
 Door = tuple[int, int]
-"""The rooms on its two sides, the lower number first."""
+"""The two rooms that a door joins, lower number first."""
 
 
 @dataclass(frozen=True)
 class Route:
-    """A way over the roads, from room to room.
+    """Route over the roads from room to room.
 
     Attributes:
-        rooms: Their numbers; none where there is no way.
-        length: How long it is [m]; +inf where there is no way.
+        rooms: Room numbers; empty if there is no route.
+        length: Length [m]; +inf if there is no route.
     """
 
     rooms: tuple[int, ...] = ()
@@ -42,15 +42,15 @@ class Route:
 
 @dataclass(frozen=True)
 class Building:
-    """Rooms in rows and columns; each two that share a wall have a doorway in it.
+    """Rooms in rows and columns, with a doorway in every shared wall.
 
-    What the agents know of it are places in the rooms' middles and in the doorways, doors, and roads between them.
+    Agents know it as places in the centres of rooms and doorways, doors, and roads between the places.
 
     Attributes:
-        rows, columns: Of rooms.
-        side: Of a room [m].
-        opening: Of a doorway [m].
-        offsets: How far each doorway is from the middle of its wall [m], by its rooms.
+        rows, columns: Number of rows and columns of rooms.
+        side: Side of a room [m].
+        opening: Width of a doorway [m].
+        offsets: Offset of each doorway from the centre of its wall [m], by door.
     """
 
     rows: int
@@ -61,7 +61,7 @@ class Building:
 
     @staticmethod
     def sample(rng: np.random.Generator, rows: int, columns: int, side: float, opening: float) -> Building:
-        """A building whose doorways are somewhere in their walls; the leaf of a door always finds room beside it."""
+        """Building with doorways at random positions in their walls; each wall has room for the open door leaf."""
         made = Building(rows, columns, side, opening)
         most = max(0.5 * side - 1.5 * opening - 0.1, 0.0)
         offsets = {door: float(rng.uniform(-most, most)) for door in made.doors()}
@@ -69,7 +69,7 @@ class Building:
 
     @property
     def rooms(self) -> range:
-        """The rooms' numbers, row by row."""
+        """Room numbers, row by row."""
         return range(self.rows * self.columns)
 
     def doors(self) -> list[Door]:
@@ -79,33 +79,33 @@ class Building:
         return beside + above
 
     def middle(self, room: int) -> Point:
-        """The middle of a room [m]."""
+        """Centre of a room [m]."""
         row, column = divmod(room, self.columns)
         return (column + 0.5) * self.side, (row + 0.5) * self.side
 
     def doorway(self, door: Door) -> Point:
-        """The middle of a doorway [m]."""
+        """Centre of a doorway [m]."""
         (x, y), (u, v) = self.middle(door[0]), self.middle(door[1])
         aside = self.offsets.get(door, 0.0)
         return (0.5 * (x + u), y + aside) if y == v else (x + aside, 0.5 * (y + v))
 
     @staticmethod
     def room_name(room: int) -> str:
-        """The place in the middle of a room."""
+        """Name of the place in the centre of a room."""
         return f"room_{room}"
 
     @staticmethod
     def gate_name(door: Door) -> str:
-        """The place in a doorway."""
+        """Name of the place in a doorway."""
         return f"gate_{door[0]}_{door[1]}"
 
     @staticmethod
     def door_name(door: Door) -> str:
-        """The door of a doorway."""
+        """Name of the door of a doorway."""
         return f"door_{door[0]}_{door[1]}"
 
     def ground(self) -> Ground:
-        """The walls with their doorways; doors are the scene's."""
+        """Walls with doorways; a scene adds the door leaves."""
         wide, deep = self.columns * self.side, self.rows * self.side
         ground = Ground((-0.5, -0.5), (wide + 0.5, deep + 0.5))
         ground.obstacles += walls_around((0.0, 0.0), (wide, deep), thickness=WALL_THICKNESS)
@@ -114,7 +114,7 @@ class Building:
         return ground
 
     def leaf(self, door: Door, *, closed: bool) -> Block:
-        """The leaf of a door, in the doorway or beside it in the wall."""
+        """Leaf of a door, in the doorway or beside it."""
         x, y = self.doorway(door)
         aside = 0.0 if closed else self.opening + 0.05
         if self._is_vertical(door):
@@ -122,7 +122,7 @@ class Building:
         return Block(self.door_name(door), x + aside, y, self.opening, LEAF_THICKNESS)
 
     def closing(self, door: Door, at: float, lasts: float = 1.0) -> Table:
-        """The mover table of a door that shuts at a time [s], or as soon as no robot is in its way."""
+        """Mover table of a door that closes at a time [s], or as soon as no robot blocks it."""
         begin, end = self.leaf(door, closed=False), self.leaf(door, closed=True)
         return {
             "name": begin.name,
@@ -136,7 +136,7 @@ class Building:
         }
 
     def facts(self) -> list[Table]:
-        """What agents know of it: `[[fact]]` tables of places, roads and doors."""
+        """`[[fact]]` tables of the places, roads and doors that agents know."""
         found: list[Table] = [
             {"node": self.room_name(room), "kind": "place", "pose": position(self.middle(room))} for room in self.rooms
         ]
@@ -153,7 +153,7 @@ class Building:
         return found
 
     def path(self, rooms: Iterable[int]) -> list[Point]:
-        """The corners of a way from room to room: their middles and the doorways between."""
+        """Corners of the path through a sequence of rooms: room centres and the doorways between them."""
         names = list(rooms)
         points = [self.middle(names[0])]
         for a, b in pairwise(names):
@@ -161,7 +161,7 @@ class Building:
         return points
 
     def shortest(self, start: int, goal: int, closed: Iterable[Door] = ()) -> Route:
-        """The shortest way over the roads, some doors being shut."""
+        """Shortest route over the roads, with some doors closed (Dijkstra)."""
         closed, best = set(closed), {start: Route((start,), 0.0)}
         open_ = [start]
         while open_:
@@ -179,7 +179,7 @@ class Building:
         return best.get(goal, Route())
 
     def sample_closed(self, rng: np.random.Generator, start: int, goal: int, count: int) -> list[Door]:
-        """Doors to shut, each of the way that is shortest while those before it are shut; fewer once none is left."""
+        """Doors to close, each sampled from the shortest route around the earlier ones; fewer if no route is left."""
         closed: list[Door] = []
         while len(closed) < count and (rooms := self.shortest(start, goal, closed).rooms):
             doors = [_between(a, b) for a, b in pairwise(rooms)]
@@ -190,7 +190,7 @@ class Building:
         return door[1] == door[0] + 1
 
     def _wall(self, door: Door) -> list[Post | Block]:
-        """The two parts of a wall on both sides of its doorway."""
+        """The two wall parts beside a doorway."""
         (x, y), (u, v) = self.doorway(door), self.middle(door[0])
         along = y if self._is_vertical(door) else x
         begin = (v if self._is_vertical(door) else u) - 0.5 * self.side
@@ -209,14 +209,14 @@ def _between(room: int, other: int) -> Door:
 
 @dataclass(frozen=True, kw_only=True)
 class TaskFamily(Family):
-    """Tasks in a building: from room to room by roads that the agent knows.
+    """Tasks in a building whose roads the agent knows.
 
     Attributes:
-        planner: The route planner that the family's own mission is given; another mission is given the goal alone.
-        rows: Of rooms.
-        columns: Of rooms.
-        side: Of a room.
-        opening: Of a doorway.
+        planner: Route planner passed to the family's own mission; other missions get only the goal.
+        rows: Number of rows of rooms.
+        columns: Number of columns of rooms.
+        side: Side of a room.
+        opening: Width of a doorway.
     """
 
     NOT_SAMPLED: ClassVar[tuple[str, ...]] = (*Family.NOT_SAMPLED, "planner")
@@ -230,10 +230,10 @@ class TaskFamily(Family):
     opening: PositiveMetres = 1.1
 
     def sample(self, rng: np.random.Generator, rooms: int) -> tuple[Building, list[int]]:
-        """A building, and some of its rooms, no two alike.
+        """Random building and a number of its rooms, all different.
 
         Raises:
-            InputError: It has fewer rooms.
+            InputError: The building has fewer rooms.
         """
         if self.rows * self.columns < rooms:
             raise InputError(f"{self.rows} x {self.columns} rooms are too few: this task needs {rooms}.")
@@ -241,15 +241,11 @@ class TaskFamily(Family):
         return building, rng.permutation(len(building.rooms))[:rooms].tolist()
 
     def sample_until_fit(self, index: int, rooms: int) -> Iterator[tuple[np.random.Generator, Building, list[int]]]:
-        """Buildings with some of their rooms, until one fits the task; each with the stream that it was drawn from.
-
-        Raises:
-            InputError: There are fewer rooms, or none of many buildings fits.
-        """
+        """Random buildings with some of their rooms and the random stream; the caller stops at the first that fits."""
         for attempt in range(_TRIES):
             rng = self.rng(index, f"attempt {attempt}")
             yield rng, *self.sample(rng, rooms)
-        raise InputError(f"none of {_TRIES} buildings of {self.rows} x {self.columns} rooms fits this task.")
+        raise InputError(f"none of {_TRIES} sampled buildings of {self.rows} x {self.columns} rooms fits this task.")
 
     def task(
         self,
@@ -261,15 +257,15 @@ class TaskFamily(Family):
         goal: Point | None = None,
         agent: Mapping[str, Any] | None = None,
     ) -> dict[str, Any]:
-        """The scenario of a task, to which a family adds what agents know and hear of, doors that move, and places.
+        """Scenario of a task. Families add facts, doors that move, and places.
 
         Args:
-            index: Its index.
-            doc: One sentence for people.
-            path: Reference, from start to goal [m].
-            ahead: What the robot looks at in the beginning [m]; the reference's first corner by default.
-            goal: Where the goal is in the beginning [m]; the reference's end by default.
-            agent: Other values of the agent's table.
+            index: Index of the scene.
+            doc: One-sentence description.
+            path: Reference path from start to goal [m].
+            ahead: Point that the robot faces at the start [m]; the first corner of the reference path by default.
+            goal: Goal position at the start [m]; the end of the reference path by default.
+            agent: Additional or replaced keys of the agent's table.
         """
         (x, y), corner = path[0], ahead or path[1]
         start = Pose2(x, y, math.atan2(corner[1] - y, corner[0] - x))

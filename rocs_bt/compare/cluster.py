@@ -1,4 +1,4 @@
-"""A Dask cluster as an executor, for sweeps that are too long for one machine (the extra `cluster`)."""
+"""Dask cluster as an executor, for sweeps too large for one machine (extra `cluster`)."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from contextlib import contextmanager
 from ..errors import InputError
 
 _PATIENCE = 5.0
-"""How long a scheduler may take to answer [s]."""
+"""Timeout of the connection to the scheduler [s]."""
 
 
 @contextmanager
 def dask_executor(address: str) -> Iterator[Executor]:
-    """The workers of a running Dask scheduler, until the block ends.
+    """Executor over the workers of a running Dask scheduler, valid inside the block.
 
-    Its workers need this package in the same version, and the project's files at the same place. Give each one thread:
-    a process plays one episode at a time.
+    The workers need the same version of this package, and the project's files at the same path. Start them with one
+    thread each: a process plays one episode at a time.
 
     Args:
-        address: The scheduler's, such as `tcp://10.0.0.1:8786`; or the file that it writes.
+        address: Scheduler address, such as `tcp://10.0.0.1:8786`, or its scheduler file (`.json`).
 
     Raises:
-        InputError: Dask is not installed, or no scheduler answers there.
+        InputError: Dask is not installed, or no scheduler answers.
     """
     try:
         from distributed import Client

@@ -1,4 +1,4 @@
-"""Comparison: the episodes of several planners in the same scenes, and what they say of each planner and each pair."""
+"""Comparison: episodes of several planners in the same scenes, with estimates per planner and verdicts per pair."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _SPANS = {"success": 1.0, "collision": 1.0, "spl": 1.0, "reflex_share": 1.0} | {
 
 @dataclass(frozen=True)
 class Disagreement:
-    """An episode in which one planner succeeds and another does not: same scene, same seed.
+    """Two episodes of the same scene and seed, of which exactly one succeeded.
 
     Attributes:
-        winner: The episode that succeeded.
-        loser: The other's.
+        winner: Episode that succeeded.
+        loser: Episode that did not.
     """
 
     winner: EpisodeRecord
@@ -47,32 +47,32 @@ class Disagreement:
 class Comparison:
     """Episodes by planner, scene and seed.
 
-    Scenes are the sample from which it judges, and their seeds are alike. Of a single scene the seeds are the sample,
-    and what it says is said of that scene alone.
+    With several scenes, the scenes are the sample, since the seeds of a scene are correlated. With a single scene, its
+    seeds are the sample, and all statements apply to that scene only.
 
     Args:
-        records: The episodes; scenes keep the order in which they first come, which is that of sequential verdicts.
+        records: Episodes; scenes keep their order of first occurrence, which sequential verdicts use.
 
     Attributes:
-        planners: Their names, in the order in which they first come.
-        scenes: Likewise.
-        seeds: In ascending order.
+        planners: Planner names, in order of first occurrence.
+        scenes: Scene names, in order of first occurrence.
+        seeds: Seeds in ascending order.
 
     Raises:
-        InputError: Two different episodes are of one planner, scene and seed, or there are none.
+        InputError: There are no episodes, or two different episodes share a planner, scene and seed.
     """
 
     def __init__(self, records: Iterable[EpisodeRecord]) -> None:
         self._records: dict[tuple[str, str, int], EpisodeRecord] = {}
         for record in records:
-            place = record.planner, record.scene, record.seed
-            if self._records.setdefault(place, record).key != record.key:
+            index = record.planner, record.scene, record.seed
+            if self._records.setdefault(index, record).key != record.key:
                 raise InputError(
-                    f"two different episodes are of {record.planner} in {record.scene} with seed {record.seed}: "
-                    "the planner or the scene has changed meanwhile. Compare what was made with one version of both."
+                    f"two different episodes of {record.planner} in {record.scene} with seed {record.seed}: "
+                    "the planner or the scene changed between them. Compare episodes of one version of both."
                 )
         if not self._records:
-            raise InputError("there are no episodes to compare. Run a sweep first.")
+            raise InputError("No episodes to compare. Run a sweep first.")
         self.planners = tuple(dict.fromkeys(planner for planner, _, _ in self._records))
         self.scenes = tuple(dict.fromkeys(scene for _, scene, _ in self._records))
         self.seeds = tuple(sorted({seed for _, _, seed in self._records}))
@@ -84,53 +84,53 @@ class Comparison:
 
     @cached_property
     def time_limit(self) -> float:
-        """The longest that an episode may take [s]."""
+        """Longest time limit of all episodes [s]."""
         return max(record.time_limit for record in self._records.values())
 
     @property
     def kind(self) -> str:
-        """What the sample consists of."""
+        """Unit of the sample: scenes, or seeds of one scene."""
         return "scenes" if len(self.scenes) > 1 else "seeds of one scene"
 
     def of(self, planner: str) -> list[EpisodeRecord]:
-        """A planner's episodes.
+        """Episodes of a planner.
 
         Raises:
-            UnknownName: It has none.
+            UnknownName: The planner has no episodes.
         """
         if planner not in self.planners:
             raise UnknownName(unknown("planner", planner, self.planners))
         return [record for (name, _, _), record in self._records.items() if name == planner]
 
     def find(self, planner: str, scene: str, seed: int) -> EpisodeRecord | None:
-        """One episode; None where it has not been run."""
+        """One episode, or None if it was not played."""
         return self._records.get((planner, scene, seed))
 
     def values(self, planner: str, of: str | Metric) -> Floats:
-        """A metric of every episode of a planner.
+        """Metric values of all episodes of a planner.
 
         Returns:
-            (n_scenes, n_seeds) NaN where there is no such episode, or it says nothing of it.
+            (n_scenes, n_seeds) Values; NaN if the episode is missing or the metric is undefined for it.
 
         Raises:
-            UnknownName: There is no such planner or metric.
+            UnknownName: The planner or metric does not exist.
         """
         name = _metric(of).name
         found = np.full((len(self.scenes), len(self.seeds)), math.nan)
         rows = {scene: i for i, scene in enumerate(self.scenes)}
         columns = {seed: i for i, seed in enumerate(self.seeds)}
         for record in self.of(planner):
-            value = record.metrics.get(name) if record.metrics else self._broken(name)
+            value = record.metrics.get(name) if record.metrics else self._on_error(name)
             if value is not None and math.isfinite(value):
                 found[rows[record.scene], columns[record.seed]] = value
         return found
 
-    def _broken(self, name: str) -> float | None:
-        """What a metric is where an episode broke down before anything could be measured: a failure counts as one."""
+    def _on_error(self, name: str) -> float | None:
+        """Metric value of an episode that ended in an error without measurements: that of a failure."""
         return self.time_limit if name == "time" else 0.0 if name in ZERO_ON_FAILURE else None
 
     def estimate(self, planner: str, of: str | Metric) -> Estimate:
-        """A planner's mean of a metric over all its episodes, with its interval, which ends where the metric does."""
+        """Mean of a metric over all episodes of a planner, with its interval clipped to the metric's range."""
         values, most = self.sample(planner, of), self.span(of)
         if _metric(of).name in SHARES:
             return rate(values)
@@ -140,18 +140,18 @@ class Comparison:
         return replace(found, low=float(np.maximum(found.low, 0.0)), high=float(np.minimum(found.high, most)))
 
     def size(self, planner: str, of: str | Metric = "success") -> SampleSize:
-        """How much a planner's episodes are worth, for a metric."""
+        """Sample size and effective sample size of a planner for a metric."""
         return sample_size(self.sample(planner, of))
 
     def bounds(self, planner: str, of: str | Metric, level: float = LEVEL) -> tuple[float, float]:
-        """What a planner's true share of successes or collisions is at least, and at most: each with the confidence.
+        """One-sided lower and upper confidence bounds of a planner's true success or collision rate.
 
         Raises:
-            InputError: The metric is no share.
+            InputError: The metric is not a share.
         """
         if _metric(of).name not in SHARES:
             raise InputError(
-                f"only a share has an exact bound, and {_metric(of).name} is none. {' and '.join(SHARES)} are."
+                f"{_metric(of).name} is not a share, and only shares have exact bounds: {' and '.join(SHARES)}."
             )
         values = self.sample(planner, of)
         return lower_bound(values, level), upper_bound(values, level)
@@ -167,28 +167,28 @@ class Comparison:
         any_time: bool = False,
         claims: int = 1,
     ) -> Verdict:
-        """Whether planner a is better than planner b by more than a margin.
+        """Verdict on the claim that planner a is better than planner b by more than a margin.
 
-        What tells of the way until a failure is compared on the episodes in which both succeed.
+        Metrics with `on_failure` = `until_failure` are compared on the episodes in which both succeed.
 
         Args:
-            a: A planner.
-            b: Another.
+            a: Name of a planner.
+            b: Name of another planner.
             of: The metric.
-            margin: By how much more than this, in the metric's unit; below 0 for "not worse by".
-            level: The verdict's confidence.
-            any_time: Whether it must hold however often one looked before.
-            claims: How many verdicts are looked at together: who makes many needs more scenes to settle one.
+            margin: Margin in the metric's unit; negative for "not worse by".
+            level: Confidence level.
+            any_time: Whether the verdict must stay valid under repeated looks (sequential testing).
+            claims: Number of claims that are tested together; more claims need more scenes.
 
         Raises:
-            InputError: There is no such planner or metric, or the metric has no bound and must hold at any time.
+            InputError: The planner or metric does not exist, or `any_time` is set for a metric without a bound.
         """
         what = _metric(of)
         span = self.span(what)
         if any_time and math.isnan(span):
             known = ", ".join([*_SPANS, "time"])
-            message = f"a verdict on {what.name} cannot hold at any time, since its differences have no bound."
-            raise InputError(f"{message} These have: {known}.")
+            message = f"no any-time verdict on {what.name}, since its differences are unbounded."
+            raise InputError(f"{message} Bounded metrics: {known}.")
         values = self.sample(a, what), self.sample(b, what)
         if what.on_failure == "until_failure":
             failed = (self.sample(a, "success") != 1.0) | (self.sample(b, "success") != 1.0)
@@ -199,36 +199,36 @@ class Comparison:
     def verdicts(
         self, of: Sequence[str | Metric] = ("success",), *, level: float = LEVEL, any_time: bool = False
     ) -> list[Verdict]:
-        """The verdict on every pair in some metrics, judged together (Holm)."""
+        """Verdicts on all pairs for some metrics, adjusted for multiple claims (Holm)."""
         pairs = list(combinations(self.planners, 2))
         claims = len(of) * len(pairs)
         found = [self.verdict(a, b, m, level=level, any_time=any_time, claims=claims) for m in of for a, b in pairs]
         return adjusted(found, level)
 
     def settled(self, of: Sequence[str | Metric] = ("success",), *, level: float = LEVEL) -> bool:
-        """Whether every pair is told apart in every metric, so that a sweep may stop.
+        """Whether all pairs have a conclusive verdict in all metrics, so that a sweep may stop.
 
-        It may be asked after every scene, if scenes come in their order and whole: for every planner, with all seeds.
-        Verdicts that follow must be asked for with `any_time`.
+        May be called after every scene if scenes are complete (all planners, all seeds) and in order. Verdicts computed
+        after such a stop need `any_time`.
         """
         return all(verdict.word != "inconclusive" for verdict in self.verdicts(of, level=level, any_time=True))
 
     def span(self, of: str | Metric) -> float:
-        """The greatest difference possible between two episodes, in the metric's unit; NaN where there is no bound."""
+        """Greatest possible difference between two episodes, in the metric's unit; NaN if unbounded."""
         name = _metric(of).name
         return self.time_limit if name == "time" else _SPANS.get(name, math.nan)
 
     def sample(self, planner: str, of: str | Metric) -> Floats:
-        """A metric by what is independent of each other, a row each: scenes, or the seeds of a single one.
+        """Metric values with one row per independent unit: scenes, or the seeds of a single scene.
 
         Returns:
-            (n, m) NaN where there is no such episode, or it says nothing of it.
+            (n, m) Values; NaN if the episode is missing or the metric is undefined for it.
         """
         values = self.values(planner, of)
         return values if len(self.scenes) > 1 else values.T
 
     def disagreements(self, a: str, b: str) -> list[Disagreement]:
-        """The episodes in which just one of two planners succeeds, in the order of scenes and seeds."""
+        """Episode pairs in which exactly one of two planners succeeds, ordered by scene and seed."""
         found = []
         for scene in self.scenes:
             for seed in self.seeds:
@@ -238,7 +238,7 @@ class Comparison:
         return found
 
     def outcomes(self, planner: str) -> Mapping[str, int]:
-        """How often each outcome came of a planner's episodes."""
+        """Number of episodes of a planner by outcome."""
         found: dict[str, int] = {}
         for record in self.of(planner):
             found[record.outcome] = found.get(record.outcome, 0) + 1

@@ -1,4 +1,4 @@
-"""Family: unlimited scenes of one kind, each an ordinary scenario and its world, as values."""
+"""Family: generator of scenes of one kind, each a scenario and its world held in memory."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ from .obstacle import Point, length_of
 C = TypeVar("C", bound=Catalog)
 
 AGENT = "R"
-"""The agent under test in every family's scenes."""
+"""Name of the agent under test in the scenes of families."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One scene: a scenario and its world as values, and what is known of them.
+    """Scenario and world held in memory, with reference data.
 
     Attributes:
-        scenario: Content of the scenario's file: dicts, lists, texts, numbers and flags, quantities with their unit.
-            Its `world` is the scene's name, such as `barn_like-17`.
-        ground: The floor and what stands on it, of which the world is made.
-        difficulty: How hard it is, by measure; the family's class says what each is, in which unit.
-        reference: Corners of a shortest way from start to goal of the robot's inscribed circle [m].
+        scenario: Content of the scenario file: dicts, lists, texts, numbers and flags; quantities with units. The key
+            `world` is the scene's name, such as `barn_like-17`.
+        ground: Floor and obstacles, from which the world is built.
+        difficulty: Difficulty measures by name; the family's class defines each with its unit.
+        reference: Corners of a shortest path from start to goal for the robot's inscribed circle [m].
     """
 
     scenario: Mapping[str, Any]
@@ -51,38 +51,38 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """Its family's name and its index; the stem of both files."""
+        """Name of the scene: family and index. Also the stem of both files."""
         return str(self.scenario["world"])
 
     @property
     def reference_length(self) -> float:
-        """Length of the reference [m]; 0 where there is none."""
+        """Length of the reference path [m]; 0 if there is none."""
         return length_of(self.reference)
 
     @cached_property
     def toml(self) -> str:
-        """The scenario as TOML."""
+        """Scenario as TOML."""
         return as_toml(self.scenario)
 
     @cached_property
     def world(self) -> str:
-        """The world as MJCF."""
+        """World as MJCF."""
         return self.ground.world(self.name, str(self.scenario.get("doc", "")))
 
     @property
     def privileged(self) -> dict[str, Any]:
-        """Information for oracle planners only: the ground and the reference path."""
+        """Information reserved for oracle planners."""
         return {"ground": self.ground, "reference": self.reference}
 
     def added_to(self, catalog: C) -> C:
-        """A catalog with all that another has and this scene."""
+        """Copy of a catalog that also contains this scene."""
         return catalog.with_scene(self.name, self.scenario, self.world)
 
     def write(self, folder: Path) -> Path:
-        """Write it into a project folder, as `scenarios/<name>.toml` and `scenarios/worlds/<name>.xml`.
+        """Write `scenarios/<name>.toml` and `scenarios/worlds/<name>.xml` into a project folder.
 
         Returns:
-            The scenario's file.
+            The scenario file.
         """
         file = folder / "scenarios" / f"{self.name}.toml"
         world = folder / "scenarios" / "worlds" / f"{self.name}.xml"
@@ -94,12 +94,12 @@ class Scene:
 
 @dataclass(frozen=True, kw_only=True)
 class AgentSetup:
-    """Who drives in a scene as it is; a planner brings a mission and rules of its own.
+    """Robot, mission and rules of a scene's agent; a planner replaces mission and rules.
 
     Attributes:
-        robot: The robot's name.
-        mission: Its mission's.
-        rules: Its rule file's; empty for none.
+        robot: Name of the robot.
+        mission: Name of the mission.
+        rules: Name of the rule file; empty for none.
     """
 
     robot: str = "jackal"
@@ -109,44 +109,44 @@ class AgentSetup:
 
 @dataclass(frozen=True, kw_only=True)
 class Family(AgentSetup, ABC):
-    """A kind of scene. A family is a frozen, keyword-only dataclass in `scenarios/families/<name>.py`.
+    """Base class of families: a frozen, keyword-only dataclass in `scenarios/families/<name>.py`.
 
-    Its class is the file's name in CamelCase; its fields are its parameters, numbers in SI units that are annotated
-    with the types of `rocs_bt.units`, all with defaults. `scene` draws from `rng` and nothing else, so that a scene is
-    the same wherever and however often it is made.
+    The class name is the file name in CamelCase. Its fields are its parameters: numbers in SI units, annotated with
+    types of `rocs_bt.units`, all with defaults. `scene` must use no randomness but `rng`, so that a scene is
+    reproducible.
 
     Attributes:
-        ASIDE: Parameters that have no part in what is drawn: who drives, with which mission and rules, so that all meet
-            the same scenes.
+        NOT_SAMPLED: Parameters that do not affect the random scene, such as robot, mission and rules: every robot and
+            planner gets the same scenes.
     """
 
     NOT_SAMPLED: ClassVar[tuple[str, ...]] = ("robot", "mission", "rules")
 
     @property
     def name(self) -> str:
-        """Its class's name in snake_case, which is its file's."""
+        """Class name in snake_case, which is the file name."""
         return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", type(self).__name__).lower()
 
     @property
     def doc(self) -> str:
-        """The first line of its class's docstring."""
+        """First line of the class docstring."""
         return (type(self).__doc__ or "").strip().split("\n", 1)[0]
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Its parameters by name, in SI units."""
+        """Parameters by name, in SI units."""
         return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
 
     @abstractmethod
     def scene(self, index: int) -> Scene:
-        """The scene of an index, 0 or more."""
+        """Scene of an index >= 0."""
 
     def scene_name(self, index: int) -> str:
-        """What the scene of an index is called."""
+        """Name of the scene of an index."""
         return f"{self.name}-{index}"
 
     def rng(self, index: int, purpose: str = "scene") -> np.random.Generator:
-        """A stream of the family, its parameters but those of `ASIDE`, an index, and what it is for."""
+        """Random stream keyed by family, parameters except `NOT_SAMPLED`, index and purpose."""
         own = {name: value for name, value in self.parameters.items() if name not in self.NOT_SAMPLED}
         key = json.dumps([self.name, own, index, purpose], sort_keys=True)
         digest = hashlib.sha256(key.encode()).digest()
@@ -154,12 +154,12 @@ class Family(AgentSetup, ABC):
 
 
 def quantity(value: float, unit: str) -> str:
-    """A quantity as a file has it, to four decimals; an angle [rad] becomes one in `deg`."""
+    """Quantity as written in a file, rounded to four decimals; `deg` converts from radians."""
     return f"{round(math.degrees(value) if unit == 'deg' else value, 4):g} {unit}"
 
 
 def position(point: Point, yaw: float | None = None) -> dict[str, str]:
-    """A point [m], or a pose [m, rad], as a table has it."""
+    """Point [m], or pose [m, rad], as a table of quantities."""
     pose = {"x": quantity(point[0], "m"), "y": quantity(point[1], "m")}
     return pose if yaw is None else {**pose, "yaw": quantity(yaw, "deg")}
 
@@ -175,17 +175,17 @@ def goal_scenario(
     duration: float,
     agent: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """A scenario in which the agent under test must come to one place; add tables to it, such as movers, by `|`.
+    """Scenario in which the agent under test drives to one goal. Add tables, such as movers, with `|`.
 
     Args:
-        setup: Whose robot, mission and rules it has; a family is one.
-        name: Of the scene, and so of its world.
-        doc: One sentence for people.
-        start: Where the agent stands; the seed moves it by 5 cm and 5 deg.
-        goal: Where it must come to [m].
-        tolerance: How near [m].
-        duration: How long it has [s].
-        agent: Other values of the agent's table, such as its `parameters` and when it is a `success`.
+        setup: Robot, mission and rules, for example a family.
+        name: Name of the scene and of its world.
+        doc: One-sentence description.
+        start: Start pose; the seed varies it by 5 cm and 5 deg.
+        goal: Goal position [m].
+        tolerance: Tolerance of the goal position [m].
+        duration: Time limit [s].
+        agent: Additional or replaced keys of the agent's table, such as `parameters` and `success`.
     """
     target = {"name": "goal", "kind": "goal", **position(goal), "tolerance": quantity(tolerance, "m")}
     under_test = {
@@ -210,28 +210,28 @@ def goal_scenario(
 
 
 def family_parameters(family: type[Family]) -> dict[str, Parameter]:
-    """What may be set of a family, by name."""
+    """Parameters of a family by name."""
     hints = typing.get_type_hints(family, include_extras=True)
     return {f.name: Parameter.annotated(f.name, hints[f.name], False, f.default) for f in dataclasses.fields(family)}
 
 
 def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None = None) -> Family:
-    """A family by its name.
+    """Family by its name.
 
     Args:
-        catalog: Where it is found.
-        name: Its name, or its file.
-        values: Its parameters as a person writes them: `{"rooms": 6, "width": "1.5 m"}`.
+        catalog: Source of content.
+        name: Name or file of the family.
+        values: Parameters as written by a user: `{"rooms": 6, "width": "1.5 m"}`.
 
     Raises:
-        InputError: There is no such family, its file does not load, or a parameter is wrong; with every fault.
+        InputError: The family does not exist, its file does not load, or parameters are invalid; lists all faults.
     """
     entry = catalog.find("family", name)
     camel = "".join(part.capitalize() for part in entry.name.split("_"))
     cls = catalog.load_class(entry.path, camel)
     if not issubclass(cls, Family) or not dataclasses.is_dataclass(cls):
         hint = "Write: @dataclass(frozen=True, kw_only=True) class ...(Family)."
-        raise InputError(Fault(f"'{camel}' is no dataclass that derives from Family.", entry.path, hint=hint))
+        raise InputError(Fault(f"'{camel}' must be a dataclass derived from Family.", entry.path, hint=hint))
     given, faults = _arguments(cls, values or {})
     if faults:
         raise InputError(*faults)
@@ -239,7 +239,7 @@ def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None
 
 
 def _arguments(family: type[Family], values: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
-    """A family's parameters in SI units, and what is wrong with them."""
+    """Parameters of a family in SI units, and their faults."""
     declared, given, faults = family_parameters(family), dict[str, Any](), list[Fault]()
     for name, value in values.items():
         if name not in declared:

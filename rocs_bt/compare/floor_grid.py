@@ -1,4 +1,4 @@
-"""FloorGrid: which cells of a floor are taken, and the shortest way over those that are not."""
+"""FloorGrid: ground-truth occupancy of a floor, and shortest paths on it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Mask = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class GridPath:
-    """A way: its corners, its length, and how near it comes to anything [m]."""
+    """Path on a grid: corners, length and minimum clearance [m]."""
 
     points: tuple[Point, ...]
     length: float
@@ -27,12 +27,12 @@ class GridPath:
 
 @dataclass(frozen=True)
 class FloorGrid:
-    """Which cells of a floor are taken: the truth, where a robot's `OccupancyGrid` is what it has seen of it.
+    """Ground-truth occupancy of a floor, in contrast to a robot's `OccupancyGrid`, which it has sensed.
 
     Attributes:
-        taken: (rows, columns) Whether something stands in a cell; row 0 is the lowest y, column 0 the lowest x.
+        occupied: (rows, columns) Whether a cell is occupied; row 0 has the lowest y, column 0 the lowest x.
         cell: Side of a cell [m].
-        low: The outer corner of row 0, column 0 [m].
+        low: Outer corner of the cell in row 0, column 0 [m].
     """
 
     occupied: Mask
@@ -40,7 +40,7 @@ class FloorGrid:
     low: Point
 
     def add(self, obstacle: Post | Block) -> None:
-        """Mark the cells whose centres are in a thing."""
+        """Mark the cells with centres inside an obstacle."""
         reach = obstacle.radius if isinstance(obstacle, Post) else math.hypot(obstacle.length, obstacle.width) / 2
         rows, columns = (self._range(v, reach, axis) for axis, v in ((1, obstacle.y), (0, obstacle.x)))
         y, x = np.meshgrid(self._centres(rows, 1) - obstacle.y, self._centres(columns, 0) - obstacle.x, indexing="ij")
@@ -52,7 +52,7 @@ class FloorGrid:
         self.occupied[rows, columns] |= inside
 
     def clearances(self) -> Array:
-        """(rows, columns) How far each cell's centre is from the nearest taken one's [m]; +inf in an empty grid."""
+        """(rows, columns) Distance from each cell's centre to the nearest occupied one [m]; +inf in an empty grid."""
         from scipy.ndimage import distance_transform_edt
 
         if not self.occupied.any():
@@ -60,10 +60,10 @@ class FloorGrid:
         return np.asarray(distance_transform_edt(~self.occupied), dtype=np.float64) * self.cell
 
     def shortest(self, start: Point, goal: Point, radius: float) -> GridPath | None:
-        """A shortest way of a disc of this radius [m], within a cell; None where there is none.
+        """Shortest path of a disc [m], exact to one cell; None if there is none.
 
-        Dijkstra's search over the eight neighbours of each cell, compiled; then corners are cut where the line of sight
-        allows. Ends that are too near to something for the disc are let be: there the way begins at the nearest cell.
+        Dijkstra's algorithm (compiled) on the 8-connected grid, followed by line-of-sight shortcuts. If start or goal
+        is too near to an obstacle for the disc, the search uses the nearest free cell.
         """
         clearances = self.clearances()
         free = clearances > radius
@@ -79,8 +79,8 @@ class FloorGrid:
         return GridPath(points, length_of(points), float(min(clearances[row, column] for row, column in found)))
 
     def blocks(self, name: str = "wall") -> list[Post | Block]:
-        """Boxes that fill exactly the taken cells: runs along the rows, joined where the next row has the same run."""
-        open_: dict[tuple[int, int], int] = {}  # by its first and last column, the row in which a run began
+        """Boxes that cover exactly the occupied cells: runs along rows, merged with equal runs of the next row."""
+        open_: dict[tuple[int, int], int] = {}  # first row of each open run, by its first and last column
         found: list[tuple[int, int, int, int]] = []
         for row in range(self.occupied.shape[0] + 1):
             here = set(_runs(self.occupied[row])) if row < self.occupied.shape[0] else set()
@@ -93,11 +93,11 @@ class FloorGrid:
         ]
 
     def centre(self, row: int, column: int) -> Point:
-        """The centre of a cell [m]."""
+        """Centre of a cell [m]."""
         return self.low[0] + (column + 0.5) * self.cell, self.low[1] + (row + 0.5) * self.cell
 
     def cell_at(self, point: Point) -> Cell:
-        """Row and column of the cell in which a point [m] lies; the nearest one's, outside."""
+        """Row and column of the cell that contains a point [m]; the nearest cell for points outside."""
         rows, columns = self.occupied.shape
         row, column = (math.floor((point[axis] - self.low[axis]) / self.cell) for axis in (1, 0))
         return min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)
@@ -120,17 +120,17 @@ class FloorGrid:
 def shortest_cells(
     free: Mask, start: Cell, goal: Cell, cell: float, extra_cost: Array | None = None
 ) -> list[Cell] | None:
-    """The cells of a shortest way over the eight neighbours of each cell, found by Dijkstra's search, compiled.
+    """Cells of a shortest path on the 8-connected grid, found by Dijkstra's algorithm (compiled).
 
     Args:
-        free: (rows, columns) Which cells it may use.
-        start: Row and column of one end, which is free.
-        goal: Those of the other.
+        free: (rows, columns) Whether a cell may be used.
+        start: Row and column of the start, a free cell.
+        goal: Row and column of the goal, a free cell.
         cell: Side of a cell [m].
-        extra_cost: (rows, columns) What a step into each cell costs beside its length, if anything [m].
+        extra_cost: (rows, columns) Cost of entering each cell in addition to the step length [m].
 
     Returns:
-        Row and column of each, from start to goal; None where there is no way.
+        Row and column of each cell from start to goal; None if there is no path.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import dijkstra
@@ -165,23 +165,23 @@ def shortest_cells(
 
 
 def _runs(row: Mask) -> list[tuple[int, int]]:
-    """First column and one past the last of each run of taken cells."""
+    """First column and one past the last column of each run of occupied cells."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]]).astype(np.int8))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def _without_visible(path: Sequence[Cell], free: Mask) -> list[Cell]:
-    """The corners that remain when every stretch in sight is cut straight."""
-    kept, cell_at = [path[0]], 0
-    while cell_at < len(path) - 1:
-        low, high = cell_at + 1, len(path) - 1
-        if not _sees(path[cell_at], path[high], free):
-            while low < high - 1:  # sight is nearly monotone along a shortest way
+    """Corners that remain after shortcuts between cells in line of sight."""
+    kept, last = [path[0]], 0
+    while last < len(path) - 1:
+        low, high = last + 1, len(path) - 1
+        if not _sees(path[last], path[high], free):
+            while low < high - 1:  # visibility is nearly monotone along a shortest path
                 middle = (low + high) // 2
-                low, high = (middle, high) if _sees(path[cell_at], path[middle], free) else (low, middle)
+                low, high = (middle, high) if _sees(path[last], path[middle], free) else (low, middle)
             high = low
         kept.append(path[high])
-        cell_at = high
+        last = high
     return kept
 
 

@@ -1,4 +1,4 @@
-"""Ground: a floor and what stands on it, as a world's text and as a grid."""
+"""Ground: a floor with obstacles, exported as a world file or as a grid."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .obstacle import Block, Point, Post
 
 @dataclass
 class Ground:
-    """A floor, and what stands on it.
+    """A floor with obstacles.
 
     Attributes:
-        low, high: The floor's corners [m].
-        things: What stands there.
-        movers: Things that a scenario's movers carry about: bodies of their own in the world, no part of the grid.
-        mjcf: More elements of the world's body, as MJCF; no part of the grid.
+        low, high: Corners of the floor [m].
+        obstacles: Static obstacles.
+        movers: Objects moved by the scenario's movers: separate bodies in the world, not in the grid.
+        mjcf: Additional MJCF elements of the world body, not in the grid.
     """
 
     low: Point
@@ -30,7 +30,7 @@ class Ground:
     mjcf: str = ""
 
     def world(self, name: str, doc: str) -> str:
-        """The world as MJCF."""
+        """World as MJCF."""
         (x0, y0), (x1, y1) = self.low, self.high
         centre = f"{_n((x0 + x1) / 2)} {_n((y0 + y1) / 2)}"
         lines = [
@@ -52,7 +52,7 @@ class Ground:
         return "\n".join([*lines, *more, "  </worldbody>", "</mujoco>", ""])
 
     def grid(self, cell: float) -> FloorGrid:
-        """The ground as cells of a size [m]: a cell is taken where its centre is in something."""
+        """Occupancy grid with a cell size [m]: a cell is occupied if its centre is inside an obstacle."""
         (x0, y0), (x1, y1) = self.low, self.high
         shape = max(math.ceil((y1 - y0) / cell - 1e-9), 1), max(math.ceil((x1 - x0) / cell - 1e-9), 1)
         grid = FloorGrid(np.zeros(shape, dtype=np.bool_), cell, self.low)
@@ -61,7 +61,7 @@ class Ground:
         return grid
 
     def clearance(self, points: Sequence[Point]) -> float:
-        """How near a polygon comes to the surface of any post [m]; +inf without posts."""
+        """Minimum distance from a polyline to the surface of any post [m]; +inf without posts."""
         discs = np.array([(p.x, p.y, p.radius) for p in self.obstacles if isinstance(p, Post)]).reshape(-1, 3)
         corners = np.array(points)
         begin, along = corners[:-1, None, :], np.diff(corners, axis=0)[:, None, :]
@@ -73,13 +73,13 @@ class Ground:
 
 
 def _geom(obstacle: Post | Block, x: float, y: float) -> str:
-    place = f'name="{obstacle.name}" pos="{_n(x)} {_n(y)} {_n(obstacle.height / 2)}"'
+    attributes = f'name="{obstacle.name}" pos="{_n(x)} {_n(y)} {_n(obstacle.height / 2)}"'
     if isinstance(obstacle, Post):
         size = f"{_n(obstacle.radius)} {_n(obstacle.height / 2)}"
-        return f'<geom type="cylinder" size="{size}" {place} rgba=".55 .5 .45 1"/>'
+        return f'<geom type="cylinder" size="{size}" {attributes} rgba=".55 .5 .45 1"/>'
     size = f"{_n(obstacle.length / 2)} {_n(obstacle.width / 2)} {_n(obstacle.height / 2)}"
     turn = f' euler="0 0 {_n(math.degrees(obstacle.yaw))}"' if obstacle.yaw else ""
-    return f'<geom type="box" size="{size}" {place}{turn} rgba=".55 .58 .62 1"/>'
+    return f'<geom type="box" size="{size}" {attributes}{turn} rgba=".55 .58 .62 1"/>'
 
 
 def _n(number: float) -> str:

@@ -1,4 +1,4 @@
-"""Keys: what an episode depends on, as one number, so that what was played once is never played again."""
+"""Keys: hashes of everything that an episode depends on, so that no episode is played twice."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from .episode import FamilyScene, GeneratedScene, ScenarioScene, SceneRef
 from .family import load_family
 
 SCHEMA = "episode/1"
-"""Of what a record holds and how its metrics are told; another one makes all keys new."""
+"""Version of the record format and of the metric definitions; a new version changes all keys."""
 
 _NOT_PLAYED = (
     *("cli", "check", "testing", "record/live"),
     *("compare/report", "compare/statistics", "compare/comparison", "compare/verdict", "compare/replay"),
     *("compare/imports", "compare/cluster", "compare/pool", "compare/sweep", "compare/search"),
 )
-"""What of the engine has no part in an episode."""
+"""Parts of the engine that do not affect an episode."""
 
 
 class Keys:
-    """Tells the key of each episode of a sweep.
+    """Computes the keys of a sweep's episodes.
 
-    It covers the content of the scene and of the planner, the parameters of both, the seed, our own code, the versions
-    of what computes, and the kind of machine; so a changed number anywhere makes a new episode. A scene of a family is
-    held by the family's file and parameters, since the same index is the same scene.
+    A key covers the content and parameters of scene and planner, the seed, the engine's code, the versions of numerical
+    packages and the machine type. Any changed number gives a new episode. For a scene of a family, the family's file
+    and parameters are hashed, since an index always gives the same scene.
 
     Args:
-        catalog: Where content is found.
+        catalog: Source of content.
     """
 
     def __init__(self, catalog: Catalog) -> None:
@@ -48,22 +48,22 @@ class Keys:
         self._scenes: dict[Any, str] = {}
 
     def of(self, planner: PlannerSpec, scene: SceneRef, seed: int, require: str = "") -> str:
-        """The key of one episode.
+        """Key of one episode.
 
         Raises:
-            InputError: Content that it names does not exist.
+            InputError: Content that the episode names does not exist.
         """
         if planner.name not in self._planners:
             self._planners[planner.name] = self._planner(planner)
-        told = [SCHEMA, self._planners[planner.name], self._scene(scene), seed, engine_hash(), dict(computing())]
-        return _digest([*told, require] if require else told)
+        parts = [SCHEMA, self._planners[planner.name], self._scene(scene), seed, engine_hash(), dict(computing())]
+        return _digest([*parts, require] if require else parts)
 
     def _planner(self, planner: PlannerSpec) -> str:
         content = self._catalog.content_of_controller(planner)
         python = [entry.path for entry in content if entry.path.suffix == ".py"]
         versions = {name: version for path in python for name, version in libraries(path).items()}
-        told = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
-        return _digest([*told, *filter(None, [planner.nodes]), content_hash(content), versions])
+        own = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
+        return _digest([*own, *filter(None, [planner.nodes]), content_hash(content), versions])
 
     def _scene(self, scene: SceneRef) -> str:
         if not isinstance(scene, FamilyScene):
@@ -76,7 +76,7 @@ class Keys:
         return _digest([self._scenes[family], scene.name, scene.index])
 
     def _scenario(self, scene: ScenarioScene | GeneratedScene) -> str:
-        """Everything that a scenario uses; the mind that the planner replaces is its word for the agent only."""
+        """Digest of all content of a scenario, except the controller that the planner replaces."""
         if isinstance(scene, ScenarioScene):
             catalog, named, agent = self._catalog, scene.scenario, scene.agent
         else:
@@ -97,7 +97,7 @@ class Keys:
 
 @cache
 def engine_hash() -> str:
-    """sha256 of our own code that has a part in an episode."""
+    """sha256 of the engine code that affects an episode."""
     package = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for file in sorted(p for ending in ("py", "c", "h") for p in package.rglob(f"*.{ending}")):
@@ -109,12 +109,12 @@ def engine_hash() -> str:
 
 @cache
 def computing() -> Mapping[str, str]:
-    """The versions of what computes, and the kind of machine: what the bits of a run depend on."""
+    """Versions of the numerical packages, and the machine type: the bits of a run depend on them."""
     return {**versions(), "scipy": importlib.metadata.version("scipy"), "machine": platform.machine()}
 
 
 def libraries(file: Path) -> dict[str, str]:
-    """The versions of the installed packages that a Python file imports, the standard library and ours excepted."""
+    """Versions of the installed packages that a Python file imports, except the standard library and rocs_bt."""
     tree = ast.parse(file.read_text(encoding="utf-8"), str(file))
     names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
     names |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) if node.module}
@@ -126,5 +126,5 @@ def libraries(file: Path) -> dict[str, str]:
     return {package: importlib.metadata.version(package) for package in sorted(found)}
 
 
-def _digest(told: object) -> str:
-    return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
+def _digest(value: object) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True, default=str).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Metrics: numbers of one episode, each with its unit, its direction, and what it means on failure.
+"""Metrics: numbers of one episode, with unit, direction, and value on failure.
 
 Sources: SPL is Anderson et al., On Evaluation of Embodied Navigation Agents (2018), 3; the BARN score is Xiao et al.,
 Autonomous Ground Navigation in Highly Constrained Spaces: Lessons Learned From the Second BARN Challenge (2023), with
@@ -17,35 +17,35 @@ import numpy.typing as npt
 from ..errors import UnknownName, unknown
 from ..record import AgentResult
 
-BARN_SPEED = 2.0  # [m/s] at which the BARN challenge takes the reference way to be driven
+BARN_SPEED = 2.0  # [m/s] assumed speed on the reference path in the BARN challenge
 BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn2024": (2.0, 8.0)}
-"""By the year that brought them, the bounds within which the time counts, in multiples of the optimal time."""
+"""By challenge year: lower and upper bound of the scored time, as multiples of the optimal time."""
 
 DEFAULT_METRICS = ("success", "collision", "time")
-"""What planners are judged by, where nothing else is said."""
+"""Metrics of verdicts and leaderboards by default."""
 
 SHARES = ("success", "collision")
-"""0 or 1 in each episode, so that the mean is a share."""
+"""Metrics that are 0 or 1 in each episode, so that their mean is a share."""
 
 ZERO_ON_FAILURE = ("success", "spl", *BARN_YEARS)
-"""0 where an episode fails, however it does."""
+"""Metrics that are 0 in every failed episode."""
 
 CVAR_SHARE = 0.05
-"""The share of the way that CVaR looks at."""
+"""Share of the path in the tail that CVaR averages."""
 
 
 @dataclass(frozen=True)
 class EpisodeData:
-    """What an episode left behind, for metrics to be told from.
+    """Measurements of an episode, from which metrics are computed.
 
     Attributes:
-        outcome: The agent's.
-        time_limit: T_max [s].
-        reference_length: How long a shortest way is [m]; 0 where that is unknown.
+        outcome: Outcome of the agent.
+        time_limit: Time limit T_max [s].
+        reference_length: Length of a shortest path [m]; 0 if unknown.
         agent: The agent's part of the run's summary.
-        path: (n, 2) Where the robot was, at equal steps of its way [m].
-        clearances: (n,) How near its hull was to anything there [m].
-        energy: What the drive spent on moving [J/kg].
+        path: (n, 2) Positions at equal steps of path length [m].
+        clearances: (n,) Distances from the hull to the nearest object [m].
+        energy: Kinetic energy added by the drive, per mass [J/kg].
     """
 
     outcome: str
@@ -58,12 +58,12 @@ class EpisodeData:
 
     @property
     def success(self) -> bool:
-        """Whether it succeeded."""
+        """Whether the outcome is success."""
         return self.outcome == "success"
 
     @property
     def time(self) -> float:
-        """When the goal was reached, counted from t = 0 [s]; T_max where it was not."""
+        """Time from t = 0 until the goal was reached [s]; T_max if it was not."""
         reached = self.agent.time_to_goal
         return reached if self.success and reached is not None else self.time_limit
 
@@ -73,14 +73,14 @@ class Metric:
     """One number of an episode.
 
     Attributes:
-        name: What it is called.
-        unit: Its unit; empty for a share or a count.
-        direction: Whether more is better (`up`) or less (`down`).
-        on_failure: `counts` where a failed episode has a value that belongs into the mean over all episodes;
-            `until_failure` where it tells of the way until then, so that planners are to be compared on the episodes
-            in which both succeed.
-        doc: What it is, and what it is on failure.
-        measure: Tells it; None where the episode says nothing of it.
+        name: Name of the metric.
+        unit: Unit; empty for a share or a count.
+        direction: `up` if higher is better, `down` if lower is better.
+        on_failure: `counts` if failed episodes have a value that belongs in the mean over all episodes. `until_failure`
+            if the value describes only the part before the failure; planners are then compared on the episodes in which
+            both succeed.
+        doc: Definition, including the value on failure.
+        measure: Function that computes it; None if undefined for the episode.
     """
 
     name: str
@@ -92,18 +92,16 @@ class Metric:
 
 
 def metric(name: str) -> Metric:
-    """A metric by its name; `margin of NAME` and `holds NAME` are two for each requirement of a scenario.
+    """Metric by name. Each requirement of a scenario adds `margin of NAME` and `holds NAME`.
 
     Raises:
-        UnknownName: There is none.
+        UnknownName: No metric has this name.
     """
     if name.startswith(MARGIN_PREFIX):
-        doc = (
-            f"The least margin of the requirement '{name.removeprefix(MARGIN_PREFIX)}'; negative where it was violated."
-        )
+        doc = f"Minimum margin of the requirement '{name.removeprefix(MARGIN_PREFIX)}'; negative if violated."
         return Metric(name, "", "up", "until_failure", doc, lambda m: _margin(m, name.removeprefix(MARGIN_PREFIX)))
     if name.startswith(HOLDS_PREFIX):
-        doc = f"Whether the requirement '{name.removeprefix(HOLDS_PREFIX)}' is satisfied: 1, or 0 where it is violated."
+        doc = f"1 if the requirement '{name.removeprefix(HOLDS_PREFIX)}' is satisfied, 0 if violated."
         return Metric(name, "", "up", "until_failure", doc, lambda m: _holds(m, name.removeprefix(HOLDS_PREFIX)))
     if name not in METRICS:
         raise UnknownName(unknown("metric", name, METRICS))
@@ -111,16 +109,16 @@ def metric(name: str) -> Metric:
 
 
 MARGIN_PREFIX = "margin of "
-"""Before a requirement's name: the metric of its robustness."""
+"""Prefix of a requirement's name in the metric of its robustness."""
 
 HOLDS_PREFIX = "holds "
-"""Before a requirement's name: 1 where it is satisfied, 0 where it is violated, None where that is unknown."""
+"""Prefix of a requirement's name in the metric that is 1 if satisfied, 0 if violated, None if unknown."""
 
 _VERDICTS: Mapping[str, float | None] = {"satisfied": 1.0, "violated": 0.0, "unknown": None}
 
 
 def measure_all(measured: EpisodeData) -> dict[str, float | None]:
-    """All metrics of an episode, those of its requirements' margins included."""
+    """All metrics of an episode, including those of its requirements."""
     found = {name: each.measure(measured) for name, each in METRICS.items()}
     for requirement in measured.agent.requirements:
         found[f"{MARGIN_PREFIX}{requirement.name}"] = requirement.margin
@@ -129,26 +127,26 @@ def measure_all(measured: EpisodeData) -> dict[str, float | None]:
 
 
 def barn_score(time: float, reference_length: float, *, low: float, high: float) -> float:
-    """The BARN challenge's score of a success.
+    """BARN challenge score of a success.
 
     Args:
-        time: How long it took [s].
-        reference_length: How long the reference way is [m].
-        low: Below this multiple of the optimal time nothing more is won.
-        high: Above this multiple nothing more is lost.
+        time: Time to the goal [s].
+        reference_length: Length of the reference path [m].
+        low: Multiple of the optimal time below which the score does not rise.
+        high: Multiple of the optimal time above which the score does not fall.
 
     Returns:
-        Between 1 / high and 1 / low.
+        Score between 1 / high and 1 / low.
     """
     optimal = reference_length / BARN_SPEED
     return optimal / min(max(time, low * optimal), high * optimal)
 
 
 def turning(path: npt.NDArray[np.float64]) -> float | None:
-    """How much a way turns, all turns added up regardless of their sign, a metre [rad/m].
+    """Absolute heading change per path length, summed over the path [rad/m].
 
     Args:
-        path: (n, 2) Positions at equal steps of the way [m], so that it does not matter how often they were taken.
+        path: (n, 2) Positions at equal steps of path length [m], so that the sampling rate does not matter.
     """
     steps = np.diff(path, axis=0)
     if len(steps) < 2:
@@ -158,7 +156,7 @@ def turning(path: npt.NDArray[np.float64]) -> float | None:
 
 
 def cvar(values: Sequence[float], share: float = CVAR_SHARE) -> float | None:
-    """The mean of the least values, those of a share of all; None of nothing."""
+    """Mean of the lowest values, a given share of all; None if there are no values."""
     if not len(values):
         return None
     ordered = np.sort(np.asarray(values, dtype=float))
@@ -208,52 +206,52 @@ _YEARS = "0 on failure. Bounds of its year: {} to {} times the optimal time, at 
 METRICS: Mapping[str, Metric] = {
     each.name: each
     for each in (
-        Metric("success", "", "up", "counts", "1 where it succeeded, else 0.", lambda m: float(m.success)),
+        Metric("success", "", "up", "counts", "1 if successful, else 0.", lambda m: float(m.success)),
         Metric(
-            "collision", "", "down", "counts", "1 where it ran into something, else 0; a robot that is struck while it "
-            "stands collides with nothing.", lambda m: float((m.agent.collisions or 0) > 0),
+            "collision", "", "down", "counts", "1 if the robot hit something, else 0. Being struck while stationary "
+            "is not a collision.", lambda m: float((m.agent.collisions or 0) > 0),
         ),
         Metric(
-            "time", "s", "down", "counts", "When the goal was reached, on the clock that starts with the episode; on "
-            "failure the time limit, so that its mean is the restricted mean time.", lambda m: m.time,
+            "time", "s", "down", "counts", "Time from the start of the episode to the goal; the time limit on "
+            "failure, so that the mean is the restricted mean time.", lambda m: m.time,
         ),
-        Metric("path_length", "m", "down", "until_failure", "How far it drove.", lambda m: m.agent.path_length),
+        Metric("path_length", "m", "down", "until_failure", "Path length driven.", lambda m: m.agent.path_length),
         Metric(
-            "spl", "", "up", "counts", "Success weighted by path length: a shortest way's length over its own; 0 on "
-            "failure.", _spl,
+            "spl", "", "up", "counts", "Success weighted by path length: shortest path length divided by the length "
+            "driven; 0 on failure.", _spl,
         ),
         *(
-            Metric(year, "", "up", "counts", f"The BARN score. {_YEARS.format(*bounds, BARN_SPEED)}", _barn(year))
+            Metric(year, "", "up", "counts", f"BARN score. {_YEARS.format(*bounds, BARN_SPEED)}", _barn(year))
             for year, bounds in BARN_YEARS.items()
         ),
         Metric(
-            "min_clearance", "m", "up", "until_failure", "How near its hull came to anything but the floor; below 0 "
-            "inside.", lambda m: m.agent.min_clearance,
+            "min_clearance", "m", "up", "until_failure", "Minimum distance from the hull to any object except the "
+            "floor; negative on penetration.", lambda m: m.agent.min_clearance,
         ),
         Metric(
-            "cvar_clearance", "m", "up", "until_failure", "The mean clearance of the tightest 5 % of its way (CVaR).",
+            "cvar_clearance", "m", "up", "until_failure", "Mean clearance on the tightest 5 % of the path (CVaR).",
             lambda m: cvar(m.clearances),
         ),
         Metric(
-            "smoothness", "rad/m", "down", "until_failure", "How much its way turns a metre, told at equal steps of "
-            "the way, so that it does not depend on how often one looks.", lambda m: turning(m.path),
+            "smoothness", "rad/m", "down", "until_failure", "Absolute heading change per metre, at equal steps of "
+            "path length, so that the sampling rate does not matter.", lambda m: turning(m.path),
         ),
         Metric(
-            "energy", "J/kg", "down", "until_failure", "What it spent on gathering speed, a kilogram.",
+            "energy", "J/kg", "down", "until_failure", "Kinetic energy added by accelerating, per kilogram.",
             lambda m: m.energy,
         ),
         Metric(
-            "reflex_share", "", "down", "until_failure", "The share of its driven time in which reflexes had the "
+            "reflex_share", "", "down", "until_failure", "Share of the driving time in which reflexes controlled the "
             "wheels.", _reflex_share,
         ),
         Metric(
-            "route_switches", "", "down", "until_failure", "How often the wheels went from plan to reflex or back.",
+            "route_switches", "", "down", "until_failure", "Number of switches between plan and reflex control.",
             lambda m: float(m.agent.route_switches),
         ),
-        Metric("replans", "", "down", "until_failure", "How often the plan sent its action again after a reflex.",
+        Metric("replans", "", "down", "until_failure", "Number of actions that the plan resubmitted after a reflex.",
                lambda m: float(m.agent.replans)),
-        Metric("exceptions", "", "down", "counts", "Exceptions that content raised, such as the planner.", _exceptions),
-        Metric("tracking", "m", "down", "until_failure", "How far it was beside its reference path, root mean square.",
+        Metric("exceptions", "", "down", "counts", "Exceptions raised by content, such as the planner.", _exceptions),
+        Metric("tracking", "m", "down", "until_failure", "Root mean square distance to the reference path.",
                lambda m: m.agent.tracking_error.cross_rms),
     )
 }  # fmt: skip

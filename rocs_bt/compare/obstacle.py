@@ -1,4 +1,4 @@
-"""What stands on a floor: posts and blocks."""
+"""Static obstacles: posts and blocks."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Block:
 
 
 def walls_around(low: Point, high: Point, *, thickness: float = 0.1, height: float = 1.0) -> list[Post | Block]:
-    """Four walls around a rectangle, on its edges, thick and high [m]."""
+    """Four walls centred on the edges of a rectangle; thickness and height in [m]."""
     (x0, y0), (x1, y1) = low, high
     x, y, wide, deep = (x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0 + thickness, y1 - y0 + thickness
     return [
@@ -47,5 +47,5 @@ def walls_around(low: Point, high: Point, *, thickness: float = 0.1, height: flo
 
 
 def length_of(points: Sequence[Point]) -> float:
-    """How long a polygon is [m]."""
+    """Length of a polyline [m]."""
     return sum(math.dist(a, b) for a, b in pairwise(points))

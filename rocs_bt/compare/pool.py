@@ -1,4 +1,4 @@
-"""WorkerPool: local processes as a `concurrent.futures.Executor` that outlives any of them."""
+"""WorkerPool: local processes as a `concurrent.futures.Executor` that replaces processes that die."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 EXIT_TIMEOUT = 1
-"""The exit code of a process that took longer than its wall limit, as faulthandler ends it."""
+"""Exit code of a process that faulthandler ended because it exceeded its wall limit."""
 
 _THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 _starting = threading.Lock()
 
 
 class WorkerDied(RocsError):
-    """A worker's process ended in the middle of a task, each time that it was tried.
+    """Every attempt at a task ended with the death of the worker process.
 
     Attributes:
-        exit_code: The last process's; negative for a signal.
+        exit_code: Exit code of the last process; negative for a signal.
     """
 
     def __init__(self, exit_code: int | None) -> None:
@@ -49,13 +49,13 @@ class WorkerDied(RocsError):
 
 
 class WorkerPool(Executor):
-    """Processes that take one task after the other. One that dies is replaced, and its task is tried again.
+    """Worker processes that each run one task at a time. A process that dies is replaced and its task is retried.
 
-    `ProcessPoolExecutor` breaks as a whole when one process dies, and cannot end one that hangs.
+    `ProcessPoolExecutor` breaks as a whole when one process dies, and cannot end a process that hangs.
 
     Args:
-        workers: How many processes.
-        retries: How often a task is tried again whose process died.
+        workers: Number of processes.
+        retries: Number of retries of a task whose process died.
     """
 
     def __init__(self, workers: int, *, retries: int = 1) -> None:
@@ -77,13 +77,13 @@ class WorkerPool(Executor):
             RuntimeError: The pool is shut down.
         """
         if self._closed.is_set():
-            raise RuntimeError("the pool is shut down: it takes no task any more.")
+            raise RuntimeError("the pool is shut down and accepts no tasks.")
         future: Future[T] = Future()
         self._tasks.put((future, pickle.dumps((fn, args, kwargs))))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes once all tasks are done; with `cancel_futures` at once, whatever they are at."""
+        """End the processes when all tasks are done; with `cancel_futures` kill them now."""
         if cancel_futures:
             self._cancelled.set()
             for slot in self._slots:
@@ -98,7 +98,7 @@ class WorkerPool(Executor):
             self._scratch.cleanup()
 
     def _serve(self, slot: _Slot) -> None:
-        """A slot's thread: hand it task after task."""
+        """Thread of a slot: run tasks until the queue ends."""
         while (task := self._tasks.get()) is not None:
             future, payload = task
             if self._cancelled.is_set():
@@ -122,40 +122,40 @@ class WorkerPool(Executor):
 
 
 class _Slot:
-    """One process at a time, started when it is needed; its temporary files are in a folder of the pool's."""
+    """One process at a time, started on demand; its temporary files are in a folder of the pool."""
 
     def __init__(self, name: str, scratch: str) -> None:
         self._name = name
-        # One thread for numerics: there is a process for each core.
+        # One numerics thread per process, since there is one process per core.
         self._environment = {**_THREADS, "TMPDIR": scratch}
         self._process: BaseProcess | None = None
         self._connection: Connection | None = None
 
     def do(self, payload: bytes) -> tuple[bool, Any]:
-        """Whether the task succeeded, and its result, or what it raised.
+        """Run a task: whether it succeeded, and its result or exception.
 
         Raises:
-            WorkerDied: The process ended on the way.
+            WorkerDied: The process ended during the task.
         """
         process, connection = self._started()
         try:
             connection.send_bytes(payload)
             wait([connection, process.sentinel])
-            told: tuple[bool, Any] = connection.recv()
+            answer: tuple[bool, Any] = connection.recv()
         except (EOFError, OSError):
             process.join()
             self._process = None
             connection.close()
             raise WorkerDied(process.exitcode) from None
-        return told
+        return answer
 
     def kill(self) -> None:
-        """End the process at once."""
+        """Kill the process."""
         if self._process is not None:
             self._process.kill()
 
     def close(self) -> None:
-        """Let the process end."""
+        """Close the connection, so that the process ends, and wait for it."""
         if self._connection is not None:
             self._connection.close()
         if self._process is not None:
@@ -188,7 +188,7 @@ def _context() -> Any:
 
 
 def _worker_loop(connection: Connection, environment: Mapping[str, str]) -> None:
-    """Main loop of a worker: receive a task, run it, send its result; ends when the pipe is closed."""
+    """Main loop of a worker: receive a task, run it, send the result; ends when the connection closes."""
     os.environ.clear()
     os.environ.update(environment)  # the server has the environment of the first pool
     tempfile.tempdir = None
@@ -199,25 +199,25 @@ def _worker_loop(connection: Connection, environment: Mapping[str, str]) -> None
         except (EOFError, OSError):
             return
         try:
-            told: tuple[bool, Any] = True, fn(*args, **kwargs)
-        except Exception as error:  # noqa: BLE001 - the process's boundary: what a task raises is its caller's
-            told = False, error
+            answer: tuple[bool, Any] = True, fn(*args, **kwargs)
+        except Exception as error:  # noqa: BLE001 - process boundary: exceptions of a task go to its caller
+            answer = False, error
         try:
-            connection.send(told)
+            connection.send(answer)
         except OSError:
             return
 
 
 def _end_with_parent() -> None:
-    """End this process at once, in the midst of a task too, when its parent is gone: nobody wants the result."""
+    """End this process when its parent ends, even during a task: the result is not needed any more."""
     if (parent := multiprocessing.parent_process()) is not None:
         wait([parent.sentinel])
-        os._exit(0)  # nobody is there to read an exit code
+        os._exit(0)  # no parent reads the exit code
 
 
 @contextmanager
 def _environment(values: Mapping[str, str]) -> Iterator[None]:
-    """What a process that starts in here finds in its environment, besides ours."""
+    """Environment variables set for processes that start inside the block."""
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:

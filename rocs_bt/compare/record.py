@@ -1,4 +1,4 @@
-"""EpisodeRecord: what is kept of one episode of one planner in one scene."""
+"""EpisodeRecord: the stored result of one episode."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ __all__ = ["OUTCOMES", "EpisodeRecord", "decode_record", "encode_record"]
 
 
 class EpisodeRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """One episode. It holds what repeats to the bit; wall time and CPU time are kept beside it, by the store.
+    """Result of one episode. Contains only data that repeat bit by bit; the store keeps wall and CPU time separately.
 
     Attributes:
-        key: sha256 of all that the episode depends on; the same key is the same episode.
-        planner: The planner's name.
-        family: The family of the scene; the scenario's name for one that was written by hand.
-        scene: The scene's name: the cluster that its seeds belong to.
-        seed: The episode's seed. It moves starts, noise and movers, alike for every planner.
-        outcome: Exactly one of `OUTCOMES`.
-        reason: Why not success; empty for success.
-        metrics: By name, as in `METRICS`; None where the episode says nothing of it.
-        sim_time: When it ended [s], on the clock that starts at 0.
-        time_limit: When it would have been ended [s].
-        difficulty: The scene's, by measure.
-        track: Where the robot was about every 0.1 m of its way: (n, 2) float32 x, y [m] as bytes.
+        key: sha256 of everything that the episode depends on; equal keys mean equal episodes.
+        planner: Name of the planner.
+        family: Family of the scene, or the name of the scenario.
+        scene: Name of the scene; its seeds form one cluster.
+        seed: Seed of the episode; varies starts, noise and movers in the same way for every planner.
+        outcome: One of `OUTCOMES`.
+        reason: Reason of a failure; empty for success.
+        metrics: Values by metric name, as in `METRICS`; None if undefined for this episode.
+        sim_time: Simulated time at the end [s].
+        time_limit: Time limit of the episode [s].
+        difficulty: Difficulty measures of the scene by name.
+        track: Positions about every 0.1 m of path length: (n, 2) float32 x, y [m] as bytes.
         content: sha256 of all content used.
-        trajectory_hash: sha256 of all positions at control periods; empty where the episode broke down.
-        reproducible: Whether another run gives the same; not so where a planner's latency is measured or a wall limit
-            struck.
+        trajectory_hash: sha256 of all positions at control periods; empty after an error.
+        reproducible: Whether a repetition gives the same result. False if a planner's latency is measured, or after a
+            wall limit.
     """
 
     key: str
@@ -53,25 +53,25 @@ class EpisodeRecord(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def success(self) -> bool:
-        """Whether it succeeded."""
+        """Whether the outcome is success."""
         return self.outcome == "success"
 
     @property
     def path(self) -> npt.NDArray[np.float32]:
-        """(n, 2) The track [m]."""
+        """(n, 2) Positions of the track [m]."""
         return np.frombuffer(self.track, dtype=np.float32).reshape(-1, 2)
 
 
 def encode_record(record: EpisodeRecord) -> bytes:
-    """A record as one line of JSON, keys sorted: equal records give equal bytes."""
+    """Record as one line of JSON with sorted keys: equal records give equal bytes."""
     return msgspec.json.encode(record, order="sorted")
 
 
 def decode_record(line: bytes | str) -> EpisodeRecord:
-    """A record from its JSON.
+    """Record from its JSON.
 
     Raises:
-        msgspec.ValidationError: It is none.
+        msgspec.ValidationError: The text is not a record.
     """
     return _DECODER.decode(line)
 

@@ -1,4 +1,4 @@
-"""Bench: where episodes are played one after the other, with all that they share kept; and what a worker does."""
+"""EpisodeRunner: plays episodes one after another and caches what they share; and the function that workers run."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from .record import EpisodeRecord
 from .store import Cost
 
 SCENES = 4
-"""How many scenes stay set up at a time: a sweep goes from scene to scene."""
+"""Maximum number of cached scenes; a sweep proceeds scene by scene."""
 
 
 @dataclass(frozen=True)
 class PreparedScene:
-    """A scene that is ready to be played.
+    """Scene with its scenario loaded, ready to be played.
 
     Attributes:
-        catalog: Where its content is found.
-        scenario: The scenario, whoever plans in it.
-        agent: Whose planner is compared.
-        reference_length: How long a shortest way from start to goal is, as far as is known [m].
-        difficulty: How hard it is, by measure.
-        privileged: Information for oracle planners only.
+        catalog: Source of its content.
+        scenario: The scenario, before a planner is assigned.
+        agent: Agent with the planner under test.
+        reference_length: Length of a shortest path from start to goal, as far as known [m].
+        difficulty: Difficulty measures by name.
+        privileged: Information reserved for oracle planners.
     """
 
     catalog: CachingCatalog
@@ -55,15 +55,15 @@ class PreparedScene:
     privileged: Mapping[str, Any] = field(default_factory=dict)
 
     def with_planner(self, planner: PlannerSpec) -> ScenarioSpec:
-        """The scenario in which a planner is the mind of the agent; an oracle is told what it may know."""
+        """The scenario with a planner assigned to the agent; an oracle also gets the privileged information."""
         return planner.drives(self.scenario, self.agent, self.privileged)
 
 
 class EpisodeRunner:
-    """Plays episodes. It keeps catalogs, compiled worlds and rules; what it plays is the same with and without.
+    """Plays episodes. Caches catalogs, compiled worlds and rules; the cache does not change results.
 
     Args:
-        project: The project in which content is found; None for shipped content.
+        project: Project that contains the content; None for shipped content.
         code: Whether Python content may run.
     """
 
@@ -72,10 +72,10 @@ class EpisodeRunner:
         self._prepared: OrderedDict[SceneRef, PreparedScene] = OrderedDict()
 
     def prepare(self, scene: SceneRef) -> PreparedScene:
-        """A scene, made or found.
+        """Load or generate a scene.
 
         Raises:
-            InputError: There is no such scenario, family or agent, or something in it is wrong.
+            InputError: The scenario, family or agent does not exist, or its content is invalid.
         """
         if scene not in self._prepared:
             self._prepared[scene] = self._prepare(scene)
@@ -88,14 +88,14 @@ class EpisodeRunner:
         """Play one episode in lockstep, without a recording.
 
         Raises:
-            InputError: Something in the content is wrong.
+            InputError: Content is invalid.
             RocsError: The engine failed.
         """
         prepared, planner = self.prepare(episode.scene), episode.planner
         scenario, agent = prepared.with_planner(planner), prepared.agent
         if episode.require:
-            asked = RequirementSpec(episode.require, episode.require, (agent,))
-            scenario = replace(scenario, requirements=(*scenario.requirements, asked))
+            extra = RequirementSpec(episode.require, episode.require, (agent,))
+            scenario = replace(scenario, requirements=(*scenario.requirements, extra))
         sink = MetricSink(agent)
         summary = run(
             scenario,
@@ -152,7 +152,7 @@ class EpisodeRunner:
 
 
 def _agent(scenario: ScenarioSpec, name: str) -> AgentSpec:
-    """An agent of a scenario by its name; the first one where the name is empty."""
+    """Agent of a scenario by name; the first agent if the name is empty."""
     agents = {agent.name: agent for agent in scenario.agents}
     wanted = name or scenario.agents[0].name
     if wanted not in agents:
@@ -161,7 +161,7 @@ def _agent(scenario: ScenarioSpec, name: str) -> AgentSpec:
 
 
 def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
-    """The shortest way from an agent's start to its goal [m]: as the scenario tells, or straight; 0 without a goal."""
+    """Shortest path length from an agent's start to its goal [m]: declared, else straight-line; 0 without a goal."""
     if agent.shortest is not None:
         return agent.shortest
     goals = [place.pose for place in scenario.places if place.name == agent.success]
@@ -169,21 +169,21 @@ def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
 
 
 STEP = 0.05
-"""How much of its way lies between two looks at the clearance, and two positions of the way [m]."""
+"""Path length between clearance measurements, and between path samples [m]."""
 
 TRACK = 0.1
-"""How much of its way lies between two positions that are kept for pictures [m]."""
+"""Path length between the positions that a record keeps for figures [m]."""
 
 
 class MetricSink:
-    """Watches one agent of a run in lockstep.
+    """Event sink that measures one agent during a lockstep run.
 
     Args:
-        agent: Its name.
+        agent: Name of the agent.
 
     Attributes:
-        clearances: How near its hull was to anything but the floor, at each STEP of its way [m].
-        energy: What it spent on gathering speed [J/kg]; None for a robot whose wheels nobody measures.
+        clearances: Distance from the hull to the nearest object except the floor, every STEP of path length [m].
+        energy: Kinetic energy added by accelerating, per mass [J/kg]; None if wheel speeds are not recorded.
     """
 
     def __init__(self, agent: str) -> None:
@@ -197,11 +197,11 @@ class MetricSink:
         self._kinetic: float | None = None
 
     def prepare(self, stage: SimulatedWorld) -> None:
-        """Take note of the world; for `run`'s argument of that name."""
+        """Store the simulated world; pass it as the `prepare` argument of `run`."""
         self._world = stage.world
 
     def emit(self, event: Event) -> None:
-        """Look, where the event says that the agent was moved."""
+        """Measure at each `BodyMoved` event of the agent."""
         if not isinstance(event, BodyMoved) or event.agent != self.agent:
             return
         if self._points:
@@ -211,10 +211,10 @@ class MetricSink:
             self.clearances.append(self._world.clearance(self.agent)[0])
             self._next = self._driven + STEP
         if event.wheels:
-            self._weigh(unpack(event.wheels))
+            self._add_energy(unpack(event.wheels))
 
     def path(self, step: float = STEP) -> npt.NDArray[np.float64]:
-        """(n, 2) Where it was, at equal steps of its way [m]: the same way gives the same, however it was sampled."""
+        """(n, 2) Positions at equal steps of path length [m]; the result does not depend on the sampling rate."""
         points = np.array(self._points, dtype=float).reshape(-1, 2)
         if len(points) < 2:
             return points
@@ -223,27 +223,27 @@ class MetricSink:
         return np.column_stack([np.interp(at, along, points[:, axis]) for axis in (0, 1)])
 
     def track(self) -> bytes:
-        """Where it was about every TRACK of its way, and at the end: (n, 2) float32 as bytes."""
+        """Positions about every TRACK of path length, and the last one: (n, 2) float32 as bytes."""
         return np.vstack([self.path(TRACK), *self._points[-1:]]).astype(np.float32).tobytes()
 
-    def _weigh(self, rims: list[float]) -> None:
-        """Add what the drive's speed gained since the last look: half the mean square of its rims' speeds."""
-        kinetic = sum(v * v for v in rims) / (2.0 * len(rims))
+    def _add_energy(self, wheels: list[float]) -> None:
+        """Add the increase of kinetic energy per mass: half the mean square of the wheel linear speeds."""
+        kinetic = sum(v * v for v in wheels) / (2.0 * len(wheels))
         self.energy = (self.energy or 0.0) + max(kinetic - (kinetic if self._kinetic is None else self._kinetic), 0.0)
         self._kinetic = kinetic
 
 
-_ONE_AT_A_TIME = threading.Lock()  # a process plays one episode at a time, however many threads an executor has in it
+_ONE_AT_A_TIME = threading.Lock()  # one episode per process, even if the executor uses several threads
 
 
 def run_episode(episode: Episode) -> tuple[EpisodeRecord, Cost]:
-    """Play a trial. An episode that breaks down is a record as well, with the outcome `error`.
+    """Play an episode in a worker. An episode that raises becomes a record with the outcome `error`.
 
-    In a process that an executor started a trial that takes longer than its wall limit ends that process, even where
-    it hangs in C code that holds the interpreter: whoever started it does the rest.
+    In a worker process, an episode that exceeds its wall limit ends that process, even if C code holds the interpreter
+    lock. The caller then retries or records the failure.
 
     Raises:
-        InputError: Something in the content is wrong, so that no other episode would do better.
+        InputError: Content is invalid, so every other episode would fail too.
     """
     with _ONE_AT_A_TIME, _limited(episode.wall_limit):
         wall, cpu = time.perf_counter(), time.process_time()
@@ -253,19 +253,19 @@ def run_episode(episode: Episode) -> tuple[EpisodeRecord, Cost]:
             record = runner.play(episode)
         except InputError:
             raise
-        except Exception as error:  # noqa: BLE001 - the process's boundary: one broken episode must not end a sweep
+        except Exception as error:  # noqa: BLE001 - process boundary: one failed episode must not end a sweep
             record = error_record(episode, f"{type(error).__name__}: {error}", limit, reproducible=True)
         return record, Cost(time.perf_counter() - wall, time.process_time() - cpu)
 
 
 def error_record(episode: Episode, reason: str, time_limit: float, *, reproducible: bool) -> EpisodeRecord:
-    """The record of an episode that did not come to an end: a failure, of which nothing else is known.
+    """Record of an episode that ended in an error: counted as a failure, without other measurements.
 
     Args:
-        episode: What was to be played.
-        reason: Why it broke down.
-        time_limit: T_max [s]; 0 where that is not known either.
-        reproducible: Whether it would break down again.
+        episode: The episode.
+        reason: Reason of the error.
+        time_limit: Time limit of the episode [s]; 0 if unknown.
+        reproducible: Whether a repetition would fail too.
     """
     time = time_limit if time_limit > 0.0 else None
     return EpisodeRecord(
@@ -284,17 +284,17 @@ def error_record(episode: Episode, reason: str, time_limit: float, *, reproducib
 
 @lru_cache(maxsize=1)
 def _process_runner(project: Path | None, code: bool) -> EpisodeRunner:
-    """This process's bench."""
+    """Runner of this process."""
     return EpisodeRunner(project, code=code)
 
 
 @contextmanager
 def _limited(seconds: float) -> Iterator[None]:
-    """End this process, where it is nobody's main one, unless the block is done in time [s]."""
+    """End this worker process unless the block finishes in time [s]; no effect in a main process."""
     if multiprocessing.parent_process() is None:
         yield
         return
-    # faulthandler's clock is a thread in C that needs no interpreter lock; it tells on stderr where the process hung.
+    # faulthandler's timer is a C thread without the interpreter lock; it prints the stack traces to stderr.
     faulthandler.dump_traceback_later(seconds, exit=True)
     try:
         yield

@@ -1,4 +1,4 @@
-"""Store: the records of all episodes that were ever played, in one SQLite file; written to the end or not at all."""
+"""Store: records of all episodes played, in one SQLite file; every write is atomic."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .key import computing
 from .record import EpisodeRecord, decode_record, encode_record
 
 FILE = "episodes.sqlite"
-_WAIT = 60.0  # [s] for another sweep that writes into the same store
+_WAIT = 60.0  # [s] timeout while another sweep writes to the same store
 _TABLES = (
     "create table if not exists versions (id integer primary key, told text unique not null)",
     """create table if not exists episodes (
@@ -32,11 +32,11 @@ _PUT = "insert or replace into episodes values (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
 
 @dataclass(frozen=True)
 class Cost:
-    """What an episode cost to compute; it does not repeat, so no record holds it.
+    """Computation cost of an episode; kept out of records because it does not repeat.
 
     Attributes:
-        wall: Time on the wall [s].
-        cpu: Time of the processor [s].
+        wall: Wall-clock time [s].
+        cpu: CPU time [s].
     """
 
     wall: float
@@ -44,23 +44,23 @@ class Cost:
 
 
 class Store:
-    """A content-addressed store of episodes; a context manager. Several sweeps may use one at a time.
+    """Content-addressed store of episodes and context manager. Several sweeps may use one store at the same time.
 
     Args:
-        folder: Where its file is; made if it does not exist. None for a store in memory.
+        folder: Folder of the file, created if missing; None for a store in memory.
 
     Raises:
-        InputError: The file is damaged, or no store; every other function may raise it, too.
+        InputError: The file is damaged or not a store; every method may raise this too.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = folder
-        place = ":memory:" if folder is None else str(folder / FILE)
+        database = ":memory:" if folder is None else str(folder / FILE)
         try:
             if folder is not None:
                 folder.mkdir(parents=True, exist_ok=True)
-            self._db = sqlite3.connect(place, timeout=_WAIT, isolation_level=None, check_same_thread=False)
-            # A sweep's store in memory goes with the sweep, on whatever thread lets go of it last.
+            self._db = sqlite3.connect(database, timeout=_WAIT, isolation_level=None, check_same_thread=False)
+            # A store in memory is closed with its sweep, by the thread that drops the last reference.
             self._end = weakref.finalize(self, self._db.close)
         except (OSError, sqlite3.Error) as error:
             raise InputError(self._fault(f"cannot be opened: {error}")) from error
@@ -72,14 +72,14 @@ class Store:
 
     def _begin(self) -> None:
         self._do("pragma journal_mode = wal")
-        self._do("pragma synchronous = normal")  # a power cut may lose the last episodes, and breaks nothing
+        self._do("pragma synchronous = normal")  # a power cut may lose the last episodes but not damage the file
         for statement in _TABLES:
             self._do(statement)
         if tuple(row[1] for row in self._do("pragma table_info(episodes)")) != _COLUMNS:
             raise InputError(self._fault("was made by another version of rocs_bt"))
-        told = json.dumps(dict(computing()), sort_keys=True)
-        self._do("insert or ignore into versions (told) values (?)", (told,))
-        (self._versions,) = self._do("select id from versions where told = ?", (told,)).fetchone()
+        versions = json.dumps(dict(computing()), sort_keys=True)
+        self._do("insert or ignore into versions (told) values (?)", (versions,))
+        (self._versions,) = self._do("select id from versions where told = ?", (versions,)).fetchone()
 
     def _do(self, statement: str, values: tuple[Any, ...] = ()) -> sqlite3.Cursor:
         try:
@@ -88,9 +88,9 @@ class Store:
             raise InputError(self._fault(f"cannot be used: {error}")) from error
 
     def _fault(self, why: str) -> Fault:
-        place = "the store in memory" if self.folder is None else f"the store {self.folder / FILE}"
-        hint = "Give another folder, or move this one away: its episodes are then played again."
-        return Fault(f"{place} {why}.", hint=hint)
+        store = "the store in memory" if self.folder is None else f"the store {self.folder / FILE}"
+        hint = "Choose another folder, or move this file away; its episodes are then played again."
+        return Fault(f"{store} {why}.", hint=hint)
 
     def __enter__(self) -> Store:
         return self
@@ -99,17 +99,17 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._end()
 
     def put(self, record: EpisodeRecord, cost: Cost) -> None:
-        """Keep an episode; whole, or not at all."""
+        """Store an episode atomically."""
         r = record
         row = (r.key, r.planner, r.family, r.scene, r.seed, r.outcome, encode_record(r).decode(), cost.wall, cost.cpu)
         self._do(_PUT, (*row, self._versions))
 
     def get(self, key: str) -> EpisodeRecord | None:
-        """An episode; None where it was not played."""
+        """Episode of a key, or None if not stored."""
         found = self._do("select record from episodes where key = ?", (key,)).fetchone()
         try:
             return None if found is None else decode_record(found[0])
@@ -117,27 +117,27 @@ class Store:
             raise InputError(self._fault(f"holds a damaged record of the episode {key[:12]}...: {error}")) from error
 
     def outcome(self, key: str) -> str:
-        """An episode's outcome; empty where it was not played."""
+        """Outcome of an episode; empty if not stored."""
         found = self._do("select outcome from episodes where key = ?", (key,)).fetchone()
         return "" if found is None else str(found[0])
 
     def records(self, keys: Iterable[str]) -> Iterator[EpisodeRecord]:
-        """The episodes of some keys, those that were played, in the order of the keys."""
+        """Stored episodes of some keys, in the order of the keys."""
         for key in keys:
             if (record := self.get(key)) is not None:
                 yield record
 
     def cost(self, keys: Iterable[str]) -> Cost:
-        """What some episodes cost together."""
+        """Total computation cost of some episodes."""
         rows = [self._do("select wall, cpu from episodes where key = ?", (key,)).fetchone() for key in keys]
         return Cost(sum(row[0] for row in rows if row), sum(row[1] for row in rows if row))
 
     def export(self, file: Path, keys: Iterable[str] | None = None) -> int:
-        """Write episodes as JSON lines, sorted by planner, family, scene and seed; gives how many.
+        """Write episodes as JSON lines, sorted by planner, family, scene and seed; returns their number.
 
         Args:
-            file: Where to.
-            keys: Which; all by default.
+            file: Output file.
+            keys: Keys of the episodes; all by default.
         """
         order = "order by planner, family, scene, seed, key"
         wanted = None if keys is None else set(keys)
@@ -150,6 +150,6 @@ class Store:
         return count
 
     def count(self) -> int:
-        """How many episodes it has."""
+        """Number of episodes."""
         (count,) = self._do("select count(*) from episodes").fetchone()
         return int(count)

@@ -1,4 +1,4 @@
-"""A sweep: every planner in every scene with every seed, each episode played once for good."""
+"""Sweep: play every planner in every scene with every seed, each episode once."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from .runner import error_record, run_episode
 from .store import Cost, Store
 
 WALL_LIMIT = 300.0
-"""How long an episode may take to compute [s]."""
+"""Maximum wall-clock time of an episode [s]."""
 
-_AHEAD = 4  # tasks that wait for each worker: enough to keep it busy, few enough to hold 10,000 episodes in no memory
+_AHEAD = 4  # queued tasks per worker: enough to keep it busy without holding 10,000 episodes in memory
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepOptions:
-    """How a sweep is played.
+    """Options of a sweep.
 
     Attributes:
-        workers: Number of local processes; None for one for each core.
-        wall_limit: Longest time to compute an episode [s]; then its process is ended, and it is tried once more.
-        retry_errors: Whether to play again what ended in `error` before.
-        require: One more requirement on the agents; such episodes are others than those without.
-        enough: Asked after each scene, in their order, with all episodes so far: True ends the sweep there. It is the
-            same scene however fast who plays what, so a sweep that ends early repeats too.
+        workers: Number of local processes; None for one per core.
+        wall_limit: Maximum wall-clock time of an episode [s]. Its process is then ended and the episode retried once.
+        retry_errors: Whether to replay episodes that ended in `error` before.
+        require: Additional requirement on the agents; changes the episodes' keys.
+        stop_when: Predicate called after each scene, in scene order, with all episodes so far; True ends the sweep. The
+            result does not depend on the speed of workers, so an early end is reproducible.
     """
 
     workers: int | None = None
@@ -46,12 +46,12 @@ class SweepOptions:
 
 @dataclass(frozen=True)
 class Sweep:
-    """What a sweep came to.
+    """Result of a sweep.
 
     Attributes:
-        store: Where its episodes are.
-        keys: Theirs, by planner, then by scene, then by seed.
-        played: How many were played now; the others stood in the store.
+        store: Store that holds the episodes.
+        keys: Keys of the episodes, ordered by planner, scene and seed.
+        played: Number of episodes played now; the others were in the store.
     """
 
     store: Store
@@ -59,7 +59,7 @@ class Sweep:
     played: int
 
     def records(self) -> Iterator[EpisodeRecord]:
-        """The episodes, in the order of the keys."""
+        """Episodes in the order of the keys."""
         return self.store.records(self.keys)
 
 
@@ -74,33 +74,34 @@ def sweep(
     options: SweepOptions | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> Sweep:
-    """Play every planner in every scene with every seed, but for what the store has already.
+    """Play every planner in every scene with every seed, except episodes in the store.
 
-    Killed at any moment and called again, it goes on where it was. Everything that comes back is written at once.
+    A killed sweep resumes when called again: every result is stored as soon as it arrives.
 
     Args:
         planners: Planners, or their names.
         scenes: Scenes, or names of scenarios.
-        seeds: The seeds of each scene.
-        catalog: Where content is found; the project around the current folder by default.
-        store: Where episodes are kept; in memory by default.
-        executor: Who plays them, such as `dask.distributed.Client(...).get_executor()`; local processes by default.
-        options: How they are played.
-        progress: Told how many of the episodes are there.
+        seeds: Seeds of each scene.
+        catalog: Source of content; the project around the current folder by default.
+        store: Store of episodes; in memory by default.
+        executor: Executor of the episodes, such as `dask.distributed.Client(...).get_executor()`; local processes by
+            default.
+        options: Options.
+        progress: Callback with the number of finished episodes.
 
     Raises:
-        InputError: Content is wrong; what was played so far is in the store.
-        RocsError: The executor broke down.
+        InputError: Content is invalid; finished episodes are in the store.
+        RocsError: The executor failed.
     """
     catalog, options = catalog or Catalog.here(), options or SweepOptions()
     store = Store() if store is None else store
     by_scene = _by_scene(planners, scenes, tuple(seeds), catalog, options)
     again = ("", "error") if options.retry_errors else ("",)
     done = {episode.key for episodes in by_scene for episode in episodes if store.outcome(episode.key) not in again}
-    finished = _Progress(by_scene, store, options.stop_when)
+    scene_progress = _Progress(by_scene, store, options.stop_when)
     found = len(done)
     progress(found)
-    if not finished.over(done):
+    if not scene_progress.complete(done):
         with ExitStack() as stack:
             todo = [episode for episodes in by_scene for episode in episodes if episode.key not in done]
             if executor is None:
@@ -109,9 +110,9 @@ def sweep(
                 store.put(record, cost)
                 done.add(record.key)
                 progress(len(done))
-                if finished.over(done):
+                if scene_progress.complete(done):
                     break
-    return Sweep(store, finished.keys, len(done) - found)
+    return Sweep(store, scene_progress.keys, len(done) - found)
 
 
 def _by_scene(
@@ -121,7 +122,7 @@ def _by_scene(
     catalog: Catalog,
     options: SweepOptions,
 ) -> list[list[Episode]]:
-    """All trials scene by scene, since a worker keeps the scene that it has set up."""
+    """All episodes grouped by scene, since a worker caches its prepared scene."""
     chosen = [catalog.load_planner(p) if isinstance(p, str) else p for p in planners]
     _refuse_duplicate_names(chosen)
     for planner in chosen:
@@ -135,7 +136,7 @@ def _by_scene(
 
 
 class _Progress:
-    """How far a sweep has come, scene by scene."""
+    """Number of finished scenes of a sweep."""
 
     def __init__(
         self,
@@ -152,13 +153,13 @@ class _Progress:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Of the scenes that count: by planner, then by scene, then by seed."""
+        """Keys of the finished scenes, ordered by planner, scene and seed."""
         episodes = [episode for episodes in self._by_scene[: self._scenes] for episode in episodes]
         order = {name: i for i, name in enumerate(dict.fromkeys(episode.planner.name for episode in episodes))}
         return tuple(episode.key for episode in sorted(episodes, key=lambda episode: order[episode.planner.name]))
 
-    def over(self, done: Container[str]) -> bool:
-        """Whether all scenes are played, or enough of them."""
+    def complete(self, done: Container[str]) -> bool:
+        """Whether all scenes are played, or the stop predicate holds."""
         while not self._ended and self._scenes < len(self._by_scene):
             keys = [episode.key for episode in self._by_scene[self._scenes]]
             if not all(key in done for key in keys):
@@ -172,7 +173,7 @@ class _Progress:
 
 @contextmanager
 def local_pool(workers: int) -> Iterator[WorkerPool]:
-    """Local processes, which are ended with the block, whatever they are at."""
+    """Local worker processes, killed at the end of the block."""
     pool = WorkerPool(workers)
     try:
         yield pool
@@ -181,15 +182,15 @@ def local_pool(workers: int) -> Iterator[WorkerPool]:
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _play(executor: Executor, episodes: Iterator[Episode]) -> Generator[tuple[EpisodeRecord, Cost], None, None]:
-    """Play trials in any order, a few ahead of what is done."""
+    """Play episodes in any order, with a bounded queue per worker."""
     ahead = _AHEAD * int(getattr(executor, "workers", 0) or getattr(executor, "_max_workers", 0) or 16)
     waiting: dict[Future[tuple[EpisodeRecord, Cost]], Episode] = {}
-    limits: dict[str, float] = {}  # by family, as the episodes tell that came to an end
+    limits: dict[str, float] = {}  # time limits by family, from finished episodes
     try:
         while True:
             while len(waiting) < ahead and (episode := next(episodes, None)) is not None:
@@ -209,19 +210,19 @@ def _play(executor: Executor, episodes: Iterator[Episode]) -> Generator[tuple[Ep
 def _result(
     future: Future[tuple[EpisodeRecord, Cost]], episode: Episode, time_limit: float
 ) -> tuple[EpisodeRecord, Cost]:
-    """What became of a trial; one whose process died, however often it was tried, is an error for the record.
+    """Record and cost of an episode. An episode whose process died in every attempt becomes an error record.
 
     Raises:
-        InputError: Content is wrong.
-        RocsError: The executor broke down.
+        InputError: Content is invalid.
+        RocsError: The executor failed.
     """
     try:
         return future.result()
     except InputError:
         raise
     except (BrokenExecutor, CancelledError) as error:
-        raise RocsError(f"the executor broke down: {type(error).__name__}: {error}") from error
-    except Exception as error:  # noqa: BLE001 - every executor has its own word for a worker that died
+        raise RocsError(f"the executor failed: {type(error).__name__}: {error}") from error
+    except Exception as error:  # noqa: BLE001 - executors report a dead worker with different exceptions
         late = isinstance(error, WorkerDied) and error.exit_code == EXIT_TIMEOUT
         reason = f"it took longer than the wall limit of {episode.wall_limit:g} s" if late else _reason(error)
         return error_record(episode, reason, time_limit, reproducible=False), Cost(0.0, 0.0)
@@ -232,7 +233,7 @@ def _reason(error: Exception) -> str:
 
 
 def _refuse_wrong_parameters(planner: PlannerSpec, catalog: Catalog) -> None:
-    """Before a worker does, which knows the scene's file only."""
+    """Check parameters here, since a worker knows only the scene's file and not the planner's."""
     try:
         mission_arguments(catalog.load_mission(planner.mission, planner.nodes), planner.parameters)
     except InputError as error:
@@ -242,4 +243,4 @@ def _refuse_wrong_parameters(planner: PlannerSpec, catalog: Catalog) -> None:
 def _refuse_duplicate_names(planners: Sequence[PlannerSpec]) -> None:
     names = [planner.name for planner in planners]
     if duplicates := sorted({name for name in names if names.count(name) > 1}):
-        raise InputError(f"two planners are named '{duplicates[0]}'. Give each its own name, under which it is told.")
+        raise InputError(f"two planners are named '{duplicates[0]}'. Results are reported by name: rename one.")

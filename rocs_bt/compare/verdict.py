@@ -1,4 +1,4 @@
-"""Verdict: is one planner better than another? Better, not better, or inconclusive, and what it rests on."""
+"""Verdict on whether one planner is better than another: better, not better, or inconclusive, with its evidence."""
 
 from __future__ import annotations
 
@@ -28,26 +28,25 @@ Word = Literal["better", "not better", "inconclusive"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of the claim that a is better than b by more than a margin.
+    """Result of testing the claim that a is better than b by more than a margin.
 
     Attributes:
         word: `better`, `not better` (b is at least as good, or the margin is not reached), or `inconclusive`.
-        a: The planner that is claimed to be better.
-        b: The other.
-        metric: The metric's name.
-        unit: Its unit.
-        margin: By how much more than this a is claimed to be better, in the metric's unit; below 0 for "not worse by".
-        difference: How much better a is on average: above 0 is better, whichever way the metric counts.
-        low: The lower end of its interval.
-        high: The upper end.
-        p: How likely a difference so far from the margin is where there is none; adjusted where several claims were
-            looked at together.
-        superiority: How likely a is better than b in an episode of the same scene and seed, ties counted half.
-        scenes: In how many scenes both were measured.
-        episodes: In how many episodes of the same scene and seed.
-        apart: In how many of these they differ.
-        needed: How many scenes in all (of a single scene: seeds) would probably settle it, going by this difference;
-            None where that cannot be told, or it is settled.
+        a: Planner claimed to be better.
+        b: The other planner.
+        metric: Name of the metric.
+        unit: Unit of the metric.
+        margin: Claimed minimum difference, in the metric's unit; negative for "not worse by".
+        difference: Mean advantage of a; positive means better for either direction of the metric.
+        low: Lower end of the confidence interval of the difference.
+        high: Upper end of the confidence interval.
+        p: Two-sided p value of the difference against the margin; adjusted if several claims are tested together.
+        superiority: Probability that a beats b in an episode of the same scene and seed; ties count half.
+        scenes: Number of scenes measured for both.
+        episodes: Number of episodes measured for both, with the same scene and seed.
+        apart: Number of these in which the two differ.
+        needed: Estimated total number of scenes (of a single scene: seeds) for a conclusive verdict at this difference;
+            None if conclusive or not estimable.
     """
 
     word: Word
@@ -67,7 +66,7 @@ class Verdict:
     needed: int | None
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON has it, which knows no NaN."""
+        """Verdict as a dict for JSON; NaN becomes None."""
         return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in asdict(self).items()}
 
     def __str__(self) -> str:
@@ -76,9 +75,9 @@ class Verdict:
         kind = "scenes" if scenes else "seeds"
         sample = counted(self.scenes, "scene") if scenes else f"{counted(self.episodes, 'seed')} of one scene"
         ends = "" if math.isnan(self.low) else f" [{self.low:+.3g}, {self.high:+.3g}]"
-        told = f"{self.difference:+.3g}{unit}{ends}, p {self.p:.2g}"
-        more = f"; about {self.needed} {kind} would settle it" if self.needed else ""
-        return f"{self._claim(unit)} in {self.metric}: {told}, {sample}{more}"
+        evidence = f"{self.difference:+.3g}{unit}{ends}, p {self.p:.2g}"
+        more = f"; about {self.needed} {kind} needed" if self.needed else ""
+        return f"{self._claim(unit)} in {self.metric}: {evidence}, {sample}{more}"
 
     def _claim(self, unit: str) -> str:
         by = f" by more than {abs(self.margin):g}{unit}" if self.margin else ""
@@ -99,20 +98,21 @@ def judge(
     any_time: bool = False,
     claims: int = 1,
 ) -> Verdict:
-    """Judge one claim.
+    """Test one claim.
 
-    It takes an interval and a test to agree: an interval over scenes, which assumes no symmetry, and
-    flips of whole scenes, which need none on how many differ. With `any_time` betting takes the place of both.
+    An interval and a test must agree: an interval over scenes, which assumes no symmetry, and a sign-flip test over
+        whole
+    scenes, which assumes nothing about the number of differing scenes. With `any_time` a betting test replaces both.
 
     Args:
-        names: The planners a and b.
-        values: (n_scenes, n_seeds) For each, NaN where there is none; in the order in which scenes were drawn.
-        metric: What the values are.
-        margin: By how much more than this a is claimed to be better.
-        level: The confidence.
-        span: The greatest difference that is possible; NaN where there is no such bound.
-        any_time: Whether the verdict must hold however often one looked before; needs a span.
-        claims: How many are looked at together, with which `needed` reckons.
+        names: Planners a and b.
+        values: (n_scenes, n_seeds) Values of each, NaN if missing; scenes in sampling order.
+        metric: Metric of the values.
+        margin: Claimed minimum difference.
+        level: Confidence level.
+        span: Greatest possible difference; NaN if unbounded.
+        any_time: Whether the verdict must stay valid under repeated looks; needs a span.
+        claims: Number of claims tested together, used for `needed`.
     """
     sign = 1.0 if metric.direction == "up" else -1.0
     a, b = (sign * each for each in values)
@@ -145,13 +145,13 @@ def judge(
 
 
 def adjusted(verdicts: Sequence[Verdict], level: float = LEVEL) -> list[Verdict]:
-    """Verdicts that were looked at together, so that any false one is as rare as if there were one (Holm, 1979)."""
+    """Verdicts adjusted for joint testing: the family-wise error rate is that of one claim (Holm, 1979)."""
     p = holm(np.array([verdict.p for verdict in verdicts]))
     return [_decided(verdict, float(each), level) for verdict, each in zip(verdicts, p, strict=True)]
 
 
 def swapped(verdict: Verdict) -> Verdict:
-    """The same verdict without a margin, told of the other planner: `not better` becomes `better`, and back."""
+    """The same verdict with the planners swapped, for verdicts without a margin."""
     words: dict[Word, Word] = {"better": "not better", "not better": "better"}
     return replace(
         verdict,
@@ -166,22 +166,22 @@ def swapped(verdict: Verdict) -> Verdict:
 
 
 def favourable(verdict: Verdict) -> Verdict:
-    """The same verdict, told of the planner that did better; one with a margin is left as it is."""
+    """The same verdict stated for the better planner; verdicts with a margin stay unchanged."""
     return swapped(verdict) if verdict.difference < 0.0 and not verdict.margin else verdict
 
 
 def _decided(verdict: Verdict, p: float, level: float) -> Verdict:
-    told = p <= 1.0 - level + 1e-12
+    significant = p <= 1.0 - level + 1e-12
     word: Word = "inconclusive"
-    if told and verdict.low > verdict.margin:
+    if significant and verdict.low > verdict.margin:
         word = "better"
-    elif told and verdict.high < verdict.margin:
+    elif significant and verdict.high < verdict.margin:
         word = "not better"
     return replace(verdict, word=word, p=p, needed=verdict.needed if word == "inconclusive" else None)
 
 
 def _lattice(a: Floats, b: Floats) -> int:
-    """The number of seeds, where values are 0 or 1 in every one of them: means of scenes are its fractions."""
+    """Number of seeds if all values are 0 or 1, so that scene means are multiples of 1 / seeds; else 0."""
     difference = a - b
     whole = not np.isnan(difference).any() and bool(np.isin(difference, (-1.0, 0.0, 1.0)).all())
     return difference.shape[1] if whole else 0

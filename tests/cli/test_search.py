@@ -47,8 +47,8 @@ def bare(tmp_path):
         (["tree", "--family", "maze", "--set", "rows"], "--set takes NAME="),
         (["tree", "--family", "maze", "--vary", "rows=3"], "no range of rows"),
         (["tree", "--family", "maze", "--failure", "success"], "success"),
-        (["oracle", "--family", "maze"], "is told the map"),
-        (["tree", "--family", "maze", "--keep", ".", "--name", "a b"], "cannot name a scenario"),
+        (["oracle", "--family", "maze"], "is an oracle"),
+        (["tree", "--family", "maze", "--keep", ".", "--name", "a b"], "is not a valid scenario name"),
     ],
 )
 def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, words):

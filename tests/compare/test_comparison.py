@@ -45,10 +45,10 @@ def test_its_tables_have_a_row_for_each_scene_and_a_column_for_each_seed():
 
 
 def test_no_episodes_and_two_of_one_kind_are_refused():
-    with pytest.raises(InputError, match="no episodes to compare"):
+    with pytest.raises(InputError, match="No episodes to compare"):
         Comparison([])
     one = episode("a", "field-1")
-    with pytest.raises(InputError, match="two different episodes are of a in field-1 with seed 1"):
+    with pytest.raises(InputError, match="two different episodes of a in field-1 with seed 1"):
         Comparison([one, one.__class__(**{**{f: getattr(one, f) for f in one.__struct_fields__}, "key": "other"})])
     assert len(Comparison([one, one]).records) == 1
 
@@ -82,7 +82,7 @@ def test_few_scenes_are_inconclusive_and_say_how_many_would_do():
     assert verdict.word == "inconclusive"
     assert verdict.needed > 60
     assert "inconclusive whether a is better than b in success" in str(verdict)
-    assert f"about {verdict.needed} scenes would settle it" in str(verdict)
+    assert f"about {verdict.needed} scenes needed" in str(verdict)
     same = Comparison([*table("a", "ssss"), *table("b", "ssss")]).verdict("a", "b")
     assert (same.word, same.needed, same.p) == ("inconclusive", None, 1.0)
     assert math.isnan(Comparison([*table("a", "s"), *table("b", "c")]).verdict("a", "b").low)
@@ -136,7 +136,7 @@ def test_bounds_of_a_share():
     assert comparison.bounds("a", "collision") == (0.0, pytest.approx(0.0295, abs=1e-3))
     assert comparison.estimate("a", "success").low == pytest.approx(0.96, abs=0.01)
     assert comparison.estimate("a", "time").value == 20.0
-    with pytest.raises(InputError, match="only a share has an exact bound"):
+    with pytest.raises(InputError, match="only shares have exact bounds"):
         comparison.bounds("a", "time")
 
 

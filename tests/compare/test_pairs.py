@@ -32,7 +32,7 @@ def test_eight_planners_and_three_metrics_fit_on_a_screen():
     assert max(map(len, lines)) <= 100
     assert sum(line.startswith(tuple(METRICS)) for line in lines) == 3
     apart = sum(verdict.word != "inconclusive" for verdict in verdicts if verdict.metric == "success")
-    assert lines[0].startswith(f"success: {apart} of 28 pairs are told apart (+ better than the column's, - worse")
+    assert lines[0].startswith(f"success: {apart} of 28 pairs conclusive (+ better than the column's, - worse")
     assert 15 < apart < 28
 
 
@@ -52,8 +52,8 @@ def test_what_is_told_apart_is_told_in_words_and_the_rest_is_counted():
     assert "  a is better than c by 100 points" in lines
     needed = {verdict.needed for verdict in verdicts if verdict.word == "inconclusive"} - {None}
     assert len(needed) == 1
-    assert f"  3 inconclusive: about {needed.pop()} scenes would settle all that differ; 1 shows no difference" in lines
-    assert "  3 inconclusive, with no difference that more scenes would be likely to find" in "\n".join(
+    assert f"  3 inconclusive: about {needed.pop()} scenes needed for all that differ; 1 shows no difference" in lines
+    assert "  3 inconclusive, without a difference that more scenes would probably show" in "\n".join(
         told(dict.fromkeys("abc", "s" * 9), ("success",))[2]
     )
 
@@ -90,9 +90,9 @@ def test_tables_tell_what_is_told_apart_before_the_rest():
 
 def test_a_leader_that_cannot_be_told_from_the_others_is_no_more():
     assert markdown_of(dict.fromkeys("abc", "sss")).startswith(
-        "**a leads, but cannot be told from any of 2 others in success"
+        "**a leads, but is not conclusively better than any of 2 others in success"
     )
-    assert markdown_of(ENDS).startswith("**a_planner_of_a_long_name leads; it is better than ")
+    assert markdown_of(ENDS).startswith("**a_planner_of_a_long_name leads and is better than ")
 
 
 def markdown_of(ends):

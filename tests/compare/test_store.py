@@ -76,7 +76,7 @@ def test_a_store_that_cannot_be_used_is_named_with_what_to_do(tmp_path, damage, 
     with pytest.raises(InputError, match=words) as told:
         use()
     assert str(tmp_path / FILE) in str(told.value)
-    assert "move this one away" in str(told.value)
+    assert "move this file away" in str(told.value)
 
 
 def test_a_folder_that_is_a_file_is_told(tmp_path):

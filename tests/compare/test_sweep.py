@@ -235,7 +235,7 @@ def test_an_executor_that_is_shut_down_is_said_so(catalog):
             future.set_running_or_notify_cancel()
             return future
 
-    with pytest.raises(RocsError, match="the executor broke down"):
+    with pytest.raises(RocsError, match="the executor failed"):
         sweep(["none"], ["short"], catalog=catalog, executor=Shut())
 
 

@@ -100,7 +100,7 @@ def test_poses_of_model_link_and_collision_are_put_together(tmp_path: Path) -> N
     [
         ("<sdf><world>", "not valid XML: no element found"),
         ("<sdf/>", "the file has no <world>"),
-        ('<!DOCTYPE a [<!ENTITY b "c">]><sdf><world/></sdf>', "needs no document type"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><sdf><world/></sdf>', "must not contain a document type"),
         (WORLD.format(CYLINDER.format("a", "x", 1)), "a <pose> must be 6 numbers, found 'x 1 0 0 0 0'"),
         (WORLD.format(CYLINDER.format("a", "nan", 1)), "a <pose> must be 6 numbers"),
         (WORLD.format(CYLINDER.format("a", 1, 1).replace("0.075", "-1")), "sizes must be positive"),
@@ -125,14 +125,14 @@ def test_what_is_wrong_with_a_reference_way_is_told(tmp_path: Path, cells: objec
     clone(tmp_path, worlds=1)
     file = tmp_path / "jackal_helper" / "worlds" / "BARN" / "path_files" / "path_0.npy"
     np.save(file, np.asarray(cells))
-    with pytest.raises(InputError, match="reference way"):
+    with pytest.raises(InputError, match="reference path"):
         list(read_barn(tmp_path))
     for data in (b"", b"\x93NUMPY junk", b"no array"):
         file.write_bytes(data)
-        with pytest.raises(InputError, match="the reference way cannot be read"):
+        with pytest.raises(InputError, match="cannot read the reference path"):
             list(read_barn(tmp_path))
     file.unlink()
-    with pytest.raises(InputError, match="the reference way cannot be read"):
+    with pytest.raises(InputError, match="cannot read the reference path"):
         list(read_barn(tmp_path))
 
 
@@ -185,9 +185,9 @@ def test_mrpb_maps_become_scenes_that_check(tmp_path: Path) -> None:
         ("resolution: 0.1\n", "the map lacks image, origin"),
         (YAML.replace("0.1 ", "fast "), "resolution must be a number from 0.001 to 10, found 'fast'"),
         (YAML.replace("[-1.0, -2.0, 0.0]", "[1]"), "origin must be"),
-        (YAML.replace("[-1.0, -2.0, 0.0]", "[1, 2, 0.3]"), "a map that is turned"),
+        (YAML.replace("[-1.0, -2.0, 0.0]", "[1, 2, 0.3]"), "rotated maps"),
         (YAML.replace("{0}.pgm", "../{0}.pgm"), "a file beside the map"),
-        (YAML.replace("{0}.pgm", "none.pgm"), "the picture cannot be read"),
+        (YAML.replace("{0}.pgm", "none.pgm"), "cannot read the image"),
     ],
 )
 def test_what_is_wrong_with_a_map_is_told(tmp_path: Path, text: str, message: str) -> None:
@@ -226,12 +226,12 @@ def test_movingai_problems_become_scenes_that_check(tmp_path: Path) -> None:
     [
         ("", SCEN, "a map begins with"),
         (MAP.replace("height 12", "height 13"), SCEN, "the map has 12 rows, not 13"),
-        (MAP.replace("height 12", "height -1"), SCEN, "height and width must be whole numbers"),
+        (MAP.replace("height 12", "height -1"), SCEN, "height and width must be positive integers"),
         (MAP.replace("width 20", "width 21"), SCEN, "this row has 20 cells, not 21"),
-        (MAP.replace("@.", "@X", 1), SCEN, "cells that are none"),
+        (MAP.replace("@.", "@X", 1), SCEN, "unknown cells"),
         (MAP, "version 1\n1 2 3\n", "a problem has 9 words, found 3"),
-        (MAP, SCEN.replace("\t2\t9\t17", "\t2\tx\t17"), "must be whole numbers"),
-        (MAP, SCEN.replace("\t2\t9\t17", "\t2\t99\t17"), "outside of the map"),
+        (MAP, SCEN.replace("\t2\t9\t17", "\t2\tx\t17"), "must be integers"),
+        (MAP, SCEN.replace("\t2\t9\t17", "\t2\t99\t17"), "outside the map"),
         (MAP, SCEN.replace("19.14213562", "nan"), "the optimal length must be a number"),
     ],
 )
@@ -244,9 +244,9 @@ def test_what_is_wrong_with_movingai_is_told(tmp_path: Path, text: str, problems
     ("arguments", "message"),
     [
         (["barn", "nowhere"], "there is no folder 'nowhere'"),
-        (["barn", "."], "there is no world_0.world"),
-        (["mrpb", "."], "there is no map in it"),
-        (["movingai", "."], "there is no .scen file in it"),
+        (["barn", "."], "has no world_0.world"),
+        (["mrpb", "."], "has no map"),
+        (["movingai", "."], "has no .scen file"),
         (["movingai", ".", "--cell", "1 s"], "--cell must be in m"),
         (["movingai", ".", "--cell", "100 m"], "--cell must be 5 cm to 10 m"),
     ],

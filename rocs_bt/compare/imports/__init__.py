@@ -1,4 +1,4 @@
-"""Scenes from other people's benchmarks: a user's own copy of them becomes ordinary scenarios."""
+"""Importers that turn a user's copy of other benchmarks into scenarios."""
 
 from .barn import read_barn
 from .movingai import read_movingai

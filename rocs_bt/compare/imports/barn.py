@@ -1,4 +1,4 @@
-"""BARN: the worlds and reference ways of a user's own clone of the challenge (Perille et al., SSRR 2020)."""
+"""BARN: worlds and reference paths from a user's clone of the challenge (Perille et al., SSRR 2020)."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ from ..ground import Ground
 from ..obstacle import Block, Point, Post, length_of
 
 START, GOAL = Pose2(-2.25, 3.0, math.pi / 2.0), (-2.25, 13.0)
-TOLERANCE, DURATION = 1.0, 100.0  # [m], [s] of the challenge
+TOLERANCE, DURATION = 1.0, 100.0  # [m], [s] as in the challenge
 _FOLDERS = ("", "worlds/BARN", "jackal_helper/worlds/BARN")
-_MOST_BYTES = 30_000_000  # of a world file: the challenge's have half a megabyte
+_MOST_BYTES = 30_000_000  # maximum size of a world file; those of the challenge have half a megabyte
 _MAX_OBSTACLES = 20_000
 
 
 def read_barn(folder: Path, setup: AgentSetup | None = None) -> Iterator[Scene]:
-    """The scenes of a clone, by their number, each as the challenge plays it.
+    """Scenes of a clone, ordered by number, with the challenge's start, goal and time limit.
 
     Args:
-        folder: The clone, or the folder in which the world files are.
+        folder: The clone, or its folder of world files.
         setup: Robot, mission and rules; the Jackal by default.
 
     Raises:
-        InputError: There are no world files, or one cannot be read; with the file and the line.
+        InputError: There are no world files, or one is invalid; with file and line.
     """
     places = [folder / name for name in _FOLDERS]
     worlds = next((found for place in places if (found := _numbered(place, "world_*.world"))), None)
     if worlds is None:
-        hint = "Give your clone of the challenge, or its folder jackal_helper/worlds/BARN."
-        raise InputError(Fault("there is no world_0.world, world_1.world ... in it.", folder, hint=hint))
+        hint = "Give the path of your clone of the challenge, or of its folder jackal_helper/worlds/BARN."
+        raise InputError(Fault("the folder has no world_0.world, world_1.world ...", folder, hint=hint))
     for number, file in sorted(worlds.items()):
         yield _scene(number, file, file.parent / "path_files" / f"path_{number}.npy", setup or AgentSetup())
 
 
 def read_world(file: Path) -> list[Post | Block]:
-    """The cylinders and boxes that stand in a world file of Gazebo (SDF).
+    """Cylinders and boxes in a Gazebo world file (SDF).
 
-    Only the world's own models count: its `<state>` repeats them.
+    Only the world's own models count, since `<state>` repeats them.
 
     Raises:
-        InputError: It is no such file; with the line.
+        InputError: The file is not a valid world file; with the line.
     """
     root = _parse(file)
     world = root if root.tag == "world" else root.find("world")
@@ -62,7 +62,7 @@ def read_world(file: Path) -> list[Post | Block]:
             for collision in link.findall("collision"):
                 obstacles += _obstacles(f"thing_{len(obstacles)}", at, link, collision, file)
                 if len(obstacles) > _MAX_OBSTACLES:
-                    raise InputError(Fault(f"more than {_MAX_OBSTACLES} things stand in it.", file))
+                    raise InputError(Fault(f"the world has more than {_MAX_OBSTACLES} obstacles.", file))
     return obstacles
 
 
@@ -74,7 +74,7 @@ def _scene(number: int, file: Path, path: Path, setup: AgentSetup) -> Scene:
     posts = [obstacle for obstacle in obstacles if isinstance(obstacle, Post)]
     length = length_of(way)
     difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": ground.clearance(way)}
-    doc = f"World {number} of BARN: through a field of cylinders without a map."
+    doc = f"World {number} of BARN: a field of cylinders, without a map."
     success = {"goal": "goal", "shortest": quantity(length, "m")}
     scenario = goal_scenario(
         setup, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, agent={"success": success}
@@ -83,17 +83,17 @@ def _scene(number: int, file: Path, path: Path, setup: AgentSetup) -> Scene:
 
 
 def _way(path: Path) -> list[Point]:
-    """The reference way: the start, the centres of the published cells, the goal."""
+    """Reference path: the start, the centres of the published cells, the goal."""
     try:
         cells = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:
-        raise InputError(Fault(f"the reference way cannot be read: {error}.", path)) from error
+        raise InputError(Fault(f"cannot read the reference path: {error}.", path)) from error
     numbers = isinstance(cells, np.ndarray) and cells.dtype.kind in "iuf"
     if not numbers or cells.ndim != 2 or cells.shape[1] != 2 or not 1 <= len(cells) <= 10_000:
         shape = getattr(cells, "shape", "no array")
-        raise InputError(Fault(f"a reference way is a list of cells, column and row; found shape {shape}.", path))
+        raise InputError(Fault(f"a reference path has shape (n, 2), column and row; found shape {shape}.", path))
     if not (np.isfinite(cells).all() and np.abs(cells).max() < 1e4):
-        raise InputError(Fault("the reference way has a cell that is none.", path))
+        raise InputError(Fault("the reference path has cells outside the map.", path))
     inner = [(0.15 * c - 0.075 - 4.5, 0.15 * r + 0.075 + 5.0) for c, r in cells.astype(float).tolist()]
     return [(START.x, START.y), *inner, GOAL]
 
@@ -107,11 +107,11 @@ def _parse(file: Path) -> Any:
     try:
         data = file.read_bytes()
     except OSError as error:
-        raise InputError(Fault(f"the file cannot be read: {error.strerror}.", file)) from error
+        raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
     if len(data) > _MOST_BYTES:
-        raise InputError(Fault(f"a world of more than {_MOST_BYTES / 1e6:g} MB is none of BARN's.", file))
+        raise InputError(Fault(f"the file is larger than {_MOST_BYTES / 1e6:g} MB; worlds of BARN are not.", file))
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        raise InputError(Fault("a world file needs no document type and no entities.", file))
+        raise InputError(Fault("a world file must not contain a document type or entities.", file))
     try:
         return ElementTree.fromstring(data)
     except (ElementTree.ParseError, ValueError, LookupError) as error:

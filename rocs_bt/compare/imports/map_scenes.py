@@ -1,4 +1,4 @@
-"""Scenes on a map: starts and goals that are drawn on it, or that somebody gives, with a way between them."""
+"""Scenes on a grid map: sampled or given starts and goals, with a path between them."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from ..ground import Ground
 from ..obstacle import Point
 
 RADIUS = 0.32
-"""Of the disc that has a way in every scene [m]: a Jackal turns within 0.33 m."""
+"""Radius of the disc that has a path in every scene [m]; a Jackal turns within 0.33 m."""
 
 MOST_BLOCKS = 5000
-"""Boxes that a world may have: more would take seconds a scan."""
+"""Maximum number of boxes in a world; more would cost seconds per scan."""
 
 
 def ground_of(grid: FloorGrid, file: Path) -> Ground:
-    """The ground of a map, its taken cells as boxes.
+    """Ground of a map, with its occupied cells as boxes.
 
     Raises:
-        InputError: It is too ragged.
+        InputError: The map needs too many boxes.
     """
     rows, columns = grid.occupied.shape
     low, high = grid.low, (grid.low[0] + columns * grid.cell, grid.low[1] + rows * grid.cell)
@@ -33,16 +33,16 @@ def ground_of(grid: FloorGrid, file: Path) -> Ground:
     if len(blocks) > MOST_BLOCKS:
         raise InputError(
             Fault(
-                f"the map falls into {len(blocks)} boxes, and a world may have {MOST_BLOCKS}.",
+                f"the map needs {len(blocks)} boxes; a world may have at most {MOST_BLOCKS}.",
                 file,
-                hint="Take a smaller or a coarser map.",
+                hint="Use a smaller or coarser map.",
             )
         )
     return Ground(low, high, blocks)
 
 
 def sample_ends(grid: FloorGrid, rng: np.random.Generator, apart: float) -> tuple[Point, Point, GridPath] | None:
-    """A start and a goal on free ground, so far apart [m] at least, and the way between them; None after 60 draws."""
+    """Random free start and goal at a minimum distance [m], with the path between them; None after 60 attempts."""
     rows, columns = np.nonzero(grid.clearances() > RADIUS + grid.cell)
     for _ in range(60 if len(rows) > 1 else 0):
         one, other = rng.integers(len(rows), size=2).tolist()
@@ -62,10 +62,10 @@ def scene_between(
     setup: AgentSetup,
     **difficulty: float,
 ) -> Scene:
-    """The scene of a start and a goal; the robot looks along the way at first."""
+    """Scene from a start to a goal; the robot first faces along the path."""
     ahead = path.points[1]
     heading = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
-    duration = max(60.0, 10.0 * round(path.length))  # ten times what 1 m/s would take
+    duration = max(60.0, 10.0 * round(path.length))  # ten times the travel time at 1 m/s
     scenario = goal_scenario(
         setup,
         name,

@@ -1,6 +1,6 @@
-"""MRPB: the maps of a user's own clone of the local planning benchmark (Wen et al., MRPB 1.0, ICRA 2021).
+"""MRPB: maps from a user's clone of the local planning benchmark (Wen et al., MRPB 1.0, ICRA 2021).
 
-A map has no starts and no goals; they are drawn, from the map's name alone, so that everybody gets the same.
+The maps have no starts and goals. These are sampled with a seed from the map's name, so they are the same everywhere.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from .map_scenes import ground_of, sample_ends, scene_between
 from .raster import read_map
 
 APART = 4.0
-"""Between start and goal at least [m]."""
+"""Minimum distance between start and goal [m]."""
 
 
 def read_mrpb(folder: Path, setup: AgentSetup | None = None, *, pairs: int = 5) -> Iterator[Scene]:
     """Scenes on each map below a folder: `mrpb_<map>-0`, `mrpb_<map>-1` ...
 
     Args:
-        folder: The clone, or any folder with maps: YAML files that name a picture.
+        folder: The clone, or any folder with maps (YAML files that name an image).
         setup: Robot, mission and rules; the Jackal by default.
-        pairs: Starts and goals for each map.
+        pairs: Number of start-goal pairs per map.
 
     Raises:
-        InputError: There is no map, one cannot be read, or there is no room on it; with the file.
+        InputError: There is no map, a map is invalid, or it has no room for a scene; with the file.
     """
     files = sorted(file for file in folder.rglob("*.yaml") if "image:" in _text(file))
     if not files:
         hint = "Give your clone of the benchmark, or a folder with a map's .yaml and .pgm."
-        raise InputError(Fault("there is no map in it: no .yaml that names an image.", folder, hint=hint))
+        raise InputError(Fault("the folder has no map: no .yaml file names an image.", folder, hint=hint))
     for file in files:
         grid = read_map(file)
         ground = ground_of(grid, file)
@@ -43,11 +43,9 @@ def read_mrpb(folder: Path, setup: AgentSetup | None = None, *, pairs: int = 5) 
         for pair in range(pairs):
             ends = sample_ends(grid, rng, APART)
             if ends is None:
-                raise InputError(
-                    Fault(f"no start and goal {APART:g} m apart have a way between them on this map.", file)
-                )
+                raise InputError(Fault(f"found no start and goal {APART:g} m apart with a path between them.", file))
             name = f"mrpb_{file.stem}-{pair}"
-            doc = f"On the map {file.stem} of MRPB, without knowing it."
+            doc = f"MRPB's map {file.stem}, without a map."
             yield scene_between(name, doc, ground, *ends, setup or AgentSetup())
 
 

@@ -1,4 +1,4 @@
-"""Maps as pictures: portable graymaps, and the YAML that ROS's map server puts beside them."""
+"""Raster maps: portable graymaps with the YAML files of ROS's map server."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...errors import Fault, InputError
 from ..floor_grid import FloorGrid
 
 MOST_CELLS = 25_000_000
-"""Of one map: a hectare at 2 cm."""
+"""Maximum number of cells of a map: a hectare at 2 cm."""
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"
 _HEADER = re.compile(rb"(P[25])" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,5})\s")
@@ -24,14 +24,14 @@ _NEEDED = ("image", "resolution", "origin")
 
 @dataclass(frozen=True)
 class MapFile:
-    """What a map's YAML says.
+    """Content of a map's YAML file.
 
     Attributes:
-        image: The picture beside it.
+        image: Image file beside it.
         resolution: Side of a cell [m].
-        origin: Where the lower left corner of the picture is [m].
-        occupied: From which darkness on a cell is taken, 0 to 1.
-        negate: Whether white means taken.
+        origin: Position of the image's lower left corner [m].
+        occupied: Darkness above which a cell is occupied, 0 to 1.
+        negate: Whether white means occupied.
     """
 
     image: Path
@@ -42,37 +42,39 @@ class MapFile:
 
 
 def read_map(file: Path) -> FloorGrid:
-    """The grid of a map: a YAML file and its picture.
+    """Grid of a map: a YAML file and its image.
 
     Raises:
-        InputError: One of the two cannot be read, or is none; with the line where there is one.
+        InputError: One of the two files is invalid; with the line if known.
     """
-    told = read_map_yaml(file)
-    picture = read_pgm(told.image)
-    shade = picture / 255.0 if told.negate else 1.0 - picture / 255.0
-    return FloorGrid(np.ascontiguousarray((shade > told.occupied)[::-1]), told.resolution, told.origin)
+    settings = read_map_yaml(file)
+    image = read_pgm(settings.image)
+    shade = image / 255.0 if settings.negate else 1.0 - image / 255.0
+    return FloorGrid(np.ascontiguousarray((shade > settings.occupied)[::-1]), settings.resolution, settings.origin)
 
 
 def read_map_yaml(file: Path) -> MapFile:
-    """A map's YAML: `key: value` lines, which is all that map files have.
+    """Content of a map's YAML file. Only `key: value` lines are supported, as map files have.
 
     Raises:
-        InputError: It is none; with the line.
+        InputError: The file is invalid; with the line.
     """
     try:
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault(f"the map cannot be read: {error}.", file)) from error
+        raise InputError(Fault(f"cannot read the map: {error}.", file)) from error
     found: dict[str, tuple[str, int]] = {}
     for line, content in enumerate(text.splitlines(), 1):
         if match := re.match(r"\s*([A-Za-z_]+)\s*:\s*([^#]*?)\s*(?:#.*)?$", content):
             found[match[1]] = match[2].strip("'\""), line
     if missing := [key for key in _NEEDED if key not in found]:
-        raise InputError(Fault(f"the map lacks {', '.join(missing)}.", file, hint="See the map server of ROS."))
+        raise InputError(
+            Fault(f"the map lacks {', '.join(missing)}.", file, hint="See the file format of ROS's map server.")
+        )
     name, line = found["image"]
     image = file.parent / name
     if not name or "\0" in name or image.resolve().parent != file.parent.resolve():
-        raise InputError(Fault(f"the picture must be a file beside the map, found '{name}'.", file, line))
+        raise InputError(Fault(f"the image must be a file beside the map, found '{name}'.", file, line))
     return MapFile(
         image,
         _number(file, found, "resolution", 0.1, 1e-3, 10.0),
@@ -103,26 +105,26 @@ def _origin(file: Path, words: str, line: int) -> tuple[float, float]:
     if len(origin) not in (2, 3) or not all(abs(value) < 1e5 for value in origin):
         raise InputError(Fault(f"origin must be [x, y, yaw], found '{words}'.", file, line))
     if len(origin) == 3 and abs(origin[2]) > 1e-6:
-        raise InputError(Fault(f"a map that is turned, by {origin[2]} rad, cannot be imported.", file, line))
+        raise InputError(Fault(f"rotated maps are not supported, found a yaw of {origin[2]} rad.", file, line))
     return origin[0], origin[1]
 
 
 def read_pgm(file: Path) -> npt.NDArray[np.float64]:
-    """(rows, columns) The shades of a portable graymap, 0 to 255, the top row first; P2 and P5.
+    """(rows, columns) Shades of a portable graymap (P2 or P5), 0 to 255, top row first.
 
     Raises:
-        InputError: It is none.
+        InputError: The file is not a graymap.
     """
     try:
         data = file.read_bytes()
     except OSError as error:
-        raise InputError(Fault(f"the picture cannot be read: {error.strerror}.", file)) from error
+        raise InputError(Fault(f"cannot read the image: {error.strerror}.", file)) from error
     header = _HEADER.match(data)
     if header is None:
-        raise InputError(Fault("the picture is no portable graymap (P2 or P5).", file, hint="Convert it to PGM."))
+        raise InputError(Fault("the image is not a portable graymap (P2 or P5).", file, hint="Convert it to PGM."))
     columns, rows, most = (int(header[i]) for i in (2, 3, 4))
     if not (0 < columns * rows <= MOST_CELLS and 0 < most <= 65535):
-        raise InputError(Fault(f"a map of {columns} x {rows} cells with {most} shades cannot be imported.", file))
+        raise InputError(Fault(f"cannot import a map of {columns} x {rows} cells with {most} shades.", file))
     body = data[header.end() :]
     if header[1] == b"P5":
         kind = np.dtype(">u2" if most > 255 else "u1")
@@ -131,7 +133,7 @@ def read_pgm(file: Path) -> npt.NDArray[np.float64]:
     else:
         shades = _words(body, rows * columns)
     if len(shades) != rows * columns:
-        raise InputError(Fault(f"the picture ends before its {rows * columns} cells do.", file))
+        raise InputError(Fault(f"the image ends before its {rows * columns} cells do.", file))
     return shades.reshape(rows, columns) * (255.0 / most)
 
 

@@ -1,4 +1,4 @@
-"""The report of a comparison: one page, and tables in Markdown."""
+"""Report of a comparison: an HTML page, and tables in Markdown."""
 
 from .figures import sceneries
 from .markdown import extent, markdown

@@ -1,4 +1,4 @@
-"""Figures of a comparison: curves over all episodes, and the paths of two planners through the same scene."""
+"""Figures of a comparison: curves over all episodes, and the paths of two planners in the same scene."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ _LINES: tuple[Any, ...] = ("-", (0, (6, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1.5, 
 
 
 def colour(number: int) -> str:
-    """The colour of a planner, by its place among all."""
+    """Colour of a planner by its index."""
     return LIGHT[number % len(LIGHT)]
 
 
 def line(number: int) -> dict[str, Any]:
-    """Colour and kind of its line; two planners of one colour have other kinds, and so do neighbours."""
+    """Colour and line style of a planner; neighbours, and planners of equal colour, differ in style."""
     return {"color": colour(number), "linestyle": _LINES[(number + number // len(LIGHT)) % len(_LINES)]}
 
 
 def theme() -> str:
-    """The colours as properties of a page, by theme."""
+    """CSS properties of the planner colours, for light and dark themes."""
     light, dark = (" ".join(f"--planner-{i}: {value};" for i, value in enumerate(values)) for values in (LIGHT, DARK))
     return f":root {{ {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
 
 
 def themed(name: str, svg: str) -> str:
-    """An SVG file as an element of the page, in the page's colours."""
+    """SVG file as an element of the page, with the page's colours."""
     text = inline_svg(name, svg)
     for number, value in enumerate(LIGHT):
         text = text.replace(value, f"var(--planner-{number})")
@@ -57,17 +57,17 @@ def themed(name: str, svg: str) -> str:
 _SUCCESS, _COLLISION, _OTHER = 1, 2, 3
 _CAUSES = {"success": _SUCCESS, "collision": _COLLISION}
 _POINTS, _RESAMPLES, _BINS = 120, 400, 5
-_APART = 0.012  # of the width, between the bars of two planners
+_APART = 0.012  # offset between the bars of two planners, as a share of the width
 _SCENES_FOR_BINS = 10
 
 
 def incidence(canvas: Canvas, comparison: Comparison, outcome: str) -> None:
-    """The share of episodes that have come to an outcome until each moment, with bands of 95 %."""
+    """Share of episodes that reached an outcome over time, with 95 % bands."""
     axes = canvas.add_subplot()
     at = np.linspace(0.0, comparison.time_limit, _POINTS)
 
-    def curve(drawn: Floats) -> Floats:
-        known = drawn[~np.isnan(drawn[..., 0])]
+    def curve(resampled: Floats) -> Floats:
+        known = resampled[~np.isnan(resampled[..., 0])]
         return cumulative_incidence(known[:, 0], known[:, 1].astype(int), _CAUSES[outcome], at)
 
     for number, planner in enumerate(comparison.planners):
@@ -82,7 +82,7 @@ def incidence(canvas: Canvas, comparison: Comparison, outcome: str) -> None:
 
 
 def profile(canvas: Canvas, comparison: Comparison) -> None:
-    """In what share of episodes a planner is within a factor of the fastest one there."""
+    """Share of episodes in which a planner's time is within a factor of the fastest planner's."""
     axes = canvas.add_subplot()
     costs = np.stack([_costs(comparison, planner).ravel() for planner in comparison.planners])
     costs = costs[:, ~np.isnan(costs).any(axis=0)]
@@ -101,7 +101,7 @@ def profile(canvas: Canvas, comparison: Comparison) -> None:
 
 
 def intervals(canvas: Canvas, comparison: Comparison) -> None:
-    """Success rates with their 95 % intervals, a row each."""
+    """Success rates with 95 % intervals, one row per planner."""
     axes = canvas.add_subplot()
     for number, planner in enumerate(comparison.planners):
         found = comparison.estimate(planner, "success")
@@ -115,7 +115,7 @@ def intervals(canvas: Canvas, comparison: Comparison) -> None:
 
 
 def difficulty(canvas: Canvas, comparison: Comparison, measure: str) -> None:
-    """The success rate over a measure of difficulty, in five parts of the scenes, with its interval."""
+    """Success rate with interval over a difficulty measure, in five bins of scenes."""
     axes = canvas.add_subplot()
     known = {r.scene: r.difficulty[measure] for r in comparison.records if measure in r.difficulty}
     rows = np.array([i for i, scene in enumerate(comparison.scenes) if scene in known])
@@ -137,7 +137,7 @@ def difficulty(canvas: Canvas, comparison: Comparison, measure: str) -> None:
 
 
 def difficulties(comparison: Comparison) -> list[str]:
-    """The measures of difficulty that differ between scenes, of which there must be enough to be put into parts."""
+    """Difficulty measures that vary between scenes, if there are enough scenes for bins."""
     found: dict[str, set[float]] = {}
     for record in comparison.records:
         for name, value in record.difficulty.items():
@@ -147,7 +147,7 @@ def difficulties(comparison: Comparison) -> list[str]:
 
 
 def _ends(comparison: Comparison, planner: str) -> Floats:
-    """(n, m, 2) When each episode ended, and by what; NaN where there is none. Of a single scene a row is a seed."""
+    """(n, m, 2) End time and cause of each episode, NaN if missing; rows are scenes, or seeds of a single scene."""
     found = np.full((len(comparison.scenes), len(comparison.seeds), 2), np.nan)
     for i, scene in enumerate(comparison.scenes):
         for k, seed in enumerate(comparison.seeds):
@@ -164,7 +164,7 @@ def _cause(record: EpisodeRecord) -> int:
 
 
 def _costs(comparison: Comparison, planner: str) -> Floats:
-    """(n_scenes, n_seeds) Times; +inf where it failed, NaN where there is no episode."""
+    """(n_scenes, n_seeds) Times; +inf for failures, NaN if missing."""
     times, success = comparison.values(planner, "time"), comparison.values(planner, "success")
     return np.where(success == 0.0, np.inf, np.maximum(times, 1e-9))
 
@@ -181,10 +181,10 @@ _WIDTH, _LABELS = 3.8, 0.4  # [inch]
 
 
 def sceneries(scenes: Sequence[str], catalog: Catalog) -> dict[str, RunHeader]:
-    """What stands in some scenes, by their names.
+    """World geometry of some scenes by name, for figures.
 
     Raises:
-        InputError: A scene is no longer there.
+        InputError: A scene no longer exists.
     """
     runner, found = EpisodeRunner(catalog.project), {}
     for scene in dict.fromkeys(scenes):
@@ -196,14 +196,14 @@ def sceneries(scenes: Sequence[str], catalog: Catalog) -> dict[str, RunHeader]:
 def draw_disagreement(
     canvas: Canvas, name: str, found: Disagreement, comparison: Comparison, scenery: RunHeader | None
 ) -> None:
-    """Both ways; a ring where the one that did not succeed ended.
+    """Draw the paths of both episodes, with a cross where the failed one ended.
 
     Args:
-        canvas: Where to.
-        name: The figure's name, with which its ids begin.
+        canvas: Canvas to draw on.
+        name: Name of the figure, the prefix of its element ids.
         found: The two episodes.
         comparison: All planners, for their colours.
-        scenery: What stands there, where that is known.
+        scenery: World geometry, or None.
     """
     axes = canvas.add_subplot()
     axes.set_aspect("equal")
@@ -226,13 +226,13 @@ def draw_disagreement(
 
 
 def picture_size(found: Disagreement) -> tuple[float, float]:
-    """Width and height [inch] that fit both ways."""
+    """Width and height [inch] that fit both paths."""
     (width, height) = np.subtract(*reversed(_box(found)))
     return _WIDTH, float(np.clip(_WIDTH * height / width, _WIDTH / 2, 2 * _WIDTH)) + _LABELS
 
 
 def _box(found: Disagreement) -> tuple[Corner, Corner]:
-    """The least and the greatest x and y [m] of both ways and what stands near them, not of all of a large world."""
+    """Minimum and maximum x and y [m] of both paths with a margin."""
     every = np.concatenate([found.winner.path, found.loser.path, np.zeros((0, 2), np.float32)]).astype(float)
     if not len(every):
         return np.array([-_MARGIN, -_MARGIN]), np.array([_MARGIN, _MARGIN])

@@ -1,4 +1,4 @@
-"""A comparison as tables in Markdown, for a README, a thesis, or the thread under a change."""
+"""Comparison as Markdown tables, for a README, a thesis or a pull request."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..replay import replay_command
 from ..verdict import Verdict
 from .tables import LeaderboardRow, conclusive_first, difference, headline, standings, text
 
-_FAILURES = 20  # that are listed
+_FAILURES = 20  # maximum number of listed failures
 
 
 def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict]) -> str:
@@ -19,8 +19,8 @@ def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[
 
     Args:
         comparison: The episodes.
-        metrics: What the leaderboard tells.
-        verdicts: What came of the pairs.
+        metrics: Metrics of the leaderboard.
+        verdicts: Verdicts on the pairs.
     """
     rows = standings(comparison, metrics)
     parts = [f"**{headline(rows, verdicts)}.** {extent(comparison)}.", _leaderboard(rows, metrics)]
@@ -28,7 +28,7 @@ def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[
         parts.append(_verdicts(verdicts))
     failures = [record for record in comparison.records if not record.success]
     if failures:
-        head = ["planner", "scene", "seed", "outcome", "again"]
+        head = ["planner", "scene", "seed", "outcome", "replay"]
         lines = [[r.planner, r.scene, str(r.seed), r.outcome, f"`{replay_command(r)}`"] for r in failures[:_FAILURES]]
         parts.append(table(head, lines))
         if (more := len(failures) - _FAILURES) > 0:
@@ -37,20 +37,20 @@ def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[
 
 
 def extent(comparison: Comparison) -> str:
-    """How much was played."""
+    """Numbers of episodes, scenes and seeds."""
     scenes, seeds = len(comparison.scenes), counted(len(comparison.seeds), "seed")
     of = f"{scenes} scenes, {seeds} of each" if scenes > 1 else f"the scene {comparison.scenes[0]}, {seeds}"
     return f"{counted(len(comparison.records), 'episode')}: {of}"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """Table in Markdown."""
     lines = [head, ["---"] * len(head), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def _leaderboard(rows: Sequence[LeaderboardRow], metrics: Sequence[str]) -> str:
-    head = ["planner", *metrics, "outcomes", "worth"]
+    head = ["planner", *metrics, "outcomes", "effective n"]
     lines = [
         [
             row.planner,

@@ -1,25 +1,26 @@
-"""The verdicts on many pairs in few lines, for a screen: by metric a matrix, then in words what is told apart."""
+"""Verdicts on many pairs as text for a terminal: a matrix per metric, then the conclusive pairs in words."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
 
+from ...words import counted
 from ..metric import SHARES
 from ..verdict import Verdict, favourable
 from .tables import matrix
 
 WIDTH = 100
 _SIGNS = {"better": "+", "not better": "-", "inconclusive": "?"}
-LEGEND = "+ better than the column's, - worse, ? cannot be told"
+LEGEND = "+ better than the column's, - worse, ? inconclusive"
 
 
 def pairs(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
-    """A few lines for each metric; of two planners one sentence, of more a matrix and words.
+    """A few lines per metric: one sentence for two planners, a matrix and sentences for more.
 
     Args:
-        verdicts: On all pairs of the planners.
-        planners: Their names, the best first.
+        verdicts: Verdicts on all pairs of the planners.
+        planners: Names of the planners, the best first.
     """
     found: list[str] = []
     for name in dict.fromkeys(verdict.metric for verdict in verdicts):
@@ -29,14 +30,13 @@ def pairs(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
 
 
 def _of_metric(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
-    told = [verdict for verdict in verdicts if verdict.word == "better"]
-    are = "is" if len(told) == 1 else "are"
-    lines = [f"{verdicts[0].metric}: {len(told)} of {len(verdicts)} pairs {are} told apart"]
-    if told:
+    decided = [verdict for verdict in verdicts if verdict.word == "better"]
+    lines = [f"{verdicts[0].metric}: {len(decided)} of {counted(len(verdicts), 'pair')} conclusive"]
+    if decided:
         lines[0] += f" ({LEGEND})"
         lines += _square(verdicts, planners)
     for name in planners:
-        beaten = sorted((v for v in told if v.a == name), key=lambda v: planners.index(v.b))
+        beaten = sorted((v for v in decided if v.a == name), key=lambda v: planners.index(v.b))
         if beaten:
             words = ", ".join(f"{v.b} by {_by(v)}" for v in beaten)
             lines += _wrapped(f"{name} is better than {words}")
@@ -50,12 +50,12 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _square(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
-    """A row each planner: how it stands to the others, which have numbers for columns."""
+    """One row per planner with its verdict against each other planner; columns are numbered."""
     wide, digits = max(map(len, planners)), len(str(len(planners)))
     numbers = [str(number).rjust(digits) for number in range(1, len(planners) + 1)]
     lines = [f"  {'':{digits + 1 + wide}}  {' '.join(numbers)}"]
-    for number, row, stands in zip(numbers, planners, matrix(verdicts, planners), strict=True):
-        cells = ["." if verdict is None else _SIGNS[verdict.word] for verdict in stands]
+    for number, row, against in zip(numbers, planners, matrix(verdicts, planners), strict=True):
+        cells = ["." if verdict is None else _SIGNS[verdict.word] for verdict in against]
         lines.append(f"  {number} {row:{wide}}  {' '.join(cell.rjust(digits) for cell in cells)}")
     return lines
 
@@ -68,18 +68,18 @@ def _by(verdict: Verdict) -> str:
 
 
 def _open(verdicts: Sequence[Verdict]) -> str:
-    """How many pairs are not told apart, and how many scenes would probably do that."""
+    """Number of inconclusive pairs, and the estimated number of scenes that they need."""
     needed = sorted(verdict.needed for verdict in verdicts if verdict.needed is not None)
     kind = "scenes" if max(verdict.scenes for verdict in verdicts) > 1 else "seeds"
     count = f"{len(verdicts)} inconclusive"
     if not needed:
-        return f"{count}, with no difference that more {kind} would be likely to find"
+        return f"{count}, without a difference that more {kind} would probably show"
     same = len(verdicts) - len(needed)
-    all_ = "all that differ" if same else "all of them"
     if needed[0] == needed[-1]:
-        told = f"about {needed[0]} {kind} would settle {all_}"
+        estimate = f"about {needed[0]} {kind} needed" + (" for all that differ" if same else "")
     else:
         half = needed[(len(needed) - 1) // 2]
-        middle = f", {half} half of {'those that differ' if same else 'them'}" if needed[0] < half < needed[-1] else ""
-        told = f"about {needed[0]} {kind} would settle the first{middle}, {needed[-1]} {all_}"
-    return f"{count}: {told}" + (f"; {same} {'shows' if same == 1 else 'show'} no difference" if same else "")
+        middle = f", {half} for half" if needed[0] < half < needed[-1] else ""
+        estimate = f"about {needed[0]} {kind} needed for the first{middle}, {needed[-1]} for all"
+        estimate += " that differ" if same else ""
+    return f"{count}: {estimate}" + (f"; {same} {'shows' if same == 1 else 'show'} no difference" if same else "")

@@ -1,4 +1,4 @@
-"""comparison.html: one file that needs nothing else, drawn from the episodes' records alone."""
+"""comparison.html: a self-contained page built from episode records."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 PICTURES = 12
-"""How many disagreements are drawn; all are listed."""
+"""Maximum number of disagreements drawn; all are listed."""
 
-_FAILURES = 300  # that are listed; all are in the data
+_FAILURES = 300  # maximum number of listed failures; all are in the data
 _DIGITS = 6
 _WIDTH, _HEIGHT = 5.6, 3.9  # [inch]
 
@@ -60,15 +60,15 @@ def write_comparison(
 
     Args:
         comparison: The episodes.
-        path: The HTML file; its folder is made if it does not exist.
-        metrics: What planners are judged by.
-        any_time: Whether the verdicts hold however often one looked, as where a sweep ended early.
-        sceneries: Gives what stands in some scenes, for the pictures.
-        command: What a person types to make this again.
+        path: Output HTML file; its folder is created if missing.
+        metrics: Metrics of the verdicts and the leaderboard.
+        any_time: Whether the verdicts stay valid under repeated looks, as after a sweep that ended early.
+        sceneries: Function that returns the world geometry of some scenes, for the figures.
+        command: Command line that reproduces the report.
 
     Raises:
         RecordingError: The file cannot be written.
-        InputError: A metric is unknown, or cannot be judged so.
+        InputError: A metric is unknown, or has no any-time verdict.
     """
     page = render_comparison(comparison, metrics=metrics, any_time=any_time, sceneries=sceneries, command=command)
     try:
@@ -86,12 +86,12 @@ def render_comparison(
     sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
     command: str = "",
 ) -> str:
-    """The report as HTML; see `write_comparison`."""
+    """Report as HTML; see `write_comparison`."""
     verdicts = comparison.verdicts(metrics, any_time=any_time)
     rows = standings(comparison, metrics)
     found = [d for a, b in combinations(comparison.planners, 2) for d in comparison.disagreements(a, b)]
     shown = _shown(found)
-    stand = sceneries([each.winner.scene for each in shown])
+    worlds = sceneries([each.winner.scene for each in shown])
     failures = [record for record in comparison.records if not record.success]
     data = msgspec.json.encode(exported(comparison, verdicts)).decode().replace("<", "\\u003c")
     return render_page(
@@ -108,7 +108,7 @@ def render_comparison(
         matrices=_matrices(verdicts, [row.planner for row in rows]),
         any_time=any_time,
         figures=list(_figures(comparison)),
-        pictures=[_picture(i, each, comparison, stand) for i, each in enumerate(shown)],
+        pictures=[_picture(i, each, comparison, worlds) for i, each in enumerate(shown)],
         disagreements=found,
         failures=failures[:_FAILURES],
         more=len(failures) - _FAILURES,
@@ -128,7 +128,7 @@ def render_comparison(
 
 
 def exported(comparison: Comparison, verdicts: Sequence[Verdict]) -> dict[str, Any]:
-    """All that was found, to be taken elsewhere: a row for each episode, and the verdicts."""
+    """Data for the page's exports: one row per episode, and the verdicts."""
     names = [name for name in METRICS if any(record.metrics.get(name) is not None for record in comparison.records)]
     measures = sorted({name for record in comparison.records for name in record.difficulty})
     columns = ["planner", "family", "scene", "seed", "outcome", "reason", "ended", *names, *measures]
@@ -144,7 +144,7 @@ def exported(comparison: Comparison, verdicts: Sequence[Verdict]) -> dict[str, A
 def _matrices(
     verdicts: Sequence[Verdict], planners: Sequence[str]
 ) -> list[tuple[Metric, list[tuple[str, list[Verdict | None]]]]]:
-    """Each metric with its rows, a planner and its verdicts each; none of two planners, of whom there is one pair."""
+    """Verdict matrix of each metric, one row per planner; empty for two planners, which form a single pair."""
     names = dict.fromkeys(verdict.metric for verdict in verdicts) if len(planners) > 2 else ()
     squares = [(name, matrix([v for v in verdicts if v.metric == name], planners)) for name in names]
     return [(metric(name), list(zip(planners, square, strict=True))) for name, square in squares]
@@ -170,10 +170,10 @@ def _figures(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
 
 
 def _picture(
-    place: int, found: Disagreement, comparison: Comparison, stand: Mapping[str, RunHeader]
+    index: int, found: Disagreement, comparison: Comparison, worlds: Mapping[str, RunHeader]
 ) -> tuple[str, Disagreement, str]:
     """Name, episodes and SVG of one disagreement."""
-    name, scenery = f"disagreement-{place}", stand.get(found.winner.scene)
+    name, scenery = f"disagreement-{index}", worlds.get(found.winner.scene)
 
     def draw(canvas: Canvas) -> None:
         draw_disagreement(canvas, name, found, comparison, scenery)
@@ -186,7 +186,7 @@ def _svg(name: str, size: tuple[float, float], draw: Callable[[Canvas], None]) -
 
 
 def _shown(found: Sequence[Disagreement]) -> list[Disagreement]:
-    """Some of the disagreements, of as many pairs and scenes as there are: the first of each, then the second."""
+    """Selection of disagreements to draw, spread over the pairs: the first of each pair, then the second."""
     order: dict[tuple[str, str], int] = {}
     turns = []
     for each in found:

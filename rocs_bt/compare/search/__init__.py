@@ -1,4 +1,4 @@
-"""Search for trouble: where does a planner fail, and what is the least that makes it fail."""
+"""Search for failures: find a scene in which a planner fails, and reduce it to a minimal one."""
 
 from .draft import Draft
 from .keep import keep, play_command, refuse_existing

@@ -1,4 +1,4 @@
-"""Draft: a scene that is made simpler part by part: what stands in it, from where to where it goes, its numbers."""
+"""Draft: a scene that can be simplified step by step: obstacles, start and goal, and numbers."""
 
 from __future__ import annotations
 
@@ -16,30 +16,28 @@ from ..floor_grid import GridPath
 from ..ground import Ground
 from ..obstacle import Block, Point, Post
 
-CELL = 0.05  # [m] of the grid on which a way is looked for
+CELL = 0.05  # [m] cell size of the path search
 _QUANTITY = re.compile(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([A-Za-z/0-9]+)\s*")
 
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """A scene whose parts may be changed; each change gives another draft. Drafts are equal if their texts are.
-
-    A thing is what stands on the ground or is one of the scenario's movers, such as a box, a walker or a robot.
+    """Immutable scene; each change returns a new draft. Drafts are equal if their texts are.
 
     Attributes:
-        scene: The scene. Its name stays, since the name has a part in every random draw.
+        scene: The scene. Its name never changes, since the name seeds every random stream.
     """
 
     scene: Scene
 
     @staticmethod
     def of(scene: Scene, name: str, doc: str) -> Draft:
-        """A scene of a family under another name, nobody's start with jitter: what is not drawn is simpler.
+        """Draft of a family's scene under another name and without random start offsets (jitter).
 
         Args:
             scene: The scene.
-            name: Its name from now on.
-            doc: One sentence for people.
+            name: New name.
+            doc: One-sentence description.
         """
         scenario = copy.deepcopy({**scene.scenario, "world": name, "doc": doc})
         for table in (*scenario["agent"], *scenario.get("mover", [])):
@@ -54,17 +52,17 @@ class Draft:
 
     @property
     def name(self) -> str:
-        """The scene's name."""
+        """Name of the scene."""
         return self.scene.name
 
     @cached_property
     def scene_ref(self) -> GeneratedScene:
-        """The scene as a place for a sweep."""
+        """Reference to the scene for a sweep."""
         return GeneratedScene.of(self.scene)
 
     @cached_property
     def obstacles(self) -> Mapping[str, Point]:
-        """Where each thing is [m], or begins."""
+        """Position or start position [m] of each obstacle and mover (box, walker, robot), by name."""
         found = {
             obstacle.name: (obstacle.x, obstacle.y) for obstacle in (*self._ground.obstacles, *self._ground.movers)
         }
@@ -72,37 +70,37 @@ class Draft:
 
     @property
     def start(self) -> Point:
-        """Where the agent under test starts [m]."""
+        """Start position of the agent under test [m]."""
         return _point(self._scenario["agent"][0])
 
     @property
     def goal(self) -> Point:
-        """Where it must come to [m]."""
+        """Goal position [m]."""
         return _point(_goal(self._scenario))
 
     @property
     def robot(self) -> str:
-        """The name of the robot under test."""
+        """Name of the robot under test."""
         return str(self._scenario["agent"][0]["robot"])
 
     @property
     def movable(self) -> bool:
-        """Whether start and goal may be elsewhere: not so in a task, where agents are told of places."""
+        """Whether start and goal may be moved; False for tasks, in which agents know places."""
         return len(self._scenario.get("place", [])) == 1 and not self._scenario.get("fact")
 
     @cached_property
     def ground(self) -> Ground:
-        """What stands in it, on a floor that reaches a little beyond all; movers do not stand."""
+        """Static obstacles on a floor that extends 2 m beyond everything; without movers."""
         points = [*self.obstacles.values(), self.start, self.goal]
         low, high = (tuple(f(p[axis] for p in points) + d for axis in (0, 1)) for f, d in ((min, -2.0), (max, 2.0)))
         return Ground((low[0], low[1]), (high[0], high[1]), self._ground.obstacles)
 
     def shortest_path(self, radius: float) -> GridPath | None:
-        """The shortest way of a disc of this radius [m] from start to goal; None where there is none."""
+        """Shortest path of a disc with this radius [m] from start to goal; None if there is none."""
         return self.ground.grid(CELL).shortest(self.start, self.goal, radius)
 
     def without(self, names: Collection[str]) -> Draft:
-        """It without some things."""
+        """Draft without some obstacles or movers."""
         movers = [mover for mover in self._scenario.get("mover", []) if mover["name"] not in names]
         obstacles, bodies = (
             [obstacle for obstacle in each if obstacle.name not in names]
@@ -112,19 +110,19 @@ class Draft:
         return Draft(Scene({**self._scenario, "mover": movers}, ground))
 
     def between(self, start: Point, goal: Point) -> Draft:
-        """It with another start and goal [m]."""
+        """Draft with another start and goal [m]."""
         scenario = copy.deepcopy(dict(self._scenario))
         scenario["agent"][0] |= position(start)
         _goal(scenario).update(position(goal))
         return Draft(Scene(scenario, self._ground))
 
     def rounded(self, step: float, degrees: float, names: Collection[str]) -> Draft:
-        """It with simpler numbers: multiples of a step [m, m/s, s] and of an angle [deg].
+        """Draft with numbers rounded to multiples of a step [m, m/s, s] and of an angle [deg].
 
         Args:
-            step: The step of all but angles; sizes stay above 0.
-            degrees: That of angles.
-            names: Of which things; with "" among them of start and goal too.
+            step: Step of all quantities but angles; sizes stay above 0.
+            degrees: Step of angles.
+            names: Obstacles and movers to round; the name "" stands for start and goal.
         """
         scenario = copy.deepcopy(dict(self._scenario))
         tables = [mover for mover in scenario.get("mover", []) if mover["name"] in names]
@@ -153,7 +151,7 @@ def _goal(scenario: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _simpler_obstacle(obstacle: Post | Block, step: float, degrees: float) -> Post | Block:
-    """A thing whose numbers in the plane are rounded; a size that would become 0 stays."""
+    """Obstacle with rounded numbers in the plane; sizes that would become 0 stay unchanged."""
     x, y = _multiple(obstacle.x, step), _multiple(obstacle.y, step)
     if isinstance(obstacle, Post):
         return replace(obstacle, x=x, y=y, radius=_multiple(obstacle.radius, step / 2.0) or obstacle.radius)
@@ -163,7 +161,7 @@ def _simpler_obstacle(obstacle: Post | Block, step: float, degrees: float) -> Po
 
 
 def _simpler(value: Any, step: float, degrees: float) -> Any:
-    """A quantity as a person writes it, rounded; anything else as it is."""
+    """A quantity text, rounded; other values unchanged."""
     if not isinstance(value, str) or (found := _QUANTITY.fullmatch(value)) is None:
         return value
     unit = found[2]
@@ -171,10 +169,10 @@ def _simpler(value: Any, step: float, degrees: float) -> Any:
 
 
 def _multiple(value: float, step: float) -> float:
-    return round(round(value / step) * step, 6) + 0.0  # which makes -0 a plain 0
+    return round(round(value / step) * step, 6) + 0.0  # + 0.0 turns -0 into 0
 
 
 def _point(table: Mapping[str, Any]) -> Point:
-    """Where a table puts its robot or goal [m]; 0 where it does not say."""
+    """Position in a robot's or goal's table [m]; 0 for missing keys."""
     x, y = (float(found[1]) if (found := _QUANTITY.fullmatch(table.get(key, ""))) else 0.0 for key in ("x", "y"))
     return x, y

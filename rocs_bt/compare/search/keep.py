@@ -1,4 +1,4 @@
-"""Keeping: a scene that was found becomes an ordinary scenario of a project, and a test of it."""
+"""Save a found scene as a scenario of a project, with a test."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..replay import episode_command
 from .draft import Draft
 from .player import SEED
 
-_TEST = '''"""A scene in which a search found that {planner} fails. Red until it does not."""
+_TEST = '''"""A scene, found by a search, in which {planner} fails. The test fails until the planner is fixed."""
 
 import pytest
 
@@ -23,16 +23,16 @@ def {function}(comparison):
 
 
 def refuse_existing(folder: Path, name: str) -> None:
-    """Refuse to write over a scenario.
+    """Check that a new scenario overwrites no file.
 
     Raises:
-        InputError: The project has one of this name, or it cannot name one.
+        InputError: A file of this name exists, or the name is not valid for a scenario.
     """
     if not re.fullmatch(r"\w[\w-]*", name):
-        raise InputError(Fault(f"'{name}' cannot name a scenario.", hint="Use letters, digits, '_' and '-'."))
+        raise InputError(Fault(f"'{name}' is not a valid scenario name.", hint="Use letters, digits, '_' and '-'."))
     for file in (folder / "scenarios" / f"{name}.toml", _test_of(name, folder)):
         if file.exists():
-            raise InputError(Fault(f"'{name}' is there already.", file, hint="Give another name by --name."))
+            raise InputError(Fault(f"'{name}' already exists.", file, hint="Choose another name with --name."))
 
 
 def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
@@ -40,11 +40,11 @@ def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
 
     Args:
         draft: The scene.
-        planner: Who fails in it.
-        folder: The project.
+        planner: Planner that fails in the scene.
+        folder: Project folder.
 
     Returns:
-        The files of the scenario and of the test.
+        Scenario file and test file.
     """
     scenario = draft.scene.write(folder)
     test = _test_of(draft.name, folder)
@@ -54,7 +54,7 @@ def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
 
 
 def play_command(draft: Draft, planner: str) -> str:
-    """What a person types to play the scene again and look at it."""
+    """Shell command that plays the scene again."""
     return episode_command(planner, draft.name, SEED)
 
 

@@ -1,4 +1,4 @@
-"""Playing: which of some drafts is the first in which a planner fails, within a budget of episodes."""
+"""Player: finds the first of several drafts in which a planner fails, within a budget of episodes."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from ..sweep import SweepOptions, sweep
 from .draft import Draft
 
 SEED = 1
-"""The seed of every episode: what is searched is scenes."""
+"""Seed of every episode; a search varies only scenes."""
 
-_WAVE = 8  # drafts that are made before they are played
+_WAVE = 8  # batch size: drafts that are generated and played together
 
 Fails: TypeAlias = Callable[[EpisodeRecord], bool]
 
 
 @dataclass
 class Player:
-    """Plays a planner in drafts, in their order, however many processes do it; the same draft is never played twice.
+    """Plays a planner in drafts. Results do not depend on the number of processes; no draft is played twice.
 
     Attributes:
-        planner: Who decides.
-        catalog: Where its content is found.
-        store: Where episodes are kept.
-        executor: Who plays them.
-        budget: How many episodes may count. Those beyond the first failure, which others played meanwhile, do not.
-        wall_limit: How long one may take to compute [s].
-        progress: Told how many have counted.
-        count: How many have counted.
+        planner: Planner under test.
+        catalog: Source of content.
+        store: Store of episodes.
+        executor: Executor of the episodes.
+        budget: Maximum number of counted episodes. Episodes after the first failure of a batch do not count.
+        wall_limit: Maximum wall-clock time of an episode [s].
+        progress: Callback with the number of counted episodes.
+        count: Number of counted episodes.
     """
 
     planner: PlannerSpec
@@ -51,15 +51,15 @@ class Player:
     def first(
         self, drafts: Iterable[Draft], fails: Fails, *, skip_invalid: bool = True
     ) -> tuple[Draft, EpisodeRecord] | None:
-        """The first draft in which the planner fails, and its episode; None where none is found within the budget.
+        """First draft in which the planner fails, with its episode; None if there is none within the budget.
 
         Args:
-            drafts: What to try; each is made when it is needed.
-            fails: Which episodes count as failures.
+            drafts: Candidate drafts, consumed lazily.
+            fails: Predicate that is True for a failed episode.
             skip_invalid: Whether to skip drafts that cannot be played, such as one with the robot inside an obstacle.
 
         Raises:
-            InputError: Content is wrong, and is not doubtful.
+            InputError: Content is invalid, and `skip_invalid` is False.
         """
         source = self._new(drafts)
         while wave := list(islice(source, min(_WAVE, self.budget - self.count))):
@@ -73,7 +73,7 @@ class Player:
         return None
 
     def _new(self, drafts: Iterable[Draft]) -> Iterator[Draft]:
-        """Those among drafts in which the planner is not known to do well, each once."""
+        """Drafts that were not played successfully before, each once."""
         seen: set[Draft] = set()
         for draft in drafts:
             if draft not in self._passed and draft not in seen:
@@ -81,7 +81,7 @@ class Player:
                 yield draft
 
     def _play(self, drafts: Sequence[Draft], fails: Fails, skip_invalid: bool) -> list[EpisodeRecord | None]:
-        """The episodes until the first failure; None for a draft that cannot be played."""
+        """Episodes up to the first failure; None for a draft that cannot be played."""
         try:
             return list(self._swept(drafts, fails))
         except InputError:

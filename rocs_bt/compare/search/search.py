@@ -1,4 +1,4 @@
-"""Search for trouble: scenes of a family are drawn until a planner fails in one, which is then made small."""
+"""Search: sample scenes of a family until a planner fails in one, then shrink that scene."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ FAILURES = tuple(outcome for outcome in OUTCOMES if outcome not in ("success", "
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What a search came to.
+    """Result of a search.
 
     Attributes:
-        drawn: The scene in which the planner failed, as it was drawn; None where it failed in none.
-        found: That scene as the search plays it; its start has no jitter.
-        first: The episode in it.
-        smallest: What is left of it.
-        last: The episode in that.
-        searched: How many episodes counted until it was found.
-        shrunk: How many counted afterwards.
-        done: Whether nothing more could be left out; False where the budget was spent before.
+        sampled: Sampled scene in which the planner failed; None if it never failed.
+        found: That scene as a draft, with a start without jitter.
+        first: Episode in `found`.
+        smallest: Shrunk scene.
+        last: Episode in `smallest`.
+        searched: Number of counted episodes up to the failure.
+        shrunk: Number of counted episodes of the shrinking.
+        done: Whether shrinking finished within the budget.
     """
 
     sampled: SampledScene | None = None
@@ -50,15 +50,15 @@ class SearchResult:
 
 @dataclass(frozen=True, kw_only=True)
 class SearchOptions:
-    """What is sought, and how far.
+    """Options of a search.
 
     Attributes:
-        name: The scene's name in the end; planner and family where empty.
-        failures: Which outcomes are sought; all but success by default.
-        budget: Number of episodes at most.
-        seed: Seed of the draws.
-        workers: Number of local processes; None for one for each core.
-        wall_limit: Longest time to compute an episode [s].
+        name: Name of the resulting scene; derived from planner and family if empty.
+        failures: Outcomes that count as failures; all but success by default.
+        budget: Maximum number of episodes.
+        seed: Seed of the sampling.
+        workers: Number of local processes; None for one per core.
+        wall_limit: Maximum wall-clock time of an episode [s].
     """
 
     name: str = ""
@@ -79,27 +79,25 @@ def search(
     executor: Executor | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> SearchResult:
-    """Draw scenes until a planner fails in one, then make that one as small as can be.
+    """Sample scenes until a planner fails in one, then shrink that scene.
 
-    The same arguments find the same scene, however many processes play; what was played before is in the store.
+    Equal arguments give equal results for any number of processes; episodes in the store are not played again.
 
     Args:
-        planner: Who decides.
-        space: Where scenes are drawn from.
-        options: What is sought, and how far.
-        catalog: Where content is found; the project around the current folder by default.
-        store: Where episodes are kept; in memory by default.
-        executor: Who plays them; local processes by default.
-        progress: Told how many episodes have counted.
+        planner: Planner under test.
+        space: Search space.
+        options: Options.
+        catalog: Source of content; the project around the current folder by default.
+        store: Store of episodes; in memory by default.
+        executor: Executor of the episodes; local processes by default.
+        progress: Callback with the number of counted episodes.
 
     Raises:
-        InputError: Content is wrong, nothing within the ranges makes a scene, or the planner is an oracle.
+        InputError: Content is invalid, no parameters within the ranges give a scene, or the planner is an oracle.
     """
     if planner.oracle:
-        hint = "Search a planner that senses for itself."
-        raise InputError(
-            Fault(f"'{planner.name}' is told the map of a family's scene; a search changes it.", hint=hint)
-        )
+        message = f"'{planner.name}' is an oracle, which gets the family's map; shrinking would change the map."
+        raise InputError(Fault(message, hint="Search with a planner that is not an oracle."))
     options, home = options or SearchOptions(), catalog or Catalog.here()
     keeping = CachingCatalog(home.project, code=home.code)
     with ExitStack() as stack:
@@ -123,18 +121,18 @@ def search(
 
 
 def default_name(planner: PlannerSpec, space: SearchSpace) -> str:
-    """What the scene is called in which a planner fails."""
+    """Default name of the resulting scene."""
     return f"{planner.name}_in_{space.family.name}"
 
 
 def _drafts(
     space: SearchSpace, planner: str, name: str, seed: int, sampled: dict[Draft, SampledScene]
 ) -> Iterator[Draft]:
-    """Drafts without end; what each was drawn as is noted."""
+    """Endless drafts of sampled scenes; stores the sample of each draft in `sampled`."""
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     while True:
         made = space.sample(rng)
-        draft = Draft.of(made.scene, name, f"Where {planner} fails: what a search left of {made.scene.name}.")
+        draft = Draft.of(made.scene, name, f"{planner} fails here. Shrunk by a search from {made.scene.name}.")
         sampled[draft] = made
         yield draft
 

@@ -1,10 +1,10 @@
-"""Shrinking: from a scene in which a planner fails to the smallest in which it still fails in the same manner.
+"""Shrinking: reduce a scene in which a planner fails to a minimal one with the same outcome.
 
 Delta debugging (Zeller and Hildebrandt, Simplifying and isolating failure-inducing input, IEEE TSE 28, 2002) over the
-things of a scene, then a shorter way, then simpler numbers, again and again until nothing more can be left out.
+obstacles of a scene, then a shorter path, then rounder numbers, repeated until nothing changes.
 
-Hypothesis shrinks the numbers that a scene was drawn from; but one box fewer draws all others anew, and what is found
-so has nothing to do with what failed. It also ends by the clock on the wall, and tries one candidate at a time.
+Hypothesis is not used: it shrinks the random choices of the generator, and one box fewer changes all later choices, so
+its result is unrelated to the original failure. It also stops by wall-clock time and tries one candidate at a time.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from .draft import CELL, Draft
 from .player import Player
 
 STEPS = ((1.0, 90.0), (0.5, 45.0), (0.1, 15.0), (0.05, 5.0), (0.01, 1.0))
-"""What numbers are rounded to, the simplest first: [m, m/s, s] and [deg]."""
+"""Rounding steps, the coarsest first: [m, m/s, s] and [deg]."""
 
 SHARES = (0.5, 0.75, 0.9)
-"""Of its way, that are left."""
+"""Shares of the path that shortening keeps."""
 
-_APART = 1.0  # [m] between the start and a mover's that nobody could call unfair
-_NEAREST = 1.0  # [m] between start and goal; less is no simpler, and ends where nothing is to be done
+_APART = 1.0  # [m] a mover that starts at least this far from the robot is fair
+_NEAREST = 1.0  # [m] minimum distance from start to goal; a shorter task is not simpler
 
 
 @dataclass(frozen=True)
 class Fairness:
-    """What a scene must keep, so that who fails in it could have done better: room at both ends, and a way.
+    """Properties that shrinking must preserve, so that success stays possible: clearance at both ends, and a path.
 
     Attributes:
-        radius: Of a disc that has a way [m]; 0 where the scene as it was found has none for the robot either.
-        start: The room around the middle of the robot where it starts [m].
-        goal: The room around the goal [m].
-        apart: How far movers begin from the start [m].
-        distance: From start to goal [m].
+        radius: Radius of a disc that has a path [m]; 0 if even the original scene has no path for the robot.
+        start: Clearance around the robot's centre at the start [m].
+        goal: Clearance around the goal [m].
+        apart: Minimum distance from the start to the start of any mover [m].
+        distance: Distance from start to goal [m].
     """
 
     radius: float
@@ -52,7 +52,7 @@ class Fairness:
 
     @staticmethod
     def of(draft: Draft, body: Footprint) -> Fairness:
-        """What a scene as it was found has, as far as a robot needs it."""
+        """Properties of the original scene, limited to what a robot needs."""
         radius = next(
             (r for r in (body.outer + CELL, body.outer, body.inner) if draft.shortest_path(r) is not None), 0.0
         )
@@ -61,7 +61,7 @@ class Fairness:
         return Fairness(radius, start, goal, min(_apart(draft), _APART), min(_distance(draft), _NEAREST))
 
     def holds(self, draft: Draft) -> bool:
-        """Whether a scene has it."""
+        """Whether a draft has the properties."""
         start, goal = _clearance(draft, draft.start), _clearance(draft, draft.goal)
         if start < self.start or goal < self.goal:
             return False
@@ -71,13 +71,13 @@ class Fairness:
 
 
 class Shrinking:
-    """Makes a draft smaller, as long as the planner fails in it in the same manner.
+    """Shrinks a draft while the planner fails in it with the same outcome.
 
     Args:
-        player: Who plays.
-        draft: The scene in which it failed.
+        player: Player of drafts.
+        draft: Scene in which the planner failed.
         record: Its episode.
-        body: The robot's outline.
+        body: Outline of the robot.
     """
 
     def __init__(self, player: Player, draft: Draft, record: EpisodeRecord, body: Footprint) -> None:
@@ -86,7 +86,7 @@ class Shrinking:
         self._fair = Fairness.of(draft, body)
 
     def run(self) -> None:
-        """Shrink until nothing more can be left out, or the budget is spent."""
+        """Shrink until nothing changes or the budget is spent."""
         before = None
         while before != self.draft and self._player.count < self._player.budget:
             before = self.draft
@@ -95,7 +95,7 @@ class Shrinking:
             self._round()
 
     def _first(self, drafts: Iterator[Draft]) -> bool:
-        """Go on with the first draft that fails as this one does; whether there is one."""
+        """Continue with the first draft that fails with the same outcome; returns whether there is one."""
         outcome = self.record.outcome
         found = self._player.first((d for d in drafts if d != self.draft), lambda r: r.outcome == outcome)
         if found is not None:
@@ -103,24 +103,24 @@ class Shrinking:
         return found is not None
 
     def _drop_obstacles(self) -> None:
-        """Leave things out, many at a time first, those that are far from where it failed before others."""
+        """Remove obstacles in chunks of decreasing size, those farthest from the end of the failed episode first."""
         end = self.record.path[-1].tolist() if len(self.record.path) else self.draft.start
         names = sorted(self.draft.obstacles, key=lambda n: (-math.dist(self.draft.obstacles[n], end), n))
         size = len(names)
         while size:
-            needed: list[str] = []  # of this size no chunk of these can be left out
+            needed: list[str] = []  # names of which no chunk of this size can be removed
             while names:
                 chunks = [names[i : i + size] for i in range(0, len(names), size)]
                 if not self._first(self.draft.without(chunk) for chunk in chunks):
                     break
-                gone = next(i for i, chunk in enumerate(chunks) if chunk[0] not in self.draft.obstacles)
-                needed += names[: gone * size]
-                names = names[(gone + 1) * size :]
+                removed = next(i for i, chunk in enumerate(chunks) if chunk[0] not in self.draft.obstacles)
+                needed += names[: removed * size]
+                names = names[(removed + 1) * size :]
             names = needed + names
             size //= 2
 
     def _shorten(self) -> None:
-        """Bring start and goal nearer to each other, along the way between them."""
+        """Move start and goal towards each other along the path."""
         while self.draft.movable and self._fair.radius and self._first(self._shorter()):
             pass
 
@@ -133,7 +133,7 @@ class Shrinking:
                 yield from self._fairly(self.draft.between(*points))
 
     def _round(self) -> None:
-        """Write simpler numbers, all at once or one thing after the other."""
+        """Round numbers, of all objects at once or one after another."""
         names = ["", *self.draft.obstacles]
         for chosen in ([names] if len(names) > 1 else []) + [[name] for name in names]:
             self._first(d for step in STEPS for d in self._fairly(self.draft.rounded(*step, chosen)))
@@ -144,7 +144,7 @@ class Shrinking:
 
 
 def point_along(points: tuple[Point, ...], length: float) -> Point:
-    """The point of a polygon that is so far along it [m]; its end beyond."""
+    """Point of a polyline at a path length [m]; its end if the polyline is shorter."""
     for a, b in pairwise(points):
         piece = math.dist(a, b)
         if length <= piece > 0.0:
@@ -155,7 +155,7 @@ def point_along(points: tuple[Point, ...], length: float) -> Point:
 
 
 def _clearance(draft: Draft, point: Point) -> float:
-    """The room around a place, as far as the grid tells [m]."""
+    """Clearance at a point on the grid [m]."""
     grid = draft.ground.grid(CELL)
     return float(grid.clearances()[grid.cell_at(point)])
 

@@ -1,4 +1,4 @@
-"""Space: the scenes that a search draws from: a family's parameters within ranges, and its indices."""
+"""SearchSpace: ranges of a family's parameters from which a search samples scenes."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from ..family import Family, Scene, family_parameters
 from ..replay import parse_value
 
 INDICES = 1_000_000
-_DRAWS = 200  # of parameters in a row that make no scene, before the ranges are held to be wrong
+_ATTEMPTS = 200  # consecutive parameter samples without a valid scene before the ranges are rejected
 
 
 @dataclass(frozen=True)
 class SampledScene:
-    """A scene that was drawn.
+    """A sampled scene.
 
     Attributes:
         scene: The scene.
-        index: Its index in its family.
-        parameters: The family's, those that were varied, in SI units.
+        index: Index in its family.
+        parameters: Values of the varied parameters, in SI units.
     """
 
     scene: Scene
@@ -36,46 +36,46 @@ class SampledScene:
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """Where scenes are drawn from.
+    """Distribution of scenes.
 
     Attributes:
-        family: The family, with all parameters that stay.
-        ranges: Least and greatest of those that are varied, in SI units; both count.
+        family: Family with the fixed parameters.
+        ranges: Minimum and maximum (inclusive) of each varied parameter, in SI units.
     """
 
     family: Family
     ranges: Mapping[str, tuple[float, float]]
 
     @staticmethod
-    def of(family: Family, fixed: Mapping[str, object], told: Mapping[str, str]) -> SearchSpace:
-        """A family's numbers, each from half to twice what it is, but for those that are fixed or told.
+    def of(family: Family, fixed: Mapping[str, object], varied: Mapping[str, str]) -> SearchSpace:
+        """Search space of a family. Numbers that are not fixed vary from half to twice their value.
 
-        A whole number of 1 or less may be a flag, and is 0 or 1.
+        Integers of at most 1 may be flags and vary from 0 to 1.
 
         Args:
             family: The family.
-            fixed: Parameters that were set, and stay.
-            told: Ranges of others, as a person writes them: `{"boxes": "0..6", "side": "3 m..6 m"}`.
+            fixed: Parameters that stay fixed.
+            varied: Ranges of other parameters as written by a user: `{"boxes": "0..6", "side": "3 m..6 m"}`.
 
         Raises:
-            InputError: A range is none, or is of no number of the family.
+            InputError: A range is invalid or does not belong to a number of the family.
         """
         declared = family_parameters(type(family))
         numbers = {n: p for n, p in declared.items() if p.type in (int, float) and n not in family.NOT_SAMPLED}
         ranges = {n: _around(getattr(family, n)) for n in numbers if n not in fixed}
-        for name, text in told.items():
+        for name, text in varied.items():
             if name not in numbers:
                 raise InputError(unknown("number", name, numbers, f"The family {family.name}"))
             ranges[name] = _range(numbers[name], text)
         return SearchSpace(family, ranges)
 
     def sample(self, rng: np.random.Generator) -> SampledScene:
-        """A scene. Parameters that make none, such as a hall that is too small, are drawn anew.
+        """Random scene. Parameters that give no valid scene, such as a hall that is too small, are sampled again.
 
         Raises:
-            InputError: Nothing within the ranges makes a scene, as far as can be seen.
+            InputError: No sampled parameters gave a valid scene.
         """
-        for _ in range(_DRAWS):
+        for _ in range(_ATTEMPTS):
             values: dict[str, Any] = {name: self._value(rng, name) for name in self.ranges}
             index = int(rng.integers(INDICES))
             try:
@@ -102,20 +102,20 @@ def _range(parameter: Parameter, text: str) -> tuple[float, float]:
     ends = text.split("..")
     hint = f"Write --vary {name}=LOW..HIGH, each with its unit."
     if len(ends) != 2:
-        raise InputError(Fault(f"'{text}' is no range of {name}.", hint=hint))
+        raise InputError(Fault(f"'{text}' is not a range of {name}.", hint=hint))
     low, high = (_end(parameter, end.strip(), hint) for end in ends)
     if faults := [*parameter.bound_faults(low, name), *parameter.bound_faults(high, name)]:
         raise InputError(*faults)
     if low > high:
-        raise InputError(Fault(f"the range of {name} ends before it begins: {text}.", hint=hint))
+        raise InputError(Fault(f"the range of {name} has its bounds swapped: {text}.", hint=hint))
     return low, high
 
 
 def _end(parameter: Parameter, text: str, hint: str) -> float:
-    """One end of a range in SI units."""
+    """One bound of a range in SI units."""
     value = parse_value(text)
     if parameter.dimension is not None:
         return convert(value, parameter.dimension, parameter.name)
     if type(value) is not int:
-        raise InputError(Fault(f"'{text}' is no whole number for {parameter.name}.", hint=hint))
+        raise InputError(Fault(f"'{text}' is not an integer, as {parameter.name} needs.", hint=hint))
     return value

@@ -1,8 +1,8 @@
-"""Curves over episodes: what has ended by which cause until when, and performance profiles.
+"""Curves over episodes: cumulative incidence of outcomes, and performance profiles.
 
-A collision is no censoring: an episode that collided will never succeed, and to leave it out of those at risk, as the
-estimate of Kaplan and Meier does, flatters whoever crashes early. Only an episode that its time limit ended before the
-moment in question says nothing of that moment.
+A collision is a competing event, not censoring: an episode that collided never succeeds. The Kaplan-Meier estimate
+would remove it from those at risk and so favour planners that crash early. Only an episode cut off by its time limit
+is censored.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from .estimates import Floats
 
 
 def cumulative_incidence(times: Floats, causes: npt.NDArray[np.int_], cause: int, at: Floats) -> Floats:
-    """The share of episodes that have ended by a cause until each moment.
+    """Share of episodes that have ended by a given cause, over time.
 
     Aalen and Johansen, An Empirical Transition Matrix for Non-homogeneous Markov Chains, Scand. J. Statist. 5, 1978.
 
     Args:
-        times: (n,) When each episode ended [s].
-        causes: (n,) By what; 0 where it was cut off with nothing decided.
-        cause: Which of them.
-        at: (m,) The moments, ascending [s].
+        times: (n,) End time of each episode [s].
+        causes: (n,) Cause of each end; 0 if censored.
+        cause: The cause of interest.
+        at: (m,) Times of the result, ascending [s].
 
     Returns:
-        (m,)
+        (m,) Shares.
     """
     ends, inverse = np.unique(times, return_inverse=True)
     decided = np.bincount(inverse, causes != 0, len(ends))
@@ -41,16 +41,16 @@ def cumulative_incidence(times: Floats, causes: npt.NDArray[np.int_], cause: int
 
 
 def restricted_mean_time(times: Floats, causes: npt.NDArray[np.int_], cause: int, horizon: float) -> float:
-    """The mean time until a cause, where what has not come to it by the horizon counts as the horizon (RMST) [s].
+    """Restricted mean time until a cause (RMST) [s]; episodes that do not reach it count as the horizon.
 
-    It is the area above the curve of `cumulative_incidence` (Royston and Parmar, BMC Med. Res. Methodol. 13, 2013). The
-    mean over successes alone would reward whoever gives up where it takes long.
+    The area above the curve of `cumulative_incidence` (Royston and Parmar, BMC Med. Res. Methodol. 13, 2013). The mean
+    over successes alone would reward planners that give up on slow episodes.
 
     Args:
-        times: (n,) When each episode ended [s].
-        causes: (n,) By what; 0 where it was cut off with nothing decided.
-        cause: Which of them.
-        horizon: [s]
+        times: (n,) End time of each episode [s].
+        causes: (n,) Cause of each end; 0 if censored.
+        cause: The cause of interest.
+        horizon: Upper limit of the times [s].
     """
     ends = np.unique(times[times < horizon])
     edges = np.concatenate([[0.0], ends, [horizon]])
@@ -59,29 +59,29 @@ def restricted_mean_time(times: Floats, causes: npt.NDArray[np.int_], cause: int
 
 
 def performance_profile(costs: Floats, ratios: Floats) -> Floats:
-    """In what share of episodes a planner is within a ratio of the best one (Dolan, More, Math. Program. 91, 2002).
+    """Share of episodes in which a planner is within a ratio of the best (Dolan, More, Math. Program. 91, 2002).
 
     Args:
-        costs: (n_planners, n_episodes) Such as the time, greater than 0; +inf where it failed.
-        ratios: (m,) At least 1.
+        costs: (n_planners, n_episodes) Positive costs, such as times; +inf for failures.
+        ratios: (m,) Ratios, at least 1.
 
     Returns:
-        (n_planners, m) At ratio 1 how often it is the best; towards the right how often it succeeds.
+        (n_planners, m) Shares: at ratio 1 the share of wins, for large ratios the success rate.
     """
     best = costs.min(axis=0)
-    with np.errstate(invalid="ignore"):  # nobody succeeded: inf / inf, which is within no ratio
+    with np.errstate(invalid="ignore"):  # inf / inf if no planner succeeded: within no ratio
         relative = costs / best
     within: Floats = (relative[:, :, None] <= ratios * (1.0 + 1e-12)).mean(axis=1)
     return within
 
 
 def interquartile_mean(values: Floats) -> float:
-    """The mean of the middle half of all episodes.
+    """Mean of the middle half of all episodes.
 
     Agarwal et al., Deep Reinforcement Learning at the Edge of the Statistical Precipice, 2021.
 
-    It says how a planner mostly does, and nothing of how it fails: where three of four episodes are perfect it is
-    perfect. So it stands beside the mean, never in its place.
+    It describes typical episodes and ignores failures of up to a quarter of them; report it beside the mean, not in
+    place of it.
     """
     known = values[~np.isnan(values)]
     if (count := len(known)) == 0:

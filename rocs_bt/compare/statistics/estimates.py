@@ -1,13 +1,12 @@
-"""Estimates over scenes and seeds: means, shares and differences, each with an interval that covers for few scenes too.
+"""Estimates over scenes and seeds: means, shares and differences, with intervals that are valid for few scenes.
 
-Scenes are the sample: the seeds of one scene are alike, so they say less than as many scenes would. All functions take
-values[scene, seed], with NaN where an episode has no value. The mean of a scene's seeds is what the scene says; the
-scenes are independent of each other, so everything follows from these means as it does from a plain sample (ultimate
-clusters: Hansen, Hurwitz and Madow, Sample Survey Methods and Theory, 1953).
+Scenes are the sample, since the seeds of a scene are correlated. All functions take values[scene, seed], NaN if
+missing. They work on the scene means, which are independent of each other (ultimate clusters: Hansen, Hurwitz and
+Madow, Sample Survey Methods and Theory, 1953).
 
-Percentiles of a bootstrap are too narrow for few scenes, and a bootstrap of Student's t breaks down where most scenes
-say the same (docs/statistics.md has the coverage of each); so means have intervals of their own, and resampling is for
-what has none (`cluster_bootstrap`).
+Bootstrap percentile intervals are too narrow for few scenes, and a bootstrap of Student's t fails if most scenes have
+the same value (docs/statistics.md has the coverage of each). Means therefore have intervals of their own;
+`cluster_bootstrap` is for other statistics.
 """
 
 from __future__ import annotations
@@ -23,10 +22,10 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 LEVEL = 0.95
-"""The confidence of every interval."""
+"""Confidence level of all intervals."""
 
 RESAMPLES = 10_000
-SEED = 20260101  # of every resampling: the same episodes give the same interval
+SEED = 20260101  # fixed seed of all resampling: the same episodes give the same interval
 
 
 @dataclass(frozen=True)
@@ -34,10 +33,10 @@ class Estimate:
     """A number with its 95 % interval.
 
     Attributes:
-        value: The share, the mean, or whatever is estimated.
-        low: The interval's lower end; NaN where one episode, or one scene, alone says nothing of it.
-        high: The interval's upper end.
-        of: From how many; episodes of one scenario, scenes of several.
+        value: Estimated value.
+        low: Lower end of the interval; NaN if the sample has fewer than two members.
+        high: Upper end of the interval; NaN likewise.
+        of: Sample size: episodes of one scenario, or scenes.
     """
 
     value: float
@@ -46,18 +45,18 @@ class Estimate:
     of: int
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON has it, which knows no NaN."""
+        """Estimate as a dict for JSON; NaN becomes None."""
         return {key: None if math.isnan(value) else value for key, value in vars(self).items()}
 
 
 def share(hits: int, of: int) -> Estimate:
-    """A share of episodes with its exact interval (Clopper and Pearson, 1934).
+    """Share of the episodes of one scenario, with its exact interval (Clopper and Pearson, 1934).
 
-    The episodes are of one scenario, so that nothing but their seeds tells them apart; over several scenes: `rate`.
+    The episodes must be independent, so they may differ only by seed; over several scenes use `rate`.
 
     Args:
-        hits: In how many it was so.
-        of: Of how many; at least one.
+        hits: Number of hits.
+        of: Number of episodes, at least one.
     """
     from scipy.stats import binomtest
 
@@ -66,17 +65,17 @@ def share(hits: int, of: int) -> Estimate:
 
 
 def mean(values: Sequence[float]) -> Estimate:
-    """A mean over episodes of one scenario with its bootstrap interval (percentiles), from a seeded generator.
+    """Mean over the episodes of one scenario, with its bootstrap percentile interval from a seeded generator.
 
     Args:
-        values: At least one; over several scenes: `mean_over_scenes`.
+        values: At least one value; over several scenes use `mean_over_scenes`.
     """
     from scipy.stats import bootstrap
 
     average = float(np.mean(values))
     if len(values) < 2:
         return Estimate(average, np.nan, np.nan, len(values))
-    drawn = bootstrap(
+    resampled = bootstrap(
         (values,),
         np.mean,
         confidence_level=LEVEL,
@@ -84,18 +83,18 @@ def mean(values: Sequence[float]) -> Estimate:
         method="percentile",
         rng=np.random.default_rng(SEED),
     )
-    interval = drawn.confidence_interval
+    interval = resampled.confidence_interval
     return Estimate(average, float(interval.low), float(interval.high), len(values))
 
 
 def scene_means(values: Floats) -> Floats:
-    """The mean of each scene that has a value.
+    """Mean of each scene that has a value.
 
     Args:
-        values: (n_scenes, n_seeds), NaN where there is none.
+        values: (n_scenes, n_seeds), NaN if missing.
 
     Returns:
-        (n,) With n <= n_scenes.
+        (n,) Means, n <= n_scenes.
     """
     known = values[~np.isnan(values).all(axis=1)]
     return known[:, 0].copy() if known.shape[1] == 1 else np.nanmean(known, axis=1)
@@ -103,16 +102,16 @@ def scene_means(values: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class SampleSize:
-    """How much a sample of scenes and seeds is worth.
+    """Actual and effective size of a sample of scenes and seeds.
 
     Attributes:
-        scenes: How many scenes have a value.
-        episodes: How many episodes have one.
+        scenes: Number of scenes with a value.
+        episodes: Number of episodes with a value.
         intraclass_correlation: Correlation of the seeds of one scene, 0 (independent) to 1 (identical); estimated by
             analysis of variance and clipped.
-        design_effect: By how much the variance of the mean exceeds that of as many independent episodes (Kish, Survey
-            Sampling, 1965).
-        effective: How many independent episodes would say as much.
+        design_effect: Variance of the mean divided by that of as many independent episodes (Kish, Survey Sampling,
+            1965).
+        effective: Equivalent number of independent episodes.
     """
 
     scenes: int
@@ -123,10 +122,10 @@ class SampleSize:
 
 
 def sample_size(values: Floats) -> SampleSize:
-    """How much a sample of scenes and seeds is worth.
+    """Actual and effective size of a sample.
 
     Args:
-        values: (n_scenes, n_seeds), NaN where there is none.
+        values: (n_scenes, n_seeds), NaN if missing.
     """
     known = values[~np.isnan(values).all(axis=1)]
     scenes, episodes = len(known), int((~np.isnan(known)).sum())
@@ -137,16 +136,16 @@ def sample_size(values: Floats) -> SampleSize:
     seeds = episodes / scenes
     effect = between * episodes / spread if spread > 0.0 else seeds
     effect = min(max(effect, 1.0), seeds)
-    alike = (effect - 1.0) / (seeds - 1.0) if seeds > 1.0 else 1.0
-    return SampleSize(scenes, episodes, alike, effect, episodes / effect)
+    correlation = (effect - 1.0) / (seeds - 1.0) if seeds > 1.0 else 1.0
+    return SampleSize(scenes, episodes, correlation, effect, episodes / effect)
 
 
 def mean_over_scenes(values: Floats, level: float = LEVEL) -> Estimate:
-    """A mean over scenes, with Student's interval, widened on the side to which the scenes are skewed.
+    """Mean over scenes with Student's interval, widened on the side to which the scenes are skewed.
 
     Args:
-        values: (n_scenes, n_seeds), NaN where there is none.
-        level: The interval's confidence.
+        values: (n_scenes, n_seeds), NaN if missing.
+        level: Confidence level.
     """
     means = scene_means(values)
     n = len(means)
@@ -157,17 +156,17 @@ def mean_over_scenes(values: Floats, level: float = LEVEL) -> Estimate:
 
 
 def _ends(sample: Floats, error: float, level: float) -> tuple[float, float]:
-    """Student's interval, with each end where it reaches furthest with and without a correction for skewness.
+    """Student's interval; each end is the wider one with and without a skewness correction.
 
-    Times and lengths are skewed, and so are differences where one planner fails more often; a plain interval then
-    misses on one side. The correction moves the interval by its first-order term (Johnson, Modified t Tests, JASA 73,
-    1978; Hall, On the Removal of Skewness by Transformation, J. R. Statist. Soc. B 54, 1992); to take nothing away on
-    the other side keeps the confidence for few scenes, too. Hall's whole transformation breaks down for few.
+    Times and lengths are skewed, and so are differences if one planner fails more often; a plain interval then misses
+    on one side. The correction shifts the interval by its first-order term (Johnson, Modified t Tests, JASA 73, 1978;
+    Hall, On the Removal of Skewness by Transformation, J. R. Statist. Soc. B 54, 1992). The other side keeps its end,
+    which preserves the coverage for few scenes. Hall's full transformation fails for few scenes.
 
     Args:
-        sample: (n,)
-        error: The mean's standard error.
-        level: The confidence.
+        sample: (n,) The sample.
+        error: Standard error of the mean.
+        level: Confidence level.
     """
     from scipy.special import stdtrit
 
@@ -180,31 +179,31 @@ def _ends(sample: Floats, error: float, level: float) -> tuple[float, float]:
 
 
 def paired(a: Floats, b: Floats) -> Floats:
-    """How much a is above b in each scene, over the seeds that both have.
+    """Mean difference a - b of each scene, over the seeds that both have.
 
     Args:
-        a: (n_scenes, n_seeds), NaN where there is none.
-        b: The same scenes and seeds.
+        a: (n_scenes, n_seeds), NaN if missing.
+        b: Values for the same scenes and seeds.
 
     Returns:
-        (n,) For each scene in which both have an episode of the same seed.
+        (n,) One difference per scene with a common seed.
     """
     return scene_means(np.asarray(a, dtype=float) - np.asarray(b, dtype=float))
 
 
 def mean_difference(differences: Floats, level: float = LEVEL, span: float = math.nan) -> Estimate:
-    """The mean of paired differences, with Student's interval over scenes.
+    """Mean of paired differences, with Student's interval over scenes.
 
-    The variance is that of one scene more, whose difference is as large as those that are not 0 are on average: where
-    few scenes tell two planners apart, these few say little of how often others will (for single episodes this is close
-    to Agresti and Min, Biostatistics 6, 2005, who add such pairs to the counts).
+    The variance includes one additional scene with the mean squared nonzero difference: if few scenes differ, they say
+    little about how often others will. For single episodes this is close to Agresti and Min, Biostatistics 6, 2005, who
+    add such pairs to the counts.
 
     Args:
-        differences: (n,) One a scene, as `paired` gives.
-        level: The interval's confidence.
-        span: The greatest difference possible, at which the interval ends, and which stands for the scene more where
-            none differs; NaN where there is no such bound: where none differs the interval is then 0 to 0, which says
-            nothing of scenes not seen.
+        differences: (n,) One per scene, from `paired`.
+        level: Confidence level.
+        span: Greatest possible difference. It bounds the interval, and is the additional scene's difference if no scene
+            differs. NaN if unbounded: without any difference the interval is then 0 to 0 and says nothing about new
+            scenes.
     """
     n = len(differences)
     if n < 2:
@@ -216,20 +215,20 @@ def mean_difference(differences: Floats, level: float = LEVEL, span: float = mat
     return Estimate(centre, float(np.fmax(low, -span)), float(np.fmin(high, span)), n)
 
 
-_PRIOR_SCENES = 0.5  # scenes: the weight of "all seeds alike" against what the scenes show
+_PRIOR_SCENES = 0.5  # [scenes] weight of the prior "all seeds of a scene are equal"
 
 
 def rate(values: Floats, level: float = LEVEL) -> Estimate:
-    """A share of episodes over scenes, with an interval that knows that a scene's seeds are alike.
+    """Share of episodes over scenes, with an interval that accounts for correlated seeds.
 
-    Wilson's score interval (1927) at the effective number of episodes, with Student's quantile for the scenes (Korn and
-    Graubard, Survey Methodology 24, 1998, do so with the exact interval, which covers too much). How alike seeds are is
-    known badly where nearly all episodes end the same way, and is then taken to be nearly 1: the estimate is drawn
-    towards it with the weight of half a scene against those scenes that have both endings, or the rarer one.
+    Wilson's score interval (1927) at the effective number of episodes, with Student's quantile for the scenes. Korn and
+    Graubard (Survey Methodology 24, 1998) do so with the exact interval, which is too wide. The intra-class correlation
+    is hard to estimate if nearly all episodes end the same way. It is therefore shrunk towards 1 with the weight of
+    half a scene against the scenes that contain the rarer outcome.
 
     Args:
-        values: (n_scenes, n_seeds), 0 or 1, NaN where there is none.
-        level: The interval's confidence.
+        values: (n_scenes, n_seeds), 0 or 1, NaN if missing.
+        level: Confidence level.
     """
     from scipy.special import stdtrit
 
@@ -240,28 +239,28 @@ def rate(values: Floats, level: float = LEVEL) -> Estimate:
     size, share = sample_size(values), float(means.mean())
     if n < 2:
         return Estimate(share, math.nan, math.nan, n)
-    telling = min(int((means > 0.0).sum()), int((means < 1.0).sum()))
-    alike = (telling * size.intraclass_correlation + _PRIOR_SCENES) / (telling + _PRIOR_SCENES)
-    worth = size.episodes / (1.0 + (size.episodes / n - 1.0) * alike)
+    informative = min(int((means > 0.0).sum()), int((means < 1.0).sum()))
+    correlation = (informative * size.intraclass_correlation + _PRIOR_SCENES) / (informative + _PRIOR_SCENES)
+    effective = size.episodes / (1.0 + (size.episodes / n - 1.0) * correlation)
     z2 = float(stdtrit(n - 1, 0.5 + level / 2.0)) ** 2
-    centre = (share + z2 / (2.0 * worth)) / (1.0 + z2 / worth)
-    half = math.sqrt(z2 * (share * (1.0 - share) / worth + z2 / (4.0 * worth**2))) / (1.0 + z2 / worth)
+    centre = (share + z2 / (2.0 * effective)) / (1.0 + z2 / effective)
+    half = math.sqrt(z2 * (share * (1.0 - share) / effective + z2 / (4.0 * effective**2))) / (1.0 + z2 / effective)
     return Estimate(share, max(centre - half, 0.0), min(centre + half, 1.0), n)
 
 
 def upper_bound(values: Floats, level: float = LEVEL) -> float:
-    """What the true share is at most, with a confidence that does not depend on how alike a scene's seeds are.
+    """One-sided upper confidence bound of a share, valid for any correlation between the seeds of a scene.
 
-    With one seed a scene this is the exact bound of Clopper and Pearson (1934). With several, each scene counts as one
-    trial with its mean as the count: exact where all seeds of a scene end alike, and wider than need be where they do
-    not, but never too narrow as it would be if seeds counted as trials. Nothing in n scenes gives about 3 / n.
+    With one seed per scene this is the exact bound of Clopper and Pearson (1934). With several, each scene counts as
+    one trial with its mean as the count. That is exact if all seeds of a scene end the same way and conservative
+    otherwise; seeds as trials would give a bound that is too low. No hits in n scenes give about 3 / n.
 
     Args:
-        values: (n_scenes, n_seeds), 0 or 1, NaN where there is none.
-        level: The confidence that the true share is not above the bound.
+        values: (n_scenes, n_seeds), 0 or 1, NaN if missing.
+        level: Confidence level.
 
     Returns:
-        The bound; 1 where there is no episode.
+        The bound; 1 without episodes.
     """
     from scipy.special import betaincinv
 
@@ -271,5 +270,5 @@ def upper_bound(values: Floats, level: float = LEVEL) -> float:
 
 
 def lower_bound(values: Floats, level: float = LEVEL) -> float:
-    """What the true share is at least: `upper_bound` of the opposite."""
+    """One-sided lower confidence bound of a share; see `upper_bound`."""
     return 1.0 - upper_bound(1.0 - np.asarray(values, dtype=float), level)

@@ -1,9 +1,9 @@
-"""Evidence for a difference: flips of scenes, bets that stay valid however often one looks, scenes needed to tell.
+"""Tests of differences: sign-flip tests over scenes, sequential betting tests, and the number of scenes needed.
 
-A wealth that bets, scene by scene, on a mean above m cannot be expected to grow if the mean is at most m; that it ever
-reaches 1 / alpha is then at most as likely as alpha (Ville, 1939), whenever one stops and why. Waudby-Smith and Ramdas,
-Estimating Means of Bounded Random Variables by Betting, J. R. Statist. Soc. B 86, 2024. The scenes must come in an
-order that does not depend on how they end.
+A betting test starts with wealth 1 and bets, scene by scene, on a mean above m. If the mean is at most m, the wealth
+is a nonnegative supermartingale, so it ever reaches 1 / alpha with probability at most alpha (Ville, 1939), for any
+stopping rule. Waudby-Smith and Ramdas, Estimating Means of Bounded Random Variables by Betting, J. R. Statist. Soc.
+B 86, 2024. The order of the scenes must not depend on their results.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .estimates import LEVEL, SEED, Estimate, Floats, mean_difference, scene_mea
 
 _RESAMPLES = 2_000
 _FLIPS = 9_999
-_ENUMERATED = 16  # scenes up to which all flips are tried
+_ENUMERATED = 16  # maximum number of scenes for which all flips are enumerated
 _CHUNK = 500
 _ROUNDING = 1e-12
 
@@ -26,43 +26,43 @@ _ROUNDING = 1e-12
 def cluster_bootstrap(
     values: Floats, statistic: Callable[[Floats], float | Floats], level: float = LEVEL, resamples: int = _RESAMPLES
 ) -> tuple[Floats, Floats, Floats]:
-    """A statistic with its bootstrap interval, for which whole scenes are drawn (Davison and Hinkley, 1997, 3.8).
+    """Statistic with its bootstrap interval, resampling whole scenes (Davison and Hinkley, 1997, 3.8).
 
     Args:
-        values: (n_scenes, ...) Whatever the statistic takes, scenes first.
-        statistic: A number or an array of numbers, of values with as many scenes, some more than once.
-        level: The interval's confidence.
-        resamples: How often scenes are drawn, from a seeded generator.
+        values: (n_scenes, ...) Input of the statistic, scenes first.
+        statistic: Function that returns a number or an array.
+        level: Confidence level.
+        resamples: Number of resamples, from a seeded generator.
 
     Returns:
-        The statistic, and the percentiles at the interval's ends, each of its shape.
+        The statistic, and the percentiles at both ends of the interval, all of the same shape.
     """
     rng, n = np.random.default_rng(SEED), len(values)
-    drawn = np.array([statistic(values[rng.integers(0, n, n)]) for _ in range(resamples)])
+    resampled = np.array([statistic(values[rng.integers(0, n, n)]) for _ in range(resamples)])
     tail = (1.0 - level) / 2.0
-    low, high = np.quantile(drawn, [tail, 1.0 - tail], axis=0)
+    low, high = np.quantile(resampled, [tail, 1.0 - tail], axis=0)
     return np.asarray(statistic(values), dtype=float), low, high
 
 
 def bootstrapped(values: Floats, statistic: Callable[[Floats], float], level: float = LEVEL) -> Estimate:
-    """The same for a number, as an estimate."""
+    """`cluster_bootstrap` of a scalar statistic as an `Estimate`."""
     value, low, high = cluster_bootstrap(values, statistic, level)
     return Estimate(float(value), float(low), float(high), len(values))
 
 
 def sign_flip_test(differences: Floats, lattice: int = 0) -> float:
-    """How likely a mean as far from 0 is when in each scene either sign is as likely as the other: two-sided p.
+    """Two-sided p value of a mean of 0, by flipping the signs of whole scenes.
 
-    This is the exact McNemar test where scenes differ by -1, 0 or 1 (McNemar, Psychometrika 12, 1947). All flips are
-    counted where differences are multiples of one number, or scenes are few; else some are drawn, from a seeded
-    generator (Phipson and Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, on how p is then told).
+    This is the exact McNemar test if differences are -1, 0 or 1 (McNemar, Psychometrika 12, 1947). All flips are
+    counted if differences are multiples of one number, or scenes are few; otherwise flips are sampled from a seeded
+    generator (p value after Phipson and Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010).
 
     Args:
-        differences: (n,) One a scene, as `paired` gives.
-        lattice: Differences are multiples of 1 / lattice; 0 where they are not.
+        differences: (n,) One per scene, from `paired`.
+        lattice: Differences are multiples of 1 / lattice; 0 if they are not.
 
     Returns:
-        p; 1 where nothing differs.
+        The p value; 1 if no scene differs.
     """
     different = differences[differences != 0.0]
     if len(different) == 0:
@@ -81,10 +81,10 @@ def sign_flip_test(differences: Floats, lattice: int = 0) -> float:
 
 
 def _counted(sizes: npt.NDArray[np.int_], total: int) -> float:
-    """The share of all flips of whole numbers whose sum is as far from 0 as the total."""
+    """Share of all sign flips of integers whose absolute sum is at least that of the total."""
     from scipy.stats import binom
 
-    chances = np.ones(1)  # of the sums from -reach to reach
+    chances = np.ones(1)  # probabilities of the sums from -reach to reach
     for size, count in zip(*np.unique(sizes, return_counts=True), strict=True):
         of_these = np.zeros(2 * size * count + 1)
         of_these[:: 2 * size] = binom.pmf(np.arange(count + 1), count, 0.5)
@@ -95,9 +95,9 @@ def _counted(sizes: npt.NDArray[np.int_], total: int) -> float:
 
 
 def mcnemar_test(only_a: int, only_b: int) -> float:
-    """The exact McNemar test: two-sided p of as unequal counts of episodes in which only one of two succeeds.
+    """Two-sided p value of the exact McNemar test, from the counts of episodes in which only one of two succeeds.
 
-    For one seed a scene; with more, the seeds of a scene are alike and `sign_flip_test` is the one to use.
+    Valid for one seed per scene; with several correlated seeds use `sign_flip_test`.
     """
     from scipy.stats import binomtest
 
@@ -105,15 +105,15 @@ def mcnemar_test(only_a: int, only_b: int) -> float:
 
 
 def holm(p: Floats) -> Floats:
-    """P values of several questions at once, adjusted so that any false answer is as rare as one alone.
+    """P values of several tests, adjusted to control the family-wise error rate.
 
     Holm, A Simple Sequentially Rejective Multiple Test Procedure, Scand. J. Statist. 6, 1979, 65-70.
 
     Args:
-        p: (n,)
+        p: (n,) P values.
 
     Returns:
-        (n,) In the same order.
+        (n,) Adjusted p values in the same order.
     """
     order = np.argsort(p, kind="stable")
     scaled = np.asarray(p, dtype=float)[order] * (len(p) - np.arange(len(p)))
@@ -123,33 +123,33 @@ def holm(p: Floats) -> Floats:
 
 
 def superiority(a: Floats, b: Floats) -> Estimate:
-    """How likely a is above b in an episode of the same scene and seed; half of the ties: an effect size.
+    """Probability that a is above b in an episode of the same scene and seed; ties count half. An effect size.
 
     The probability of improvement, or stochastic superiority (Vargha and Delaney, J. Educ. Behav. Statist. 25, 2000),
     of paired episodes.
 
     Args:
-        a: (n_scenes, n_seeds), NaN where there is none.
-        b: The same scenes and seeds.
+        a: (n_scenes, n_seeds), NaN if missing.
+        b: Values for the same scenes and seeds.
     """
     found = mean_difference(scene_means(np.where(np.isnan(a - b), math.nan, np.sign(a - b))), span=1.0)
     value, low, high = (0.5 + end / 2.0 for end in (found.value, found.low, found.high))
     return Estimate(value, max(low, 0.0), min(high, 1.0), found.of)
 
 
-_BETS = np.geomspace(0.01, 0.95, 24)  # shares of what may be staked; the wealth is spread over all of them
-_STEPS = 40  # halvings of an interval's end
+_BETS = np.geomspace(0.01, 0.95, 24)  # bet sizes as shares of the maximum; the wealth is spread over all
+_STEPS = 40  # bisection steps for an end of an interval
 
 
 def log_wealth(values: Floats, mean: float) -> Floats:
-    """The logarithm of the wealth after each scene, for bets on a mean above `mean`.
+    """Logarithm of the wealth after each scene, for bets on a mean above `mean`.
 
     Args:
-        values: (n,) One a scene, each from 0 to 1.
-        mean: The mean that is bet against, above 0.
+        values: (n,) One per scene, between 0 and 1.
+        mean: Mean of the null hypothesis, above 0.
 
     Returns:
-        (n,)
+        (n,) Logarithms.
     """
     each = np.cumsum(np.log1p(_BETS[:, None] * (values / mean - 1.0)), axis=1)
     wealth: Floats = np.logaddexp.reduce(each, axis=0) - math.log(len(_BETS))
@@ -157,16 +157,16 @@ def log_wealth(values: Floats, mean: float) -> Floats:
 
 
 def always_valid(differences: Floats, span: float, margin: float = 0.0, level: float = LEVEL) -> tuple[Estimate, float]:
-    """The mean of paired differences with an interval, and a p value, that hold at every moment of a sweep.
+    """Mean of paired differences with an interval and a p value that stay valid at every stopping time of a sweep.
 
     Args:
-        differences: (n,) One a scene, in the order of the scenes.
-        span: The greatest difference possible.
-        margin: What the difference is to be told from.
-        level: The confidence that the interval holds the mean at all moments together.
+        differences: (n,) One per scene, in scene order.
+        span: Greatest possible difference.
+        margin: Difference of the null hypothesis.
+        level: Probability that the interval contains the mean at all times.
 
     Returns:
-        The estimate, and the two-sided p of the margin.
+        The estimate, and the two-sided p value of the margin.
     """
     if len(differences) == 0:
         return Estimate(math.nan, -span, span, 0), 1.0
@@ -174,20 +174,20 @@ def always_valid(differences: Floats, span: float, margin: float = 0.0, level: f
     low = _low_end(up, math.log(2.0 / (1.0 - level)))
     high = 1.0 - _low_end(1.0 - up, math.log(2.0 / (1.0 - level)))
     at = (margin / span + 1.0) / 2.0
-    told = max(_evidence(up, at), _evidence(1.0 - up, 1.0 - at))
+    evidence = max(_evidence(up, at), _evidence(1.0 - up, 1.0 - at))
     found = Estimate(float(differences.mean()), span * (2.0 * low - 1.0), span * (2.0 * high - 1.0), len(differences))
-    return found, min(2.0 * math.exp(-told), 1.0)
+    return found, min(2.0 * math.exp(-evidence), 1.0)
 
 
 def _evidence(values: Floats, mean: float) -> float:
-    """The greatest logarithm of the wealth so far."""
+    """Maximum log wealth so far."""
     if mean >= 1.0:
         return 0.0
     return float(log_wealth(values, mean).max()) if mean > 0.0 else math.inf
 
 
 def _low_end(values: Floats, enough: float) -> float:
-    """The greatest mean that the values have told from theirs: the wealth falls as it grows."""
+    """Greatest mean rejected by the test, found by bisection: the wealth decreases with the mean."""
     low, high = 0.0, 1.0
     for _ in range(_STEPS):
         middle = (low + high) / 2.0
@@ -196,26 +196,26 @@ def _low_end(values: Floats, enough: float) -> float:
 
 
 POWER = 0.8
-"""How likely a difference is to be found that is there."""
+"""Default probability of detecting a true difference."""
 
-_NOTHING = 1e-3  # of the spread: a difference that would take millions of scenes is none
+_NOTHING = 1e-3  # share of the spread below which a difference would need millions of scenes and counts as none
 
 
 def scenes_needed(
     differences: Floats, margin: float = 0.0, *, effect: float | None = None, level: float = LEVEL, power: float = POWER
 ) -> int | None:
-    """How many scenes it takes to tell a mean difference from a margin, judging by the scenes there are.
+    """Estimated number of scenes for distinguishing a mean difference from a margin.
 
     Args:
-        differences: (n,) One a scene, as `paired` gives.
-        margin: What it is to be told from.
-        effect: How far the true difference is thought to be from the margin; as far as that of these scenes if left
-            out, which is a guess where they are few.
-        level: The confidence of the verdict.
-        power: How likely the verdict is to be reached.
+        differences: (n,) One per scene, from `paired`.
+        margin: Difference of the null hypothesis.
+        effect: Assumed distance of the true difference from the margin. The observed distance by default, which is
+            unreliable for few scenes.
+        level: Confidence level of the verdict.
+        power: Probability of reaching a verdict.
 
     Returns:
-        The number of scenes in all; None where these say nothing of it.
+        Total number of scenes; None if it cannot be estimated.
     """
     from scipy.special import ndtri
 
@@ -226,28 +226,28 @@ def scenes_needed(
     spread = float(differences.std(ddof=1))
     if apart == 0.0 or apart <= _NOTHING * spread:
         return None
-    least = math.ceil(1.0 - math.log2(1.0 - level) - 1e-9)  # fewer have too few flips for such a p
+    least = math.ceil(1.0 - math.log2(1.0 - level) - 1e-9)  # fewer scenes have too few flips for such a p
     sure, likely = float(ndtri(0.5 + level / 2.0)), float(ndtri(power))
-    # For Student's quantiles a few more (Guenther, The American Statistician 35, 1981).
+    # The second term corrects for Student's quantiles (Guenther, The American Statistician 35, 1981).
     return max(least, math.ceil(((sure + likely) * spread / apart) ** 2 + sure**2 / 2.0))
 
 
 def mcnemar_power(only_a: float, only_b: float, pairs: int, level: float = LEVEL) -> float:
-    """How likely the exact McNemar test is to tell two planners apart, on single episodes of as many scenes.
+    """Power of the exact McNemar test for two planners, with one episode per scene.
 
     Args:
-        only_a: The share of scenes in which only one succeeds.
-        only_b: The share in which only the other does.
-        pairs: How many scenes.
-        level: The confidence of the verdict.
+        only_a: Share of scenes in which only the first succeeds.
+        only_b: Share of scenes in which only the second succeeds.
+        pairs: Number of scenes.
+        level: Confidence level of the verdict.
     """
     from scipy.stats import binom
 
     discordant = np.arange(1, pairs + 1)
     counts = np.arange(pairs + 1)
-    # Two-sided p of k of d is twice the smaller tail; both tails of each d are rejected up to the same count.
+    # The two-sided p of k out of d is twice the smaller tail; both tails of each d have the same critical count.
     tail = 2.0 * binom.cdf(counts[:, None], discordant, 0.5)
-    critical = (tail <= 1.0 - level).sum(axis=0) - 1  # -1: not even 0 of d will do
+    critical = (tail <= 1.0 - level).sum(axis=0) - 1  # -1 if even 0 out of d is not significant
     towards = only_a / (only_a + only_b)
     found = binom.cdf(critical, discordant, towards) + binom.sf(discordant - critical - 1, discordant, towards)
     return float((binom.pmf(discordant, pairs, only_a + only_b) * np.where(critical >= 0, found, 0.0)).sum())

@@ -23,7 +23,7 @@ const everything = () => JSON.stringify({
   verdicts: data.verdicts,
 }, null, 1);
 
-// A figure by itself knows no page: its colours are written out, on white.
+// A standalone SVG has no page styles, so write out its colours (light background).
 function standalone(figure) {
   const svg = figure.querySelector("svg").cloneNode(true);
   svg.setAttribute("xmlns", "http://www.w3.org/2000/svg");
@@ -32,7 +32,7 @@ function standalone(figure) {
 }
 
 function tableCsv(table) {
-  const text = (each) => each.textContent.trim().replace(/\s+/g, " ");  // also of what is folded up
+  const text = (each) => each.textContent.trim().replace(/\s+/g, " ");  // includes collapsed rows
   return csv([...table.rows].map((row) => [...row.cells].map(text)));
 }
 
