@@ -16,7 +16,7 @@ duration = "0.5 s"
         (["tree"], "nothing was said of where"),
         (["nonsense", "--scenario", "exp1"], "no planner is named 'nonsense'"),
         (["tree", "--family", "nonsense"], "no family is named 'nonsense'"),
-        (["tree", "--scenario", "nonsense"], "no scenario 'nonsense'"),
+        (["tree", "--scenario", "nonsense"], "'nonsense' is neither a scenario"),
         (["tree", "--scenario", "exp1", "--agent", "R9"], "no agent is named 'R9'"),
         (["tree", "--scenario", "exp1", "--metric", "speed"], "no metric is named 'speed'"),
         (["tree", "--scenario", "exp1", "--early"], "one planner alone cannot be told apart"),

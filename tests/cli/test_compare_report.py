@@ -20,4 +20,4 @@ def test_a_comparison_writes_its_page_and_its_tables(project, rocs_bt):
 
 def test_a_planner_or_a_scene_that_is_not_there_is_told(project, rocs_bt):
     assert "'quick'" in rocs_bt("episode", "quick", "first").err
-    assert "no scenario 'second'" in rocs_bt("episode", "brisk", "second").err
+    assert "'second' is neither a scenario" in rocs_bt("episode", "brisk", "second").err

@@ -70,7 +70,7 @@ def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare)
     assert json.loads(plain.out)["smallest"]["scenario"] == scenario
     taken = rocs_bt("search", "none", *bare, "--keep", ".")
     assert taken.code == 2
-    assert "'none_in_bare' is there already" in taken.err
+    assert "'none_in_bare' already exists" in taken.err
     test = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--compare-workers", "1", "tests"]
     done = subprocess.run(test, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 1, done.stdout + done.stderr

@@ -147,7 +147,7 @@ def test_at_any_time_a_verdict_needs_a_bound_and_more_evidence():
     assert once.word == always.word == "better"
     assert comparison.settled()
     assert not comparison.settled(["success", "time"])
-    with pytest.raises(InputError, match=r"path_length cannot hold at any time.*success, collision.*time"):
+    with pytest.raises(InputError, match=r"no any-time verdict on path_length.*success, collision.*time"):
         comparison.verdict("a", "b", "path_length", any_time=True)
 
 

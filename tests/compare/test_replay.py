@@ -49,7 +49,7 @@ def test_a_scene_is_found_by_the_name_that_results_have_for_it(place):
 
 
 def test_a_name_of_nothing_is_told():
-    with pytest.raises(InputError, match=r"no scenario 'mars', and it is no scene of a family.*barn_like-17"):
+    with pytest.raises(InputError, match=r"'mars' is neither a scenario nor a scene of a family.*barn_like-17"):
         scene_by_name("mars", Catalog())
     with pytest.raises(InputError, match="'mars_like'"):
         scene_by_name("mars_like-3", Catalog())

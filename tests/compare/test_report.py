@@ -138,7 +138,7 @@ def test_counts_of_one_are_told_as_such():
 def test_a_single_planner_in_a_single_scene_has_a_page_too():
     page = render_comparison(Comparison(table("only", "ssc", seeds=3)))
     assert "only succeeds in 66.7 %" in page
-    assert "said of this scene alone" in page
+    assert "apply to this scene only" in page
     assert "None: in every episode" in page
     assert "Verdicts" not in page
     assert "None: every episode succeeded" in render_comparison(Comparison(table("only", "ss")))

@@ -99,7 +99,7 @@ def test_a_family_that_is_none_is_told(tmp_path: Path) -> None:
     (folder / "odd_one.py").write_text('"""Odd."""\n\n\nclass OddOne:\n    """Nothing."""\n')
     (folder / "empty.py").write_text('"""Empty."""\n')
     catalog = Catalog(tmp_path)
-    with pytest.raises(InputError, match="'OddOne' is no dataclass that derives from Family"):
+    with pytest.raises(InputError, match="'OddOne' must be a dataclass derived from Family"):
         load_family(catalog, "odd_one")
     with pytest.raises(InputError, match="no class is named 'Empty'"):
         load_family(catalog, "empty")

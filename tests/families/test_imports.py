@@ -229,7 +229,7 @@ def test_movingai_problems_become_scenes_that_check(tmp_path: Path) -> None:
         (MAP.replace("height 12", "height -1"), SCEN, "height and width must be positive integers"),
         (MAP.replace("width 20", "width 21"), SCEN, "this row has 20 cells, not 21"),
         (MAP.replace("@.", "@X", 1), SCEN, "unknown cells"),
-        (MAP, "version 1\n1 2 3\n", "a problem has 9 words, found 3"),
+        (MAP, "version 1\n1 2 3\n", "a problem has 9 columns, found 3"),
         (MAP, SCEN.replace("\t2\t9\t17", "\t2\tx\t17"), "must be integers"),
         (MAP, SCEN.replace("\t2\t9\t17", "\t2\t99\t17"), "outside the map"),
         (MAP, SCEN.replace("19.14213562", "nan"), "the optimal length must be a number"),
