@@ -1,7 +1,7 @@
-"""Actions: what Plan and the reflexes ask for, and Execute carries out (paper, 5.1; docs/architecture.md).
+"""Actions: requested by Plan and the reflexes, carried out by Execute (paper, 5.1; docs/architecture.md).
 
-An action is a dataclass whose fields are its parameters, in SI units; a field's annotation tells files which
-dimension they must give, and which numbers make sense:
+An action is a dataclass whose fields are its parameters, in SI units. The annotation of a field declares its dimension
+in files and its valid range:
 
     @dataclass(kw_only=True, eq=False)
     class Nod(AtomicAction):
@@ -30,7 +30,7 @@ from .event import Event, Value
 from .parameter import Parameter as Parameter
 from .raised import Raised
 
-if TYPE_CHECKING:  # for the types of Body alone; at run time every arrow points down
+if TYPE_CHECKING:  # types of Body only: at run time this module imports no higher layer
     from .control.drive import Drive
     from .control.follower import Follower
     from .knowledge import Knowledge
@@ -38,40 +38,45 @@ if TYPE_CHECKING:  # for the types of Body alone; at run time every arrow points
 
 
 class Progress(Enum):
-    """What an action that did not fail says of itself."""
+    """State of an action that has not failed."""
 
     RUNNING = "RUNNING"
     SUCCEEDED = "SUCCEEDED"
 
 
 class Reason(Enum):
-    """Why an action or a leaf failed."""
+    """Reason for the failure of an action or a leaf."""
 
-    LOST_POSE = "the pose is not known"
-    LOST_LEADER = "nobody knows where the leader is"
-    LOST_SENSOR = "a reading that it needs is not valid"
-    NO_GOAL = "the goal is not known"
-    BLOCKED = "the way is blocked"
+    LOST_POSE = "the pose is unknown"
+    LOST_LEADER = "the leader's position is unknown"
+    LOST_SENSOR = "a required reading is invalid"
+    NO_GOAL = "the goal is unknown"
+    BLOCKED = "the path is blocked"
     STUCK = "no progress"
-    TIMEOUT = "it took too long"
+    TIMEOUT = "time limit exceeded"
     REFUSED = "a device refused"
-    UNHEARD = "nobody acknowledged it"
-    RUNAWAY = "it never came to a command"
+    UNHEARD = "no acknowledgement"
+    RUNAWAY = "no command after too many steps"
     CANNOT = "the robot cannot do it"
-    RAISED = "it raised an exception"
-    OTHER = "for a reason of its own"
+    RAISED = "an exception was raised"
+    OTHER = "another reason"
 
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A failed act, with its evidence, such as `no progress: 3 pre-emptions by AvoidCollision, front = 0.21 m`."""
+    """Failure of an action.
+
+    Attributes:
+        reason: Category of the failure.
+        evidence: Details, such as `3 pre-emptions by AvoidCollision, front = 0.21 m`; may be empty.
+    """
 
     reason: Reason
     evidence: str = ""
 
     @classmethod
     def cannot(cls, error: InputError) -> Failure:
-        """The failure of who was asked for something impossible."""
+        """Failure for an action with impossible parameters."""
         return cls(Reason.CANNOT, " ".join(str(fault) for fault in error.faults))
 
     def __str__(self) -> str:
@@ -79,7 +84,7 @@ class Failure:
 
 
 class ActionFailed(Exception):
-    """Raised inside `decompose` where a yielded action failed; raised by it to fail the macro itself."""
+    """Raised inside `decompose` at the `yield` of a failed action; raised by `decompose` to fail the macro."""
 
     def __init__(self, reason: Reason, evidence: str = "") -> None:
         self.failure = Failure(reason, evidence)
@@ -87,21 +92,21 @@ class ActionFailed(Exception):
 
 
 class Body(Protocol):
-    """What an action may use; built by the agent."""
+    """Interface of the robot for actions; built by the agent."""
 
     @property
     def clock(self) -> Clock:
-        """Time."""
+        """Source of time."""
         ...
 
     @property
     def period(self) -> float:
-        """The control period: `act` is called this often [s]."""
+        """Control period, the interval between calls of `act` [s]."""
         ...
 
     @property
     def knowledge(self) -> Knowledge:
-        """All that the robot knows."""
+        """Knowledge of the robot."""
         ...
 
     @property
@@ -111,7 +116,7 @@ class Body(Protocol):
 
     @property
     def follower(self) -> Follower:
-        """The trajectory follower; one user at a time, who resets it first."""
+        """Trajectory follower; used by one action at a time, which resets it first."""
         ...
 
     @property
@@ -121,53 +126,53 @@ class Body(Protocol):
 
     @property
     def wheels(self) -> Actuator:
-        """The actuator that takes the drive's wheel rim speeds [m/s]."""
+        """Actuator of the drive; takes wheel linear speeds [m/s]."""
         ...
 
     @property
     def messenger(self) -> Messenger | None:
-        """Sends messages to other robots; None where the robot shares nothing."""
+        """Messenger to other robots; None if the robot shares nothing."""
         ...
 
     def note(self, event: type[Event], **values: Any) -> None:
-        """Tell the record something, as in `body.note(Followed, cross_track=0.01, ...)`; time and agent are added."""
+        """Record an event, as in `body.note(Followed, cross_track=0.01, ...)`; time and agent are added."""
         ...
 
 
 @dataclass(kw_only=True, eq=False)
 class Action(ABC):
-    """The common part of atomic actions and macro-actions; the dataclass fields of a subclass are its parameters.
+    """Base class of atomic actions and macro-actions; the dataclass fields of a subclass are its parameters.
 
     Attributes:
-        live: The parameters that Plan keeps up to date while the action runs, from the keys that its node reads.
+        live: Parameters that Plan updates while the action runs, from the blackboard keys that its node reads.
     """
 
     live: ClassVar[tuple[str, ...]] = ()
 
     @property
     def name(self) -> str:
-        """What files, tickets and reports call it: the class's name."""
+        """Name in files, tickets and reports: the class's name."""
         return type(self).__name__
 
     @property
     def parameters(self) -> dict[str, Value]:
-        """The parameters as plain data."""
+        """Parameters as plain data."""
         return {name: _plain(getattr(self, name)) for name in parameters_of(type(self))}
 
     @classmethod
     def can_move(cls, parameters: Mapping[str, Any]) -> bool:
-        """Whether the action can move the robot; rules whose action cannot are examined for holding it for ever.
+        """Whether the action can move the robot. Rules with other actions are checked for holding it indefinitely.
 
         Args:
-            parameters: The parameters that are known before the action is made, by name.
+            parameters: Parameters known before the action is made, by name.
         """
         return True
 
     def update(self, **parameters: Any) -> None:
-        """Take new parameters while acting; a reflex does so while its rule stays latched.
+        """Set new parameters of a running action; called while the rule of a reflex stays latched.
 
         Raises:
-            InputError: No parameter has that name, or a value is out of its bounds; then all stay as they were.
+            InputError: Unknown parameter, or a value out of bounds; all parameters then stay unchanged.
         """
         if faults := _faults(type(self), parameters):
             raise InputError(*faults)
@@ -176,59 +181,59 @@ class Action(ABC):
 
     @classmethod
     def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterable[tuple[str, str]]:
-        """Parameters that a robot cannot carry out: each name with the reason; none by default.
+        """Parameters that the robot cannot carry out, as pairs of name and reason; none by default.
 
         Called when a mission or a rule file is checked, and when an agent is built.
 
         Args:
-            parameters: Parameters that are known before the run, in SI units and of the declared types.
+            parameters: Parameters known before the run, in SI units and of the declared types.
             knowledge: Knowledge of the robot.
         """
         return ()
 
     def remaining(self, knowledge: Knowledge) -> float:
-        """How far it is from done [m], by which Plan tells progress from being stuck; NaN where nobody can say."""
+        """Remaining distance [m], by which Plan distinguishes progress from being stuck; NaN if unknown."""
         return math.nan
 
     def resume(self, cut_off: Action) -> None:
-        """Take over the timers of the action that a reflex cut off, in whose place it is submitted; of any class."""
+        """Take over the timers of the action of any class that a reflex interrupted and that this one replaces."""
 
     def stop(self, body: Body) -> None:
-        """Called once when the action is cancelled while it runs, before any other action commands."""
+        """Clean up when the running action is cancelled; called once, before any other action sends commands."""
 
 
 class AtomicAction(Action):
-    """An action that commands actuators itself."""
+    """Action that commands actuators directly."""
 
     @abstractmethod
     def act(self, body: Body) -> Progress | Failure:
-        """Do one control period's worth; called once a period until it is done. Must not block.
+        """Act for one control period; called once per period until the action ends. Must not block.
 
-        An `ActionFailed` or an `InputError` that it raises is its failure, the latter for Reason.CANNOT.
+        Raising `ActionFailed` fails the action; raising `InputError` fails it with Reason.CANNOT.
         """
 
 
 class MacroAction(Action):
-    """An action made of smaller ones."""
+    """Action that is decomposed into a sequence of smaller actions."""
 
     @abstractmethod
     def decompose(self, body: Body) -> Iterator[Action]:
-        """Yield the next smaller action when the one before has succeeded, reading Knowledge as it goes.
+        """Yield the next action each time the previous one has succeeded; may read Knowledge in between.
 
-        Where a yielded action fails, `ActionFailed` is raised at the `yield`; what is not caught fails the macro. So
-        does an `InputError`, for Reason.CANNOT.
+        If a yielded action fails, `ActionFailed` is raised at the `yield`; if it is not caught, the macro fails. An
+        `InputError` fails the macro with Reason.CANNOT.
         """
 
 
 class InvalidAction(AtomicAction):
-    """Stands in for an action that cannot be made as it was asked for, and fails at once (CANNOT).
+    """Placeholder for an action with invalid parameters; fails at once with CANNOT.
 
-    A reflex whose parameters come out impossible must still stop what runs, and be told of, as any other.
+    A reflex whose computed parameters are invalid still pre-empts the running action and is recorded like any other.
 
     Args:
-        asked: The action's name.
-        parameters: What was asked of it.
-        error: Why it cannot be.
+        asked: Name of the requested action.
+        parameters: Requested parameters.
+        error: Faults of the parameters.
     """
 
     def __init__(self, asked: str, parameters: Mapping[str, Any], error: InputError) -> None:
@@ -245,7 +250,7 @@ class InvalidAction(AtomicAction):
         return self._parameters
 
     def update(self, **parameters: Any) -> None:
-        """Nothing makes it possible: it is made anew when it is asked for again."""
+        """Do nothing: a new action is made at the next request."""
 
     def act(self, body: Body) -> Failure:
         return self._failure
@@ -253,7 +258,7 @@ class InvalidAction(AtomicAction):
 
 @functools.cache
 def parameters_of(action: type[Action]) -> dict[str, Parameter]:
-    """The parameters that an action class declares, in their order."""
+    """Parameters declared by an action class, in order."""
     hints = typing.get_type_hints(action, include_extras=True, localns=_hint_names())
     found = {}
     for field in dataclasses.fields(action):
@@ -266,11 +271,11 @@ def parameters_of(action: type[Action]) -> dict[str, Parameter]:
 
 
 def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mapping[str, Any]) -> Action:
-    """An action by name, as rules and leaves ask for it.
+    """Make an action by name, for a rule or a leaf.
 
     Raises:
-        InputError: The name, or a parameter, does not exist, a required one is missing, or a value is not of its type
-            or out of its bounds; lists what does exist.
+        InputError: Unknown action or parameter, missing required parameter, or a value of a wrong type or out of
+            bounds; lists the existing names.
     """
     if name not in table:
         raise InputError(unknown("action", name, table))
@@ -285,7 +290,7 @@ def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mappin
 
 
 def misfits_of(action: type[Action], parameters: Mapping[str, Any], knowledge: Knowledge) -> Sequence[tuple[str, str]]:
-    """`Action.misfits`; what it raises, as a user's class may, is a misfit too."""
+    """Result of `Action.misfits`; an exception raised by a user's class is also returned as a misfit."""
     try:
         return list(action.misfits(parameters, knowledge))
     except BaseException as error:  # a user's class may raise anything
@@ -295,17 +300,17 @@ def misfits_of(action: type[Action], parameters: Mapping[str, Any], knowledge: K
 
 
 def refuse_misfits(action: type[Action], parameters: Mapping[str, Any], knowledge: Knowledge) -> None:
-    """Refuse parameters, known before the run, that a robot cannot carry out.
+    """Refuse parameters, known before the run, that the robot cannot carry out.
 
     Raises:
-        InputError: There are such parameters; a fault for each.
+        InputError: There are such parameters; contains a fault for each.
     """
     if found := misfits_of(action, parameters, knowledge):
         raise InputError(*(f"{name} of {action.__name__}: {reason}." for name, reason in found))
 
 
 def _faults(action: type[Action], parameters: Mapping[str, Any]) -> list[Fault]:
-    """What is wrong with values for an action's parameters: names and bounds."""
+    """Faults of the names, types and bounds of an action's parameters."""
     declared, name, faults = parameters_of(action), action.__name__, list[Fault]()
     for key, value in parameters.items():
         if key not in declared:
@@ -329,5 +334,5 @@ _PLAIN = frozenset((type(None), bool, int, float, str))
 
 
 def _hint_names() -> dict[str, Any]:
-    # Fields may be annotated with names that their module imports for type checking only.
+    # Names that annotations use but that their modules import for type checking only.
     return {"Body": Body}

@@ -1,4 +1,4 @@
-"""Keyword arguments from files: the keyword-only parameters of a person's function or class, typed and in SI units."""
+"""Keyword arguments from files for user functions and classes: keyword-only, typed, in SI units."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .units import NONE, convert
 def keyword_parameters(
     function: Callable[..., Any], positional: Sequence[str], what: str, write: str
 ) -> tuple[dict[str, Parameter], bool]:
-    """The keyword-only parameters of a function, by name.
+    """Keyword-only parameters of a function, by name.
 
     Args:
-        function: A function; of a class its `__init__`, whose `self` does not count.
+        function: Function, or `__init__` of a class, whose `self` is skipped.
         positional: Names of the arguments that the engine passes by position.
-        what: The function, for messages, such as `build`.
-        write: The form that is expected, for messages.
+        what: Name of the function in messages, such as `build`.
+        write: Expected signature, for messages.
 
     Returns:
-        The parameters, and whether the function takes any further keyword (`**rest`).
+        Parameters, and whether the function accepts further keywords (`**rest`).
 
     Raises:
-        InputError: The function does not have that form; all that is wrong with it.
+        InputError: The signature is not of this form; contains all faults.
     """
     try:
         signature = inspect.signature(function)
@@ -46,7 +46,7 @@ def keyword_parameters(
     if len(by_position) < len(positional) and not open_end:
         faults.append(Fault(f"{what} takes no {positional[len(by_position)]}.", hint=write))
     for parameter in by_position[len(positional) :]:
-        hint = "Write a '*' before it: parameters are given by name."
+        hint = "Write a '*' before it: parameters are passed by name."
         faults.append(Fault(f"parameter '{parameter.name}' of {what} is not keyword-only.", hint=f"{hint} {write}"))
     for parameter in (p for p in given if p.kind is p.KEYWORD_ONLY):
         if parameter.name not in hints:
@@ -69,17 +69,17 @@ def read_arguments(
     file: Path | None = None,
     positions: Mapping[str, tuple[int, int]] | None = None,
 ) -> dict[str, Any]:
-    """A file's values as keyword arguments: numbers in SI units, the rest as it is.
+    """Convert a file's values to keyword arguments, with numbers in SI units.
 
     Args:
-        declared: The parameters by name.
-        values: The file's values, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
-        owner: The taker of the parameters, for messages, such as `the mission`.
-        file: The file.
+        declared: Parameters by name.
+        values: Values in the file, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
+        owner: Owner of the parameters in messages, such as `the mission`.
+        file: File of the values.
         positions: Line and column of each value.
 
     Raises:
-        InputError: A name, a type, a unit or a value is wrong, or a required parameter is missing; all faults at once.
+        InputError: A name, a type, a unit or a value is invalid, or a required parameter is missing; all faults.
     """
     faults = []
     positions = positions or {}
@@ -102,10 +102,10 @@ def read_arguments(
 
 
 def read_argument(parameter: Parameter, value: object) -> Any:
-    """A file's value for one parameter: a number in SI units, a list of them, or the value as it is.
+    """Convert a file's value for one parameter: numbers and lists of numbers to SI units, others unchanged.
 
     Raises:
-        InputError: The type, the unit or the number is wrong.
+        InputError: The type, the unit or the number is invalid.
     """
     kind = parameter.type
     if typing.get_origin(kind) in (typing.Union, types.UnionType):
@@ -118,7 +118,7 @@ def read_argument(parameter: Parameter, value: object) -> Any:
         return number
     if typing.get_origin(kind) in (list, tuple, Sequence):
         return _list(parameter, value)
-    # bool is an int to Python, and True is no number of rounds.
+    # bool is a subclass of int in Python, but is refused where an integer is expected.
     fits = isinstance(value, kind) if kind in (str, int, bool) else True
     if not fits or (kind is int and isinstance(value, bool)):
         raise InputError(Fault(f"{parameter.name} must be of type {kind.__name__}, found {value!r}."))
@@ -141,7 +141,7 @@ def _list(parameter: Parameter, value: object) -> list[Any] | tuple[Any, ...]:
 
 
 def _part(parameter: Parameter, kind: Any) -> Parameter:
-    """An element of a list, or the one type of an optional parameter; the unit may be given at the list."""
+    """Parameter for an element of a list or for the type of an optional; inherits the dimension of the whole."""
     part = Parameter.annotated(parameter.name, kind, parameter.required, None)
     if parameter.dimension not in (None, NONE) and part.dimension in (None, NONE):
         return replace(part, dimension=parameter.dimension, bounds=parameter.bounds)

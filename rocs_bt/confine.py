@@ -1,4 +1,4 @@
-"""Files that content names: whether they exist; and inside the project, or what we ship, wherever links lead."""
+"""Confinement of file names in content to the project and the shipped content, links resolved."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from .errors import Fault, InputError
 
 
 def confined(named: str | Path, folder: Path, roots: Iterable[Path]) -> Path:
-    """The path of a file that content names.
+    """Resolve a path in a content file and check that it is inside one of the roots.
 
     Args:
-        named: The path in the content file, relative or absolute.
-        folder: Folder that a relative path begins at.
-        roots: Folders of which one must contain the file.
+        named: Path in the content file, relative or absolute.
+        folder: Base folder of a relative path.
+        roots: Allowed folders.
 
     Returns:
-        The absolute path without links; nothing may exist there.
+        Absolute path without links; the file need not exist.
 
     Raises:
-        InputError: The file is outside of all the folders, or the text is no path.
+        InputError: The file is outside all roots, or the text is not a valid path.
     """
     allowed = [root.resolve() for root in roots]
     try:
         path = (folder / named).resolve()
-    except (OSError, RuntimeError, ValueError) as error:  # a ring of links, a NUL
-        raise InputError(Fault(f"'{named}' is no path: {error}.")) from error
+    except (OSError, RuntimeError, ValueError) as error:  # a cycle of links, a NUL
+        raise InputError(Fault(f"'{named}' is not a valid path: {error}.")) from error
     if not any(path.is_relative_to(root) for root in allowed):
         where = " and ".join(f"'{root}'" for root in allowed)
         leads = "" if str(path) == os.path.normpath(folder.resolve() / named) else f", which leads to '{path}',"
-        raise InputError(Fault(f"'{named}'{leads} is outside of {where}.", hint="Put the file into the project."))
+        raise InputError(Fault(f"'{named}'{leads} is outside of {where}.", hint="Move the file into the project."))
     return path
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is a file of this path; False too if its name is too long, for which `Path.is_file` raises."""
+    """Whether a file exists; also False if its name is too long, for which `Path.is_file` raises."""
     return os.path.isfile(path)

@@ -1,11 +1,11 @@
-"""TOML content with positions: every fault knows its file, line and column, and all faults are collected.
+"""TOML documents with positions: reading collects all faults, each with file, line and column.
 
-A `Table` is read key by key; keys that were not read are unknown keys.
+A `Table` is read key by key; keys that are never read are unknown keys.
 
     table = read_toml(path)
     name = table.text("name")
     rate = table.quantity("rate", FREQUENCY, default=20.0)
-    table.done()            # raises InputError with every fault that was found
+    table.done()            # raises InputError with all faults
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ _MISSING = object()
 
 
 class Table:
-    """One table of a TOML document, read key by key; shares its list of faults with the whole document.
+    """Table of a TOML document, read key by key. All tables of a document share one list of faults.
 
-    Where a value is missing or wrong a fault is noted and a harmless value of the right type is returned, so that
-    reading goes on and finds the next one.
+    If a value is missing or invalid, a fault is noted and a harmless value of the right type is returned, so that
+    reading continues and finds further faults.
 
     Attributes:
-        file: The document.
-        key: Where this table stands in it.
-        faults: Every fault so far, in the whole document.
-        bases: The files that this one is based on, the nearest first.
-        data: The table as TOML has it.
-        positions: Line and column of each key of the document that stands in it.
+        file: File of the document.
+        key: Path of this table in the document.
+        faults: Faults found so far in the whole document.
+        bases: Files that this one is based on, nearest first.
+        data: Content as parsed by tomllib.
+        positions: Line and column of each key in the document.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Table:
         self.bases = bases
         self.data = data
         self.positions = positions
-        self._asked: set[str] = set()
+        self._read_keys: set[str] = set()
         self._children: list[Table] = []
 
     def __contains__(self, key: str) -> bool:
@@ -60,14 +60,14 @@ class Table:
 
     @property
     def label(self) -> str:
-        """What messages call this table."""
+        """Name of this table in messages."""
         return ".".join(str(k) for k in self.key) or "the file"
 
     def position(self, key: str | None = None) -> tuple[int, int]:
-        """Line and column of a key of this table, or of the table itself; 0 where unknown."""
+        """Line and column of a key of this table, or of the table itself; 0 if unknown."""
         path = self.key if key is None else (*self.key, key)
         if path and path not in self.positions:
-            # A table may only be implied, as `a` is by the header [a.b].
+            # A table may be implicit, as `a` is in the header [a.b].
             inner = next((k for k in self.positions if k[: len(path)] == path), None)
             path = path if inner is None else inner
         while path and path not in self.positions:
@@ -75,7 +75,7 @@ class Table:
         return self.positions.get(path, (0, 0))
 
     def beside(self, name: str) -> Path:
-        """The file of this name beside the document, or else beside one that it is based on."""
+        """Path of a file beside the document, or else beside one of its bases."""
         found = [file.parent / name for file in (self.file, *self.bases)]
         return next((path for path in found if is_file(path)), found[0])
 
@@ -85,12 +85,12 @@ class Table:
         self.faults.append(Fault(message, self.file, line, column, hint, warning))
 
     def adopt(self, key: str | None, error: InputError) -> None:
-        """Note the faults of an error that somebody else raised over a key's value."""
+        """Note the faults of an error raised elsewhere for a key's value."""
         self.faults.extend(error.at(self.file, *self.position(key)).faults)
 
     def raw(self, key: str, default: Any = _MISSING) -> Any:
-        """The value as it is; notes a fault and gives None where it is missing and has no default."""
-        self._asked.add(key)
+        """Unconverted value; notes a fault and returns None if it is missing and has no default."""
+        self._read_keys.add(key)
         if key in self.data:
             return self.data[key]
         if default is _MISSING:
@@ -99,31 +99,31 @@ class Table:
         return default
 
     def text(self, key: str, default: Any = _MISSING) -> str:
-        """A string."""
+        """Read a string."""
         value: str = self._typed(key, str, "a text", default, "")
         return value
 
     def choice(self, key: str, options: Collection[str], default: Any = _MISSING) -> str:
-        """One of a few words."""
+        """Read one of a fixed set of words."""
         value = self.text(key, default)
         if value not in options and (key in self.data and isinstance(self.data[key], str)):
-            noun = f"value of '{key}'" if key.endswith("s") else key
-            self.fault(key, f"'{value}' is no {noun}.", hint=did_you_mean(value, options, what="The choice"))
+            hint = did_you_mean(value, options).replace("It has:", "Valid values:")
+            self.fault(key, f"invalid value '{value}' for '{key}'.", hint=hint)
         return value
 
     def flag(self, key: str, default: Any = _MISSING) -> bool:
-        """True or false."""
+        """Read a boolean."""
         return bool(self._typed(key, bool, "true or false", default, False))
 
     def integer(self, key: str, default: Any = _MISSING, low: int | None = None) -> int:
-        """A whole number."""
+        """Read an integer of at least `low`."""
         value = self._typed(key, int, "a whole number", default, 0)
         if low is not None and key in self.data and value < low:
             self.fault(key, f"{key} must be at least {low}, found {value}.")
         return int(value)
 
     def texts(self, key: str, default: Any = _MISSING) -> list[str]:
-        """A list of strings."""
+        """Read a list of strings."""
         values = self._typed(key, list, "a list of texts", default, [])
         if any(not isinstance(v, str) for v in values):
             self.fault(key, f"{key} must be a list of texts, found {values!r}.")
@@ -131,7 +131,7 @@ class Table:
         return list(values)
 
     def integers(self, key: str, default: Any = _MISSING) -> list[int]:
-        """A list of whole numbers."""
+        """Read a list of integers."""
         values = self._typed(key, list, "a list of whole numbers", default, [])
         if any(not isinstance(v, int) or isinstance(v, bool) for v in values):
             self.fault(key, f"{key} must be a list of whole numbers, found {values!r}.")
@@ -146,14 +146,14 @@ class Table:
         low: float | None = None,
         high: float | None = None,
     ) -> float:
-        """A number with its unit, in SI units; a default is given in SI units.
+        """Read a number with its unit, in SI units.
 
         Args:
-            key: The key.
-            dimension: What it must be.
-            default: The value where the key is missing [SI].
-            low: The least value allowed [SI].
-            high: The greatest value allowed [SI]; any finite one where None.
+            key: Key of the number.
+            dimension: Expected dimension.
+            default: Value if the key is missing [SI].
+            low: Minimum [SI].
+            high: Maximum [SI]; None for any finite value.
         """
         value = self.raw(key, default)
         if key not in self.data:
@@ -163,7 +163,7 @@ class Table:
     def quantities(
         self, key: str, dimension: Dimension, count: int | None = None, default: Any = _MISSING
     ) -> list[float]:
-        """A list of numbers with their units, in SI units; infinite ones are allowed."""
+        """Read a list of numbers with units, in SI units; infinite values are allowed."""
         values = self._typed(key, list, "a list of quantities", default, [])
         if key not in self.data:
             return list(values)
@@ -173,12 +173,12 @@ class Table:
         return [self._quantity(key, v, dimension, None, math.inf) for v in values]
 
     def table(self, key: str, optional: bool = True) -> Table:
-        """A table inside this one; an empty one where it is missing."""
+        """Sub-table; empty if it is missing."""
         data = self._typed(key, dict, "a table", {} if optional else _MISSING, {})
         return self._child(data, (*self.key, key))
 
     def tables(self, key: str) -> list[Table]:
-        """An array of tables `[[key]]`; empty where it is missing."""
+        """Array of tables `[[key]]`; empty if it is missing."""
         values = self._typed(key, list, "a list of tables", [], [])
         if any(not isinstance(v, dict) for v in values):
             self.fault(key, f"{key} must be written as [[{key}]] tables.")
@@ -186,21 +186,21 @@ class Table:
         return [self._child(v, (*self.key, key, i)) for i, v in enumerate(values)]
 
     def named_tables(self, key: str) -> dict[str, Table]:
-        """The tables `[key.NAME]` by name; empty where there are none."""
+        """Tables `[key.NAME]` by name; empty if there are none."""
         values = self._typed(key, dict, "a table of tables", {}, {})
         if bad := [name for name, v in values.items() if not isinstance(v, dict)]:
             self.fault(key, f"{key}.{bad[0]} must be a table.", hint=f"Write it as [{key}.{bad[0]}].")
         return {n: self._child(v, (*self.key, key, n)) for n, v in values.items() if isinstance(v, dict)}
 
     def keys(self) -> list[str]:
-        """The keys that stand in this table, for tables whose keys are free."""
+        """Keys present in this table, for tables with user-defined keys."""
         return list(self.data)
 
     def done(self) -> None:
-        """Note unknown keys, here and in the tables that were read.
+        """Note unknown keys, here and in the sub-tables that were read.
 
         Raises:
-            InputError: There is any fault that is not a warning.
+            InputError: There are faults other than warnings.
         """
         self._note_unknown_keys()
         if any(not f.warning for f in self.faults):
@@ -208,8 +208,8 @@ class Table:
 
     def _note_unknown_keys(self) -> None:
         for key in self.data:
-            if key not in self._asked:
-                self.fault(key, f"{self.label} has no use for '{key}'.", hint=did_you_mean(key, self._asked))
+            if key not in self._read_keys:
+                self.fault(key, f"unknown key '{key}' in {self.label}.", hint=did_you_mean(key, self._read_keys))
         for child in self._children:
             child._note_unknown_keys()
 
@@ -243,14 +243,14 @@ class Table:
 
 
 def read_toml(file: Path, text: str | None = None) -> Table:
-    """The root table of a TOML file.
+    """Read the root table of a TOML file.
 
     Args:
-        file: The file; read as UTF-8.
-        text: Its text, if it is at hand.
+        file: File to read, in UTF-8.
+        text: Text of the file, if already read.
 
     Raises:
-        InputError: No such file, not UTF-8, or not TOML; with the place.
+        InputError: The file cannot be read, is not UTF-8, or is not valid TOML; with the position.
     """
     if text is None:
         try:

@@ -1,20 +1,20 @@
-"""What can go wrong, as types.
+"""Exceptions of rocs_bt.
 
 RocsError
-├── InputError              what a person wrote is wrong (exit 2); carries one or more Faults
-│   ├── UnitError           a quantity has no unit, an unknown one, or the wrong dimension
-│   ├── UnknownName         a name that nothing answers to; lists what exists
+├── InputError              invalid user input (exit 2); carries one or more Faults
+│   ├── UnitError           quantity without unit, with an unknown unit, or of the wrong dimension
+│   ├── UnknownName         name that does not exist; lists the existing ones
 │   ├── RateError           rates that do not divide, or are not positive
 │   └── WiringError         blocks connected in a way the architecture does not allow
-├── KnowledgeError          a write or a query that the schema refuses
-├── PipelineError           an action used against its contract (submitted twice, yielded by no macro ...)
-├── DeviceError             a sensor or an actuator that refuses or is broken
+├── KnowledgeError          write or query refused by the schema
+├── PipelineError           action used against its contract (submitted twice, not yielded by its macro ...)
+├── DeviceError             failure of a sensor or an actuator
 │   └── ActuatorError       an actuator's driver raised; its agent is stopped
 ├── BlockError              a block raised, ended or hung; keeps block and cause
-├── RecordingError          a recording that cannot be read, or does not fit
-└── RecordedException       an exception of content, raised again in a replay (raised.py)
+├── RecordingError          recording that cannot be read, or does not fit
+└── RecordedException       exception of content, raised again in a replay (raised.py)
 
-Every message says what was asked, what was found, what exists and what to do.
+Every message contains what was expected, what was found, what exists and what to do.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing that is wrong in what a person wrote.
+    """One error, warning or note about user input.
 
     Attributes:
-        message: What was asked and what was found, in one sentence.
-        file: The file at fault, if there is one.
-        line: 1-based line, 0 when unknown.
-        column: 1-based column, 0 when unknown.
-        hint: What to do; empty when the message says it all.
-        warning: True when the content still runs.
-        note: True when nothing is known to be wrong, such as where a check could not decide; a note is a warning, too.
+        message: One sentence: what was expected and what was found.
+        file: File of the fault, if any.
+        line: 1-based line, 0 if unknown.
+        column: 1-based column, 0 if unknown.
+        hint: Correction; empty if the message suffices.
+        warning: Whether the content still runs.
+        note: Whether nothing is known to be wrong, such as an undecided check; a note is also a warning.
     """
 
     message: str
@@ -49,7 +49,7 @@ class Fault:
     note: bool = False
 
     def at(self, file: Path | None, line: int = 0, column: int = 0) -> Fault:
-        """The same fault with a place, kept where it already has one."""
+        """Copy of the fault with a position; a fault that already has a file is returned unchanged."""
         if self.file is not None:
             return self
         return replace(self, file=file, line=self.line or line, column=self.column or column)
@@ -69,31 +69,31 @@ class Fault:
 
 
 class RocsError(Exception):
-    """The root of everything this package raises on purpose."""
+    """Base class of all exceptions that rocs_bt raises deliberately."""
 
 
 class InputError(RocsError):
-    """What a person wrote is wrong; `faults` holds every fault that was found, not only the first."""
+    """Invalid user input; `faults` contains all faults found, not only the first."""
 
     def __init__(self, *faults: Fault | str) -> None:
         self.faults: tuple[Fault, ...] = tuple(Fault(f) if isinstance(f, str) else f for f in faults)
         super().__init__("\n".join(str(f) for f in self.faults))
 
     def at(self, file: Path | None, line: int = 0, column: int = 0) -> InputError:
-        """The same error with a place on each fault that has none."""
+        """Copy of the error in which each fault without a file has this position."""
         return type(self)(*(f.at(file, line, column) for f in self.faults))
 
 
 class UnitError(InputError):
-    """A quantity without a unit, with an unknown one, or of the wrong dimension."""
+    """Quantity without a unit, with an unknown unit, or of the wrong dimension."""
 
 
 class UnknownName(InputError):
-    """A name that nothing answers to."""
+    """Name that does not exist."""
 
 
 class RateError(InputError):
-    """A rate that is not positive, or does not divide the one above it."""
+    """Rate that is not positive, or does not divide the next higher rate."""
 
 
 class WiringError(InputError):
@@ -101,22 +101,22 @@ class WiringError(InputError):
 
 
 class KnowledgeError(RocsError):
-    """A write or a query that the knowledge schema refuses."""
+    """Write or query refused by the knowledge schema."""
 
 
 class PipelineError(RocsError):
-    """An action used against its contract."""
+    """Action used against its contract."""
 
 
 class DeviceError(RocsError):
-    """A sensor or an actuator that refuses, or is broken."""
+    """Failure of a sensor or an actuator, or its refusal of a request."""
 
 
 class ActuatorError(DeviceError):
-    """The driver of an actuator raised. No command is known to have reached the device, so its agent is stopped.
+    """An actuator's driver raised. Whether the device received the command is unknown, so its agent is stopped.
 
     Attributes:
-        kind: `raised`; or `ended` or `hung`, of the process of an isolated actuator.
+        kind: `raised`; or `ended` or `hung`, for the process of an isolated actuator.
     """
 
     def __init__(self, message: str, kind: str = "raised") -> None:
@@ -142,26 +142,26 @@ class BlockError(RocsError):
         super().__init__(f"{'actuator' if owner == 'content' else 'block'} '{block}' {kind}: {detail}")
 
     def __reduce__(self) -> tuple[type[BlockError], tuple[str, str, str, str]]:
-        return type(self), (self.block, self.kind, self.detail, self.owner)  # to be pickled
+        return type(self), (self.block, self.kind, self.detail, self.owner)  # for pickle
 
 
 class RecordingError(RocsError):
-    """A recording that cannot be read, or that does not fit what is asked of it."""
+    """Recording that cannot be read, or that lacks what an operation needs."""
 
 
 @contextmanager
 def located_at(file: Path | None, line: int = 0) -> Iterator[None]:
-    """Whoever is refused in here was refused for what stands in a file.
+    """Attribute errors raised inside the context to a line of a content file.
 
-    Faults that have no place get this one, and what Knowledge or a Pipeline refuses becomes a fault: content decides
-    the names that they are given.
+    Faults without a file get this position. KnowledgeError and PipelineError become InputErrors, because names from
+    content cause them.
 
     Args:
-        file: The file.
-        line: 1-based; 0 when unknown.
+        file: Content file.
+        line: 1-based line; 0 if unknown.
 
     Raises:
-        InputError: Instead of any KnowledgeError or PipelineError.
+        InputError: Replaces any KnowledgeError or PipelineError.
     """
     try:
         yield
@@ -172,12 +172,12 @@ def located_at(file: Path | None, line: int = 0) -> Iterator[None]:
 
 
 def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> str:
-    """The hint of an unknown name: the closest one, then all there are.
+    """Hint for an unknown name: the closest name, then all names.
 
     Args:
-        name: What was asked for.
-        known: What exists.
-        what: The owner of the names, to begin the list with, such as `The robot`.
+        name: Unknown name.
+        known: Existing names.
+        what: Owner of the names, which begins the list, such as `The robot`.
     """
     names = sorted(known)
     if not names:
@@ -189,7 +189,7 @@ def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> str:
 
 
 def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There") -> Fault:
-    """The fault of a name that does not exist: what was asked, and what there is."""
+    """Fault for a name that does not exist, with the existing names as hint."""
     names: Sequence[str] = sorted(known)
     hint = did_you_mean(name, names, what=owner)
     if owner == "There":
@@ -198,5 +198,5 @@ def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There") ->
 
 
 def interrupts(error: BaseException) -> bool:
-    """Whether an exception ends the program or a generator, and is not a fault of whoever raised it."""
+    """Whether an exception interrupts the program or a generator, and so is no fault of the code that raised it."""
     return isinstance(error, (KeyboardInterrupt, GeneratorExit))

@@ -1,7 +1,7 @@
-"""What blocks tell the world about themselves: typed, frozen, stamped events.
+"""Events that blocks emit: typed, immutable, time-stamped.
 
-Every block is given an `EventSink`; the recorder is one, a list in a test another. Events are data: they hold no
-object of the engine, so they can be written, read back and compared.
+Every block receives an `EventSink`, such as the recorder, or a list in a test. Events are plain data without objects
+of the engine, so they can be written, read back and compared.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .sink import unpack as unpack
 
 
 class SensorRead(Event, frozen=True, kw_only=True):
-    """A sensor gave a sample. `stamp` is when the device took it [s]; `data` its packed values in SI units."""
+    """A sensor was read. `stamp` is the device's sampling time [s]; `data` the packed values in SI units."""
 
     sensor: str
     stamp: float
@@ -27,21 +27,21 @@ class SensorRead(Event, frozen=True, kw_only=True):
 
     @property
     def values(self) -> list[float]:
-        """The values that were read, SI units."""
+        """Values of the reading, SI units."""
         return unpack(self.data)
 
 
 class SensorFailed(Event, frozen=True, kw_only=True):
-    """A sensor refused to be read; its signals go stale."""
+    """A sensor could not be read; its signals become stale."""
 
     sensor: str
     detail: str
 
 
 class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
-    """A monitor, or an Analyze, wrote signals to Knowledge: names, sizes, and the packed values one after the other.
+    """A Monitor or Analyze block wrote signals to Knowledge: names, sizes, and the concatenated packed values.
 
-    `stamp` is when they were true [s], where that was not `t`; else it is not recorded.
+    `stamp` is the time of validity [s]; None if it equals `t`.
     """
 
     monitor: str
@@ -52,7 +52,7 @@ class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def values(self) -> dict[str, list[float]]:
-        """The values by signal, SI units."""
+        """Values by signal, SI units."""
         flat, found, at = unpack(self.data), {}, 0
         for name, size in zip(self.signals, self.sizes, strict=True):
             found[name] = flat[at : at + size]
@@ -61,13 +61,13 @@ class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Change(Event, frozen=True, kw_only=True):
-    """An Analyze block found that the world changed; delivered to Plan (paper, 4.2).
+    """An Analyze block detected a change of the world; delivered to Plan (paper, 4.2).
 
     Attributes:
-        source: The Analyze block.
-        kind: What changed: `obstacle`, `pose`, `reflex ended` ...
-        subject: The node of the knowledge graph it is about; may be empty.
-        values: The evidence, in SI units.
+        source: Name of the Analyze block.
+        kind: Kind of change: `obstacle`, `pose`, `reflex ended` ...
+        subject: Node of the knowledge graph that changed; may be empty.
+        values: Evidence, in SI units.
     """
 
     source: str
@@ -81,11 +81,11 @@ class KnowledgeChanged(Event, frozen=True, kw_only=True):
 
     Attributes:
         what: `node added`, `node removed`, `attribute`, `edge added`, `edge changed`, `edge removed`.
-        subject: Node, or the edge's source.
-        name: Attribute, or the edge's relation, or the node's kind.
-        value: The new value; an edge's target.
-        revision: Knowledge's revision after it.
-        attributes: The attributes of an edge that was added or changed.
+        subject: Node, or source of the edge.
+        name: Attribute, relation of the edge, or kind of the node.
+        value: New value; for an edge, its target.
+        revision: Revision of Knowledge after the change.
+        attributes: Attributes of an added or changed edge.
     """
 
     what: str
@@ -97,7 +97,7 @@ class KnowledgeChanged(Event, frozen=True, kw_only=True):
 
 
 class SubscriberDetached(Event, frozen=True, kw_only=True):
-    """A callback raised on a change of the knowledge graph and hears no more; `revision` is that change's."""
+    """A subscriber of knowledge changes raised an exception and was detached; `revision` is that of the change."""
 
     callback: str
     revision: int
@@ -105,15 +105,15 @@ class SubscriberDetached(Event, frozen=True, kw_only=True):
 
 
 class RuleChanged(Event, frozen=True, kw_only=True):
-    """A reflex rule did something.
+    """A reflex rule changed its state.
 
     Attributes:
-        rule: `file/Rule`.
+        rule: Rule as `file/Rule`.
         phase: `latched`, `fired` (an activation), `fired again` (the action ended while the rule was latched),
             `stopped` (its action raised), `waits`, `updated`, `released`, `ended`.
-        priority: The rule's.
-        reading: The rule's guard with its readings, such as `min(front) = 0.21 m`.
-        parameters: The action's parameters, SI units.
+        priority: Priority of the rule.
+        reading: Guard of the rule with its signal values, such as `min(front) = 0.21 m`.
+        parameters: Parameters of the action, SI units.
         refirings: Number of times that the rule has fired again since this activation.
     """
 
@@ -126,12 +126,12 @@ class RuleChanged(Event, frozen=True, kw_only=True):
 
 
 class RulesReplaced(Event, frozen=True, kw_only=True):
-    """A rule file changed while the agent ran: its rules were put in force, or the old ones left there.
+    """A rule file changed during the run: its rules were loaded, or refused and the old ones kept.
 
     Attributes:
-        rules: The rule file's name.
-        accepted: Whether the new rules are in force.
-        detail: What is in force now, or what is wrong with the file.
+        rules: Name of the rule file.
+        accepted: Whether the new rules are active.
+        detail: Description of the active rules, or faults of the file.
     """
 
     rules: str
@@ -148,12 +148,12 @@ class NodeTicked(Event, frozen=True, kw_only=True):
 
 
 class SubtreeSwapped(Event, frozen=True, kw_only=True):
-    """A subtree of the running mission was put in another's place.
+    """A subtree of the running mission was replaced.
 
     Attributes:
-        node: The path of the root of the one that left.
-        by: The path of the root of the one that came.
-        nodes: The whole tree from now on, parents before children: each node's path, class and parent's path.
+        node: Path of the root of the removed subtree.
+        by: Path of the root of the new subtree.
+        nodes: The whole new tree, parents before children: path, class and parent's path of each node.
     """
 
     node: str
@@ -162,14 +162,14 @@ class SubtreeSwapped(Event, frozen=True, kw_only=True):
 
 
 class Replanned(Event, frozen=True, kw_only=True):
-    """A leaf submitted its action anew after a reflex. `count` is how often it has."""
+    """A leaf submitted its action again after a reflex. `count` is the number of times so far."""
 
     node: str
     count: int
 
 
 class Said(Event, frozen=True, kw_only=True):
-    """A mission said something: `aloud`, for people nearby, or for the log only. `node` is the path of the leaf."""
+    """A mission issued a message: `aloud` for people nearby, else for the log. `node` is the path of the leaf."""
 
     node: str
     text: str
@@ -180,13 +180,13 @@ class TicketChanged(Event, frozen=True, kw_only=True):
     """An action's ticket changed its state.
 
     Attributes:
-        ticket: Its number, counted from 1 in each agent.
-        action: The action's name.
-        parameters: The action's parameters, SI units.
+        ticket: Number of the ticket, counted from 1 in each agent.
+        action: Name of the action.
+        parameters: Parameters of the action, SI units.
         priority: `NORMAL` or `HIGH`.
         state: `QUEUED`, `RUNNING`, `SUCCEEDED`, `FAILED`, `CANCELLED`.
-        by: Who submitted it, or who cancelled it.
-        reason: Why it failed, with the evidence.
+        by: Block, leaf or rule that submitted or cancelled the ticket.
+        reason: Reason of a failure, with evidence.
     """
 
     ticket: int
@@ -208,7 +208,7 @@ class AtomicStarted(Event, frozen=True, kw_only=True):
 
 
 class ActuatorCommanded(Event, frozen=True, kw_only=True):
-    """Execute sent a command; `data` holds the packed values, SI units (wheel rim speeds [m/s])."""
+    """Execute sent a command; `data` contains the packed values, SI units (wheel linear speeds [m/s])."""
 
     actuator: str
     route: str
@@ -216,12 +216,12 @@ class ActuatorCommanded(Event, frozen=True, kw_only=True):
 
     @property
     def values(self) -> list[float]:
-        """The commanded values, SI units."""
+        """Commanded values, SI units."""
         return unpack(self.data)
 
 
 class Followed(Event, frozen=True, kw_only=True):
-    """The trajectory follower solved one tick. `solve_time` is wall time [s], zero where nobody measured."""
+    """The trajectory follower computed one command. `solve_time` is wall time [s]; zero if not measured."""
 
     cross_track: float  # [m], left of the path positive
     heading_error: float  # [rad]
@@ -246,19 +246,20 @@ class BlockFailed(Event, frozen=True, kw_only=True):
 
     @property
     def what(self) -> str:
-        """The failed part in words, such as `actuator wheels` or `block plan`."""
+        """Failed part in words, such as `actuator wheels` or `block plan`."""
         return f"{'actuator' if self.owner == 'content' else 'block'} {self.block}"
 
 
 class ContentRaised(Event, frozen=True, kw_only=True):
-    """Content raised an exception; reported once while a sensor or monitor goes on to raise.
+    """User content raised an exception; reported once for a sensor or monitor that raises repeatedly.
 
     Attributes:
         kind: `leaf`, `planner`, `route planner`, `action`, `reflex action`, `sensor`, `monitor` ...
-        content: Its name, such as the path of a leaf or the class of an action.
+        content: Name of the content, such as the path of a leaf or the class of an action.
         detail: Type and message of the exception.
-        file: Name of the file of content; empty where no line of content took part. `line` is the line in it.
-        effect: What the agent does about it, such as `brakes, and asks the plan again`.
+        file: Name of the content file; empty if no line of content is in the traceback.
+        line: Line in the file.
+        effect: Reaction of the agent, such as `brakes, and asks the plan again`.
     """
 
     kind: str
@@ -270,27 +271,27 @@ class ContentRaised(Event, frozen=True, kw_only=True):
 
 
 class AgentStopped(Event, frozen=True, kw_only=True):
-    """An agent was stopped, and does nothing after this but to cancel what is left. `by` says who stopped it."""
+    """An agent was stopped; afterwards it only cancels its remaining tickets. `by` names the cause."""
 
     by: str
 
 
 class PeerCame(Event, frozen=True, kw_only=True):
-    """An agent that shares its knowledge came, or came back; `start` tells its starts apart."""
+    """An agent that shares its knowledge appeared or reappeared; `start` identifies its process start."""
 
     peer: str
     start: str
 
 
 class PeerVanished(Event, frozen=True, kw_only=True):
-    """An agent that shares its knowledge has left, or is no longer heard of; `start` tells its starts apart."""
+    """An agent that shares its knowledge left or is no longer received; `start` identifies its process start."""
 
     peer: str
     start: str
 
 
 class PeerFault(Event, frozen=True, kw_only=True):
-    """What is wrong between an agent and a peer that shares its knowledge; once for each kind and start of the peer.
+    """A fault in the exchange with a peer that shares its knowledge; once per kind and start of the peer.
 
     `kind` is `refused` (a write of the peer was refused), `behind` (the peer's clock was behind, and was corrected) or
     `clock` (this agent's own clock was behind the peer's, and was corrected).
@@ -303,7 +304,7 @@ class PeerFault(Event, frozen=True, kw_only=True):
 
 
 class BodyMoved(Event, frozen=True, kw_only=True):
-    """True pose of a body in the world frame, from the simulation; on hardware the robot's own estimate."""
+    """Ground-truth pose of a body, world frame, from the simulation; on hardware, the robot's estimate."""
 
     body: str
     x: float  # [m]
@@ -313,33 +314,33 @@ class BodyMoved(Event, frozen=True, kw_only=True):
 
 
 class Touched(Event, frozen=True, kw_only=True):
-    """A contact began, told by the simulation; `kind` is `collision` or `struck` (docs/architecture.md)."""
+    """A contact began in the simulation; `kind` is `collision` or `struck` (docs/architecture.md)."""
 
     other: str
     kind: str
 
 
 class Approached(Event, frozen=True, kw_only=True):
-    """An agent's hull came nearer to something than ever before in its run: `distance` [m], negative inside."""
+    """New minimum clearance of an agent's hull in this run: `distance` [m], negative if penetrating."""
 
     other: str
     distance: float
 
 
 class GoalEntered(Event, frozen=True, kw_only=True):
-    """An agent truly came within the tolerance of a goal, told by the simulation; `distance` [m] from it."""
+    """An agent's ground-truth pose entered the tolerance of a goal in the simulation; `distance` [m] from it."""
 
     goal: str
     distance: float
 
 
 class RequirementViolated(Event, frozen=True, kw_only=True):
-    """A requirement of the scenario does not hold; told once, when it is known.
+    """A requirement of the scenario is violated; emitted once, as soon as it is known.
 
     Attributes:
-        requirement: Its name.
-        about: When it did not hold [s].
-        margin: How far it is from holding, negative; None where it has no number.
+        requirement: Name of the requirement.
+        about: Time of the violation [s].
+        margin: Robustness margin, negative; None if the requirement has none.
     """
 
     requirement: str
@@ -352,9 +353,9 @@ class CommandLimited(Event, frozen=True, kw_only=True):
 
     Attributes:
         actuator: Name of the actuator.
-        wanted: Wanted command, SI units.
-        given: Command that the device got, SI units.
-        action: Name of the atomic action that commanded; empty outside of actions.
+        wanted: Requested command, SI units.
+        given: Command sent to the device, SI units.
+        action: Name of the atomic action; empty outside of actions.
     """
 
     actuator: str
@@ -364,7 +365,7 @@ class CommandLimited(Event, frozen=True, kw_only=True):
 
 
 class CommandExpired(Event, frozen=True, kw_only=True):
-    """No command came for too long: the actuator's watchdog went to neutral."""
+    """The actuator's watchdog set the neutral command, since no command arrived in time."""
 
     actuator: str
 

@@ -1,7 +1,7 @@
-"""A bound on how deep JSON from outside may nest.
+"""Bound on the nesting of JSON from untrusted sources.
 
-Decoders recurse in C and rely on Python's recursion limit, which a deep behaviour tree raises for the whole process
-(`trees`): a hostile text would then overflow the stack and end the process.
+Decoders recurse in C and rely on Python's recursion limit. A deep behaviour tree raises that limit for the whole
+process (`trees`), so hostile JSON could then overflow the stack and crash the process.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 
 LIMIT = 500
-"""Lists and objects within each other, at most."""
+"""Maximum nesting of lists and objects."""
 
 _MARKS = re.compile(rb'"(?:[^"\\]|\\.)*"|[\[{]|[\]}]', re.DOTALL)
 
 
 def too_deep(data: str | bytes) -> bool:
-    """Whether a JSON text nests deeper than `LIMIT`; a text that is no JSON may count as such."""
+    """Whether a JSON text nests deeper than `LIMIT`; may also be True for text that is not JSON."""
     raw = data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data
     if raw.count(b"[") + raw.count(b"{") <= LIMIT:
         return False
@@ -31,7 +31,7 @@ def check_nesting(data: str | bytes) -> None:
     """Refuse a JSON text that nests deeper than `LIMIT`.
 
     Raises:
-        ValueError: It does.
+        ValueError: The text nests too deeply.
     """
     if too_deep(data):
         raise ValueError(f"lists and objects nest more than {LIMIT} deep")

@@ -1,4 +1,4 @@
-"""Parameters of actions, missions and drivers: name, type, dimension and bounds, from a person's annotations."""
+"""Parameters of actions, missions and drivers: name, type, dimension and bounds, taken from annotations."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _LISTS = (list, tuple, Sequence)
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of an action, a mission or a driver.
+    """Parameter of an action, a mission or a driver.
 
     Attributes:
-        name: Its name.
-        type: Its type.
-        dimension: Dimension of the number, or of each number of a list; None if it is neither.
-        required: Whether it must be given.
-        default: Its value otherwise.
+        name: Parameter's name.
+        type: Annotation without metadata.
+        dimension: Dimension of the number, or of each number of a list; None for other types.
+        required: Whether the parameter must be given.
+        default: Default value of an optional parameter.
         bounds: Range of valid numbers.
     """
 
@@ -39,16 +39,16 @@ class Parameter:
 
     @classmethod
     def annotated(cls, name: str, hint: Any, required: bool, default: Any) -> Parameter:
-        """A parameter from its annotation, such as `PositiveMetresPerSecond`."""
+        """Make a parameter from its annotation, such as `PositiveMetresPerSecond`."""
         extras = getattr(hint, "__metadata__", ())
         plain = hint.__origin__ if extras else hint
         dimension = next((e for e in extras if isinstance(e, Dimension)), NONE if plain is float else None)
-        # Annotated flattens what it nests; what was written outermost stands last, and counts.
+        # Annotated flattens nested annotations; the outermost comes last and takes precedence.
         bounds = next((e for e in reversed(extras) if isinstance(e, Bounds)), FINITE)
         return cls(name, plain, dimension, required, default, bounds)
 
     def faults(self, value: Any, what: str) -> list[Fault]:
-        """Faults of a value's type and bounds; empty if it is valid.
+        """Check a value's type and bounds; returns the faults.
 
         Args:
             value: Value in SI units.
@@ -59,7 +59,7 @@ class Parameter:
         return self.bound_faults(value, what)
 
     def bound_faults(self, value: Any, what: str) -> list[Fault]:
-        """Faults of a value's bounds alone, for an element of a list or an end of a range."""
+        """Check only a value's bounds, for an element of a list or an end of a range; returns the faults."""
         if self.dimension is None and self.type is not int:
             return []
         wrong = next((v for v in _numbers(value) if not self.bounds.admit(v)), None)
@@ -70,11 +70,11 @@ class Parameter:
 
 
 def misfit(kind: Any, value: Any) -> str | None:
-    """Expected type in words, if a value is not of it; None if the value fits, or if the type is not checked.
+    """Check a value's type: the expected type in words if it differs, else None.
 
     Args:
-        kind: Annotation without metadata. Checked are plain types, lists and tuples of them, and unions.
-        value: The value; numbers may be numpy's.
+        kind: Annotation without metadata. Plain types, lists and tuples of them, and unions are checked; others pass.
+        value: Value to check; numbers may be numpy's.
     """
     if type(value) is kind:
         return None
@@ -104,7 +104,7 @@ def _misfit_of_list(origin: Any, parts: tuple[Any, ...], value: Any) -> str | No
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """The numbers in a value, in a list of values, in a list of lists."""
+    """Numbers in a value or in nested lists of values."""
     if isinstance(value, numbers.Real):
         yield float(value)
     elif isinstance(value, Iterable) and not isinstance(value, str):

@@ -1,4 +1,4 @@
-"""The base class of events, and where events go."""
+"""Base class of events, and event sinks."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ Value = float | int | str | bool | None | list[float]
 
 
 class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=True, gc=False):
-    """The base of all events. Plain data has no cycles, so Python's collector need not look at them.
+    """Base class of all events. Events are plain data without cycles, so garbage collection is disabled for them.
 
     Attributes:
-        t: Time since the episode began [s].
-        agent: The agent it happened in; empty for the world's own events.
+        t: Time since the start of the episode [s].
+        agent: Agent of the event; empty for events of the world.
     """
 
     t: float
@@ -24,45 +24,45 @@ class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=Tr
 
 
 def pack(values: Iterable[float]) -> bytes:
-    """Float64 values as bytes: exact, with NaN and infinities, which JSON cannot hold."""
+    """Pack float64 values into bytes, exactly, including NaN and infinities, which JSON cannot represent."""
     return array("d", values).tobytes()
 
 
 def unpack(data: bytes) -> list[float]:
-    """The values that `pack` made bytes of."""
+    """Unpack the values of `pack`."""
     values = array("d")
     values.frombytes(data)
     return values.tolist()
 
 
 class EventSink(Protocol):
-    """Where events go. `emit` must be cheap, must not block and must not raise."""
+    """Receiver of events. `emit` must be cheap, must not block and must not raise."""
 
     def emit(self, event: Event) -> None:
-        """Take one event."""
+        """Receive one event."""
         ...
 
 
 class NullSink:
-    """Forgets everything."""
+    """Sink that discards all events."""
 
     def emit(self, event: Event) -> None:
-        """Forget the event."""
+        """Discard the event."""
 
 
 class ListSink:
-    """Keeps events in memory, in the order they came."""
+    """Sink that keeps events in memory, in order of arrival."""
 
     def __init__(self) -> None:
         self.events: list[Event] = []
 
     def emit(self, event: Event) -> None:
-        """Keep the event."""
+        """Append the event."""
         self.events.append(event)
 
 
 class Fanout:
-    """Hands each event to several sinks, in their order."""
+    """Sink that passes each event to several sinks, in order."""
 
     def __init__(self, *sinks: EventSink) -> None:
         self.sinks = sinks

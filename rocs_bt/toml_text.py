@@ -1,7 +1,7 @@
-"""TOML text as data with the position of each key.
+"""TOML text: parsing with the position of each key, and writing.
 
-`tomllib` reports no positions, and its time grows with the square of the length of a dotted key. Keys, nesting and
-integers are therefore bounded here, so that a file of any content is read or refused in time proportional to its size.
+`tomllib` reports no positions, and its run time grows with the square of the length of a dotted key. Keys, nesting
+and integers are therefore bounded, so that any file is read or refused in time proportional to its size.
 """
 
 from __future__ import annotations
@@ -20,28 +20,31 @@ Key = tuple[str | int, ...]
 """Names of tables, indices into arrays of tables, and the name of a value, from the root."""
 
 MAX_PARTS = 100
-"""Parts of a dotted key, at most."""
+"""Maximum number of parts of a dotted key."""
 
 MAX_DEPTH = 100
-"""Tables and lists within each other, at most."""
+"""Maximum nesting of tables and lists."""
 
-_SHORT = 100_000  # characters of a text whose data is kept
+_SHORT = 100_000  # maximum length of a text whose parsed data is cached [characters]
 _INTEGERS = range(-(2**63), 2**63)
 _PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 _KEY_PART = re.compile(r"""[ \t]*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')[ \t]*""")
 _LONG_NUMBER = re.compile(r"(?<![0-9_])[0-9_]{4301,}")  # digits that int() refuses
-_MARK = re.compile(r"""[#"'\[\]{}]""")  # characters that change how the rest of a line is read
+_MARK = re.compile(r"""[#"'\[\]{}]""")  # characters that change the parsing of the rest of a line
 
 
 def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, int]]]:
-    """The data of a TOML text, and the line and column of each key that begins a line and of each table header.
+    """Parse a TOML text.
 
     Args:
-        text: The text.
-        file: Its file, for faults.
+        text: TOML text.
+        file: File of the text, for faults.
+
+    Returns:
+        Data, and line and column of each key that begins a line and of each table header.
 
     Raises:
-        InputError: Not valid TOML, or beyond the bounds of this module.
+        InputError: The text is not valid TOML or exceeds the bounds of this module.
     """
     data, positions = _parse_short(text, file) if len(text) <= _SHORT else _parse(text, file)
     return _copied(data), dict(positions)
@@ -57,7 +60,7 @@ def _parse(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, 
         line, column = (int(found[1]), int(found[2])) if found else (len(text.splitlines()), 0)
         message = re.sub(r" \(at .*\)$", "", str(error))
         raise InputError(Fault(f"not valid TOML: {message}.", file, line, column)) from error
-    except ValueError as error:  # of int(), for thousands of digits
+    except ValueError as error:  # int() refuses thousands of digits
         number = _LONG_NUMBER.search(text)
         at = 0 if number is None else number.start()
         line, column = text.count("\n", 0, at) + 1, at - text.rfind("\n", 0, at)
@@ -71,14 +74,14 @@ _parse_short = functools.lru_cache(maxsize=256)(_parse)  # a check reads a robot
 
 
 def _copied(value: Any) -> Any:
-    """A copy whose tables and lists are new."""
+    """Deep copy of tables and lists."""
     if isinstance(value, dict):
         return {name: _copied(each) for name, each in value.items()}
     return [_copied(each) for each in value] if isinstance(value, list) else value
 
 
 def as_toml(document: Mapping[str, Any]) -> str:
-    """A document as TOML text: the root's keys, then its lists of tables as `[[name]]`. None is left out."""
+    """Write a document as TOML text: keys of the root, then lists of tables as `[[name]]`. None is omitted."""
     tables = {name: value for name, value in document.items() if _are_tables(value)}
     lines = _assignments({name: value for name, value in document.items() if name not in tables})
     for name, each in tables.items():
@@ -88,7 +91,7 @@ def as_toml(document: Mapping[str, Any]) -> str:
 
 
 def as_data(value: Any) -> Any:
-    """A value as reading its TOML text gives it: dicts without None, and lists."""
+    """Convert a value to the form that parsing its TOML text returns: dicts without None, and lists."""
     if isinstance(value, Mapping):
         return {name: as_data(each) for name, each in value.items() if each is not None}
     return [as_data(each) for each in value] if isinstance(value, (list, tuple)) else value
@@ -108,12 +111,12 @@ def _as_value(value: object) -> str:
         return f"{{ {inner} }}" if inner else "{}"
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(_as_value, value))}]"
-    # TOML writes texts, numbers and flags as JSON does, but for surrogate pairs and the character DEL.
+    # TOML writes strings, numbers and booleans as JSON does, except surrogate pairs and the character DEL.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _refuse_deep(text: str, file: Path) -> None:
-    """Refuse what nests too deep by the text: how deep tomllib can go depends on the process."""
+    """Refuse deep nesting by the text alone, since the depth that tomllib reaches depends on the process."""
     if text.count("[") + text.count("{") <= MAX_DEPTH:
         return
     for line in _lines(text):
@@ -136,7 +139,7 @@ def _refuse_long_keys(text: str, file: Path) -> None:
 
 
 def _refuse_values(data: Mapping[str, Any], positions: Mapping[Key, tuple[int, int]], file: Path) -> None:
-    """Refuse integers beyond 64 bits, which TOML does not have, and values that nest too deep."""
+    """Refuse integers of more than 64 bits, which TOML does not allow, and values that nest too deeply."""
     faults: list[Fault] = []
     rest: list[tuple[Key, Any]] = [((), data)]
     while rest:
@@ -161,14 +164,14 @@ def _too_deep(file: Path, line: int = 0, column: int = 0) -> Fault:
 
 
 def _nearest(key: Key, positions: Mapping[Key, tuple[int, int]]) -> tuple[int, int]:
-    """Line and column of a key, or of the innermost table or list around it that has them."""
+    """Line and column of a key, or of the innermost table or list around it with a known position."""
     while key and key not in positions:
         key = key[:-1]
     return positions.get(key, (0, 0))
 
 
 def _positions(text: str) -> dict[Key, tuple[int, int]]:
-    """Line and column of every key that begins a line, and of every table header."""
+    """Line and column of each key that begins a line, and of each table header."""
     positions: dict[Key, tuple[int, int]] = {}
     counts: dict[Key, int] = {}
     here: Key = ()
@@ -190,7 +193,7 @@ def _positions(text: str) -> dict[Key, tuple[int, int]]:
 
 
 def _dotted(line: str, at: int) -> tuple[list[str], int]:
-    """The parts of a dotted key that begins at an index of a line, and the index behind it."""
+    """Parse a dotted key at an index of a line; returns its parts and the index after it."""
     parts: list[str] = []
     while (found := _KEY_PART.match(line, at)) is not None:
         parts.append(found[1].strip("\"'"))
@@ -202,7 +205,7 @@ def _dotted(line: str, at: int) -> tuple[list[str], int]:
 
 
 def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
-    """A header's name as a key: arrays of tables on the way mean their newest element."""
+    """Key of a table header; an array of tables in its path stands for the newest element."""
     key: Key = ()
     for i, part in enumerate(name):
         key = (*key, part)
@@ -212,13 +215,13 @@ def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
 
 
 class _Line(NamedTuple):
-    """A line that does not begin inside a multi-line string.
+    """Line that does not begin inside a multi-line string.
 
     Attributes:
-        number: 1-based line.
-        text: The line without its comment.
-        depth: Tables and lists that are open where it begins.
-        too_deep: 1-based column of the first bracket beyond MAX_DEPTH; 0 for none.
+        number: 1-based line number.
+        text: Line without its comment.
+        depth: Number of open tables and lists at its beginning.
+        too_deep: 1-based column of the first bracket beyond MAX_DEPTH; 0 if none.
     """
 
     number: int
@@ -250,7 +253,7 @@ def _lines(text: str) -> Iterator[_Line]:
                 else:
                     at = _string_end(line, at)
             else:
-                # A header's brackets close on its own line, so they do not count.
+                # Brackets of a header close on the same line, so they cancel out.
                 depth += (line[at] in "[{") - (line[at] in "]}")
                 at += 1
                 if depth > MAX_DEPTH:

@@ -1,7 +1,7 @@
-"""Finds robots, rules, missions, routes, nodes, scenarios and worlds by name, and reads their files.
+"""Content catalog: finds robots, rules, missions, routes, nodes, scenarios and worlds by name and reads their files.
 
-It is the only code that finds content and the only one that loads Python content. Imported by `agent` and the layers
-above; blocks get what was found.
+No other package finds content or loads Python content. `agent` and the layers above import the catalog; blocks
+receive the loaded objects.
 """
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class

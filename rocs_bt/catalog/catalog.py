@@ -1,4 +1,4 @@
-"""The one place that finds content by name: the user's project first, then what we ship (docs/architecture.md)."""
+"""Catalog of content by name: the user's project first, then the shipped content (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -38,42 +38,42 @@ from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
 
 T = TypeVar("T")
 
-_SPOKEN = {"rules": "rule file"}  # what is one of a kind, where that is not the kind's own name
+_SINGULAR = {"rules": "rule file"}  # kinds whose name is not a singular noun
 
 
 class Catalog:
-    """All the content there is: a project's, and what we ship.
+    """Content of a project and of rocs_bt, by kind and name.
 
     Args:
-        project: The project's root; None for shipped content only.
-        code: Whether Python content may run; `--no-code` says no.
+        project: Project's root; None for shipped content only.
+        code: Whether Python content may run; False with `--no-code`.
 
     Raises:
-        InputError: There is no such folder.
+        InputError: The project folder does not exist.
     """
 
     def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
         self.shipped = shipped_root()
         if project is not None and not project.is_dir():
-            raise InputError(Fault(f"there is no project folder '{project}'.", hint="Name one that exists."))
+            raise InputError(Fault(f"there is no project folder '{project}'.", hint="Give an existing folder."))
         self.project = None if project is None or project.resolve() == self.shipped else project.resolve()
         self.code = code
-        self._entries_of: dict[str, dict[str, Entry]] = {}  # by kind, what the project and we have
-        self._made: dict[str, Entry] = {}  # by kind, a scenario and its world that a program made, found first
+        self._entries_of: dict[str, dict[str, Entry]] = {}  # by kind: project and shipped entries
+        self._made: dict[str, Entry] = {}  # by kind: scenario and world made by a program
         self._made_scenario: dict[str, Any] = {}
 
     @staticmethod
     def here(start: Path | None = None, *, code: bool = True) -> Catalog:
-        """The catalog of the project around a folder, the current one if none is given."""
+        """Catalog of the project that contains a folder; the current folder by default."""
         return Catalog(find_project(start or Path.cwd()), code=code)
 
     def with_scene(self, name: str, scenario: Mapping[str, Any], world: str) -> Self:
-        """The same catalog, what it keeps included, with a scenario and its world that a program made.
+        """Copy of this catalog, cache included, with a scenario and a world made by a program.
 
         Args:
-            name: Name of both; each hides one of the project.
+            name: Name of both; they hide a project's scenario and world of this name.
             scenario: Content of the scenario's file: dicts, lists, texts, numbers and flags.
-            world: The world as MJCF.
+            world: World as MJCF.
         """
         other = copy.copy(self)
         other._made_scenario = as_data(scenario)
@@ -84,30 +84,30 @@ class Catalog:
         return other
 
     def list(self, kind: str | None = None) -> list[Entry]:
-        """All entries of a kind, or of all kinds, sorted by kind and name; a project's hides a shipped one's name.
+        """Entries of a kind, or of all kinds, sorted by kind and name; a project's entry hides a shipped one.
 
         Raises:
-            InputError: There is no such kind, or two files of one folder have one name.
+            InputError: Unknown kind, or two files of one folder have the same name.
         """
         kinds = list(KINDS) if kind is None else [kind]
         return [entry for k in kinds for _, entry in sorted(self._entries(k).items())]
 
     @property
     def roots(self) -> tuple[Path, ...]:
-        """The folders whose files content may name: the project, and what we ship."""
+        """Folders whose files content may name: the project and the shipped content."""
         return tuple(root for root in (self.project, self.shipped) if root is not None)
 
     def find(self, kind: str, name: str, *, named_in: Path | None = None) -> Entry:
-        """One entry by its name, or by its path.
+        """Find an entry by name or path.
 
         Args:
-            kind: Its kind.
-            name: Its name, or its path.
-            named_in: The content file that names it, if any: then a path must be inside the project.
+            kind: Kind of the entry.
+            name: Name or path of the entry.
+            named_in: Content file that contains the name, if any; a path must then be inside the project.
 
         Raises:
-            UnknownName: There is none; lists those that exist.
-            InputError: It is outside of the project, itself or by a link.
+            UnknownName: No such entry; lists the existing ones.
+            InputError: The entry is outside the project, directly or through a link.
         """
         if named_in is not None and (is_path(name) or is_reference(name)):
             confine_name(name, self.roots, self.root_of(named_in))
@@ -117,33 +117,33 @@ class Catalog:
             return self._by_path(kind, Path(name))
         entries = self._entries(kind)
         if name not in entries:
-            raise UnknownName(unknown(_SPOKEN.get(kind, kind), name, entries))
+            raise UnknownName(unknown(_SINGULAR.get(kind, kind), name, entries))
         self.confine(entries[name])
         return entries[name]
 
     def confine(self, entry: Entry) -> None:
-        """Refuse an entry that a link leads out of the project; one that a person named by its path may be anywhere.
+        """Refuse a project's entry that links out of the project; entries given by path may be anywhere.
 
         Raises:
-            InputError: It is outside.
+            InputError: The entry is outside the project.
         """
         if entry.origin == "project" and entry.text is None:
             confined(entry.path, Path(), self.roots)
 
     def load_robot(self, name: str) -> RobotSpec:
-        """A robot by its name.
+        """Load a robot by name.
 
         Raises:
-            InputError: It does not exist, or its file is wrong; with every fault.
+            InputError: The robot does not exist, or its file has faults; contains all of them.
         """
         file = self.find("robot", name).path
         return load_robot(file, lambda base: self.find("robot", base, named_in=file).path)
 
     def load_scenario(self, name: str) -> ScenarioSpec:
-        """A scenario by its name or path, whose world, robots, missions and rules exist and whose rates divide.
+        """Load a scenario by name or path, and check that its content exists and that its rates and robots fit.
 
         Raises:
-            InputError: With every fault, each at its line.
+            InputError: The scenario has faults; contains all of them, each with its line.
         """
         scenario = self.read_scenario(name)
         faults: list[Fault] = []
@@ -156,17 +156,17 @@ class Catalog:
             except InputError as error:
                 faults += error.at(scenario.file, scenario.rate.line).faults
             else:
-                faults += misfits(scenario, each, robot)
+                faults += _agent_faults(scenario, each, robot)
         if faults:
             raise InputError(*faults)
         self._allow(*(entry.path for entry in self.content_of(scenario)))
         return scenario
 
     def read_scenario(self, name: str) -> ScenarioSpec:
-        """A scenario by its name or path, whose robots may be wrong or may not fit it.
+        """Read a scenario by name or path without checking its robots.
 
         Raises:
-            InputError: With every fault of the scenario's own file and of its bases, each at its line.
+            InputError: The file or its bases have faults; contains all of them, each with its line.
         """
         entry = self.find("scenario", name)
         file = entry.path
@@ -175,10 +175,10 @@ class Catalog:
         return read_scenario(table, partial(self._missing, file))
 
     def content_of(self, scenario: ScenarioSpec) -> tuple[Entry, ...]:
-        """Everything that a scenario uses, itself included, for `content_hash`.
+        """All entries that a scenario uses, including itself, for `content_hash`.
 
         Raises:
-            InputError: Something that it names does not exist.
+            InputError: Referenced content does not exist.
         """
         made = self._made.get("scenario")
         own = made if made and made.path == scenario.file else make_entry(scenario.file, "scenario", "file")
@@ -192,52 +192,53 @@ class Catalog:
         entries += self.list("schema")
         return tuple(dict.fromkeys(entries))
 
-    def content_of_controller(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
-        """What an agent's mind, or a planner, is made of: mission, rules, and what these name.
+    def content_of_controller(self, controller: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
+        """Entries of an agent's controller or of a planner: mission, rules, and the content that these name.
 
         Raises:
-            InputError: Something that it names does not exist.
+            InputError: Referenced content does not exist.
         """
-        rules = [self.find("rules", name) for name in mind.rules]
+        rules = [self.find("rules", name) for name in controller.rules]
         included = [make_entry(file, "rules", r.origin) for r in rules for file in included_files(r.path)]
-        mission = self.find("mission", mind.mission)
-        return mission, *self.python_of(mission, mind.parameters.values(), mind.nodes), *rules, *included
+        mission = self.find("mission", controller.mission)
+        python = self.python_of(mission, controller.parameters.values(), controller.nodes)
+        return mission, *python, *rules, *included
 
     def digest(self, scenario: ScenarioSpec) -> str:
-        """The `content_hash` of everything that a scenario uses."""
+        """`content_hash` of all entries that a scenario uses."""
         return content_hash(self.content_of(scenario))
 
     def cached(self, key: Hashable, make: Callable[[], T]) -> T:
-        """What episodes of the same content share, such as a compiled world: here made anew for each."""
+        """Result of `make`, such as a compiled world; a `CachingCatalog` reuses it for episodes of the same content."""
         return make()
 
     def load_schema(self) -> Schema:
-        """What may stand in Knowledge: what we ship, and what the project's schema files add.
+        """Load the schema of Knowledge: the shipped schema, extended by the project's schema files.
 
         Raises:
-            InputError: With every fault of these files, each at its line.
+            InputError: The files have faults; contains all of them, each with its line.
         """
         files = [self.find("schema", entry.name).path for entry in self.list("schema")]
         return load_schema(files, SCHEMA) if files else SCHEMA
 
     def load_planner(self, name: str) -> PlannerSpec:
-        """A planner by its name or path, whose mission and rules exist.
+        """Load a planner by name or path, and check that its mission and rules exist.
 
         Raises:
-            InputError: With every fault, each at its line.
+            InputError: The file has faults; contains all of them, each with its line.
         """
         file = self.find("planner", name).path
         return read_planner(file, partial(self._missing, file))
 
     def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
-        """The function `build` of a mission, by the mission's name or path; that of an XML file makes its tree.
+        """Load the function `build` of a mission; for an XML mission, a function that makes its tree.
 
         Args:
-            name: The name or path; `file.py:Class` is a PythonPlanner, of a file in `planners` or of a path.
-            dialect: Whose meaning the nodes of an XML file have: `nav2` for Nav2's.
+            name: Name or path; or `file.py:Class` for a PythonPlanner, a path or relative to `planners`.
+            dialect: Dialect of the nodes in XML: empty for rocs_bt's, `nav2` for Nav2's.
 
         Raises:
-            InputError: There is no such mission, it does not load, has no `build`, or `--no-code` forbids it.
+            InputError: The mission does not exist, does not load, has no `build`, or `--no-code` forbids it.
         """
         entry = self.find("mission", name)
         if is_reference(name):
@@ -251,20 +252,20 @@ class Catalog:
         return self.with_content(guarded(cast("Callable[..., Any]", build), entry.path))
 
     def with_content(self, build: Callable[..., Any]) -> Callable[..., Any]:
-        """The same function, whose mission finds by name what this catalog has."""
+        """Wrap a `build` function so that its mission finds content in this catalog."""
 
         @wraps(build)
-        def at_home(mission: Any, *args: Any, **kwargs: Any) -> Any:
+        def with_catalog(mission: Any, *args: Any, **kwargs: Any) -> Any:
             mission.content = self
             return build(mission, *args, **kwargs)
 
-        return at_home
+        return with_catalog
 
     def _python_planner(self, file: str) -> Entry:
-        """The file of a PythonPlanner."""
+        """Entry of a PythonPlanner's file."""
         for root in filter(None, (self.project, self.shipped)):
-            if not Path(file).is_absolute() and is_file(place := root / "planners" / file):
-                return make_entry(place, "planner", "file")
+            if not Path(file).is_absolute() and is_file(path := root / "planners" / file):
+                return make_entry(path, "planner", "file")
         return self._by_path("planner", Path(file))
 
     def _python_mission(self, file: Path, name: str) -> Callable[..., Any]:
@@ -273,7 +274,7 @@ class Catalog:
         return guarded(python_mission(self.load_class(file, name)), file)
 
     def _xml_mission(self, file: Path, dialect: str) -> Callable[..., Any]:
-        from ..plan import xml_mission  # py_trees is loaded where a tree is made
+        from ..plan import xml_mission  # imported late: it loads py_trees
 
         def other(name: str) -> Callable[..., Any] | None:
             return self.load_mission(name) if self.is_python_mission(name) else None
@@ -282,18 +283,18 @@ class Catalog:
         return xml_mission(file, within=within, nodes=self.load_nodes, missions=other, dialect=dialect)
 
     def root_of(self, file: Path) -> Path:
-        """The project that a file lies in, or ours; its folder where it lies in none."""
-        place = file.resolve()
-        roots = [root for root in (self.project, self.shipped) if root is not None and place.is_relative_to(root)]
-        return roots[0] if roots else place.parent
+        """Project root or shipped root that contains a file; else the file's folder."""
+        path = file.resolve()
+        roots = [root for root in (self.project, self.shipped) if root is not None and path.is_relative_to(root)]
+        return roots[0] if roots else path.parent
 
     def load_nodes(self, names: Collection[str] | None = None) -> tuple[type[Any], ...]:
-        """The node classes in the Python files of `planners/nodes`, those of certain names, or all.
+        """Load the node classes in the Python files of `planners/nodes`: all, or those with the given names.
 
-        A file runs only where it has one of the names; a node is named like its class.
+        A node has the name of its class. Only files that define one of the names are run.
 
         Raises:
-            InputError: A file does not load, two have a class of one name, or `--no-code` forbids it.
+            InputError: A file does not load, two classes have the same name, or `--no-code` forbids it.
         """
         from ..trees.nodes import nodes_of
 
@@ -305,10 +306,10 @@ class Catalog:
         return tuple(node for node in classes if names is None or node.tag in names)
 
     def load_route(self, name: str) -> type[Any]:
-        """The route planner in a Python file of `planners/routes`, by the file's name.
+        """Load the route planner in a Python file of `planners/routes`, by the file's name.
 
         Raises:
-            InputError: There is no such file, it does not load, it has not exactly one RoutePlanner, or `--no-code`
+            InputError: The file does not exist, does not load, does not have exactly one RoutePlanner, or `--no-code`
                 forbids it.
         """
         from ..plan.route import RoutePlanner
@@ -319,26 +320,27 @@ class Catalog:
         planners = [cls for cls in own if issubclass(cls, RoutePlanner)]
         if len(planners) != 1:
             hint = "Write one class that derives from rocs_bt.plan.RoutePlanner."
-            raise InputError(Fault(f"the file has {len(planners)} route planners, not one.", entry.path, hint=hint))
+            message = f"expected one route planner in the file, found {len(planners)}."
+            raise InputError(Fault(message, entry.path, hint=hint))
         return planners[0]
 
     def _node_files(self, names: Collection[str] | None) -> tuple[Entry, ...]:
-        """The node files that have a class of one of these names; their classes are read, not run."""
+        """Node files that define one of these classes; found by parsing, without running them."""
         entries = [e for e in self.list("node") if e.path.suffix == ".py"]
         return tuple(e for e in entries if names is None or set(names) & set(classes_in(e.path)))
 
     def is_python_mission(self, name: str) -> bool:
-        """Whether a mission of that name is written in Python."""
+        """Whether the mission of this name is written in Python."""
         entry = self._entries("mission").get(name)
         return entry is not None and entry.path.suffix == ".py"
 
     def python_of(self, mission: Entry, values: Iterable[object] = (), dialect: str = "") -> tuple[Entry, ...]:
-        """The node files, the route planners and the Python missions that a mission names.
+        """Node files, route planners and Python missions that a mission names.
 
         Args:
-            mission: The mission.
-            values: What it is given as parameters, which may name a route planner, too.
-            dialect: Whose meaning the nodes of an XML file have.
+            mission: Entry of the mission.
+            values: Values of its parameters, which may also name a route planner.
+            dialect: Dialect of the nodes in XML.
         """
         missions: set[str] = set()
         if mission.path.suffix == ".xml":
@@ -357,17 +359,17 @@ class Catalog:
         return (*self._node_files(tags), *routes, *(self.find("mission", name) for name in sorted(missions)))
 
     def load_python(self, entry: Entry) -> ModuleType:
-        """The module of a Python content file; run once in a process.
+        """Load the module of a Python content file; it runs once per process.
 
         Raises:
-            InputError: It is not Python, does not load, or `--no-code` forbids it.
+            InputError: The file is not Python, does not load, or `--no-code` forbids it.
         """
         self._allow(entry.path)
         self.confine(entry)
         return load_module(entry.path)
 
     def load_class(self, path: Path, name: str) -> type:
-        """A class of a Python file, as robot.toml names it by `file.py:Class`.
+        """Load a class that robot.toml names by `file.py:Class`.
 
         Raises:
             InputError: The file does not load or lacks the class, or `--no-code` forbids it.
@@ -376,15 +378,15 @@ class Catalog:
         return load_class(path, name)
 
     def _allow(self, *paths: Path) -> None:
-        """Refuse the Python files among these where no code may run."""
+        """Refuse Python files if `--no-code` was given."""
         code = [path for path in paths if path.suffix == ".py"]
         if code and not self.code:
-            hint = "Leave --no-code out if you trust it."
+            hint = "Remove --no-code if you trust the file."
             message = "this Python content may not run: --no-code was given."
             raise InputError(*(Fault(message, p, hint=hint) for p in code))
 
     def _missing(self, file: Path, kind: str, name: str) -> Fault | None:
-        """Why a name cannot be used in a file; None when it can."""
+        """Fault of a name that cannot be used in a file; None if it can."""
         try:
             self.find(kind, name, named_in=file)
         except InputError as error:
@@ -405,26 +407,26 @@ class Catalog:
         if kind == "robot" and os.path.isdir(path):
             path /= "robot.toml"
         if not is_file(path):
-            raise UnknownName(unknown(_SPOKEN.get(kind, f"{kind} file"), str(path), self._entries(kind)))
+            raise UnknownName(unknown(_SINGULAR.get(kind, f"{kind} file"), str(path), self._entries(kind)))
         return make_entry(path.resolve(), kind, "file")
 
 
-def misfits(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterator[Fault]:
-    """What keeps a robot from being an agent of a scenario, each fault in the file that has to change.
+def _agent_faults(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterator[Fault]:
+    """Faults of a robot as an agent of a scenario, each in the file that has to change.
 
-    An agent, its devices and the places that it is told of are nodes of one graph, so they cannot share a name; and
-    its actuators must wait for a command as long as the scenario's control period is.
+    An agent, its devices and the places that it knows are nodes of one graph, so their names must differ. The maximum
+    command age of its actuators must not be shorter than the scenario's control period.
 
     Args:
         scenario: The scenario.
-        name: What it calls the robot.
+        name: Robot's name in the scenario.
         robot: The robot.
     """
     agents = [agent for agent in scenario.agents if agent.robot == name]
     devices = {d.name: kind for kind, of in (("sensor", robot.sensors), ("actuator", robot.actuators)) for d in of}
     named = [(agent.name, agent.line) for agent in agents]
-    told = {agent.name for agent in agents}
-    named += [(place.name, place.line) for place in scenario.places if told.intersection(place.agents)]
+    names = {agent.name for agent in agents}
+    named += [(place.name, place.line) for place in scenario.places if names.intersection(place.agents)]
     for taken, line in named:
         if taken in devices:
             message = f"the name '{taken}' is taken by the {devices[taken]} '{taken}' of {robot.name}."
@@ -434,22 +436,22 @@ def misfits(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterator[Fau
         if actuator.max_command_age < period - 1e-9:
             yield Fault(
                 f"the actuator '{actuator.name}' goes to neutral {actuator.max_command_age:g} s after a command, but "
-                f"{scenario.name} commands it only every {period:g} s.",
+                f"{scenario.name} sends one only every {period:g} s.",
                 robot.file,
                 actuator.line,
-                hint=f'Write max_command_age = "{4.0 * period:g} s", or a faster control rate.',
+                hint=f'Write max_command_age = "{4.0 * period:g} s", or use a higher control rate.',
             )
 
 
 LIMIT = 64
-"""How many things are kept; what was not used for longest is let go."""
+"""Maximum number of cached objects; the least recently used is dropped."""
 
 
 class CachingCatalog(Catalog):
-    """A catalog that keeps what it has read and what was made of it. Files must not change while it is in use.
+    """Catalog that caches loaded content and objects made of it. Files must not change while it is in use.
 
     Args:
-        project: The project's root; None for shipped content only.
+        project: Project's root; None for shipped content only.
         code: Whether Python content may run.
     """
 
@@ -473,11 +475,13 @@ class CachingCatalog(Catalog):
         key = "mission", name, dialect
         return self.cached(key, lambda: super(CachingCatalog, self).load_mission(name, dialect))
 
-    def content_of_controller(self, mind: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
-        key = "mind", mind.mission, mind.rules, repr(mind.parameters), mind.nodes
-        return self.cached(key, lambda: super(CachingCatalog, self).content_of_controller(mind))
+    def content_of_controller(self, controller: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
+        key = "controller", controller.mission, controller.rules, repr(controller.parameters), controller.nodes
+        return self.cached(key, lambda: super(CachingCatalog, self).content_of_controller(controller))
 
     def digest(self, scenario: ScenarioSpec) -> str:
-        minds = tuple((a.name, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
+        agents = tuple((a.name, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
         made = self._made.get("scenario"), self._made.get("world")
-        return self.cached(("digest", scenario.file, made, minds), lambda: super(CachingCatalog, self).digest(scenario))
+        return self.cached(
+            ("digest", scenario.file, made, agents), lambda: super(CachingCatalog, self).digest(scenario)
+        )

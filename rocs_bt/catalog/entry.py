@@ -1,4 +1,4 @@
-"""One thing in a content folder: a robot, a rule file, a mission ... and where each kind stands."""
+"""Entries of the content folders: kinds of content, their folders, names, files and hashes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..errors import Fault, InputError, RocsError
 from ..python_content import is_reference
 from ..toml_text import parse_toml
 
-# Where each kind stands in a project, in the order in which people read of them.
+# File patterns of each kind in a project, in the order of `rocs-bt list`.
 KINDS: dict[str, tuple[str, ...]] = {
     "scenario": ("scenarios/*.toml",),
     "mission": ("planners/missions/*.py", "planners/missions/*.xml"),
@@ -37,11 +37,11 @@ class Entry:
     """One piece of content.
 
     Attributes:
-        name: What people call it: the file's stem, for a robot its folder's name.
+        name: File stem; for a robot, the folder's name.
         kind: One of `KINDS`.
-        path: Its file; a robot's is `robot.toml`.
-        origin: `project`, `shipped`, or `file` where it was named by its path.
-        text: Content of an entry that a program made and no file has; None for a file's.
+        path: File of the entry; `robot.toml` for a robot.
+        origin: `project`, `shipped`, or `file` for an entry given by its path.
+        text: Text of an entry made by a program without a file; None for entries with a file.
         outside: Whether a link leads out of the project; such an entry is listed and never read.
     """
 
@@ -54,11 +54,11 @@ class Entry:
 
     @property
     def doc(self) -> str:
-        """One sentence: TOML's `doc`, Python's docstring, XML's first comment; empty where there is none."""
+        """One-sentence description: TOML's `doc`, Python's docstring or XML's first comment; empty if missing."""
         return "" if self.outside or self.text is not None else doc_of(self.path)
 
     def contents(self) -> Iterator[tuple[str, bytes]]:
-        """Relative path and bytes of each of its files, sorted."""
+        """Relative path and bytes of each file of the entry, sorted."""
         if self.text is not None:
             yield self.path.name, self.text.encode()
             return
@@ -67,7 +67,7 @@ class Entry:
             yield file.relative_to(self.path.parent).as_posix() if inside else file.name, file.read_bytes()
 
     def files(self) -> list[Path]:
-        """Every file that it is made of, sorted: a robot is its folder, an XML file what it refers to as well."""
+        """Files of the entry, sorted: a robot's whole folder; an XML file and the files that it references."""
         if self.kind == "robot":
             return sorted(p for p in self.path.parent.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
         if self.path.suffix == ".xml":
@@ -76,7 +76,7 @@ class Entry:
 
 
 def scan(root: Path, kind: str, origin: str) -> Iterator[Entry]:
-    """The entries of one kind in a project's folders, sorted by name; runs no code."""
+    """Entries of one kind in a project's folders, sorted by name; runs no code."""
     inside = root.resolve()
     for pattern in KINDS[kind]:
         for path in sorted(root.glob(pattern)):
@@ -88,17 +88,17 @@ def scan(root: Path, kind: str, origin: str) -> Iterator[Entry]:
 
 
 def make_entry(path: Path, kind: str, origin: str) -> Entry:
-    """The entry of a file."""
+    """Entry of a file."""
     return Entry(name_of(path, kind), kind, path, origin)
 
 
 def name_of(path: Path, kind: str) -> str:
-    """The name of the entry of a file."""
+    """Name of a file's entry."""
     return path.parent.name if kind == "robot" else path.stem
 
 
 def kind_of(path: Path) -> str | None:
-    """The kind that a file's place in a project tells; None for a file that is no content."""
+    """Kind of a file, by its folder in a project; None for a file that is no content."""
     for kind, patterns in KINDS.items():
         if any(path.match(pattern) for pattern in patterns):
             return kind
@@ -106,7 +106,7 @@ def kind_of(path: Path) -> str | None:
 
 
 def doc_of(path: Path) -> str:
-    """The one-sentence description that a content file carries; empty where it has none or is broken."""
+    """One-sentence description in a content file; empty if it has none or cannot be parsed."""
     try:
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".toml":
@@ -126,7 +126,7 @@ def by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
     """Entries of one kind by name.
 
     Raises:
-        InputError: Two have the same name.
+        InputError: Two entries have the same name.
     """
     found: dict[str, Entry] = {}
     for entry in entries:
@@ -138,17 +138,17 @@ def by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
 
 
 def content_hash(entries: Iterable[Entry]) -> str:
-    """sha256 over all files of some content: kind, name, relative path and bytes; the same on every machine."""
+    """SHA-256 over kind, name, relative path and bytes of all files of the entries; the same on every machine."""
     digest = hashlib.sha256()
     for entry in sorted(set(entries), key=lambda e: (e.kind, e.name)):
-        for place, data in entry.contents():
-            digest.update(f"{entry.kind}\0{entry.name}\0{place}\0{len(data)}\0".encode())
+        for path, data in entry.contents():
+            digest.update(f"{entry.kind}\0{entry.name}\0{path}\0{len(data)}\0".encode())
             digest.update(data)
     return digest.hexdigest()
 
 
 def _with_references(path: Path, seen: set[Path]) -> set[Path]:
-    """An XML file and the files that it names, and theirs."""
+    """An XML file and all files that it references, recursively."""
     path = path.resolve()
     if path in seen or not is_file(path):
         return seen
@@ -160,7 +160,7 @@ def _with_references(path: Path, seen: set[Path]) -> set[Path]:
 
 
 def shipped_root() -> Path:
-    """The folder that holds the content we ship: inside a wheel's package, or a checkout's root.
+    """Folder of the shipped content: `_content` in an installed package, or the root of a checkout.
 
     Raises:
         RocsError: This installation has no content.
@@ -168,15 +168,15 @@ def shipped_root() -> Path:
     package = Path(__file__).resolve().parent.parent
     if (inside := package / "_content").is_dir():
         return inside
-    # Never trust what lies beside the package before its pyproject says that this is our checkout.
+    # The folder around the package is trusted only if its pyproject.toml is that of rocs_bt.
     pyproject = package.parent / "pyproject.toml"
     if pyproject.is_file() and tomllib.loads(pyproject.read_text("utf-8")).get("project", {}).get("name") == "rocs_bt":
         return package.parent
-    raise RocsError(f"no content was found in {inside}, and {package.parent} is no checkout. Install rocs_bt again.")
+    raise RocsError(f"no content found in {inside}, and {package.parent} is no rocs_bt checkout. Reinstall rocs_bt.")
 
 
 def find_project(start: Path) -> Path | None:
-    """The nearest folder, from `start` upwards, that has content of its own; None where there is none."""
+    """Nearest folder with content, from `start` upwards; None if there is none."""
     start = start.resolve()
     for folder in (start, *start.parents):
         if any(next(folder.glob(pattern), None) for patterns in KINDS.values() for pattern in patterns):
@@ -185,20 +185,20 @@ def find_project(start: Path) -> Path | None:
 
 
 def is_path(name: str) -> bool:
-    """Whether a person means a file by this rather than a name."""
+    """Whether a text denotes a file rather than a name of content."""
     return "/" in name or name.endswith((".toml", ".xml", ".py"))
 
 
 def confine_name(name: str, roots: tuple[Path, ...], own: Path) -> None:
-    """Refuse the path of other content in a content file, unless it is inside the project.
+    """Refuse a path in a content file that leads out of the project.
 
     Args:
-        name: A path, or `file.py:Class`, which is looked for in the folders' `planners` first.
-        roots: The folders whose content may be named.
-        own: The folder of the project of the naming file.
+        name: Path, or `file.py:Class`, which is searched in `planners` of the roots first.
+        roots: Folders of the content that may be named.
+        own: Project folder of the file that contains the path.
 
     Raises:
-        InputError: It is outside.
+        InputError: The path is outside the project.
     """
     path = name.partition(":")[0]
     if is_reference(name) and not Path(path).is_absolute():

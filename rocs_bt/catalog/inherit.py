@@ -1,8 +1,8 @@
-"""A file that is based on another: what it says stands before what the other says.
+"""Inheritance between TOML files: a file with `base` overrides the file that `base` names.
 
-Tables are laid over each other key by key, arrays of tables by their `name`; a name that the other does not have is
-added at the end. Anything else that the file says stands instead of what the other says. The parameters of a mission
-are inherited only with that mission, and the keys of a driver only with that driver.
+Tables are merged key by key, arrays of tables by their `name`; a table with a new name is appended. All other values
+replace those of the base. The parameters of a mission are inherited only with that mission, and the keys of a driver
+only with that driver.
 """
 
 from __future__ import annotations
@@ -20,43 +20,46 @@ DEVICE_KEYS = {
     "sensor": ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount"),
     "actuator": ("name", "driver", "unit", "range", "max_change", "max_command_age", "isolated"),
 }
-"""Keys of a `[[sensor]]` or `[[actuator]]` that belong to the robot's wiring; all others belong to the driver."""
+"""Keys of a `[[sensor]]` or `[[actuator]]` that define the robot's wiring; all others are the driver's."""
 
 FindBase = Callable[[str], Path]
-"""The file that a `base` means; raises InputError where there is none."""
+"""Function that returns the file of a `base`; raises InputError if it does not exist."""
 
 
 def no_base(name: str) -> Path:
-    """The base of a file that is read without a catalog.
+    """`FindBase` for a file that is read without a catalog.
 
     Raises:
         InputError: Always.
     """
-    raise InputError(f"without a catalog nobody knows the base '{name}'. Load the file by its name.")
+    raise InputError(f"the base '{name}' cannot be found without a catalog. Load the file through a Catalog.")
 
 
 def read_with_base(file: Path, find: FindBase = no_base) -> Table:
-    """The root table of a TOML file, laid over the file that its `base` names, and that one's.
+    """Read a TOML file and merge it with its chain of bases.
 
-    A fault in a table that is inherited whole is told at the line of `base`.
+    Faults in an inherited table are reported at the line of `base`.
 
     Args:
-        file: The file.
-        find: Finds a base by its name.
+        file: File to read.
+        find: Finds the file of a base by its name.
+
+    Returns:
+        Merged root table.
 
     Raises:
-        InputError: A file cannot be read, there is no such base, or a file is based on itself.
+        InputError: A file cannot be read, a base does not exist, or a file is based on itself.
     """
     return merged_with_base(read_toml(file), find)
 
 
 def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, ...] = ()) -> Table:
-    """A root table laid over the file that its `base` names, and that one's; see `read_with_base`.
+    """Merge a root table with its chain of bases; see `read_with_base`.
 
     Args:
-        own: The root table.
-        find: Finds a base by its name.
-        readers: Files that are based on this one.
+        own: Root table of the file.
+        find: Finds the file of a base by its name.
+        readers: Files based on this one, for the detection of cycles.
     """
     name, file = own.text("base", ""), own.file
     readers = (*readers, file.resolve())
@@ -65,7 +68,7 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
     try:
         path = find(name)
         if path.resolve() in readers:
-            raise InputError(f"'{name}' is based on this very file. Take one 'base' out.")
+            raise InputError(f"cyclic inheritance: '{name}' is itself based on this file. Remove one 'base'.")
         base = merged_with_base(read_toml(path), find, readers)
     except InputError as error:
         raise error.at(file, *own.position("base")) from error
@@ -79,7 +82,10 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
 def _laid_over(
     own: dict[str, Any], base: dict[str, Any], key: Key, there: Key, positions: Positions, found: Positions
 ) -> dict[str, Any]:
-    """`own` over `base`; moves the positions of what stands at `key` in the file to `there` in what comes of it."""
+    """Merge `own` over `base`; records in `found` the positions of the merged keys.
+
+    `key` is the path of `own` in its file, `there` its path in the merged document.
+    """
     dropped = _not_inherited(own, base, key)
     laid = {name: value for name, value in base.items() if name not in dropped}
     for name, value in own.items():

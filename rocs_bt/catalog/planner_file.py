@@ -1,4 +1,4 @@
-"""planner.toml: a planner by its name: a mission, what it flinches from, its parameters, and how long it thinks."""
+"""Planner files (planner/1): mission, rule files, parameters and planning-time budget."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ Missing = Callable[[str, str], Fault | None]
 
 @dataclass(frozen=True, kw_only=True)
 class PlannerSpec:
-    """A planner: everything of a mind that may be swapped on a robot. Files make it, and so may a program.
+    """A planner: the exchangeable part of an agent on a given robot. Read from a file or made by a program.
 
     Attributes:
-        name: What results call it.
-        mission: A mission's name; or `file.py:Class`, a PythonPlanner that is no tree.
-        rules: The names of its rule files; none for a planner without reflexes.
-        parameters: The mission's, as a scenario writes them: `{"cruise": "0.5 m/s"}`.
-        latency: How long it thinks [s], in simulated time; None where that is measured, which does not repeat.
-        nodes: Dialect of a mission in XML: empty for ours, `nav2` for Nav2's nodes.
+        name: Name in results.
+        mission: Mission's name; or `file.py:Class` for a PythonPlanner, which has no tree.
+        rules: Names of the rule files; empty for a planner without reflexes.
+        parameters: Mission parameters as written in a scenario: `{"cruise": "0.5 m/s"}`.
+        latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
+        nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, `nav2` for Nav2's.
         oracle: Whether it gets privileged information, such as the map (`Mission.privileged`).
-        doc: One sentence for people.
-        source: The book or the paper that it is from.
-        file: Its file; None for one that a program made.
+        doc: One-sentence description.
+        source: Book or paper of the method.
+        file: Planner file; None for a planner made by a program.
     """
 
     name: str
@@ -46,11 +46,11 @@ class PlannerSpec:
     file: Path | None = None
 
     def drives(self, scenario: ScenarioSpec, agent: str, privileged: Mapping[str, Any] | None = None) -> ScenarioSpec:
-        """A scenario in which this planner is the mind of an agent. The file, and so every random draw, stays.
+        """Copy of a scenario in which this planner controls an agent. Its file, and so its random samples, stay.
 
         Args:
-            scenario: The scenario.
-            agent: The name of one of its agents.
+            scenario: Scenario to copy.
+            agent: Name of one of its agents.
             privileged: Information for oracle planners; not passed to others.
         """
         known = (privileged or {}) if self.oracle else {}
@@ -70,14 +70,14 @@ class PlannerSpec:
 
 
 def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> PlannerSpec:
-    """Read a planner.toml.
+    """Read a planner file.
 
     Args:
-        file: The file.
-        missing: Told of each name of other content; its fault is noted at that name.
+        file: File to read.
+        missing: Called with kind and name of each referenced content; a returned fault is noted at that name.
 
     Raises:
-        InputError: With every fault, each at its line.
+        InputError: The file has faults; contains all of them, each with its line.
     """
     root = read_toml(file)
     root.choice("format", (FORMAT,))
@@ -104,7 +104,7 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
 
 
 def at_parameters(planner: PlannerSpec, error: InputError) -> InputError:
-    """The same faults, at the place of the planner's parameters in its file where they have none of their own."""
+    """The same error; faults without a file get the position of `parameters` in the planner's file."""
     if planner.file is None:
         return error
     table = read_toml(planner.file)
@@ -112,18 +112,20 @@ def at_parameters(planner: PlannerSpec, error: InputError) -> InputError:
 
 
 def _mission(root: Table, missing: Missing) -> str:
-    """Its mission, or the class beside the file that takes a mission's place."""
-    root.text("mission", ""), root.text("python", "")  # both are keys that may be there
+    """Name of the mission, or `file.py:Class` of the key `python`."""
+    root.text("mission", ""), root.text("python", "")  # marks both keys as known
     if ("mission" in root) == ("python" in root):
-        root.fault(None, "a planner is either a mission or a Python class.", "Write mission = ... or python = ...")
+        root.fault(None, "a planner needs either 'mission' or 'python'.", "Write mission = ... or python = ...")
         return ""
     key = "mission" if "mission" in root else "python"
     name = root.text(key)
     if key == "python" and not is_reference(name):
-        root.fault(key, f"'{name}' names no class.", 'Write python = "file.py:Class", of a file beside this one.')
+        root.fault(
+            key, f"'{name}' is not a class reference.", 'Write python = "file.py:Class"; the file is beside this one.'
+        )
         return name
     if key == "python" and root.file.parent.name != "planners":
-        name = str(root.file.parent / name)  # which is how a catalog finds what stands elsewhere
+        name = str(root.file.parent / name)  # a catalog searches relative names in `planners` only
     if fault := missing("mission", name):
         root.fault(key, fault.message, fault.hint)
     return name

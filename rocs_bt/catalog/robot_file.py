@@ -1,4 +1,4 @@
-"""robot.toml: who acts. The table of a robot's devices and of the blocks that they feed (docs/architecture.md)."""
+"""Robot files (robot/1): drive, devices and the wiring of Monitor and Analyze blocks (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ FORMAT = "robot/1"
 
 
 def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
-    """Read a robot.toml; what is wrong in it is told all at once.
+    """Read a robot.toml.
 
     Args:
         file: The robot.toml.
-        find_base: The robot.toml of the robot that a `base` names.
+        find_base: Returns the robot.toml of the robot that a `base` names.
 
     Raises:
-        InputError: With every fault, each at its line.
+        InputError: The file has faults; contains all of them, each with its line.
     """
     root = read_with_base(file, find_base)
     root.choice("format", (FORMAT,))
@@ -51,7 +51,7 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     length = body.quantity("length", LENGTH, math.nan, low=0.0)
     width = body.quantity("width", LENGTH, math.nan, low=0.0)
     sensor_tables, monitor_tables, actuator_tables = (root.tables(key) for key in ("sensor", "monitor", "actuator"))
-    _unique([*sensor_tables, *actuator_tables])  # nodes of one graph
+    _unique([*sensor_tables, *actuator_tables])  # their names are nodes of one graph
     sensors, made = _wire_sensors(sensor_tables, [_sensor(t) for t in sensor_tables], monitor_tables)
     monitors = (*made, *_wire_monitors(monitor_tables, sensors))
     analyzers = tuple(_analyze(t, monitors) for t in _unique(root.tables("analyze")))
@@ -79,11 +79,13 @@ def _model(root: Table) -> Path | None:
 
 
 def _beside(table: Table, key: str, named: str) -> bool:
-    """Whether a file is in the robot's folder, which is all that a robot is made of and all that its hash covers."""
+    """Whether a file is in the robot's folder, whose files alone the robot's content hash covers."""
     path = table.beside(named)
     if any(path.resolve().is_relative_to(file.parent.resolve()) for file in (table.file, *table.bases)):
         return True
-    table.fault(key, f"'{named}' is not in the robot's folder.", "Put what the robot is made of beside robot.toml.")
+    table.fault(
+        key, f"'{named}' is not in the robot's folder.", "Move it there: all files of a robot are beside robot.toml."
+    )
     return False
 
 
@@ -144,7 +146,7 @@ def _dimension(table: Table, default: str = "1") -> Dimension:
 def _wire_sensors(
     tables: Sequence[Table], sensors: Sequence[SensorSpec], declared: Sequence[Table]
 ) -> tuple[tuple[SensorSpec, ...], list[MonitorSpec]]:
-    """Each sensor with the name of its Monitor, and the Monitors that are made from a class's name alone."""
+    """Sensors with the names of their Monitors, and the Monitors created for sensors that name only a class."""
     names = {str(t.raw("name", "")) for t in declared}
     wired, made = [], []
     for table, sensor in zip(tables, sensors, strict=True):
@@ -153,14 +155,14 @@ def _wire_sensors(
             continue
         _class(table, "monitor", MONITORS)
         if sensor.name in names:
-            table.fault("monitor", f"a [[monitor]] is named '{sensor.name}' too.", "Name it here, or rename it.")
+            table.fault("monitor", f"a [[monitor]] is also named '{sensor.name}'.", "Name it here, or rename it.")
         made.append(MonitorSpec(sensor.name, sensor.monitor, (sensor.name,), line=sensor.line))
         wired.append(replace(sensor, monitor=sensor.name))
     return tuple(wired), made
 
 
 def _wire_monitors(tables: Sequence[Table], sensors: Sequence[SensorSpec]) -> Iterator[MonitorSpec]:
-    """Each `[[monitor]]` with the sensors that it lists or that name it."""
+    """Read each `[[monitor]]` table; its sensors are those that it lists and those that name it."""
     existing = [s.name for s in sensors]
     for table in _unique(tables):
         name, listed = read_name(table), table.texts("sensors", [])
@@ -189,7 +191,7 @@ def _actuator(table: Table, wheels: str) -> ActuatorSpec:
     moves = table.raw("name", None) == wheels
     dimension = _dimension(table, "m/s" if moves else "1")
     if moves and dimension != SPEED:
-        table.fault("unit", f"the wheels' actuator takes speeds, found '{table.raw('unit')}'.", 'Write unit = "m/s".')
+        table.fault("unit", f"unit of the wheels must be m/s, found '{table.raw('unit')}'.", 'Write unit = "m/s".')
     limits = actuator_limits(table, dimension, together=moves)
     age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
     driver = _class(table, "driver")
@@ -200,7 +202,7 @@ def _actuator(table: Table, wheels: str) -> ActuatorSpec:
 
 
 def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:
-    """A name from a table of ours, or `file.py:Class`, whose file must stand beside this one and have the class."""
+    """Read the name of a shipped class, or `file.py:Class`; the file must be beside this one and have the class."""
     name = table.text(key)
     if is_reference(name):
         file, _, cls = name.partition(":")
@@ -214,7 +216,7 @@ def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> st
             if cls not in classes:
                 table.fault(key, f"'{file}' has no class '{cls}'.", did_you_mean(cls, classes, f"'{file}'"))
     elif shipped is not None and name and name not in shipped:
-        hint = did_you_mean(name, shipped, "The table")
+        hint = did_you_mean(name, shipped, "rocs_bt")
         what = "monitor" if key == "monitor" else f"{table.key[0]} class"
         table.fault(key, f"no {what} is named '{name}'.", f"{hint} Or name your own: 'file.py:Class'.")
     return name
@@ -225,41 +227,41 @@ def _unknown(table: Table, key: str, name: str, known: Sequence[str], what: str)
 
 
 def _unique(tables: Sequence[Table]) -> Sequence[Table]:
-    """The same tables; notes a fault at each whose name an earlier one has."""
+    """Note a fault at each table with the name of an earlier one; returns the tables."""
     seen: dict[str, str | int] = {}
     for table in tables:
         name = str(table.raw("name", ""))
         if name and name in seen:
-            table.fault("name", f"another [[{seen[name]}]] is named '{name}'.", "Give each its own name.")
+            table.fault("name", f"another [[{seen[name]}]] is named '{name}'.", "Use unique names.")
         seen.setdefault(name, table.key[0])
     return tables
 
 
 UNKNOWN = Limits((-1.0,), (1.0,))
-"""Stands for limits that are missing or wrong, whose fault is noted."""
+"""Placeholder for missing or invalid limits, whose fault is noted."""
 
 
 def actuator_limits(table: Table, dimension: Dimension, together: bool) -> Limits:
-    """The `range` and `max_change` of an `[[actuator]]` table.
+    """Read `range` and `max_change` of an `[[actuator]]` table.
 
     `range` is one pair of bounds for all values, or a list of pairs, one for each value.
 
     Args:
-        table: The actuator's table; faults are noted in it.
+        table: Actuator's table; faults are noted in it.
         dimension: Dimension of a command's values.
-        together: Whether the values are wheel speeds, which one factor scales.
+        together: Whether the values are wheel speeds, which are scaled by a common factor.
     """
     before, change = len(table.faults), table.quantity("max_change", dimension / TIME, math.inf, high=math.inf)
     declared = table.raw("range", None)
     if "range" not in table:
         message = f"the actuator '{table.raw('name', '')}' has no limits."
-        table.fault(None, message, f'Write what it may be commanded: range = ["-1 {dimension}", "1 {dimension}"].')
+        table.fault(None, message, f'Write the range of commands: range = ["-1 {dimension}", "1 {dimension}"].')
         return UNKNOWN
     nested = isinstance(declared, list) and all(isinstance(pair, list) for pair in declared)
     pairs: Any = declared if nested else [declared]
     if not pairs or any(not isinstance(pair, list) or len(pair) != 2 for pair in pairs):
         hint = f'Write range = ["-1 {dimension}", "1 {dimension}"], or a list of such pairs, one for each value.'
-        table.fault("range", f"range must be the smallest and the largest command, found {declared!r:.80}.", hint)
+        table.fault("range", f"range must be a pair [minimum, maximum], found {declared!r:.80}.", hint)
         return UNKNOWN
     if len(table.faults) > before:
         return UNKNOWN
@@ -272,13 +274,13 @@ def actuator_limits(table: Table, dimension: Dimension, together: bool) -> Limit
 
 
 def drive_limits(drive: Table, given: Mapping[str, float], limits: Limits, ramp: float) -> dict[str, float]:
-    """Largest wheel speed and acceleration that are planned: the actuator's limits, or less where `[drive]` says so.
+    """Maximum planned wheel speed and acceleration: the actuator's limits, or lower values in `[drive]`.
 
     Args:
-        drive: The `[drive]` table; faults are noted in it.
-        given: Its numbers [SI].
+        drive: `[drive]` table; faults are noted in it.
+        given: Numbers of the table [SI].
         limits: Limits of the wheels' actuator [m/s, m/s2].
-        ramp: How fast the actuator's electronics change a wheel speed [m/s2]; +inf where the driver declares none.
+        ramp: Maximum wheel acceleration of the actuator's electronics [m/s2]; +inf if the driver declares none.
     """
     if limits is UNKNOWN:
         return {name: given.get(name, 1.0) for name in LIMITS}
@@ -286,25 +288,25 @@ def drive_limits(drive: Table, given: Mapping[str, float], limits: Limits, ramp:
     for (name, limit), unit in zip(allowed.items(), ("m/s", "m/s2"), strict=True):
         if name in given and given[name] > limit * (1.0 + 1e-9):
             message = f"{name} is {given[name]:g} {unit}, but the actuator allows {limit:g} {unit}."
-            drive.fault(name, message, "Prefer less than the actuator's limit, or leave the line out.")
+            drive.fault(name, message, "Use at most the actuator's limit, or remove the line.")
         elif name not in given and math.isinf(limit):
-            message = "neither [drive] nor its actuator says how fast wheel speeds may change."
+            message = "neither [drive] nor its actuator limits the wheel acceleration."
             drive.fault(None, message, 'Write max_wheel_acceleration = "1 m/s2", or the actuator\'s max_change.')
     return {name: given.get(name, 1.0 if math.isinf(limit) else limit) for name, limit in allowed.items()}
 
 
 def check_braking(monitors: Sequence[Table], limit: float) -> None:
-    """Note a fault where a monitor counts on braking harder than the wheels' actuator can.
+    """Note a fault if a monitor assumes a higher deceleration than the wheels' actuator allows.
 
     Args:
-        monitors: The `[[monitor]]` tables.
-        limit: How fast the actuator changes a wheel speed [m/s2].
+        monitors: `[[monitor]]` tables.
+        limit: Maximum wheel acceleration of the actuator [m/s2].
     """
     for table in monitors:
         try:
             wanted = convert(table.data.get("deceleration", "0 m/s2"), ACCELERATION, what="deceleration")
         except InputError:
-            continue  # the monitor says so itself
+            continue  # reported by the monitor itself
         if wanted > limit * (1.0 + 1e-9):
-            message = f"a deceleration of {wanted:g} m/s2 is more than the actuator allows, {limit:g} m/s2."
+            message = f"deceleration is {wanted:g} m/s2, but the actuator allows {limit:g} m/s2."
             table.fault("deceleration", message, "`stop_distance` would be too short. Measure it: rocs-bt identify.")

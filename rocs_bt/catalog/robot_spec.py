@@ -1,4 +1,4 @@
-"""A robot as its robot.toml describes it."""
+"""Content of a robot.toml: drive, devices and the wiring of blocks."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from ..safety import Limits, SafetyGate
 from ..units import NONE, Dimension
 from .values import to_si
 
-_NO_DRIVE_NUMBERS = ("wheel_radius", "wheel_delay", "wheel_lag")  # of [drive]: the driver's, and the follower's
+_NO_DRIVE_NUMBERS = ("wheel_radius", "wheel_delay", "wheel_lag")  # keys of [drive] for the driver and the follower
 
 
 @dataclass(frozen=True)
 class DriveSpec:
-    """The `[drive]` table.
+    """`[drive]` table: kinematics of the wheels.
 
     Attributes:
-        kind: The kind of drive, such as `differential`.
-        actuator: The actuator that takes the wheel rim speeds.
-        parameters: Its numbers, in SI units.
+        kind: Kind of drive, such as `differential`.
+        actuator: Name of the actuator that takes wheel linear speeds.
+        parameters: Dimensions and limits, in SI units.
     """
 
     kind: str
@@ -41,18 +41,18 @@ class SensorSpec:
     """One `[[sensor]]` table.
 
     Attributes:
-        name: The sensor's node in the knowledge graph.
-        driver: The driver that makes it, or `file.py:Class` beside robot.toml.
-        signal: The signal that its readings become, which its node in the graph shows live; its own name by default.
-        monitor: The name of the Monitor that reads it; always one of the robot's `monitors`.
-        rate: Readings per second [1/s]; None for one in each control period.
+        name: Name of the sensor and of its node in the knowledge graph.
+        driver: Driver's name, or `file.py:Class` beside robot.toml.
+        signal: Signal of the readings, shown live by the sensor's node; the sensor's name by default.
+        monitor: Name of the Monitor that reads the sensor; always one of the robot's `monitors`.
+        rate: Rate of readings [Hz]; None for one in each control period.
         noise: Standard deviation of each value, in the SI unit of `dimension`.
-        dimension: What its values are.
-        max_age: How long a reading stays valid [s]; None for three of its periods.
-        mount: Where it sits and looks, in the body frame; None where nothing asks.
-        parameters: Arguments of the driver: in SI units for a shipped one, as the file has them for a user's own.
-        size: How many values a reading has; None where only a user's own driver knows.
-        line: Where its table stands in the file.
+        dimension: Physical dimension of the values.
+        max_age: Validity of a reading [s]; None for three sensor periods.
+        mount: Pose of the sensor, body frame; None if not given.
+        parameters: Arguments of the driver: in SI units for a shipped driver, unconverted for a user's.
+        size: Number of values of a reading; None if only a user's driver knows it.
+        line: Line of the table in the file.
         positions: Line and column of each parameter.
     """
 
@@ -72,25 +72,25 @@ class SensorSpec:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What the knowledge graph says of it: its wiring, and as far as robot.toml tells, how it looks."""
-        told: dict[str, Any] = {"driver": self.driver, "signal": self.signal, "monitor": self.monitor}
+        """Attributes of the sensor's node in the knowledge graph: wiring, mount and a scanner's rays and span."""
+        known: dict[str, Any] = {"driver": self.driver, "signal": self.signal, "monitor": self.monitor}
         if self.mount is not None:
-            told["mount"] = self.mount
-        if {"rays", "span"} <= self.parameters.keys():  # it is a scanner
-            told |= {name: to_si(self.parameters[name]) for name in ("rays", "span")}
-        return told
+            known["mount"] = self.mount
+        if {"rays", "span"} <= self.parameters.keys():  # a laser scanner
+            known |= {name: to_si(self.parameters[name]) for name in ("rays", "span")}
+        return known
 
 
 @dataclass(frozen=True)
 class MonitorSpec:
-    """One `[[monitor]]` table, or the Monitor that a sensor names by its class alone.
+    """One `[[monitor]]` table, or the Monitor made for a sensor that names only its class.
 
     Attributes:
-        name: The block's name.
-        cls: The class's name in the table of monitors, or `file.py:Class` beside robot.toml.
-        sensors: The sensors that it interprets.
-        parameters: What the class takes, in SI units; sub-tables are dicts.
-        line: Where its table stands in the file.
+        name: Block's name.
+        cls: Name of a shipped Monitor class, or `file.py:Class` beside robot.toml.
+        sensors: Names of the sensors that it interprets.
+        parameters: Arguments of the class, in SI units; sub-tables are dicts.
+        line: Line of the table in the file.
     """
 
     name: str
@@ -105,11 +105,11 @@ class AnalyzeSpec:
     """One `[[analyze]]` table.
 
     Attributes:
-        name: The block's name.
-        cls: The class's name in the table of analysers, or `file.py:Class` beside robot.toml.
-        monitors: The Monitors that it listens to.
-        parameters: What the class takes, in SI units.
-        line: Where its table stands in the file.
+        name: Block's name.
+        cls: Name of a shipped Analyze class, or `file.py:Class` beside robot.toml.
+        monitors: Names of the Monitors that it listens to.
+        parameters: Arguments of the class, in SI units.
+        line: Line of the table in the file.
     """
 
     name: str
@@ -124,15 +124,15 @@ class ActuatorSpec:
     """One `[[actuator]]` table.
 
     Attributes:
-        name: The actuator's node in the knowledge graph.
-        driver: The driver that makes it, or `file.py:Class` beside robot.toml.
-        limits: Range and rate of change of its commands, which the safety gate keeps.
-        max_command_age: The longest silence after which it goes to neutral [s].
-        parameters: Arguments of the driver: in SI units for a shipped one, as the file has them for a user's own.
-        size: How many values a command has; None where only a user's own driver knows.
-        line: Where its table stands in the file.
+        name: Name of the actuator and of its node in the knowledge graph.
+        driver: Driver's name, or `file.py:Class` beside robot.toml.
+        limits: Range and rate of change of the commands, enforced by the safety gate.
+        max_command_age: Watchdog time: the actuator goes to neutral without a command for this long [s].
+        parameters: Arguments of the driver: in SI units for a shipped driver, unconverted for a user's.
+        size: Number of values of a command; None if only a user's driver knows it.
+        line: Line of the table in the file.
         positions: Line and column of each parameter.
-        isolated: Whether the device lives in a process of its own; on hardware only.
+        isolated: Whether the device runs in a process of its own; on hardware only.
     """
 
     name: str
@@ -148,17 +148,17 @@ class ActuatorSpec:
     def guard(
         self, device: Actuator, clock: Clock, period: float, sink: EventSink | None = None, agent: str = ""
     ) -> SafetyGate:
-        """The device behind this actuator's limits and watchdog.
+        """Wrap a device in a safety gate with this actuator's limits and watchdog.
 
         Args:
-            device: The device; the caller must not keep it.
+            device: Device; the caller must not use it directly any more.
             clock: Source of time.
             period: Control period [s].
-            sink: Receives the gate's events.
+            sink: Sink of the gate's events.
             agent: Name of the agent, for these events.
 
         Raises:
-            InputError: The range has bounds for another number of values than the device takes.
+            InputError: The number of bounds differs from the number of values of the device.
         """
         return SafetyGate(
             device, clock, self.limits, period=period, max_age=self.max_command_age, sink=sink, agent=agent
@@ -167,19 +167,19 @@ class ActuatorSpec:
 
 @dataclass(frozen=True)
 class RobotSpec:
-    """A robot, as its folder describes it.
+    """Content of a robot's folder.
 
     Attributes:
-        name: Its folder's name.
-        file: Its robot.toml.
-        doc: One sentence for people.
-        model: Its MJCF file; None for a robot without a body in simulation.
-        drive: How it moves.
-        length: Of its outline, along x [m]; NaN where robot.toml does not say.
-        width: Of its outline, along y [m]; NaN where robot.toml does not say.
-        sensors, monitors, analyzers, actuators: Its wiring; the agent builds exactly this.
-        bases: The robot.toml files that its own is based on, the nearest first.
-        thresholds: Its own values of named thresholds, as they are written, with line and column, by rule file.
+        name: Folder's name.
+        file: The robot.toml.
+        doc: One-sentence description.
+        model: MJCF file; None for a robot without a body in simulation.
+        drive: Kinematics of the wheels.
+        length: Length of the outline along x [m]; NaN if robot.toml omits it.
+        width: Width of the outline along y [m]; NaN if robot.toml omits it.
+        sensors, monitors, analyzers, actuators: Wiring; the agent builds exactly this.
+        bases: The robot.toml files that this one is based on, nearest first.
+        thresholds: Robot-specific values of named thresholds as written, with line and column, by rule file.
     """
 
     name: str
@@ -197,13 +197,13 @@ class RobotSpec:
     thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
 
     def beside(self, name: str) -> Path:
-        """A file that robot.toml names: beside it, or else beside one that it is based on."""
+        """Path of a file named in robot.toml: beside it, or else beside one of its bases."""
         found = [file.parent / name for file in (self.file, *self.bases)]
         return next((path for path in found if is_file(path)), found[0])
 
     @property
     def code(self) -> tuple[Path, ...]:
-        """The Python files that it names, each once."""
+        """Python files named in robot.toml, each once."""
         names = (
             *(s.driver for s in self.sensors),
             *(m.cls for m in self.monitors),
@@ -214,16 +214,16 @@ class RobotSpec:
 
 
 def robot_drive(spec: DriveSpec) -> Drive:
-    """The kinematics that robot.toml's `[drive]` describes.
+    """Kinematics from the `[drive]` table of a robot.toml.
 
     Raises:
-        InputError: No such kind, or a number is missing or wrong.
+        InputError: Unknown kind, or a number is missing or invalid.
     """
     return make_drive(spec.kind, **{k: v for k, v in spec.parameters.items() if k not in _NO_DRIVE_NUMBERS})
 
 
 def command_size(robot: RobotSpec, actuator: ActuatorSpec) -> int:
-    """Number of values of an actuator's command, where no device tells it: the driver's, the drive's or the range's."""
+    """Number of values of an actuator's command, from its driver, the drive or its range, without a device."""
     if actuator.size is not None:
         return actuator.size
     return len(robot_drive(robot.drive).wheels) if actuator.name == robot.drive.actuator else len(actuator.limits.low)

@@ -1,4 +1,4 @@
-"""scenario.toml: where, who, and how it ends."""
+"""Scenario files (scenario/1): world, agents, movers, places, facts, requirements and end conditions."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ FORMAT = "scenario/1"
 
 @dataclass(frozen=True)
 class PlaceSpec:
-    """One `[[place]]`: a node that the scenario puts into the agents' Knowledge.
+    """One `[[place]]` table: a node in the agents' initial Knowledge.
 
     Attributes:
-        name: The node's name.
+        name: Node's name.
         kind: `goal`, `place` or `object`.
-        pose: Where it is, world frame; yaw is NaN where it does not matter.
-        tolerance: How near counts as there [m].
-        agents: Whose Knowledge it goes into.
-        attributes: More attributes of the node, in SI units.
-        line: Where its table stands in the file.
+        pose: Pose, world frame; yaw is NaN if any heading is accepted.
+        tolerance: Distance within which the place counts as reached [m].
+        agents: Names of the agents that know the place.
+        attributes: Further attributes of the node, in SI units.
+        line: Line of the table in the file.
     """
 
     name: str
@@ -43,24 +43,25 @@ class PlaceSpec:
 
 @dataclass(frozen=True)
 class AgentSpec:
-    """One `[[agent]]`: a robot with a mind.
+    """One `[[agent]]` table: a robot with its mission and rules.
 
     Attributes:
-        name: The agent's name, and the prefix of its body in the world.
-        robot: The robot's name.
-        mission: The mission's name.
-        nodes: Whose meaning the nodes of a mission in XML have: empty for ours, `nav2` for Nav2's.
-        rules: The names of its rule files.
-        pose: Where it starts, world frame.
-        jitter: Half-widths of the uniform draw that the seed adds to the pose.
-        success: The goal at which it must truly be for `success`; None where the mission's word is enough.
-        at_end: Whether it must be there when the run ends, whatever its mission says, as for one that never ends.
-        after: The goals at which it must truly have been before, each by its time [s].
-        shortest: How long the shortest way to the goal is [m]; None where that is unknown.
-        latency: How long its planner thinks [s]; None where that is measured, which does not repeat.
-        parameters: The mission's parameters as the file has them; the mission's annotations type them.
-        line: Where its table stands in the file.
-        parameters_line: Where its parameters stand in the file.
+        name: Agent's name, and prefix of its body in the world.
+        robot: Robot's name.
+        mission: Mission's name.
+        nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, `nav2` for Nav2's.
+        rules: Names of the rule files.
+        pose: Start pose, world frame.
+        jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
+        success: Goal that the ground-truth pose must reach for `success`; None if the mission's result suffices.
+        at_end: Whether the robot must be at the goal when the run ends, whatever the mission returns; for missions
+            that never end.
+        after: Goals that the robot must have reached before, each with its latest time [s].
+        shortest: Length of the shortest path to the goal [m]; None if unknown.
+        latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
+        parameters: Mission parameters as in the file, typed by the mission's annotations.
+        line: Line of the table in the file.
+        parameters_line: Line of the parameters in the file.
         privileged: Information for oracle planners only, set by programs, never by a file (`Mission.privileged`).
     """
 
@@ -84,16 +85,16 @@ class AgentSpec:
 
 @dataclass(frozen=True)
 class MoverSpec:
-    """One `[[mover]]`: a robot, or a thing of the world, that follows a script and has no mind.
+    """One `[[mover]]` table: a robot or an object of the world that follows a script.
 
     Attributes:
-        name: Its name, and the prefix of its body in the world; a thing's is its body's.
-        robot: The robot's name; empty for a thing.
-        script: The script that moves it.
-        pose: Where it starts, world frame.
-        jitter: Half-widths of the uniform draw that the seed adds to the pose.
-        parameters: The script's parameters, in SI units.
-        line: Where its table stands in the file.
+        name: Mover's name, and prefix of a robot's body in the world; for an object, the name of its body.
+        robot: Robot's name; empty for an object.
+        script: Script that moves it.
+        pose: Start pose, world frame.
+        jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
+        parameters: Script parameters, in SI units.
+        line: Line of the table in the file.
     """
 
     name: str
@@ -107,15 +108,15 @@ class MoverSpec:
 
 @dataclass(frozen=True)
 class RequirementSpec:
-    """One `[[requirement]]`: what must hold over the run; told in the summary, and without a part in the outcome.
+    """One `[[requirement]]` table: a condition on the whole run, reported in the summary. The outcome ignores it.
 
     Attributes:
-        name: What it is called.
-        require: Its text in the rules' language, such as `always min_clearance > 0.05 m`.
-        agents: Whom it is about.
-        doc: One sentence for people.
-        line: Where its table stands in the file.
-        position: Line and column of its text.
+        name: Requirement's name.
+        require: Condition in the rule language, such as `always min_clearance > 0.05 m`.
+        agents: Names of the agents that it is checked for.
+        doc: One-sentence description.
+        line: Line of the table in the file.
+        position: Line and column of the condition.
     """
 
     name: str
@@ -128,23 +129,23 @@ class RequirementSpec:
 
 @dataclass(frozen=True)
 class ScenarioSpec:
-    """A scenario, as its file describes it.
+    """Content of a scenario file.
 
     Attributes:
-        name: The file's stem.
-        file: The file.
-        doc: One sentence for people.
-        world: The world's name.
-        duration: The longest it may take [s].
+        name: File stem.
+        file: Scenario file.
+        doc: One-sentence description.
+        world: World's name.
+        duration: Time limit of the episode [s].
         end_on_collision: Whether a collision ends the episode.
-        rate: How often things happen.
-        places: What the agents are told of the world.
-        facts: What else they know at the start.
-        agents: Who thinks.
-        movers: Who else moves.
-        requirements: What must hold over the run.
-        bases: The scenario files that its own is based on, the nearest first.
-        share: What the agents share of their knowledge; None for nothing.
+        rate: Rates of physics, control, plan and sensors.
+        places: Places in the agents' initial Knowledge.
+        facts: Further facts, initial or received during the run.
+        agents: Robots with a mission.
+        movers: Scripted robots and objects.
+        requirements: Conditions on the whole run.
+        bases: Scenario files that this one is based on, nearest first.
+        share: Sharing of knowledge between agents; None for none.
     """
 
     name: str
@@ -164,33 +165,33 @@ class ScenarioSpec:
 
     @property
     def tags(self) -> dict[str, int]:
-        """The tags that robots wear, for robot sensors, by the names of the agents and movers: 1, 2, ..."""
+        """Tags 1, 2, ... that robot sensors read, by name of the agent or scripted robot."""
         names = [*(agent.name for agent in self.agents), *(mover.name for mover in self.movers if mover.robot)]
         return {name: tag for tag, name in enumerate(names, 1)}
 
     def facts_of(self, agent: str) -> tuple[FactSpec, ...]:
-        """What an agent knows at the start, beside its places."""
+        """Facts that an agent receives, in addition to its places."""
         return tuple(fact for fact in self.facts if agent in fact.agents)
 
     @property
     def robots(self) -> tuple[str, ...]:
-        """The names of all robots that take part, each once."""
+        """Names of all robots in the scenario, each once."""
         return tuple(dict.fromkeys([*(a.robot for a in self.agents), *(m.robot for m in self.movers if m.robot)]))
 
 
-# Tells why the content of a kind and a name cannot be used; None when it can.
+# Returns the fault of content that cannot be used, by kind and name; None if it can.
 Missing = Callable[[str, str], Fault | None]
 
 
 def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> ScenarioSpec:
-    """The scenario that a document holds.
+    """Read a scenario from a TOML document.
 
     Args:
-        root: The document.
-        missing: Told of each name of other content; its fault is noted at that name.
+        root: Root table of the document.
+        missing: Called with kind and name of each referenced content; a returned fault is noted at that name.
 
     Raises:
-        InputError: With every fault, each at its line.
+        InputError: The document has faults; contains all of them, each with its line.
     """
     root.choice("format", (FORMAT,))
     agent_tables, mover_tables, place_tables = (root.tables(key) for key in ("agent", "mover", "place"))
@@ -229,8 +230,8 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
 def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
     known = ("name", "kind", "x", "y", "yaw", "tolerance", "agents")
     kind = table.choice("kind", ("goal", "place", "object"), "goal")
-    told = tuple(table.texts("agents", list(agents)))
-    for name in told:
+    receivers = tuple(table.texts("agents", list(agents)))
+    for name in receivers:
         if name not in agents:
             table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
     return PlaceSpec(
@@ -238,8 +239,8 @@ def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
         kind=kind,
         pose=_pose(table, yaw=math.nan),
         tolerance=table.quantity("tolerance", LENGTH, 0.1, low=1e-4),
-        agents=told,
-        # Of these only objects have attributes of their own; on others another key is a slip of the pen.
+        agents=receivers,
+        # Only objects have further attributes; an unknown key of a goal or a place is an error.
         attributes=free_parameters(table, known) if kind == "object" else {},
         line=table.position()[0],
     )
@@ -268,13 +269,13 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
 
 
 def dialect_in(table: Table, default: str) -> str:
-    """Whose meaning nodes have in XML missions: an agent's, else the scenario's, else ours."""
+    """Dialect of XML missions: the key `nodes` of a table, or the default."""
     return table.choice("nodes", ("rocs", "nav2"), default)
 
 
 def _after(table: Table) -> dict[str, float]:
-    """The goals to be visited before, each by when [s]."""
-    names = table.keys()  # a Table is no mapping: its keys count as asked for once they are read
+    """Goals to be reached before the last one, each with its latest time [s]."""
+    names = table.keys()
     return {name: table.quantity(name, TIME, low=0.0, high=math.inf) for name in names}
 
 
@@ -314,7 +315,9 @@ def _requirement(table: Table, agents: Sequence[str]) -> RequirementSpec:
 def _name(table: Table) -> str:
     name = read_name(table)
     if name and not name.isidentifier():
-        table.fault("name", f"'{name}' cannot name a body.", "Use letters, digits and '_', beginning with a letter.")
+        table.fault(
+            "name", f"'{name}' is not a valid body name.", "Use letters, digits and '_', beginning with a letter."
+        )
     return name
 
 
@@ -348,10 +351,10 @@ def _jitter(table: Table) -> Pose2:
 def _unique(
     tables: Sequence[Table], hint: str = "Agents, movers and places share their names: give each its own."
 ) -> None:
-    """Note a fault at each table whose name an earlier one has."""
+    """Note a fault at each table with the name of an earlier one."""
     seen: set[str] = set()
     for table in tables:
         name = table.raw("name", "")
         if name and str(name) in seen:
-            table.fault("name", f"the name '{name}' is taken by another table.", hint)
+            table.fault("name", f"another table has the name '{name}'.", hint)
         seen.add(str(name))

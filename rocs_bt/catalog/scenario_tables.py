@@ -1,4 +1,4 @@
-"""Tables of a scenario beside robots and places: `[rate]`, `[share]` and `[[fact]]`."""
+"""The tables `[rate]`, `[share]` and `[[fact]]` of a scenario."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ..units import FREQUENCY, TIME
 
 @dataclass(frozen=True)
 class RateSpec:
-    """The `[rate]` table: how often things happen (docs/architecture.md).
+    """`[rate]` table: rates of physics, control, plan and sensors (docs/architecture.md).
 
     Attributes:
-        physics: Length of a physics step [s].
-        control: Control periods per second [1/s].
-        plan: Ticks of the tree per second [1/s].
-        sensors: Readings per second of every sensor [1/s]; None for what each robot.toml says.
-        line: Where the table stands in the file.
+        physics: Physics step [s].
+        control: Control rate [Hz].
+        plan: Tick rate of the tree [Hz].
+        sensors: Rate of every sensor [Hz]; None for the rates in each robot.toml.
+        line: Line of the table in the file.
     """
 
     physics: float = 0.005
@@ -33,42 +33,42 @@ class RateSpec:
 
     @property
     def control_rate(self) -> Rate:
-        """The control rate, over physics steps.
+        """Control rate as a multiple of the physics step.
 
         Raises:
-            RateError: It does not divide.
+            RateError: The control period is not a multiple of the physics step.
         """
         return Rate.dividing(self.control, self.physics, "the control rate")
 
     @property
     def plan_rate(self) -> Rate:
-        """The plan rate, over control periods.
+        """Plan rate as a multiple of the control period.
 
         Raises:
-            RateError: It does not divide.
+            RateError: The plan period is not a multiple of the control period.
         """
         return Rate.dividing(self.plan, 1.0 / self.control, "the plan rate")
 
     def sensor_rate(self, hz: float | None, name: str = "") -> Rate:
-        """A sensor's rate, over control periods.
+        """Sensor rate as a multiple of the control period.
 
         Args:
-            hz: What robot.toml says [1/s]; None for one reading in each control period.
-            name: The sensor, for the message.
+            hz: Rate in robot.toml [Hz]; None for one reading per control period.
+            name: Sensor's name, for the message.
 
         Raises:
-            RateError: It does not divide.
+            RateError: The sensor's period is not a multiple of the control period.
         """
         wanted = self.sensors or hz or self.control
         try:
             return Rate.dividing(wanted, 1.0 / self.control, f"the rate of sensor '{name}'")
         except RateError as error:
-            all_alike = f'Or have all sensors keep step: sensors = "{self.control:g} Hz" under [rate].'
-            raise RateError(*(replace(f, hint=f"{f.hint} {all_alike}".strip()) for f in error.faults)) from error
+            common = f'Or set one rate for all sensors: sensors = "{self.control:g} Hz" under [rate].'
+            raise RateError(*(replace(f, hint=f"{f.hint} {common}".strip()) for f in error.faults)) from error
 
 
 def read_rate(table: Table) -> RateSpec:
-    """The rates that a table holds; faults are noted in it."""
+    """Read a `[rate]` table; faults are noted in it."""
     default, before = RateSpec(), len(table.faults)
     rate = RateSpec(
         physics=table.quantity("physics", TIME, default.physics, low=1e-5, high=0.1),
@@ -78,7 +78,7 @@ def read_rate(table: Table) -> RateSpec:
         line=table.position()[0],
     )
     if len(table.faults) > before:
-        return default  # numbers that are out of bounds divide nothing
+        return default  # divisibility is not checked for rates that are out of bounds
     for key in ("control", "plan"):
         try:
             getattr(rate, f"{key}_rate")
@@ -89,24 +89,24 @@ def read_rate(table: Table) -> RateSpec:
 
 @dataclass(frozen=True)
 class ShareSpec:
-    """Who shares what. Where a scenario has no such table nobody shares anything.
+    """`[share]` table: knowledge shared between agents. A scenario without it shares nothing.
 
     Attributes:
-        agents: Who shares.
-        kinds: The kinds of nodes that are shared; `all` for the whole graph, the world's by default.
-        relations: The relations; all between shared kinds by default.
-        private: Kinds, relations and nodes that nobody is told of.
-        rate: How often an agent sends at most [1/s].
-        lost_after: For how long the state of a vanished robot is taken for true [s].
-        forget_after: The same for all else that it told [s].
-        latency: How long a message takes in lockstep [s].
-        jitter: How much longer it may take [s].
-        loss: The part of messages that is lost there [1].
-        listen: Where this process hears others, as `host:port`; empty where agents of this process share alone.
-        peers: Where other processes listen.
-        keys: The folder of this process' keys; None on loopback.
-        group: Which of several groups on one network.
-        line: Where the table stands in the file.
+        agents: Names of the agents that share.
+        kinds: Shared kinds of nodes; `all` for the whole graph; the kinds of the world by default.
+        relations: Shared relations; all relations between shared kinds by default.
+        private: Kinds, relations and nodes that are never sent.
+        rate: Maximum send rate of an agent [Hz].
+        lost_after: Validity of the state of a vanished robot [s].
+        forget_after: Validity of all other facts from a vanished robot [s].
+        latency: Latency of messages in lockstep [s].
+        jitter: Maximum additional latency in lockstep [s].
+        loss: Fraction of messages lost in lockstep [1].
+        listen: Address of this process, `host:port`; empty to share within this process only.
+        peers: Addresses of other processes.
+        keys: Folder of this process' keys; None on loopback.
+        group: Name of the group; groups on one network are separate.
+        line: Line of the table in the file.
     """
 
     agents: tuple[str, ...]
@@ -127,7 +127,7 @@ class ShareSpec:
 
 
 def read_share(root: Table, agents: Sequence[str]) -> ShareSpec | None:
-    """A scenario's `[share]`; None where it has none. Faults are noted in the table."""
+    """Read a scenario's `[share]` table; None if it has none. Faults are noted in the table."""
     if "share" not in root:
         return None
     table = root.table("share")
@@ -142,7 +142,9 @@ def read_share(root: Table, agents: Sequence[str]) -> ShareSpec | None:
         loss = 0.0
     group = table.text("group", default.group)
     if not group.isidentifier():
-        table.fault("group", f"'{group}' cannot name a group.", "Use letters, digits and '_', beginning with a letter.")
+        table.fault(
+            "group", f"'{group}' is not a valid group name.", "Use letters, digits and '_', beginning with a letter."
+        )
     return ShareSpec(
         agents=sharing,
         kinds=tuple(table.texts("kinds", [])),
@@ -164,13 +166,13 @@ def read_share(root: Table, agents: Sequence[str]) -> ShareSpec | None:
 
 @dataclass(frozen=True)
 class FactSpec:
-    """One `[[fact]]`: a node of the agents' Knowledge, or more about one.
+    """One `[[fact]]` table: a new node of the agents' Knowledge, or additions to a node.
 
     Attributes:
-        node: The node's name.
-        kind: Its kind; empty where the node is told of elsewhere and this says more about it.
-        agents: Whose Knowledge it goes into.
-        at: When they are told [s]; 0 for what they know at the start.
+        node: Node's name.
+        kind: Node's kind; empty if the table extends a node that is declared elsewhere.
+        agents: Names of the agents that receive the fact.
+        at: Time at which they receive it [s]; 0 for initial knowledge.
         table: Remaining keys: attributes and relations of the node, typed by the agents' schema.
     """
 
@@ -184,22 +186,22 @@ class FactSpec:
 
     @property
     def line(self) -> int:
-        """Where its table stands in the file."""
+        """Line of the table in the file."""
         return self.table.position()[0]
 
 
 def read_facts(root: Table, agents: Sequence[str]) -> tuple[FactSpec, ...]:
-    """The facts of a scenario; faults are noted in their tables."""
+    """Read the facts of a scenario; faults are noted in their tables."""
     return tuple(_fact(table, agents) for table in root.tables("fact"))
 
 
 def _fact(table: Table, agents: Sequence[str]) -> FactSpec:
-    told = tuple(table.texts("agents", list(agents)))
-    for name in told:
+    receivers = tuple(table.texts("agents", list(agents)))
+    for name in receivers:
         if name not in agents:
             table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
-    for key in table.keys():  # noqa: SIM118 - a Table is no mapping; what these are only the schema tells
-        table.raw(key)
-    alone = Table(table.file, table.data, table.key, table.positions)  # whose faults are noted when the schema is known
+    for key in table.keys():  # noqa: SIM118 - a Table is no mapping
+        table.raw(key)  # accepted here; the schema checks them later
+    alone = Table(table.file, table.data, table.key, table.positions)  # its faults are noted later
     at = table.quantity("at", TIME, 0.0, low=0.0, high=86400.0)
-    return FactSpec(table.text("node"), table.text("kind", ""), told, at, alone)
+    return FactSpec(table.text("node"), table.text("kind", ""), receivers, at, alone)

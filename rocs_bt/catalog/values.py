@@ -1,4 +1,4 @@
-"""Parameters of drives, drivers and blocks: what a robot.toml gives them, in SI units."""
+"""Parameters of drives, drivers and blocks read from robot.toml, in SI units."""
 
 from __future__ import annotations
 
@@ -33,36 +33,38 @@ _NUMBER = re.compile(r"\s*[+-]?(\d|\.\d|inf\b)")
 
 
 def read_name(table: Table) -> str:
-    """The `name` of a table, which must be a text that can be seen."""
+    """Read the `name` of a table; it must be a printable text."""
     name = table.text("name")
     if name == table.raw("name", None) and not (name.strip() == name and is_name(name)):
-        table.fault("name", f"{name!r:.80} is no name.", "Use 1 to 200 printable characters, and no space around them.")
+        table.fault(
+            "name", f"{name!r:.80} is not a valid name.", "Use 1 to 200 printable characters without spaces around."
+        )
     return name
 
 
 MEASURED = "measured"
-"""The latency of a planner that is charged what it truly takes."""
+"""Value of `latency` for a planner that is charged its measured planning time."""
 
 
 def latency_of(table: Table) -> float | None:
-    """A planner's `latency` [s], nothing by default; None for `"measured"`."""
+    """Read a planner's `latency` [s], 0 by default; None for `"measured"`."""
     if table.raw("latency", None) == MEASURED:
         return None
     return table.quantity("latency", TIME, 0.0, low=0.0, high=60.0)
 
 
 def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
-    """The keys of a table that are not among the known ones, with their values in SI units.
+    """Read all keys of a table except the known ones, with values in SI units.
 
     `"15 deg"` becomes 0.2618, `["0.1 m", "1.0 m"]` becomes [0.1, 1.0], tables become dicts; other texts, numbers and
     flags stay. Faults are noted in the table.
 
     Args:
-        table: The table, whose known keys somebody else reads.
-        known: The keys to leave alone.
+        table: Table to read.
+        known: Keys that the caller reads itself.
     """
     found = {}
-    for key in table.keys():  # noqa: SIM118 - a Table is no mapping: its keys count as asked for once they are read
+    for key in table.keys():  # noqa: SIM118 - a Table is no mapping
         if key in known:
             continue
         try:
@@ -73,42 +75,42 @@ def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
 
 
 def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
-    """The numbers of a `[drive]` table; the geometry that its kind needs must be there."""
+    """Read the numbers of a `[drive]` table; notes a fault for each missing dimension that the kind requires."""
     needed = [name for name in (DRIVES[kind][1] if kind in DRIVES else ()) if name not in LIMITS]
     for name in needed:
         if name not in table:
             table.fault(None, f"a '{kind}' drive needs '{name}'.", f"Add a line '{name} = ...'.")
-    least = {"pivot": -math.inf}  # behind the base
-    told = {name: of for name, of in _DRIVE_NUMBERS.items() if name in table}
-    return {name: table.quantity(name, of, low=least.get(name, 0.0)) for name, of in told.items()}
+    minimum = {"pivot": -math.inf}  # a pivot may be behind the base
+    given = {name: of for name, of in _DRIVE_NUMBERS.items() if name in table}
+    return {name: table.quantity(name, of, low=minimum.get(name, 0.0)) for name, of in given.items()}
 
 
 def driver_parameters(table: Table, known: Collection[str], driver: str) -> tuple[dict[str, Any], int | None]:
-    """The parameters of a device's driver, checked against what a shipped driver declares.
+    """Read the parameters of a device's driver and check them against the declaration of a shipped driver.
 
-    Those of a user's own driver are checked when its class is loaded (`drivers.parameters`): no code runs here.
+    Parameters of a user's driver are checked when its class is loaded (`drivers.parameters`), since no code runs here.
 
     Args:
-        table: The device's table.
-        known: The keys that are not the driver's.
-        driver: Its name, or `file.py:Class`.
+        table: Table of the device.
+        known: Keys that do not belong to the driver.
+        driver: Driver's name, or `file.py:Class`.
 
     Returns:
-        The parameters, in SI units for a shipped driver and as the file has them for a user's own; and the number of
-        values of the device, None where that is not known.
+        Parameters, in SI units for a shipped driver and unconverted for a user's; and the number of values of the
+        device, None if unknown.
     """
     if is_reference(driver):
         return {key: table.raw(key) for key in table.keys() if key not in known}, None  # noqa: SIM118 - no mapping
     if driver not in DRIVER_PARAMETERS:
         if driver:
-            hint = did_you_mean(driver, DRIVER_PARAMETERS, "The table")
+            hint = did_you_mean(driver, DRIVER_PARAMETERS, "rocs_bt")
             table.fault("driver", f"no driver is named '{driver}'.", f"{hint} Or name your own: 'file.py:Class'.")
         return free_parameters(table, known), None
     specs = parameters_of_driver(DRIVER_PARAMETERS[driver])
     before = len(table.faults)
     given = {name: _parameter(table, spec) for name, spec in specs.items() if name in table}
     for name, spec in specs.items():
-        table.raw(name, None)  # so that it is listed where another key is unknown
+        table.raw(name, None)  # marks the key as known, so that it is suggested for a misspelt key
         if spec.required and name not in table:
             table.fault(None, f"the driver '{driver}' needs '{name}'.", f"It takes: {', '.join(specs)}.")
     if len(table.faults) == before:
@@ -129,10 +131,10 @@ def _parameter(table: Table, spec: Parameter) -> Any:
 
 
 def to_si(value: Any) -> Any:
-    """A value as TOML holds it, with every quantity in it as an SI number.
+    """Convert every quantity in a TOML value to a number in SI units.
 
     Raises:
-        UnitError: A text begins with a number but has no unit that is known.
+        UnitError: A text begins with a number but has no known unit.
     """
     if isinstance(value, str):
         return parse_quantity(value).value if _NUMBER.match(value) else value

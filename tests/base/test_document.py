@@ -57,7 +57,7 @@ def test_all_faults_are_found_at_once_and_placed():
     assert "track must be in m" in places[3, 1]
     assert "rate needs a unit" in places[9, 1]
     assert "sensor.1 has no 'name'" in places[11, 1]
-    assert "no use for 'nmae'" in places[12, 1]
+    assert "unknown key 'nmae'" in places[12, 1]
     assert "angle must be in rad" in places[15, 1]
     assert str(error.value.faults[0]).startswith("robot.toml:3:1: ")
 

@@ -158,8 +158,8 @@ def test_a_chain_of_bases_and_a_shipped_one(based: Path) -> None:
     ("base", "message", "where"),
     [
         ("bott", "no robot is named 'bott'.*Did you mean 'bot'", "other"),
-        ("other", "based on this very file", "other"),
-        ("ring", "based on this very file", "ring"),
+        ("other", "is itself based on this file", "other"),
+        ("ring", "is itself based on this file", "ring"),
     ],
 )
 def test_a_base_that_cannot_be_is_told_at_its_line(based: Path, base: str, message: str, where: str) -> None:

@@ -247,7 +247,7 @@ def test_the_project_and_the_mission_alone_are_fine(rocs_bt, project):
             {"nodes": "rocs", "parameters": ""},
             "'RateController' is a node of Nav2. Write nodes = \"nav2\" in the scenario",
         ),
-        ({"nodes": "nav3"}, "'nav3' is no value of 'nodes'. Did you mean 'nav2'?"),
+        ({"nodes": "nav3"}, "invalid value 'nav3' for 'nodes'. Did you mean 'nav2'?"),
         ({"parameters": ""}, "goal"),
     ],
 )

@@ -33,9 +33,9 @@ WRONG = [
     (SCENARIO, '"gate"', '"sonar"', '[[place]]\nname = "sonar"', "the name 'sonar' is taken by the sensor 'sonar'"),
     (SCENARIO, '"R1"', '"sonar"', "[[agent]]", "the name 'sonar' is taken by the sensor 'sonar' of rover"),
     (SCENARIO, '"R1"', '"wheels"', "[[agent]]", "the name 'wheels' is taken by the actuator 'wheels' of rover"),
-    (SCENARIO, '"R1"', '"gate"', 'name = "gate"', "the name 'gate' is taken by another table"),
-    (SCENARIO, '"R1"', '""', 'name = ""', "'' is no name"),
-    (SCENARIO, '"R1"', '" "', 'name = " "', "' ' is no name"),
+    (SCENARIO, '"R1"', '"gate"', 'name = "gate"', "another table has the name 'gate'"),
+    (SCENARIO, '"R1"', '""', 'name = ""', "'' is not a valid name"),
+    (SCENARIO, '"R1"', '" "', 'name = " "', "' ' is not a valid name"),
     (
         ROBOT,
         'name = "encoders"',
@@ -43,7 +43,7 @@ WRONG = [
         'name = "wheels"\ndriver = "velocity"',
         "another [[sensor]] is",
     ),
-    (SCENARIO, 'y = "0 m"\n', 'y = "0 m"\ntolerence = "1 m"\n', "tolerence", "place.0 has no use for 'tolerence'"),
+    (SCENARIO, 'y = "0 m"\n', 'y = "0 m"\ntolerence = "1 m"\n', "tolerence", "unknown key 'tolerence' in place.0"),
     (
         SCENARIO,
         'name = "gate"\n',
@@ -120,7 +120,7 @@ WRONG = [
         'max_command_age = "0.2 s"',
         'max_command_age = "10 ms"',
         "[[actuator]]",
-        "the actuator 'wheels' goes to neutral 0.01 s after a command, but first commands it only every 0.05 s",
+        "the actuator 'wheels' goes to neutral 0.01 s after a command, but first sends one only every 0.05 s",
     ),
     # Files.
     (ROBOT, '"robot.xml"', '"/etc/hostname"', "model", "'/etc/hostname' is not in the robot's folder"),
@@ -142,7 +142,7 @@ WRONG = [
         '[[place]]\nname = "gate"',
         '[rate]\ncontrol = "50 Hz"\n[[place]]\nname = "gate"',
         "[rate]",
-        'which is not a whole number. Use 16.6667 Hz or 25 Hz. Or have all sensors keep step: sensors = "50 Hz"',
+        'which is not a whole number. Use 16.6667 Hz or 25 Hz. Or set one rate for all sensors: sensors = "50 Hz"',
     ),
 ]
 CASES = [*((("check",), *row) for row in WRONG), *((("run", "first"), *row) for row in WRONG[::6])]

@@ -41,10 +41,10 @@ def test_what_a_file_says(project, catalog):
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ('mission = "go_to"\npython = "a.py:A"\n', "either a mission or a Python class"),
-        ('doc = "Nothing."\n', "either a mission or a Python class"),
+        ('mission = "go_to"\npython = "a.py:A"\n', "needs either 'mission' or 'python'"),
+        ('doc = "Nothing."\n', "needs either 'mission' or 'python'"),
         ('mission = "nonsense"\n', "mine.toml:2:1: no mission is named 'nonsense'"),
-        ('python = "nonsense"\n', "'nonsense' names no class"),
+        ('python = "nonsense"\n', "'nonsense' is not a class reference"),
         ('python = "nonsense.py:Class"\n', "nonsense.py"),
         ('mission = "go_to"\nrules = ["nonsense"]\n', "mine.toml:3:1: no rule file is named 'nonsense'"),
         ('mission = "go_to"\nlatency = "5 m"\n', "latency must be in s"),

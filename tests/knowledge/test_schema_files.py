@@ -112,19 +112,19 @@ def test_a_kind_may_narrow_what_it_inherits() -> None:
 
 
 WRONG = [
-    ('format = "schema/2"', 1, "'schema/2' is no format"),
+    ('format = "schema/2"', 1, "invalid value 'schema/2' for 'format'"),
     ("[kind.Robot]", 1, "'Robot' is no name"),
     ("[kind.where]", 1, "'where' is no name"),
     ('[kind.a]\nextends = "thng"', 2, "no kind named 'thng'. Did you mean 'thing'"),
     ('[kind.a]\nextends = "b"\n[kind.b]\nextends = "a"', 2, "of itself: a is a b is a a."),
     ('[kind.robot]\nextends = "place"', 1, "kind 'robot' exists and extends body; keep it so"),
-    ('[kind.a.attributes]\nx = { type = "numbr" }', 2, "'numbr' is no type"),
+    ('[kind.a.attributes]\nx = { type = "numbr" }', 2, "invalid value 'numbr' for 'type'"),
     ("[kind.a.attributes]\nx = {}", 2, "has no 'type'"),
     ('[kind.a.attributes]\nx = { type = "number", unit = "cm" }', 2, "SI units, and 'cm' is none"),
     ('[kind.a.attributes]\nx = { type = "number", unit = "m", low = 0 }', 2, "low needs a unit"),
     ('[kind.a.attributes]\nx = { type = "number", unit = "m", low = "1 s" }', 2, "low must be in m"),
     ('[kind.a.attributes]\nx = { type = "number", low = 1, default = 0 }', 2, "in [1, inf], found 0"),
-    ('[kind.a.attributes]\nx = { type = "text", low = 1 }', 2, "has no use for 'low'"),
+    ('[kind.a.attributes]\nx = { type = "text", low = 1 }', 2, "unknown key 'low'"),
     ('[kind.a.attributes]\nx = { type = "text", choices = ["b"], default = "c" }', 2, "must be one of b, found 'c'"),
     ('[kind.a.attributes]\nx = { type = "pose", default = ["1 m", "2 m"] }', 2, "default must have 3 values"),
     ('[kind.a.attributes]\nx = { type = "numbers", size = 2, default = [1] }', 2, "2 numbers [1], found 1"),
@@ -137,7 +137,7 @@ WRONG = [
     ('[relation.r]\nsources = ["robot"]\ntargets = ["goal"]\nmax_targets = 0', 4, "must be at least 1"),
     ('[relation.r]\nsources = ["robot"]\ntargets = ["goal"]\nsingle = true\nmax_targets = 2', 1, "is single"),
     ('[relation.at]\nsources = ["robot"]\ntargets = ["goal"]\nsingle = true', 1, "exists with single=False"),
-    ("[kinds.a]", 1, "no use for 'kinds'. Did you mean 'kind'"),
+    ("[kinds.a]", 1, "unknown key 'kinds' in the file. Did you mean 'kind'"),
     ("[kind.a\n", 1, "not valid TOML"),
 ]
 

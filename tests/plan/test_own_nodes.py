@@ -383,5 +383,5 @@ class TestProject:
         catalog = Catalog(tmp_path)
         planner = catalog.load_route("straight")(mind.rig.knowledge)
         assert planner.route(Pose2(0, 0), Pose2(1, 1), 0.1) == [(0, 0), (1, 1)]
-        with pytest.raises(InputError, match="has 2 route planners, not one"):
+        with pytest.raises(InputError, match="expected one route planner in the file, found 2"):
             catalog.load_route("both")

@@ -132,7 +132,7 @@ class TestInclude:
             ("/etc/passwd", "is outside of"),
             ("none.toml", "there is no file"),
             ("bad.toml", "bad.toml:2:5: not valid TOML"),
-            ("strange.toml", "strange.toml:2:1: the file has no use for 'zzz'"),
+            ("strange.toml", "strange.toml:2:1: unknown key 'zzz' in the file"),
             ("twice.toml", "a rule named 'A' is in an included file already"),
             ("tie.toml", "A has the same priority 1 as B, but another action"),
         ],
@@ -231,7 +231,7 @@ class TestInline:
             ("at = [{ t = '1 s' }]\nexpect = [{ t = '1 s', speed = '1 m' }]", "'speed' must be in m/s, found '1 m'"),
             ("at = [{ t = '1 s' }]", "the test expects nothing"),
             ("name = 'x'", "the test has no 'at'"),
-            ("zzz = 1", "has no use for 'zzz'"),
+            ("zzz = 1", "unknown key 'zzz'"),
         ],
     )
     def test_mistakes(self, tmp_path, body, message):

@@ -131,7 +131,7 @@ def test_a_good_file_loads_with_all_its_parts(tmp_path):
 
 MISTAKES = [
     # what to replace, by what, line, column, a piece of the message
-    ('"reflex/1"', '"reflex/9"', 1, 1, "'reflex/9' is no format. Did you mean 'reflex/1'?"),
+    ('"reflex/1"', '"reflex/9"', 1, 1, "invalid value 'reflex/9' for 'format'. Did you mean 'reflex/1'?"),
     ('format = "reflex/1"\n', "", 0, 0, "the file has no 'format'"),
     ("min(left_gap)", "min(left_gab)", 5, 12, "no signal or alias is named 'left_gab'. Did you mean 'left_gap'?"),
     ("gap = ", "front = ", 5, 1, "'front' cannot be an alias"),
@@ -144,11 +144,11 @@ MISTAKES = [
     ('"min(front) > 0.5 m"', '"front > 0.5 m"', 11, 10, "'until' must be true or false, but front > 0.5 m is 3 values"),
     ('"min(front) > 0.5 m"', "3", 11, 1, "until must be a text, found 3"),
     ('when = "min', 'whem = "min', 7, 1, "rule.Turn has no 'when'"),
-    ('when = "min', 'whem = "min', 10, 1, "rule.Turn has no use for 'whem'. Did you mean 'when'?"),
+    ('when = "min', 'whem = "min', 10, 1, "unknown key 'whem' in rule.Turn. Did you mean 'when'?"),
     ('for = "0.05 s"', 'for = "0.05 m"', 12, 1, "for must be in s, found '0.05 m' which is in m"),
     ('for = "0.05 s"', "for = 0.05", 12, 1, "for needs a unit, found the bare number 0.05"),
     ('"0.5 s"', '"-1 s"', 13, 1, "cooldown must be at least 0 s, found '-1 s'"),
-    ('"edge"', '"egde"', 14, 1, "'egde' is no trigger. Did you mean 'edge'?"),
+    ('"edge"', '"egde"', 14, 1, "invalid value 'egde' for 'trigger'. Did you mean 'edge'?"),
     ("priority = 5", 'priority = "high"', 15, 1, "priority must be a whole number, found 'high'"),
     ("priority = 5\n", "", 7, 1, "rule.Turn has no 'priority'"),
     ('on_invalid = "trip"\n', "", 7, 1, "Turn is tagged safety, so it must say what an invalid guard means"),
@@ -173,7 +173,7 @@ MISTAKES = [
     ('on_invalid]\nangle = "60 deg"', 'on_invalid]\nangle = "60 m"', 27, 1, "'angle' must be in rad, found '60 m'"),
     ('on_invalid]\nangle = "60 deg"', 'on_invalid]\nangel = "60 deg"', 27, 1, "no parameter of Turn is named 'angel'"),
     ('on_invalid]\nangle = "60 deg"', "on_invalid]", 20, 1, "'angle' reads signals, so it can be invalid"),
-    ("[rule.Turn]", "[rule.Turn]\nmode = 'x'", 8, 1, "rule.Turn has no use for 'mode'. Did you mean 'modes'?"),
+    ("[rule.Turn]", "[rule.Turn]\nmode = 'x'", 8, 1, "unknown key 'mode' in rule.Turn. Did you mean 'modes'?"),
     ("[rule.Turn]", "[rule.Turn]\nmodes = []", 8, 1, "modes lists no mode, so the rule would never live"),
     ("[rule.Turn]", "[rule.Turn]\nmodes = ['a b']", 8, 1, "'a b' cannot be a mode"),
     ("priority = 5", "priority = 999999999999999999", 15, 1, "a priority is between -1000000 and 1000000"),
