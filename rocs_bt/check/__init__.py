@@ -1,11 +1,11 @@
-"""Joins the checkers that the folders export: every content file, all faults at once.
+"""Checks of content files; each check reports all faults at once.
 
-Imported by the command line and by the pytest plugin.
+Used by the command line and by the pytest plugin.
 """
 
 from .check import Findings, check_content
 from .picture import FORMATS, draw_mission
 from .rules import fitted_rules
-from .scenario import mind_doubts
+from .scenario import agent_warnings
 
-__all__ = ["FORMATS", "Findings", "check_content", "draw_mission", "fitted_rules", "mind_doubts"]
+__all__ = ["FORMATS", "Findings", "agent_warnings", "check_content", "draw_mission", "fitted_rules"]

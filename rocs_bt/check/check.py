@@ -1,4 +1,4 @@
-"""Checking content: which checker a file goes to, and all of their faults together."""
+"""Check of content files: selects the checker of each file and collects the faults."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ Checker = Callable[[Entry, Catalog], Iterable[Fault]]
 
 @dataclass(frozen=True)
 class Findings:
-    """What a check found.
+    """Result of a check.
 
     Attributes:
-        files: The files that were checked.
-        faults: Everything that is wrong or doubtful, each fault once, by file and line.
-        defect: An exception of the engine's own that cut the check of a file short; None for none.
+        files: Checked files.
+        faults: Errors, warnings and notes, each once, sorted by file and line.
+        defect: Exception of rocs_bt that aborted the check of a file; None if there was none.
     """
 
     files: tuple[Path, ...]
@@ -41,13 +41,13 @@ class Findings:
     defect: BaseException | None = None
 
     @property
-    def wrong(self) -> bool:
-        """Whether anything cannot run."""
+    def has_errors(self) -> bool:
+        """Whether any content cannot run."""
         return any(not fault.warning for fault in self.faults)
 
     @property
-    def doubtful(self) -> bool:
-        """Whether anything runs but is hardly meant so; what could not be decided is no doubt."""
+    def has_warnings(self) -> bool:
+        """Whether any content runs but is probably a mistake; notes do not count."""
         return any(fault.warning and not fault.note for fault in self.faults)
 
 
@@ -60,15 +60,15 @@ def check_content(
     palettes: Sequence[Path] = (),
     stub_unknown: bool = False,
 ) -> Findings:
-    """Check files, and folders with all that is in them; without any, the project around the current folder.
+    """Check files and folders.
 
     Args:
-        paths: Files and folders.
-        code: Whether missions may be loaded; else Python content is only parsed.
-        progress: Told how many files are done.
-        dialect: Dialect of missions in XML: `nav2`, or empty for ours; that of the scenarios by default.
-        palettes: Of missions in XML: files whose TreeNodesModel declares nodes that are not here.
-        stub_unknown: Of missions in XML: whether unknown nodes and trees are warnings, one for each name.
+        paths: Files and folders; by default the project that contains the current folder.
+        code: Whether missions may be loaded; if False, Python content is only parsed.
+        progress: Called with the number of finished files.
+        dialect: Dialect of missions in XML: `nav2`, or empty for rocs_bt's; that of the scenarios by default.
+        palettes: Files whose TreeNodesModel declares nodes used by missions in XML but not implemented here.
+        stub_unknown: Whether unknown nodes and trees of missions in XML are warnings, one for each name.
 
     Raises:
         InputError: A palette cannot be read, or declares no node.
@@ -97,7 +97,7 @@ def check_content(
 def _faults(
     entry: Entry, catalog: Catalog, checkers: Mapping[str, Checker]
 ) -> tuple[list[Fault], BaseException | None]:
-    """The faults of one entry, and the exception that ended its check early and is no content's; None for none."""
+    """Check one entry; returns its faults, and the exception of rocs_bt that aborted the check, or None."""
     found: list[Fault] = []
     try:
         catalog.confine(entry)
@@ -107,9 +107,9 @@ def _faults(
         found += error.at(entry.path).faults
     except RocsError as error:
         found.append(Fault(str(error), entry.path))
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever one file does, the others are checked too
-        if (place := content_line(error)) is not None:
-            return [*found, Fault(f"this line raised {describe(error)}", place.file, place.line)], None
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - the other files are checked all the same
+        if (line := content_line(error)) is not None:
+            return [*found, Fault(f"this line raised {describe(error)}", line.file, line.line)], None
         message = f"checking this file raised {describe(error)}: a defect of rocs_bt."
         return [*found, Fault(message, entry.path)], error
     return found, None
@@ -120,7 +120,7 @@ def _default() -> Path:
 
 
 def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
-    """What a path means: a file is one entry, a folder is all the content in it."""
+    """Entries of a path: one for a file, all content for a folder."""
     path = path.resolve()
     catalog = Catalog.here(path if path.is_dir() else path.parent, code=code)
     if path.is_dir():
@@ -133,19 +133,19 @@ def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
                 yield make_entry(file, kind or "mission", "project" if kind else "file"), catalog
         if orphans := [(file, tests) for file, tests in tested.items() if not file.is_file()]:
             raise InputError(*(Fault(f"there is no rule file {file} for these tests.", at) for file, at in orphans))
-        catalog.list()  # two files of one name are a fault of the project as a whole
+        catalog.list()  # raises if two files have the same name
     elif path.is_file():
         path = tested_file(path)
         kind = kind_of(path) or _kind_inside(path)
         if kind is None:
-            raise InputError(Fault("this is no content that is known.", path, hint=_layout()))
+            raise InputError(Fault("unknown kind of content.", path, hint=_layout()))
         yield make_entry(path, kind, "file"), catalog
     else:
         raise InputError(Fault("there is no such file or folder.", path))
 
 
 def _inside(folder: Path) -> list[Path]:
-    """Content and rule tests of a project's root, or all that is somewhere in another folder."""
+    """Files of content and rule tests: by the layout of a project, or else anywhere in the folder."""
     patterns = [pattern for patterns in KINDS.values() for pattern in patterns]
     own = [p for pattern in (*patterns, "rules/tests/*.toml") for p in sorted(folder.glob(pattern))]
     found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", ".xml") and _is_content(p))
@@ -153,7 +153,7 @@ def _inside(folder: Path) -> list[Path]:
 
 
 def _is_content(path: Path) -> bool:
-    """Whether a file in a folder that is no project is content: by its place, or if it holds behaviour trees."""
+    """Whether a file in a folder that is no project is content, by its path or because it contains behaviour trees."""
     try:
         return kind_of(tested_file(path)) is not None or (path.suffix == ".xml" and xml_kind(path) == "mission")
     except InputError:
@@ -161,7 +161,7 @@ def _is_content(path: Path) -> bool:
 
 
 def _kind_inside(path: Path) -> str | None:
-    """The kind that a file outside of a project's folders tells itself."""
+    """Kind of a file outside a project's folders, by its content."""
     if path.suffix == ".toml":
         kind = str(read_toml(path).raw("format", "")).partition("/")[0]
         return {"reflex": "rules"}.get(kind, kind if kind in KINDS else None)
@@ -171,12 +171,12 @@ def _kind_inside(path: Path) -> str | None:
 
 
 def _layout() -> str:
-    places = ", ".join(pattern for patterns in KINDS.values() for pattern in patterns)
-    return f"Content stands in: {places}."
+    patterns = ", ".join(pattern for patterns in KINDS.values() for pattern in patterns)
+    return f"Paths of content: {patterns}."
 
 
 def check_planner_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """All that is wrong with a planner; its parameters only where Python content may run."""
+    """Check a planner; its parameters are checked only if Python content may run."""
     planner = catalog.load_planner(str(entry.path))
     if not catalog.code and catalog.find("mission", planner.mission).path.suffix == ".py":
         return
@@ -187,14 +187,14 @@ def check_planner_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 
 
 def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """That a Python file is Python, has something that content can name, and has no leaf that would block."""
+    """Check that a Python file parses, defines a class or a function, and has no leaf that would block."""
     if not classes_in(entry.path) and not functions_in(entry.path):
-        yield Fault("the file has no class and no function, so nothing can name it.", entry.path, warning=True)
+        yield Fault("the file defines no class and no function.", entry.path, warning=True)
     yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
 
 
 def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """All that is wrong with a schema file; what is wrong with the others is told where they are checked."""
+    """Check a schema file together with the others, whose faults are reported at their own checks."""
     others = [other.path for other in catalog.list("schema") if other.path.resolve() != entry.path.resolve()]
     try:
         load_schema([*others, entry.path], SCHEMA)
@@ -207,7 +207,7 @@ _LEADING = re.compile(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\]\s*)?>", 
 _ROOT = re.compile(r"<([A-Za-z_][\w.:\-]*)")
 _TREES = re.compile(r"BTCPP_format|main_tree_to_execute|<(?:BehaviorTree|TreeNodesModel|TreeNodeModel|include)\b")
 _READ = 1_000_000
-"""How much of a file is looked at [bytes]."""
+"""Maximum number of bytes read to determine the kind of a file."""
 
 _CHECKABLE = "Behaviour trees (<root BTCPP_format=...>) and MJCF models (<mujoco>) can be checked."
 _OTHER = {
@@ -220,10 +220,10 @@ _OTHER = {
 
 
 def xml_kind(file: Path) -> str:
-    """The kind of content that an XML file holds: `mission` for behaviour trees, `world` for MJCF.
+    """Kind of content in an XML file: `mission` for behaviour trees, `world` for MJCF.
 
     Raises:
-        InputError: The file holds neither, or cannot be read.
+        InputError: The file contains neither, or cannot be read.
     """
     try:
         with file.open("rb") as opened:
@@ -232,14 +232,14 @@ def xml_kind(file: Path) -> str:
         raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
     found = _ROOT.search(_LEADING.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text))
     if found is None:
-        raise InputError(Fault("the file holds no XML element.", file, 1, hint=_CHECKABLE))
+        raise InputError(Fault("the file contains no XML element.", file, 1, hint=_CHECKABLE))
     root = found[1]
     if root == "mujoco":
         return "world"
     if root == "BehaviorTree" or (root == "root" and _TREES.search(text)):
         return "mission"
-    what = "neither trees nor models of nodes" if root == "root" else _OTHER.get(root, "nothing that is known here.")
-    message = f"the file begins with <{root}>, which is {what}" if root != "root" else f"its <root> holds {what}."
+    what = "neither trees nor models of nodes" if root == "root" else _OTHER.get(root, "an unknown format.")
+    message = f"the file begins with <{root}>, which is {what}" if root != "root" else f"its <root> contains {what}."
     line, column = text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())
     raise InputError(Fault(message, file, line, column, hint=_CHECKABLE))
 

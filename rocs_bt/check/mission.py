@@ -1,4 +1,4 @@
-"""Missions: that they build for a robot, and what their tree looks like."""
+"""Check of missions: whether they can be built for a robot, and faults of their trees."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ..errors import Fault
 from ..expression import Environment, compile_expression
 from ..plan import check_mission, mission_actions, mission_parameters
 from ..trees.examine import blocking_faults
-from .paper import idle, paper_agent
+from .stub_agent import idle, stub_agent
 from .xml_mission import MissionOptions, check_xml, dialect_of
 
 _GOALS = ("goal", "leader")
-"""Parameters that name a place or a robot to go to."""
+"""Parameters whose value is a place or a robot to go to."""
 
 DEFAULT = MissionOptions()
 
 
 def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions = DEFAULT) -> Iterable[Fault]:
-    """All that is wrong with a mission, with its own parameters; if it requires some, only its form is checked."""
+    """Check a mission with its default parameters; if it has required parameters, only its form is checked."""
     if entry.path.suffix == ".xml":
         dialect = dialect_of(entry, catalog) if options.dialect is None else options.dialect
         options = replace(options, dialect=dialect)
@@ -46,12 +46,12 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
 
 
 def _built(build: Any, catalog: Catalog) -> list[Fault]:
-    """Faults of a mission on the first robot that there is."""
+    """Faults of a mission built for the first robot of the catalog."""
     robot = next(iter(catalog.list("robot")), None)
     if robot is None:
         return []
-    mind = Controller(build=idle, schema=catalog.load_schema())
-    agent = paper_agent(catalog.load_robot(str(robot.path)), catalog.load_class, mind)
+    controller = Controller(build=idle, schema=catalog.load_schema())
+    agent = stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller)
     return built_faults(build, agent, {}, fit=False)
 
 
@@ -63,14 +63,14 @@ def built_faults(
     *,
     fit: bool = True,
 ) -> list[Fault]:
-    """Faults of a mission that is built for an agent.
+    """Faults of a mission built for an agent.
 
     Args:
-        build: The mission.
-        agent: The agent.
-        parameters: The mission's parameters, in SI units.
-        later: Nodes that may become known during the run; None where any may.
-        fit: Whether the agent's robot is the one that the mission is for, and not just any.
+        build: The mission's `build` function.
+        agent: Agent of the mission.
+        parameters: Mission parameters, in SI units.
+        later: Nodes that may become known during the run; None if any node may.
+        fit: Whether the mission is meant for the agent's robot, rather than checked on an arbitrary one.
     """
     environment = Environment.of(agent.knowledge.signals)
     return check_mission(
@@ -86,7 +86,7 @@ def built_faults(
 
 
 def named_in(mission: Path) -> set[str] | None:
-    """All words that a mission's file has as texts, so also the modes that it can set; None where it cannot be read."""
+    """Words in the string literals of a mission's file, which include the modes that it can set; None if unreadable."""
     try:
         text = mission.read_text(encoding="utf-8")
         if mission.suffix != ".py":
@@ -98,7 +98,7 @@ def named_in(mission: Path) -> set[str] | None:
 
 
 def nodes_in(files: Iterable[Path]) -> set[str]:
-    """Texts that content has more than once, not only as goals, and may thus be nodes that it adds and then goes to."""
+    """Strings that occur more often than as goals, and so may be nodes that the content adds and then goes to."""
     found: Counter[str] = Counter()
     goals: Counter[str] = Counter()
     for file in files:
@@ -116,7 +116,7 @@ def nodes_in(files: Iterable[Path]) -> set[str]:
 
 
 def _xml_goals(text: str) -> list[str]:
-    """Goals of actions and subtrees in an XML mission; other nodes may be what adds them."""
+    """Goals of actions and subtrees in an XML mission; other nodes may add these goals to Knowledge."""
     tags = re.findall(r"<(\w+)((?:[^<>\"']|\"[^\"]*\"|'[^']*')*)>", text)
     going = [attributes for tag, attributes in tags if tag == "SubTree" or tag in ACTIONS]
     given = [pair for each in going for pair in re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", each)]
@@ -124,7 +124,7 @@ def _xml_goals(text: str) -> list[str]:
 
 
 def _goals(python: str) -> list[str]:
-    """Goals of actions and subtrees in a Python mission; other nodes may be what adds them."""
+    """Goals of actions and subtrees in a Python mission; other nodes may add these goals to Knowledge."""
     found = [node for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Call)]
     calls = [call for call in found if isinstance(call.func, ast.Attribute) and call.func.attr in ("act", "tree")]
     values = [word.value for call in calls for word in call.keywords if word.arg in _GOALS]
@@ -132,6 +132,6 @@ def _goals(python: str) -> list[str]:
 
 
 def _texts(python: str) -> list[str]:
-    """The texts in a Python file."""
+    """String constants in a Python file."""
     found = [node.value for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Constant)]
     return [value for value in found if isinstance(value, str)]

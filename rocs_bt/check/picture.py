@@ -1,4 +1,4 @@
-"""Missions as pictures: their tree on a robot, their parameters, and what a check finds."""
+"""Drawings of missions: the tree for a robot, parameters and faults."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..trees.draw import Picture, picture_of, svg, text
 from ..trees.nodes import Tree
 from ..trees.xml import Document, make_nodes, read_document, verify, write_tree
 from ..units import NONE
-from .paper import paper_agent
+from .stub_agent import stub_agent
 from .xml_mission import dialect_of
 
 FORMATS = ("text", "svg", "html", "xml")
@@ -35,19 +35,19 @@ def draw_mission(
     stub_unknown: bool = False,
     dialect: str | None = None,
 ) -> str:
-    """A mission's tree, drawn.
+    """Draw a mission's tree.
 
     Args:
-        catalog: Where missions, nodes and robots are found.
-        entry: The mission.
-        robot: The robot that the tree is built for.
-        form: text, svg, html or xml.
-        main: Which tree of an XML file; its main tree by default.
-        dialect: Dialect of an XML file: `nav2`, or empty for ours; that of the scenarios that play it by default.
-        stub_unknown: Whether stand-ins take the place of nodes of an XML file that are not ours, or wrong.
+        catalog: Catalog of missions, nodes and robots.
+        entry: Entry of the mission.
+        robot: Name of the robot that the tree is built for.
+        form: Format: text, svg, html or xml.
+        main: ID of a tree in an XML file; the main tree by default.
+        dialect: Dialect of an XML file: `nav2`, or empty for rocs_bt's; that of the scenarios by default.
+        stub_unknown: Whether unknown or invalid nodes of an XML file are replaced by stubs.
 
     Raises:
-        InputError: The mission, or the robot, is wrong.
+        InputError: The mission or the robot is invalid.
     """
     dialect = dialect_of(entry, catalog) if dialect is None else dialect
     if entry.path.suffix == ".xml" and (stub_unknown or main):
@@ -57,21 +57,21 @@ def draw_mission(
     build = catalog.load_mission(str(entry.path), dialect)
     declared = mission_parameters(build)
     given = {name: _any_value(p) for name, p in declared.items() if p.required}
-    mind = Controller(
+    controller = Controller(
         build=build, mission=entry.name, parameters=given, actions=mission_actions(build), schema=catalog.load_schema()
     )
-    plan = paper_agent(catalog.load_robot(robot), catalog.load_class, mind).plan
+    plan = stub_agent(catalog.load_robot(robot), catalog.load_class, controller).plan
     shown = {name: _shown(p) for name, p in declared.items()}
     if not isinstance(plan, TreePlan):
         lines = [f"{entry.name}: {entry.doc}", *(f"  {name} = {value}" for name, value in shown.items())]
-        return "\n".join([*lines, f"planned by {type(plan).__name__}, which is no tree."])
+        return "\n".join([*lines, f"planned by {type(plan).__name__}, which has no tree."])
     read = read_document(entry.path, within=catalog.root_of(entry.path)) if entry.path.suffix == ".xml" else None
     picture = picture_of(plan.tree, entry.name, entry.doc, shown, mission_faults(plan.tree, plan.knowledge))
     return _drawn(picture, plan.tree, form, read)
 
 
 def _read(document: Document, catalog: Catalog, main: str, lenient: bool, dialect: str) -> tuple[Tree, Sequence[Fault]]:
-    """A tree without a robot, with stand-ins for what is not here."""
+    """Build a tree without a robot; if lenient, with stubs for unknown nodes."""
     own = catalog.load_nodes(tags_of(document) - set(shipped_nodes(dialect))) if catalog.code else ()
     nodes = mission_nodes(action_table(), own, dialect)
     faults = [*document.faults, *verify(document, nodes, main=main, elsewhere=ELSEWHERE)]
@@ -93,12 +93,12 @@ def _page(picture: Picture) -> str:
 
 
 def _any_value(parameter: Parameter) -> Any:
-    """A value for a parameter that must be given, so that the tree can be drawn."""
+    """Placeholder for a required parameter, so that the tree can be built."""
     return parameter.name if parameter.type is str else parameter.type(1)
 
 
 def _shown(parameter: Parameter) -> str:
     if parameter.required:
-        return "(must be given)"
+        return "(required)"
     unit = "" if parameter.dimension in (None, NONE) else f" {parameter.dimension}"
     return f"{parameter.default}{unit}"

@@ -1,6 +1,6 @@
-"""Robots: robot.toml, the MJCF model that its devices name, and one trial call of each sensor and monitor.
+"""Check of robots: robot.toml, the MJCF model with its devices, and one trial call of each sensor and monitor.
 
-An exception of a user's own class is a fault of its file.
+An exception of a user's class is a fault of that class's file.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from ..event import pack
 from ..monitor import Monitor
 from ..raised import describe
 from ..simulation import Driver, hardware_driver, mujoco_driver
-from .paper import idle, paper_agent
+from .stub_agent import idle, stub_agent
 
 
 def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """All that is wrong with a robot: its table, its own drivers, its model, and its blocks."""
+    """Check a robot: its file, its user drivers, its model, and its blocks."""
     robot = catalog.load_robot(str(entry.path))
     own = not robot.code or catalog.code
     if own:
@@ -45,7 +45,7 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     if not own:
         return
     try:
-        agent = paper_agent(robot, catalog.load_class, Controller(build=idle, schema=catalog.load_schema()))
+        agent = stub_agent(robot, catalog.load_class, Controller(build=idle, schema=catalog.load_schema()))
     except InputError as error:
         yield from error.at(robot.file).faults
     else:
@@ -53,18 +53,18 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 
 
 def check_world(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """That a world compiles."""
+    """Check that a world compiles."""
     compose_world(entry.path, [], within=catalog.roots)
     return ()
 
 
 def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, dict[str, Sensor]]:
-    """That a robot's model compiles and has what its devices name.
+    """Check that a robot's model compiles and contains the elements that its devices name.
 
-    A user's own drivers are made too where they are MuJoCo's and code may run, each in a world of its own.
+    User drivers for MuJoCo are instantiated too if code may run, each in a world of its own.
 
     Returns:
-        The sensors that could be made, by name.
+        Sensors that could be made, by name.
     """
     if robot.model is None:
         return {}
@@ -80,7 +80,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
         try:
             driver = _driver(catalog, robot, device)
         except InputError:
-            continue  # reported where the drivers themselves are checked
+            continue  # reported by driver_faults
         if driver is None:
             continue
         try:
@@ -100,10 +100,10 @@ _NAME = "R1"
 
 
 def _driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver | None:
-    """The driver of a device; None for a user's own where no code may run.
+    """MuJoCo driver of a device; None for a user's driver if no code may run.
 
     Raises:
-        InputError: It is none for MuJoCo, or is wrong.
+        InputError: The driver has no MuJoCo version, or is invalid.
     """
     if is_reference(device.driver) and not catalog.code:
         return None
@@ -113,13 +113,13 @@ def _driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpe
 def _world(
     catalog: Catalog, robot: RobotSpec, model: Path, sensors: Iterable[tuple[SensorSpec | ActuatorSpec, Driver]]
 ) -> MujocoWorld:
-    """The model placed in itself, as any world will do to compile it."""
+    """World made of the robot's model alone, which suffices to compile it."""
     mounts = [SensorMount(s.name, d.make, d.parameters, robot.file, s.line, d.running) for s, d in sensors]
     return compose_world(model, [Placed(_NAME, model, mounts)], within=catalog.roots)
 
 
 def driver_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
-    """All that is wrong with a robot's own drivers before one is made: class, constructor, keys."""
+    """Check a robot's user drivers without instantiating them: class, constructor and parameters."""
     devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
     for device in devices:
         if not is_reference(device.driver):
@@ -134,12 +134,12 @@ def driver_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
 
 
 def trial_faults(agent: Agent, robot: RobotSpec, sensors: Mapping[str, Sensor]) -> Iterator[Fault]:
-    """Read every sensor once and have every monitor interpret the readings.
+    """Read every sensor once and let every monitor interpret the readings; yields the faults.
 
     Args:
-        agent: The robot's agent; the signals are written to its Knowledge.
+        agent: Agent of the robot; the signals are written to its Knowledge.
         robot: The robot.
-        sensors: The sensors by name; a monitor of a sensor that is missing here is not tried.
+        sensors: Sensors by name; monitors that need another sensor are skipped.
     """
     readings: dict[str, Reading] = {}
     for sensor in robot.sensors:
@@ -162,26 +162,26 @@ def trial_faults(agent: Agent, robot: RobotSpec, sensors: Mapping[str, Sensor]) 
 
 
 def _read(spec: SensorSpec, sensor: Sensor, robot: RobotSpec) -> dict[str, Reading]:
-    """A sensor's reading by its name; none where the device refuses.
+    """Read a sensor; returns the reading by the sensor's name, or an empty dict if the device refuses.
 
     Raises:
-        InputError: It raises, or its reading is none.
+        InputError: The sensor raises, or does not return a reading.
     """
     with _trying(spec, robot, sensor):
         try:
             reading = sensor.read()
-        except DeviceError:  # a device may refuse; its signals are invalid then
+        except DeviceError:  # allowed: its signals are then invalid
             return {}
-        pack(reading.values)  # which takes nothing but numbers, as a run does
+        pack(reading.values)  # raises for values that are not numbers, as in a run
         return {spec.name: reading}
 
 
 @contextmanager
 def _trying(spec: SensorSpec | MonitorSpec, robot: RobotSpec, block: Sensor | Monitor) -> Iterator[None]:
-    """Turn what is raised in here into a fault: of a user's own class at its line, else of the table in robot.toml.
+    """Convert exceptions in the context to faults: at the line of a user's class, else at the table in robot.toml.
 
     Raises:
-        InputError: Anything was raised.
+        InputError: An exception was raised.
     """
     with located_at(robot.file, spec.line):
         try:

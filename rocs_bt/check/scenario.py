@@ -1,4 +1,4 @@
-"""Scenarios: everything that one names, put together as for a run, and whether starts and goals can be reached."""
+"""Check of scenarios: all referenced content, built as for a run, and whether starts and goals are free."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ from ..record import TRUTH
 from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses, requirement_faults
 from ..simulation.share import share_faults
 from .mission import built_faults, named_in, nodes_in
-from .paper import idle, paper_agent
 from .robot import trial_faults
+from .stub_agent import idle, stub_agent
 
 
 def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """All that is wrong with a scenario: its file, its agents' minds, and whether its goals can be reached."""
-    # Read with code allowed, as the rest can be checked without running any.
+    """Check a scenario: its file, its agents' missions and rules, and whether its goals can be reached."""
+    # Read with code allowed: reading runs no code, and most checks do not either.
     scenario = Catalog(catalog.project).load_scenario(str(entry.path))
     for agent in scenario.agents:
         try:
-            yield from _mind_faults(scenario, agent, catalog)
+            yield from _agent_faults(scenario, agent, catalog)
         except InputError as error:
             yield from error.at(scenario.file, agent.line).faults
     yield from share_faults(scenario, catalog.load_schema())
     robots = [catalog.load_robot(name) for name in scenario.robots]
-    # Code that may not run cannot be simulated, and a real robot is not.
+    # Not simulated: robots whose code may not run, and robots with drivers for hardware.
     if all(_simulated(robot, catalog) if catalog.code else not robot.code for robot in robots):
         yield from check_feasible(scenario, catalog)
 
 
 def _simulated(robot: RobotSpec, catalog: Catalog) -> bool:
-    """Whether a robot's own drivers are MuJoCo's, not those of hardware; wrong ones are reported with the robot."""
+    """Whether all user drivers of a robot are for MuJoCo; invalid drivers are reported by the check of the robot."""
     for driver in [*(s.driver for s in robot.sensors), *(a.driver for a in robot.actuators)]:
         file, _, name = driver.partition(":")
         if is_reference(driver) and not issubclass(
@@ -53,28 +53,28 @@ def _simulated(robot: RobotSpec, catalog: Catalog) -> bool:
     return True
 
 
-def mind_doubts(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
-    """The warnings about the agents of a scenario.
+def agent_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
+    """Warnings about the agents of a scenario.
 
     Raises:
-        InputError: An agent could be built, but something is wrong with it, such as a goal that no place has.
+        InputError: An agent can be built but has faults, such as a goal that is no place of the scenario.
     """
-    doubts: list[Fault] = []
+    warnings: list[Fault] = []
     for agent in scenario.agents:
         try:
-            found = list(_mind_faults(scenario, agent, catalog))
+            found = list(_agent_faults(scenario, agent, catalog))
             if wrong := [fault for fault in found if not fault.warning]:
                 _build(scenario, agent, catalog)
         except InputError:
-            continue  # raised again, with better lines, where the agent is built
+            continue  # raised again with better positions when the agent is built
         if wrong:
             raise InputError(*dict.fromkeys(wrong))
-        doubts += found
-    return doubts
+        warnings += found
+    return warnings
 
 
-def _mind(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Controller:
-    """What an agent knows at the start, with a mission that does nothing."""
+def _idle_controller(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Controller:
+    """Controller with an agent's initial knowledge and an idle mission."""
     return Controller(
         build=idle,
         places=[p for p in scenario.places if agent.name in p.agents],
@@ -88,25 +88,25 @@ def _build(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> None:
     """Build an agent with its mission and its rules.
 
     Raises:
-        InputError: It cannot be built.
+        InputError: The agent cannot be built.
     """
     build = catalog.load_mission(agent.mission, agent.nodes)
-    mind = replace(
-        _mind(scenario, agent, catalog),
+    controller = replace(
+        _idle_controller(scenario, agent, catalog),
         build=build,
         mission=agent.mission,
         parameters=mission_arguments(build, agent.parameters),
         rules=[catalog.find("rules", name).path for name in agent.rules],
         actions=mission_actions(build),
     )
-    paper_agent(catalog.load_robot(agent.robot), catalog.load_class, mind, agent.name)
+    stub_agent(catalog.load_robot(agent.robot), catalog.load_class, controller, agent.name)
 
 
-def _mind_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterable[Fault]:
+def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterable[Fault]:
     robot = catalog.load_robot(agent.robot)
     if robot.code and not catalog.code:
         return
-    built = paper_agent(robot, catalog.load_class, _mind(scenario, agent, catalog), agent.name)
+    built = stub_agent(robot, catalog.load_class, _idle_controller(scenario, agent, catalog), agent.name)
     environment = Environment.of(built.knowledge.signals)
     build = catalog.load_mission(agent.mission, agent.nodes) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))
@@ -135,49 +135,49 @@ def _mind_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> 
 
 
 def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: Catalog) -> set[str] | None:
-    """Nodes that an agent may come to know during the run; None where that cannot be told.
+    """Nodes that may become known to an agent during the run; None if that cannot be determined.
 
-    Other robots and a robot's own blocks may name nodes as they like, and so does TrackObjects.
+    Other robots, user blocks and TrackObjects may add nodes with any name.
     """
     if scenario.share is not None or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
         return None
     mission = catalog.find("mission", agent.mission)
     python = catalog.python_of(mission, agent.parameters.values())
-    told = {fact.node for fact in scenario.facts_of(agent.name)}
-    return told | nodes_in([mission.path, *(entry.path for entry in python)])
+    declared = {fact.node for fact in scenario.facts_of(agent.name)}
+    return declared | nodes_in([mission.path, *(entry.path for entry in python)])
 
 
-_EASY = 0.5  # the share of poses at a goal that must be free for nobody to worry
-_LATER = 1e6  # [s]; by then a guard that holds has held for any rule's `for`
+_EASY = 0.5  # fraction of free poses at a goal below which the goal is reported as tight
+_LATER = 1e6  # [s] longer than the `for` of any rule, so that a guard that holds fires
 
 
 def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
-    """What keeps a scenario from being played; a goal that cannot be reached is a warning, as the run still runs.
+    """Check the feasibility of a scenario; an unreachable goal is a warning, since the scenario still runs.
 
-    A goal needs a pose within its tolerance at which the robot touches nothing and no reflex fires; a goal with few
-    such poses is reported too. Every goal that an agent knows is checked.
+    A goal needs a pose within its tolerance at which the robot has no contact and no reflex fires; a goal with few
+    free poses is also reported. Every goal that an agent knows is checked.
 
     Raises:
-        InputError: The world does not compile, or a robot cannot be at its start.
+        InputError: The world does not compile, or a robot's start pose is not free.
     """
-    yield from _beyond(scenario, build_world(scenario, catalog, 1, NullSink()))
+    yield from _outside(scenario, build_world(scenario, catalog, 1, NullSink()))
     for agent in scenario.agents:
-        stage = build_world(replace(scenario, agents=(agent,), movers=()), catalog, 1, NullSink())
-        built = _alone(scenario, catalog, agent, stage)
-        faults = list(trial_faults(built, stage.robots[agent.name], stage.sensors[agent.name]))
+        world = build_world(replace(scenario, agents=(agent,), movers=()), catalog, 1, NullSink())
+        built = _single_agent(scenario, catalog, agent, world)
+        faults = list(trial_faults(built, world.robots[agent.name], world.sensors[agent.name]))
         yield from faults
         if faults:
-            continue  # no reflex can be asked about poses that cannot be sensed
+            continue  # without readings the reflexes cannot be evaluated
         for goal in scenario.places:
             if goal.kind == "goal" and agent.name in goal.agents:
-                fault = _doubt(stage, built, agent, goal)
+                fault = _goal_warning(world, built, agent, goal)
                 if fault is not None:
                     yield replace(fault, file=scenario.file, line=goal.line, warning=True)
 
 
-def _beyond(scenario: ScenarioSpec, stage: SimulatedWorld) -> Iterable[Fault]:
-    """Places, and starts of things, beyond all that is in the world; a robot's start there is refused before."""
-    left, low, right, high = stage.world.bounds()
+def _outside(scenario: ScenarioSpec, simulated: SimulatedWorld) -> Iterable[Fault]:
+    """Places and starts of movers outside the bounds of the world; an agent's start there is refused earlier."""
+    left, low, right, high = simulated.world.bounds()
     named = [(f"the start of {m.name}", m.pose, m.line) for m in scenario.movers]
     named += [(f"the {p.kind} '{p.name}'", p.pose, p.line) for p in scenario.places]
     for what, pose, line in named:
@@ -192,9 +192,9 @@ def _beyond(scenario: ScenarioSpec, stage: SimulatedWorld) -> Iterable[Fault]:
             )
 
 
-def _alone(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, stage: SimulatedWorld) -> Agent:
-    """An agent alone in the world, without a mission."""
-    mind = Controller(
+def _single_agent(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, world: SimulatedWorld) -> Agent:
+    """Build an agent with its rules and an idle mission, alone in the world."""
+    controller = Controller(
         build=idle,
         rules=[catalog.find("rules", name).path for name in agent.rules],
         places=[p for p in scenario.places if agent.name in p.agents],
@@ -202,20 +202,20 @@ def _alone(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, stage: Si
         schema=catalog.load_schema(),
     )
     rates = Rates(scenario.rate.control_rate, scenario.rate.plan_rate)
-    runtime = Runtime(stage.clock, NullSink())
-    return build_agent(agent.name, stage.devices(agent.name), mind, rates, runtime, load_class=catalog.load_class)
+    runtime = Runtime(world.clock, NullSink())
+    return build_agent(agent.name, world.devices(agent.name), controller, rates, runtime, load_class=catalog.load_class)
 
 
-def _doubt(stage: SimulatedWorld, built: Agent, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
-    """Why an agent, alone in the world, cannot stand at a goal, or hardly; None when it can with ease."""
-    world, what = stage.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
+def _goal_warning(simulated: SimulatedWorld, built: Agent, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
+    """Warning about a goal with no or few free poses for an agent alone in the world; None if it is reachable."""
+    world, what = simulated.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
     poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance)
     if not poses:
         world.place(agent.name, goal.pose._replace(yaw=0.0))
-        depth, thing = world.clearance(agent.name)
-        where = f"at the goal itself its hull is {max(-depth, 0.0):.2f} m inside '{thing}'"
-        message = f"{what}: within {goal.tolerance:g} m of it {agent.robot} is free at no pose; {where}."
-        return Fault(message, hint="Move the goal or what stands there.")
+        depth, obstacle = world.clearance(agent.name)
+        where = f"at the goal itself its hull is {max(-depth, 0.0):.2f} m inside '{obstacle}'"
+        message = f"{what}: {agent.robot} has no free pose within {goal.tolerance:g} m of it; {where}."
+        return Fault(message, hint="Move the goal or the obstacle.")
     built.knowledge.world.pursue(goal.name)
     fires = ""
     for free in poses:
@@ -224,25 +224,25 @@ def _doubt(stage: SimulatedWorld, built: Agent, agent: AgentSpec, goal: PlaceSpe
         if not fires:
             return None if len(poses) >= _EASY * POSES_TRIED else _tight(agent, goal, poses)
     message = f"{what}: at every free pose within {goal.tolerance:g} m of it a reflex fires; at the last, {fires}."
-    return Fault(message, hint="Move the goal or what stands there, or let the rule look at goal_distance.")
+    return Fault(message, hint="Move the goal or the obstacle, or use goal_distance in the rule.")
 
 
 def _tight(agent: AgentSpec, goal: PlaceSpec, poses: Sequence[FreePose]) -> Fault:
-    things = ", ".join(sorted({f"'{pose.nearest}'" for pose in poses if pose.nearest}))
+    obstacles = ", ".join(sorted({f"'{pose.nearest}'" for pose in poses if pose.nearest}))
     message = (
         f"the goal '{goal.name}' of {agent.name} is tight: {agent.robot} is free at {len(poses)} of the {POSES_TRIED} "
-        f"poses tried within {goal.tolerance:g} m of it; near it: {things}."
+        f"poses tried within {goal.tolerance:g} m of it; obstacles: {obstacles}."
     )
-    return Fault(message, hint="It can be reached, but expect contacts on the way in.")
+    return Fault(message, hint="It can be reached, but contacts are likely.")
 
 
 def _firing(agent: Agent, pose: Pose2, goal: Pose2) -> str:
-    """The rule that fires where the robot stands now, with its reading; empty when none does."""
+    """Rule that fires at the robot's present pose, with its signal values; empty if none fires."""
     t = agent.clock.now()
     for monitor in agent.monitors:
         monitor.run(t, 0)
     if any(signal.name == "pose" for analyze in agent.analyzes for signal in analyze.signals()):
-        # One that localises cannot follow from pose to pose in no time; it is taken to be right.
+        # An estimator cannot follow jumps between poses; its estimate is assumed to be correct.
         agent.knowledge.signals.write("pose", [*pose], t)
         agent.knowledge.signals.write("goal_distance", pose.distance(goal), t)
     snapshot = agent.knowledge.signals.snapshot(t)

@@ -1,4 +1,4 @@
-"""Missions in XML: those of a project, and files from elsewhere whose nodes and trees may be missing here."""
+"""Check of missions in XML, including files from other projects whose nodes and trees may be missing here."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from ..trees.xml import (
 
 @dataclass(frozen=True)
 class MissionOptions:
-    """What a check of XML missions may assume.
+    """Options of a check of XML missions.
 
     Attributes:
-        dialect: `nav2`, or empty for our nodes; None for the dialect of the scenarios that play a mission.
-        models: What palettes, and the files that are checked together, declare, by ID.
-        palettes: Whether the user named palettes; then the models of the files count too.
-        stub_unknown: Whether stubs take the place of nodes and trees that nothing declares, with one warning each.
-        together: What the files hold that are checked together.
+        dialect: `nav2`, or empty for rocs_bt's nodes; None for the dialect of the scenarios that use a mission.
+        models: Node models declared by palettes and by the files that are checked together, by ID.
+        palettes: Whether the user named palettes; the models of the checked files are then used as well.
+        stub_unknown: Whether undeclared nodes and trees are replaced by stubs, with one warning each.
+        together: Survey of the files that are checked together.
     """
 
     dialect: str | None = None
@@ -47,16 +47,16 @@ class MissionOptions:
 
 
 def read_palettes(files: Iterable[Path]) -> dict[str, Model]:
-    """The models of nodes that palettes declare, by ID.
+    """Read the node models of palettes, by ID.
 
     Raises:
-        InputError: A file cannot be read, or declares nothing.
+        InputError: A file cannot be read, or declares no node.
     """
     models: dict[str, Model] = {}
     for file in files:
         document = read_document(file)
         if not document.models:
-            hint = "Name a file with a <TreeNodesModel>, such as Groot's palette or Nav2's nav2_tree_nodes.xml."
+            hint = "Give a file with a <TreeNodesModel>, such as Groot's palette or Nav2's nav2_tree_nodes.xml."
             raise InputError(Fault("the palette declares no node.", file, hint=hint))
         models.update(document.models)
     return models
@@ -65,13 +65,13 @@ def read_palettes(files: Iterable[Path]) -> dict[str, Model]:
 def check_xml(
     file: Path, catalog: Catalog, options: MissionOptions, build_faults: Callable[[Any], Iterable[Fault]]
 ) -> Iterator[Fault]:
-    """All that is wrong with a mission in XML.
+    """Check a mission in XML.
 
     Args:
-        file: The file.
-        catalog: Where nodes and missions in Python are found.
-        options: What may be assumed.
-        build_faults: Faults of a `build` without required parameters.
+        file: File of the mission.
+        catalog: Catalog of nodes and Python missions.
+        options: Options of the check.
+        build_faults: Returns the faults of a `build` function without required parameters.
     """
     dialect = options.dialect or ""
     within, foreign = catalog.root_of(file), kind_of(file) != "mission"
@@ -81,7 +81,7 @@ def check_xml(
     if not document.trees:
         yield from document.faults
         if not document.models:
-            yield document.root.fault("the document holds no tree.", 'Write <BehaviorTree ID="Main">.')
+            yield document.root.fault("the document contains no tree.", 'Write <BehaviorTree ID="Main">.')
         return
     own = list(catalog.load_nodes(tags_of(document) - set(shipped_nodes(dialect))))
     known = mission_nodes(action_table(), own, dialect)
@@ -108,7 +108,7 @@ def check_xml(
 
 
 class _Missions:
-    """The trees that a document names and that stand elsewhere."""
+    """Trees that a document references and that are defined in other files."""
 
     def __init__(self, document: Document, catalog: Catalog, options: MissionOptions) -> None:
         self.catalog = catalog
@@ -118,22 +118,20 @@ class _Missions:
         self.stubbed = missing if options.stub_unknown else []
 
     def find(self, name: str) -> Callable[..., Any] | None:
-        """The `build` of a tree; None if there is none."""
+        """Function `build` of a tree; None if it does not exist."""
         return _stub if name in self.stubbed else self.python(name)
 
     def python(self, name: str) -> Callable[..., Any] | None:
         return self.catalog.load_mission(name) if self.catalog.is_python_mission(name) else None
 
     def warnings(self) -> Iterator[Fault]:
-        """One for each tree that is missing, in the file that names the tree first."""
+        """Yield a warning for each missing tree, in the file that references it first."""
         for name in self.stubbed:
             own = [e for e in self.document.elements() if e.tag == "SubTree" and e.attributes.get("ID") == name]
             uses = self.uses.get(name) or own
             if name not in self.uses or uses[0].source.file == self.file:
-                message = (
-                    f"no tree is named '{name}' in the files that are checked; a stub takes its place{times(uses)}."
-                )
-                hint = "Check the file that holds it together with this one, or <include> it."
+                message = f"no tree is named '{name}' in the checked files; a stub takes its place{times(uses)}."
+                hint = "Check the file that contains it together with this one, or <include> it."
                 yield uses[0].fault(message, hint, attribute="ID", warning=True)
 
 
@@ -142,20 +140,20 @@ def _stub(mission: Mission) -> Stub:
 
 
 def dialect_of(mission: Entry, catalog: Catalog) -> str:
-    """The `nodes` of the scenarios and planners that use a mission: `nav2` if any of them declares it, else empty.
+    """Dialect of a mission: `nav2` if a scenario or planner that uses it declares so, else empty.
 
     Args:
-        mission: The mission.
-        catalog: Catalog of the scenarios and planners; files that do not name Nav2 are not read.
+        mission: Entry of the mission.
+        catalog: Catalog of the scenarios and planners; files without the word nav2 are not read.
     """
     if mission.path.suffix != ".xml":
         return ""
     entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if b"nav2" in e.path.read_bytes()]
     for entry in entries:
         try:
-            place = str(entry.path)
+            path = str(entry.path)
             scenario = entry.kind == "scenario"
-            users = catalog.load_scenario(place).agents if scenario else [catalog.load_planner(place)]
+            users = catalog.load_scenario(path).agents if scenario else [catalog.load_planner(path)]
         except InputError:
             continue  # reported where the scenario or the planner is checked
         if any(a.nodes and catalog.find("mission", a.mission).path.samefile(mission.path) for a in users):

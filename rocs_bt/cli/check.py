@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import Fault
+from ..words import counted
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def command(
         palettes=palettes,
         stub_unknown=stub_unknown,
     )
-    code = 2 if findings.wrong or (strict and findings.doubtful) else 0
+    code = 2 if findings.has_errors or (strict and findings.has_warnings) else 0
     if as_json:
         plain = {"files": [str(f) for f in findings.files], "faults": [_plain(f) for f in findings.faults]}
         echo(json.dumps(plain, indent=2))
@@ -77,13 +78,13 @@ def command(
 
 
 def _summary(findings: Findings) -> str:
-    wrong = sum(not f.warning for f in findings.faults)
-    notes = sum(f.note for f in findings.faults)
-    count = f"{len(findings.files)} file{'' if len(findings.files) == 1 else 's'}"
+    checked = f"{counted(len(findings.files), 'file')} checked"
     if not findings.faults:
-        return f"{count} checked: fine."
-    doubtful = len(findings.faults) - wrong - notes
-    return f"{count} checked: {wrong} wrong, {doubtful} doubtful{f', {notes} undecided' if notes else ''}."
+        return f"{checked}: no faults."
+    errors = sum(not f.warning for f in findings.faults)
+    notes = sum(f.note for f in findings.faults)
+    parts = [counted(errors, "error"), counted(len(findings.faults) - errors - notes, "warning")]
+    return f"{checked}: {', '.join([*parts, counted(notes, 'note')] if notes else parts)}."
 
 
 def _plain(fault: Fault) -> dict[str, Any]:

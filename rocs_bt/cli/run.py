@@ -70,14 +70,14 @@ def command(
     the input is wrong, 3 if the engine failed, 128 + signal if one ended it.
     """
     from .._run import run
-    from ..check import mind_doubts
+    from ..check import agent_warnings
     from ..simulation import RunOptions, StopSignals
 
     if duration is not None and not 0.0 < duration < float("inf"):
         raise InputError(Fault(f"--for must be a time above zero, found {duration:g} s."))
     catalog = catalog_for(scenario, code=not no_code)
     spec = catalog.load_scenario(scenario)
-    for doubt in mind_doubts(spec, catalog):
+    for doubt in agent_warnings(spec, catalog):
         echo(str(doubt), err=True)
     folder, signals = out or Path("runs") / f"{spec.name}-{seed}", StopSignals(_NOTICE)
     with _live(port) if show_live else nullcontext() as live:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, classes_in, load_robot, make_entry, shipped_root
 from rocs_bt.check import check_content
-from rocs_bt.check.paper import paper_agent
+from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.drivers.mujoco import compose_world
 from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink
@@ -84,13 +84,13 @@ def campaign(examples: int):
 @cache
 def environment() -> Environment:
     catalog = Catalog()
-    agent = paper_agent(catalog.load_robot("pioneer_p3dx"), catalog.load_class)
+    agent = stub_agent(catalog.load_robot("pioneer_p3dx"), catalog.load_class)
     return Environment.of(agent.knowledge.signals)
 
 
 def read_robot(path: Path) -> None:
     robot = load_robot(path)
-    paper_agent(robot, Catalog(code=False).load_class)
+    stub_agent(robot, Catalog(code=False).load_class)
 
 
 def read_scenario(path: Path) -> None:
@@ -177,7 +177,7 @@ def fuzz_project(name: str, examples: int) -> None:
                 agents = simulated_agents(scenario, stage, catalog, NullSink())
             except InputError as error:
                 assert all(fault.message and fault.file for fault in error.faults)
-                assert findings.wrong, f"a run refuses what check calls fine: {error}"
+                assert findings.has_errors, f"a run refuses what check calls fine: {error}"
             else:
                 assert agents
 

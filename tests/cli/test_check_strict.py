@@ -23,10 +23,10 @@ def check(rocs_bt, folder, which, *options):
 @pytest.mark.parametrize(
     ("which", "code", "strict", "summary"),
     [
-        ("fine", 0, 0, "1 file checked: fine."),
-        ("doubtful", 0, 2, "1 file checked: 0 wrong, 1 doubtful."),
-        ("undecided", 0, 0, "1 file checked: 0 wrong, 0 doubtful, 1 undecided."),
-        ("wrong", 2, 2, "1 file checked: 1 wrong, 0 doubtful."),
+        ("fine", 0, 0, "1 file checked: no faults."),
+        ("doubtful", 0, 2, "1 file checked: 0 errors, 1 warning."),
+        ("undecided", 0, 0, "1 file checked: 0 errors, 0 warnings, 1 note."),
+        ("wrong", 2, 2, "1 file checked: 1 error, 0 warnings."),
     ],
 )
 def test_strict_counts_warnings_as_faults_but_not_notes(rocs_bt, tmp_path, which, code, strict, summary):

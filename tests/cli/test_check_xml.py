@@ -48,8 +48,8 @@ def check(rocs_bt, folder, *arguments):
         ("model", "<mujoco><wrldbody/></mujoco>", 2, "wrldbody"),
         ("urdf", '\n<robot name="r"/>', 2, "2:1: the file begins with <robot>, which is a URDF model."),
         ("launch", "<launch/>", 2, "1:1: the file begins with <launch>, which is a ROS launch file."),
-        ("other", "<a/>", 2, "1:1: the file begins with <a>, which is nothing that is known here."),
-        ("root", "<root><a/></root>", 2, "1:1: its <root> holds neither trees nor models of nodes."),
+        ("other", "<a/>", 2, "1:1: the file begins with <a>, which is an unknown format."),
+        ("root", "<root><a/></root>", 2, "1:1: its <root> contains neither trees nor models of nodes."),
         ("text", "hello", 2, "the file holds no XML element."),
         ("empty", "", 2, "the file holds no XML element."),
     ],
@@ -65,7 +65,7 @@ def test_a_file_is_checked_as_what_it_holds(rocs_bt, tmp_path, name, text, code,
 
 def test_what_is_missing_is_an_error_without_options(rocs_bt, folder):
     code, lines, summary = check(rocs_bt, folder, "main.xml")
-    assert (code, summary) == (2, "1 file checked: 4 wrong, 0 doubtful.")
+    assert (code, summary) == (2, "1 file checked: 4 errors, 0 warnings.")
     assert "no tree is named 'Attack'" in lines[0]
     assert lines[0].endswith("Check it together with the file that holds the tree, or with --stub-unknown.")
     (unknown,) = [line for line in lines if "no node is named 'FindBall'" in line][:1]
@@ -80,16 +80,16 @@ def test_subtrees_of_files_that_are_checked_together_are_found(rocs_bt, folder):
 
 def test_stubs_take_the_place_of_what_is_unknown_with_one_warning_each(rocs_bt, folder):
     code, lines, summary = check(rocs_bt, folder, "--stub-unknown", "main.xml", "attack.xml")
-    assert (code, summary) == (0, "2 files checked: 0 wrong, 2 doubtful.")
+    assert (code, summary) == (0, "2 files checked: 0 errors, 2 warnings.")
     assert lines[1].startswith("main.xml:4:19: warning: no node is named 'FindBall'; a stub replaces it (2 uses).")
-    assert [line for line in lines if "no tree is named 'Deep' in the files that are checked" in line]
+    assert [line for line in lines if "no tree is named 'Deep' in the checked files" in line]
 
 
 def test_a_name_is_told_once_for_all_files(rocs_bt, tmp_path):
     for i in range(5):
         (tmp_path / f"f{i}.xml").write_text(DEEP.replace('"Deep"', f'"T{i}"').replace("AlwaysSuccess", "Strange"))
     code, lines, summary = check(rocs_bt, tmp_path, "--stub-unknown", ".")
-    assert (code, summary) == (0, "5 files checked: 0 wrong, 1 doubtful.")
+    assert (code, summary) == (0, "5 files checked: 0 errors, 1 warning.")
     assert lines[0].startswith(
         "f0.xml:1:46: warning: no node is named 'Strange'; a stub replaces it (5 uses in 5 files)."
     )
@@ -109,7 +109,7 @@ def test_what_an_included_file_lacks_is_told_there(rocs_bt, tmp_path):
 
 def test_a_folder_and_a_palette_leave_no_doubt(rocs_bt, folder):
     code, lines, summary = check(rocs_bt, folder, "--palette", "palette.xml", ".")
-    assert (code, lines, summary) == (0, [], "4 files checked: fine.")
+    assert (code, lines, summary) == (0, [], "4 files checked: no faults.")
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_a_palette_that_declares_nothing_is_refused(rocs_bt, folder):
 def test_types_of_cpp_are_types_of_ports(rocs_bt, tmp_path, kind):
     model = f'<TreeNodesModel><SubTree ID="Deep"><input_port name="p" type="{kind}" default="1"/></SubTree></TreeNodesModel>'
     (tmp_path / "tree.xml").write_text(DEEP.replace("</root>", f"{model}</root>"))
-    assert check(rocs_bt, tmp_path, "tree.xml") == (0, [], "1 file checked: fine.")
+    assert check(rocs_bt, tmp_path, "tree.xml") == (0, [], "1 file checked: no faults.")
 
 
 def test_a_type_that_is_neither_cpp_nor_a_unit_is_refused(rocs_bt, tmp_path):

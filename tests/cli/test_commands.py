@@ -54,7 +54,7 @@ def test_a_goal_inside_of_something_is_told(project, rocs_bt):
     world.write_text(world.read_text().replace('pos="0 -1.6 0.25"', 'pos="1.5 1.5 0.25"'))
     told = rocs_bt("check", "scenarios/first.toml")
     assert told.code == 0
-    assert "warning: the goal 'dock' of R1 cannot be reached: within 0.1 m of it rover is free at no pose" in told.out
+    assert "warning: the goal 'dock' of R1 cannot be reached: rover has no free pose within 0.1 m of it" in told.out
     assert "inside 'crate'" in told.out
 
 
@@ -74,7 +74,7 @@ def test_check_prints_faults_and_summary_on_one_stream(project, rocs_bt):
     told = rocs_bt("check", scenario)
     fault, summary = told.out.splitlines()[0], told.out.splitlines()[-1]
     assert fault.startswith(f"{scenario}:8:1: x must be in m")
-    assert summary == "1 file checked: 2 wrong, 0 doubtful."
+    assert summary == "1 file checked: 2 errors, 0 warnings."
     assert told.err == ""
 
 

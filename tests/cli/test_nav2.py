@@ -233,7 +233,7 @@ def test_a_literal_goal_that_is_no_place_is_refused_at_its_element(rocs_bt, proj
 
 def test_the_project_and_the_mission_alone_are_fine(rocs_bt, project):
     folder = project()
-    assert rocs_bt("check", folder).out.splitlines()[-1].endswith("checked: fine.")
+    assert rocs_bt("check", folder).out.splitlines()[-1].endswith("checked: no faults.")
     assert rocs_bt("check", folder / "planners/missions/navigation.xml").code == 0
     (folder / "elsewhere.xml").write_text(MISSION.format(retries=1))
     assert rocs_bt("check", "--nodes", "nav2", folder / "elsewhere.xml").code == 0
@@ -277,7 +277,7 @@ def test_a_mission_of_nav2_is_a_planner_to_compare(rocs_bt, project):
     )
     planner.write_text(text)
     checked = rocs_bt("check", folder)
-    assert checked.out.splitlines()[-1] == "2 files checked: fine.", checked.text
+    assert checked.out.splitlines()[-1] == "2 files checked: no faults.", checked.text
     (record,) = [
         EpisodeRunner(folder).play(
             Episode("key", Catalog(folder).load_planner("nav"), ScenarioScene("exp1"), 1, folder)

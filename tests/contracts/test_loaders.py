@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, classes_in, load_robot, make_entry, shipped_root
-from rocs_bt.check.paper import paper_agent
+from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.check.xml_mission import read_palettes
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.compare.imports.barn import read_world as read_barn_world
@@ -48,7 +48,7 @@ SOAK = 60  # times as many examples
 @functools.cache
 def environment() -> Environment:
     catalog = Catalog()
-    agent = paper_agent(catalog.load_robot("pioneer_p3dx"), catalog.load_class)
+    agent = stub_agent(catalog.load_robot("pioneer_p3dx"), catalog.load_class)
     return Environment.of(agent.knowledge.signals)
 
 
@@ -87,7 +87,7 @@ def read_history(path: Path) -> None:
 
 
 def read_robot(path: Path) -> None:
-    paper_agent(load_robot(path), Catalog(code=False).load_class)
+    stub_agent(load_robot(path), Catalog(code=False).load_class)
 
 
 def examined(path: Path) -> None:

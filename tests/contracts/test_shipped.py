@@ -49,9 +49,9 @@ def stages():
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_a_robot_declares_the_standard_signals(robot):
-    from rocs_bt.check.paper import paper_agent
+    from rocs_bt.check.stub_agent import stub_agent
 
-    agent = paper_agent(CATALOG.load_robot(robot), CATALOG.load_class)
+    agent = stub_agent(CATALOG.load_robot(robot), CATALOG.load_class)
     assert set(agent.knowledge.signals.names) >= STANDARD_SIGNALS
     for sensor in CATALOG.load_robot(robot).sensors:
         live = agent.knowledge.graph.get(sensor.name, "values")

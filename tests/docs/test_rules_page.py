@@ -10,7 +10,7 @@ import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
-from rocs_bt.check.paper import paper_agent
+from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.expression import (
     FUNCTIONS,
     MAX_DEPTH,
@@ -95,7 +95,7 @@ def test_the_limits_are_those_of_the_parser():
 @pytest.fixture(scope="module")
 def signals():
     catalog = Catalog()
-    return paper_agent(catalog.load_robot("pioneer_p3dx"), catalog.load_class).knowledge.signals
+    return stub_agent(catalog.load_robot("pioneer_p3dx"), catalog.load_class).knowledge.signals
 
 
 def test_the_course_has_six_files():

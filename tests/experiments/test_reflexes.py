@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from benchmarks.paper.campaign import Job, play
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
-from rocs_bt.check.paper import paper_agent
+from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import Reflex, RuleModel, load_rules
 
@@ -21,7 +21,7 @@ from . import reflexes
 
 CATALOG = Catalog()
 PAGE = reflexes.PAGE.read_text("utf-8")
-SIGNALS = paper_agent(CATALOG.load_robot("pioneer_p3dx"), CATALOG.load_class).knowledge.signals
+SIGNALS = stub_agent(CATALOG.load_robot("pioneer_p3dx"), CATALOG.load_class).knowledge.signals
 RADIUS = 0.0975  # [m]
 WEIGHTS = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6]  # the published ones, of the left wheel, from left to right
 

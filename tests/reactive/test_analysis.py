@@ -7,7 +7,7 @@ import pytest
 from rocs_bt.actions import ACTIONS as SHIPPED_ACTIONS
 from rocs_bt.agent.build import thresholds
 from rocs_bt.catalog import Catalog
-from rocs_bt.check.paper import paper_agent
+from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.errors import Fault, InputError
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import check_rules, load_rules
@@ -385,7 +385,7 @@ def robots_and_rules():
 def test_shipped_rules_are_clean_for_every_shipped_robot(robot, rules):
     catalog = Catalog()
     spec = catalog.load_robot(robot)
-    environment = Environment.of(paper_agent(spec, catalog.load_class).knowledge.signals)
+    environment = Environment.of(stub_agent(spec, catalog.load_class).knowledge.signals)
     file = catalog.find("rules", rules).path
     own = thresholds(spec, file)
     if any(not fault.warning for fault in check_rules(file, environment, SHIPPED_ACTIONS, own)):

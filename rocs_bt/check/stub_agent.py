@@ -1,6 +1,6 @@
-"""An agent on paper: all blocks of a robot, built and wired, with devices that do not exist.
+"""Stub agents: all blocks of a robot, built and wired, with stub devices.
 
-It shows what a rule file or a mission can rely on (signals, places, actions) without a world to run in.
+They provide the signals, places and actions that rules and missions are checked against, without a simulation.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from ..plan import Mission, Plan
 
 class _NoSensor(Sensor):
     def read(self) -> Reading:
-        raise DeviceError(f"the sensor '{self.name}' exists on paper only")
+        raise DeviceError(f"the sensor '{self.name}' is a stub")
 
 
 class _NoActuator(Actuator):
     def command(self, values: Sequence[float]) -> None:
-        raise DeviceError(f"the actuator '{self.name}' exists on paper only")
+        raise DeviceError(f"the actuator '{self.name}' is a stub")
 
     def neutral(self) -> None:
         pass
@@ -36,26 +36,26 @@ class _Idle(Plan):
 
 
 def idle(mission: Mission) -> Plan:
-    """A mission that wants nothing."""
+    """Mission that does nothing."""
     return _Idle(mission.name, **mission.parts)
 
 
-def paper_agent(
+def stub_agent(
     robot: RobotSpec,
     load_class: Callable[[Path, str], type],
-    mind: Controller | None = None,
+    controller: Controller | None = None,
     name: str = "R1",
 ) -> Agent:
-    """An agent of a robot, never to be run.
+    """Build an agent with stub devices, for checks only.
 
     Args:
         robot: The robot.
         load_class: Loads a class that robot.toml names as `file.py:Class`.
-        mind: Its mission, and what it is told of the world; one that wants nothing by default.
-        name: What others call it.
+        controller: Mission, rules and initial knowledge; an idle mission by default.
+        name: Agent's name.
 
     Raises:
-        InputError: The robot, the mission or a place is wrong.
+        InputError: The robot, the mission or a place is invalid.
     """
     rate = RateSpec()
     clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
@@ -69,4 +69,4 @@ def paper_agent(
         {s.name: RateSpec(sensors=rate.control).sensor_rate(None, s.name) for s in robot.sensors},
     )
     runtime = Runtime(clock, NullSink())
-    return build_agent(name, devices, mind or Controller(build=idle), rates, runtime, load_class=load_class)
+    return build_agent(name, devices, controller or Controller(build=idle), rates, runtime, load_class=load_class)
