@@ -152,7 +152,7 @@ MISTAKES = [
     ("priority = 5", 'priority = "high"', 15, 1, "priority must be a whole number, found 'high'"),
     ("priority = 5\n", "", 7, 1, "rule.Turn has no 'priority'"),
     ('on_invalid = "trip"\n', "", 7, 1, "Turn is tagged safety, so it must say what an invalid guard means"),
-    ('"trip"', '"tripp"', 16, 1, "'tripp' is no on_invalid. Did you mean 'trip'?"),
+    ('"trip"', '"tripp"', 16, 1, "invalid value 'tripp' for 'on_invalid'. Did you mean 'trip'?"),
     ('"trip"', '"hold"', 16, 1, "Turn holds while its guard is invalid, but has no 'max_hold'"),
     ('"trip"', '"trip"\nmax_hold = "1 s"', 17, 1, "Turn has no use for max_hold"),
     ('"trip"', '"trip"\nkeep = ["angel"]', 17, 1, "no parameter of the action is named 'angel'. Did you mean 'angle'?"),
