@@ -75,7 +75,7 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
         ('name = "wheels"', 'name = "weels"', r"no actuator of this robot is named 'wheels'. Did you mean 'weels'"),
         ("rays = 5", "rays = 5.5", r":20:1: rays must be a whole number, found 5.5"),
         ('half_angle = "15 deg"', 'half_angle = "15 m"', r":19:1: half_angle must be in rad, found '15 m'"),
-        ('half_angle = "15 deg"', 'half_angel = "15 deg"', r":19:1: unknown key 'half_angel' in sensor.0. Did you mean 'half_angle'"),
+        ('half_angle = "15 deg"', 'half_angel = "15 deg"', r":19:1: unknown key .* Did you mean 'half_angle'"),
         ('sites = ["sonar0", "sonar1"]', "", r":15:1: the driver 'range_cone' needs 'sites'"),
         ('driver = "velocity"', 'driver = "velocty"', r"no driver is named 'velocty'. Did you mean 'velocity'"),
         (
