@@ -204,7 +204,7 @@ def test_sensors_can_be_read_as_often_as_a_faster_control_needs(scenario_file, p
         ('plan = "5 Hz"', 'physics = "3 ms"', r"the control rate of 20 Hz is 16\.67 steps of 0\.003 s"),
         ('plan = "5 Hz"', 'control = "30 Hz"', r"the control rate of 30 Hz is 6\.667 steps"),
         ('plan = "5 Hz"', 'control = "50 Hz"', r":6: the rate of sensor 'bot/sonar' of 20 Hz is 2\.5 steps"),
-        ('name = "R2"', 'name = "R1"', r":31:1: the name 'R1' is taken"),
+        ('name = "R2"', 'name = "R1"', r":31:1: another table has the name 'R1'"),
         ('name = "R2"', 'name = "R/2"', r":31:1: 'R/2' is not a valid body name"),
         ('agents = ["R1"]', 'agents = ["R9"]', r":14:1: no agent is named 'R9'"),
         (
