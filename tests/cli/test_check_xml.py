@@ -50,8 +50,8 @@ def check(rocs_bt, folder, *arguments):
         ("launch", "<launch/>", 2, "1:1: the file begins with <launch>, which is a ROS launch file."),
         ("other", "<a/>", 2, "1:1: the file begins with <a>, which is an unknown format."),
         ("root", "<root><a/></root>", 2, "1:1: its <root> contains neither trees nor models of nodes."),
-        ("text", "hello", 2, "the file holds no XML element."),
-        ("empty", "", 2, "the file holds no XML element."),
+        ("text", "hello", 2, "the file contains no XML element."),
+        ("empty", "", 2, "the file contains no XML element."),
     ],
 )
 def test_a_file_is_checked_as_what_it_holds(rocs_bt, tmp_path, name, text, code, says):
