@@ -130,7 +130,7 @@ class _Missions:
             own = [e for e in self.document.elements() if e.tag == "SubTree" and e.attributes.get("ID") == name]
             uses = self.uses.get(name) or own
             if name not in self.uses or uses[0].source.file == self.file:
-                message = f"no tree is named '{name}' in the checked files; a stub takes its place{times(uses)}."
+                message = f"no tree is named '{name}' in the checked files; a stub replaces it{times(uses)}."
                 hint = "Check the file that contains it together with this one, or <include> it."
                 yield uses[0].fault(message, hint, attribute="ID", warning=True)
 
