@@ -12,7 +12,7 @@ import threading
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,8 +167,8 @@ class SignalTable:
             self._values = np.full(self.size, math.nan)
             self._expires = np.full(self.size, -math.inf)
             # Live views of both: for a few numbers plain Python is faster than numpy.
-            self._numbers: memoryview[float] = memoryview(self._values)  # type: ignore[arg-type]  # arrays are buffers
-            self._ends: memoryview[float] = memoryview(self._expires)  # type: ignore[arg-type]  # as above
+            self._numbers = cast("memoryview[float]", self._values.data)
+            self._ends = cast("memoryview[float]", self._expires.data)
             for name, spec in self._specs.items():
                 place = self._slices[name]
                 self._writers[name] = SignalWriter(self, spec, self._values[place], self._expires[place], self._lock)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -31,9 +31,9 @@ class Sight:
         self._model = model
         # MuJoCo takes arrays; for three numbers plain Python, by views of them, is faster than numpy.
         self._start, self._along, self._geom = np.zeros(3), np.zeros(3), np.zeros((1, 1), dtype=np.int32)
-        self._from: memoryview[float] = memoryview(self._start)  # type: ignore[arg-type]  # arrays are buffers
-        self._to: memoryview[float] = memoryview(self._along)  # type: ignore[arg-type]  # as above
-        self._hit: memoryview[int] = memoryview(self._geom)  # type: ignore[arg-type]  # as above
+        self._from = cast("memoryview[float]", self._start.data)
+        self._to = cast("memoryview[float]", self._along.data)
+        self._hit = self._geom.data
         owned = {geom: body.name for body in robots.values() for geom in body.geoms}
         self._owners = [owned.get(geom, "") for geom in range(model.ngeom)]
         self._solid = [collides(model, geom) for geom in range(model.ngeom)]
