@@ -1,4 +1,4 @@
-"""What an attribute of the knowledge graph may be, and the check of every value that is written."""
+"""Attributes of the knowledge graph: their types, and the check of every value that is written."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..units import NONE, Dimension
 
 
 class Live:
-    """The type of an attribute that is not written: the live view of the signal that attribute `signal` names."""
+    """Type of an attribute that is not written: the live view of the signal named by the attribute `signal`."""
 
 
 @dataclass(frozen=True)
@@ -23,15 +23,15 @@ class Attribute:
     """One attribute of a kind or of a relation.
 
     Attributes:
-        type: `float`, `int`, `bool`, `str`, `tuple` (of floats), `Pose2` or `Live`.
-        dimensions: The dimension of each number; one for a float, three for a pose.
+        type: Python type: `float`, `int`, `bool`, `str`, `tuple` (of floats), `Pose2` or `Live`.
+        dimensions: Dimension of each number; one for a float, three for a pose.
         required: Whether a node cannot be added without it.
-        default: What it is until it is written; None for nothing.
-        low: Lowest allowed number, in SI units.
-        high: Highest allowed number, in SI units.
-        size: How many numbers a tuple has; 0 for any.
-        choices: The texts that are allowed; any where there are none.
-        doc: One sentence for people.
+        default: Value until the first write; None for unknown.
+        low: Lowest allowed number, SI units.
+        high: Highest allowed number, SI units.
+        size: Number of elements of a tuple; 0 for any.
+        choices: Allowed texts; empty for any.
+        doc: Description, one sentence.
     """
 
     type: type
@@ -52,16 +52,16 @@ class Attribute:
             self.check(self.default)
 
     def check(self, value: Any) -> Any:
-        """The value as it is stored: a plain Python value that nobody can change afterwards.
+        """Check a value and convert it to the immutable Python value that is stored.
 
         Args:
-            value: What somebody wants to write; None, where it is not required, for "not known".
+            value: Value to write; None for "not known", unless required.
 
         Raises:
-            KnowledgeError: Another type, NaN, or outside of `low` and `high`; the caller says of what, in front.
+            KnowledgeError: Wrong type, NaN, or outside `low` and `high`; the caller puts the name in front.
         """
         if self.type is float and type(value) is float and self.low <= value <= self.high:
-            return value  # nearly every write
+            return value  # the common case
         if value is None and not self.required:
             return None
         if self.type is float:
@@ -82,7 +82,7 @@ class Attribute:
         return value
 
     def narrows(self, wider: Attribute) -> bool:
-        """Whether every value of this one is one of the other's: the same type and unit, no wider bounds."""
+        """Whether this attribute accepts only values that the other accepts: same type and unit, no wider bounds."""
         if (self.type, self.dimensions) != (wider.type, wider.dimensions) or wider.required > self.required:
             return False
         fewer = not wider.choices or (self.choices and {*self.choices} <= {*wider.choices})
@@ -90,7 +90,7 @@ class Attribute:
 
     @property
     def words(self) -> str:
-        """All that it demands, for messages."""
+        """Type, bounds, choices and `required`, for messages."""
         span = "" if math.isinf(self.low) and math.isinf(self.high) else f" in [{self.low:g}, {self.high:g}]"
         few = f" of {', '.join(self.choices)}" if self.choices else ""
         return f"{self}{span}{few}{', required' if self.required else ''}"
@@ -119,14 +119,14 @@ class Attribute:
         x, y, yaw = value
         plain = type(x) is type(y) is type(yaw) is float and math.isfinite(x + y + yaw)
         if plain and self.low <= min(value) and max(value) <= self.high:
-            return value  # nearly every pose
+            return value  # the common case
         pose = Pose2(*(self._number(v) for v in value))
         if not all(map(math.isfinite, pose)):
             raise KnowledgeError(f"must be finite, found {value!r}.")
         return pose
 
     def _within(self, value: float) -> None:
-        # Written so that NaN, which compares false, is refused too.
+        # NaN compares false, so this form rejects it too.
         if not self.low <= value <= self.high:
             span = "" if math.isinf(self.low) and math.isinf(self.high) else f" in [{self.low:g}, {self.high:g}]"
             raise KnowledgeError(f"must be {self}{span}, found {value!r}.")

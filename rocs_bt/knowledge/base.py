@@ -1,4 +1,4 @@
-"""The knowledge base: graph and signals of one agent, and queries to them (paper, 4.2 and 5.1)."""
+"""Knowledge base: graph and signals of one agent, and queries over them (paper, 4.2 and 5.1)."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .schema import Schema
 from .signals import SignalTable
 
 _KEPT = 256
-"""Compiled queries that are kept."""
+"""Maximum number of cached compiled queries."""
 
 
 class _Signals(SignalTable):
-    """The table of a knowledge base: frozen, it shows itself in the graph."""
+    """Signal table of a knowledge base; `freeze` makes its live views available in the graph."""
 
     def __init__(self, graph: KnowledgeGraph) -> None:
         super().__init__()
@@ -35,10 +35,10 @@ class _Signals(SignalTable):
 
 
 class KnowledgeBase(ABC):
-    """What models are views of: a graph of what is, and a table of what is measured.
+    """Base of the models: a graph of facts and a table of measured signals.
 
     Args:
-        agent: Name of the robot, and of its node in the graph.
+        agent: Name of the robot and of its node in the graph.
         clock: Source of time.
         sink: Receives changes of the graph.
         schema: Kinds of nodes and relations that the graph may hold.
@@ -49,7 +49,7 @@ class KnowledgeBase(ABC):
         sink: Receives changes of the graph.
         graph: Nodes and relations.
         signals: Numbers that change every period.
-        past: Where queries `as of` a time look; nowhere until somebody who keeps it is put there.
+        past: Source of earlier graph states for `as of` queries; a NoPast, which refuses them, until one is set.
 
     Raises:
         KnowledgeError: The agent has no name.
@@ -72,17 +72,18 @@ class KnowledgeBase(ABC):
         """Pose of the robot in the world frame [m, m, rad] at a time [s], now by default; all NaN while unknown."""
 
     def ask(self, query: str | Find, **parameters: Any) -> Answers:
-        """Put a query to the graph, as the robot that it belongs to; see docs/knowledge.md.
+        """Run a query on the graph, as seen by this robot; see docs/knowledge.md.
 
-        Each text is compiled once. `robot` in it is this robot, where its signal `pose` says that it is.
+        Each text is compiled once. `robot` in a query is this robot, at the pose of its signal `pose`.
 
         Args:
-            query: Such as `object where moves and distance(pose, robot) < 2 m`, or `find("object").within("2 m")`.
-            parameters: What the text calls by these names: numbers, Quantities, texts, truths, poses, paths.
+            query: Query such as `object where moves and distance(pose, robot) < 2 m`, or
+                `find("object").within("2 m")`.
+            parameters: Values of the query's parameters, by name: numbers, Quantities, texts, booleans, poses, paths.
 
         Raises:
-            InputError: The text is no query; with the column.
-            KnowledgeError: A parameter that no query takes, or nobody keeps the past that is asked for.
+            InputError: The text is not a query; with the column.
+            KnowledgeError: A parameter has an unsupported type, or there is no history for an `as of` query.
         """
         return self.query(str(query), **parameters).ask(self.graph, self.query_context(), **parameters)
 
@@ -90,17 +91,17 @@ class KnowledgeBase(ABC):
         """Whether a query has any answer; see `ask`.
 
         Raises:
-            InputError: The text is no query; with the column.
-            KnowledgeError: A parameter that no query takes, or nobody keeps the past that is asked for.
+            InputError: The text is not a query; with the column.
+            KnowledgeError: A parameter has an unsupported type, or there is no history for an `as of` query.
         """
         return self.query(str(query), **parameters).holds(self.graph, self.query_context(), **parameters)
 
     def query(self, text: str, **parameters: Any) -> Query:
-        """The compiled query of a text, for parameters like these.
+        """Compile a query text for parameters of these types; the result is cached.
 
         Raises:
-            InputError: The text is no query; with the column.
-            KnowledgeError: A parameter that no query takes.
+            InputError: The text is not a query; with the column.
+            KnowledgeError: A parameter has an unsupported type.
         """
         types = read_parameters(parameters)[0] if parameters else {}
         key = (text, *types.items(), self.signals.frozen)
@@ -115,7 +116,7 @@ class KnowledgeBase(ABC):
         return self._queries[key]
 
     def query_context(self) -> QueryContext:
-        """The robot as one who asks: its name, where it is, the time, its signals."""
+        """What queries read besides the graph: the robot's name and pose, the time, its signals and its past."""
         t = self.clock.now()
         pose, read = self.pose(t), self.signals.read
         return QueryContext(
@@ -124,5 +125,5 @@ class KnowledgeBase(ABC):
 
     @property
     def revision(self) -> int:
-        """The graph's revision: how many changes there have been. Signals count their writes themselves."""
+        """Number of graph changes so far; each signal counts its own writes."""
         return self.graph.revision

@@ -1,4 +1,4 @@
-"""Kinds of nodes and relations between them, as they are declared."""
+"""Declarations of node kinds and of the relations between them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any, TypeVar
 from ..errors import KnowledgeError, did_you_mean
 from .attribute import Attribute, Live
 
-# What every row has, and what the writing methods call their own arguments.
+# Keys of every row, and the parameter names of the writing methods.
 RESERVED = frozenset({"kind", "t", "revision", "node", "source", "relation", "target"})
 
 
 NAME_LIMIT = 200
-"""Characters in a name."""
+"""Maximum number of characters in a name."""
 
 T = TypeVar("T")
 
@@ -22,16 +22,22 @@ T = TypeVar("T")
 def is_name(text: object) -> bool:
     """Whether a text can name a node: 1 to `NAME_LIMIT` printable characters, in every graph and from every peer.
 
-    Control characters would reach terminals, log files and identifiers as commands.
+    Control characters would act as commands in terminals, log files and identifiers.
     """
     return isinstance(text, str) and 0 < len(text) <= NAME_LIMIT and text.isprintable()
 
 
 def lookup(what: str, name: str, names: Mapping[str, T], owner: str) -> T:
-    """What a name stands for.
+    """The value of a name in a mapping.
+
+    Args:
+        what: Type of the name, for the message.
+        name: Name to find.
+        names: Values by name.
+        owner: Owner of the names, for the message.
 
     Raises:
-        KnowledgeError: Nothing; lists what exists.
+        KnowledgeError: No such name; lists what exists.
     """
     if name in names:
         return names[name]
@@ -39,15 +45,15 @@ def lookup(what: str, name: str, names: Mapping[str, T], owner: str) -> T:
 
 
 def checked(owner: tuple[str, ...], declared: Mapping[str, Attribute], given: Mapping[str, Any]) -> dict[str, Any]:
-    """The values as they are stored.
+    """Check attribute values against their declarations and convert them to what is stored.
 
     Args:
-        owner: The words for whose attributes they are, such as `goal`, `home`; joined for a message only.
-        declared: What it may hold.
-        given: What somebody wants to write.
+        owner: Words that name the owner, such as `goal`, `home`; used in messages.
+        declared: Declared attributes.
+        given: Values to write.
 
     Raises:
-        KnowledgeError: An attribute that is not declared, or a value that it refuses.
+        KnowledgeError: An attribute is not declared, or rejects its value.
     """
     values = {}
     for name, value in given.items():
@@ -63,13 +69,13 @@ def checked(owner: tuple[str, ...], declared: Mapping[str, Attribute], given: Ma
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of node.
+    """Kind of node.
 
     Attributes:
-        name: What the graph calls it, such as `robot`.
-        attributes: What a node of this kind may hold.
-        doc: One sentence for people.
-        extends: The kind that it is a kind of: it has all its attributes, and stands wherever that one may.
+        name: Name in the graph, such as `robot`.
+        attributes: Declared attributes of a node of this kind.
+        doc: Description, one sentence.
+        extends: Parent kind: a node has all its attributes and is accepted wherever the parent kind is.
     """
 
     name: str
@@ -86,17 +92,17 @@ class Kind:
 
 @dataclass(frozen=True)
 class Relation:
-    """A named relation: a directed edge from nodes of some kinds to nodes of some kinds.
+    """Named relation: a directed edge from nodes of some kinds to nodes of some kinds.
 
     Attributes:
-        name: What the graph calls it, such as `has_sensor`.
-        sources: Kinds that it may start from, and all that extend them.
-        targets: Kinds that it may end at, and all that extend them.
-        attributes: What an edge of it may hold.
-        single: Whether a source has at most one; a new edge then takes the old one's place.
-        doc: One sentence for people.
-        max_targets: How many a source may have at most; one more is refused. None for any number.
-        max_sources: How many a target may have at most; one more is refused. None for any number.
+        name: Name in the graph, such as `has_sensor`.
+        sources: Kinds that it may start from, including those that extend them.
+        targets: Kinds that it may end at, including those that extend them.
+        attributes: Declared attributes of an edge.
+        single: Whether a source has at most one; a new edge then replaces the old one.
+        doc: Description, one sentence.
+        max_targets: Maximum number of targets of a source, beyond which an edge is refused; None for any.
+        max_sources: Maximum number of sources of a target, beyond which an edge is refused; None for any.
     """
 
     name: str
@@ -111,7 +117,7 @@ class Relation:
     def __post_init__(self) -> None:
         _no_reserved(f"relation '{self.name}'", self.attributes)
         if self.single and self.max_targets is not None:
-            raise KnowledgeError(f"relation '{self.name}' is single, so that max_targets says nothing; drop one.")
+            raise KnowledgeError(f"relation '{self.name}' is single, so max_targets has no effect; drop one.")
         if any(most is not None and most < 1 for most in (self.max_targets, self.max_sources)):
             raise KnowledgeError(f"relation '{self.name}' must allow at least one source and target.")
         if any(a.type is Live for a in self.attributes.values()):
@@ -121,5 +127,5 @@ class Relation:
 def _no_reserved(owner: str, attributes: Mapping[str, Attribute]) -> None:
     if taken := RESERVED & attributes.keys():
         raise KnowledgeError(
-            f"{owner} declares {', '.join(sorted(taken))}, which the graph uses itself; name it otherwise."
+            f"{owner} declares {', '.join(sorted(taken))}, which the graph reserves; choose another name."
         )

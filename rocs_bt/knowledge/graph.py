@@ -1,4 +1,4 @@
-"""The knowledge graph: one networkx MultiDiGraph, checked against a schema, safe under threads."""
+"""Knowledge graph: one networkx MultiDiGraph, checked against a schema, thread-safe."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ _NEVER = Stamp(-math.inf, 0)
 
 
 class KnowledgeGraph(Readable):
-    """What one robot knows, as nodes with a kind and typed attributes, and named relations between them.
+    """Knowledge of one robot: nodes with a kind and typed attributes, and named relations between them.
 
-    A write is checked first, and then made as a whole. Each change has a revision, counted from 1 without a gap, is
-    emitted as a `KnowledgeChanged` event in that order, and told to subscribers after the lock is released. Writing
-    an equal value again renews its time, and is no change.
+    A write is checked first and then made as a whole. Each change has a revision, counted from 1 without gaps. It is
+    emitted as a `KnowledgeChanged` event in that order and passed to subscribers after the lock is released. Writing
+    an equal value again renews its time but is not a change.
 
     Args:
-        clock: Where time is read.
-        sink: Where changes are emitted.
+        clock: Source of time.
+        sink: Receiver of the change events.
         agent: The agent's name, for the events.
-        schema: What may be written.
+        schema: Kinds, attributes and relations that may be written.
 
     Attributes:
-        schema: What may be written.
-        revision: Of the newest change.
+        schema: Kinds, attributes and relations that may be written.
+        revision: Revision of the newest change.
         agent: The agent's name.
-        clock: Where it reads the time.
-        write_observers: Who is handed every whole write.
+        clock: Source of time.
+        write_observers: Callbacks that receive each complete write.
     """
 
     def __init__(self, clock: Clock, sink: EventSink, agent: str = "", schema: Schema = SCHEMA) -> None:
@@ -133,13 +133,13 @@ class KnowledgeGraph(Readable):
 
     @property
     def view(self) -> Any:
-        """A read-only, live networkx MultiDiGraph with relations as edge keys; under threads use it inside `held`."""
+        """A live, read-only networkx MultiDiGraph with relations as edge keys; with threads use it inside `locked`."""
         return self._store.view
 
     def locked(self) -> AbstractContextManager[Any]:
-        """Hold the graph still: no other thread writes. Gives the view.
+        """Lock the graph against writes of other threads; the context manager gives the view.
 
-        For an algorithm over the view, or for several writes that belong together; subscribers are told at the end.
+        For an algorithm over the view, or for several writes that form one. Subscribers are called at the end.
         """
         return _Lock(self)
 
@@ -163,7 +163,7 @@ class KnowledgeGraph(Readable):
         """Add a node.
 
         Raises:
-            KnowledgeError: The name is taken, or the schema refuses it; nothing is written.
+            KnowledgeError: The name is taken, or the schema rejects an attribute; nothing is written.
         """
         with self._lock:
             declared = self.schema.kind(kind).attributes
@@ -175,7 +175,7 @@ class KnowledgeGraph(Readable):
             if missing := [n for n, a in declared.items() if a.required and n not in values]:
                 raise KnowledgeError(f"{kind} '{node}' needs {', '.join(missing)}; give them when it is added.")
             values.update(self._live_values(declared, values))
-            # None is told where it takes the place of a default: the changes alone must make the graph again.
+            # A None that replaces a default is emitted too: the graph must be reproducible from its changes alone.
             given = [n for n in attributes if values[n] is not None or declared[n].default is not None]
             t = self.clock.now()
             self._store.add(node, kind, declared, values, t, self.revision + 1 + len(given))
@@ -187,13 +187,13 @@ class KnowledgeGraph(Readable):
         self._deliver()
 
     def set(self, node: str, **attributes: Any) -> None:
-        """Write attributes of a node; None for one that is not known any more.
+        """Write attributes of a node; None for a value that is no longer known.
 
         Raises:
-            KnowledgeError: No such node, or the schema refuses one of them; nothing is written.
+            KnowledgeError: No such node, or the schema rejects an attribute; nothing is written.
         """
         lock = self._lock
-        lock.acquire()  # in half the time of `with`, and this is the busiest of all writes
+        lock.acquire()  # takes half the time of `with`; this is the most frequent write
         try:
             row = self._rows.get(node) or self._row(node)
             kind = row["kind"]
@@ -241,10 +241,10 @@ class KnowledgeGraph(Readable):
         self._deliver()
 
     def relate(self, source: str, relation: str, target: str, **attributes: Any) -> None:
-        """Draw an edge, or write attributes of one that is there. A `single` relation lets go of its old target.
+        """Add an edge, or write attributes of an existing one. A `single` relation drops its old target.
 
         Raises:
-            KnowledgeError: No such node or relation, kinds that it does not join, or a refused attribute.
+            KnowledgeError: No such node or relation, kinds that the relation does not join, or a rejected attribute.
         """
         with self._lock:
             declared = self.schema.relation(relation)
@@ -268,10 +268,10 @@ class KnowledgeGraph(Readable):
         self._deliver()
 
     def unrelate(self, source: str, relation: str, target: str) -> None:
-        """Take an edge away.
+        """Remove an edge.
 
         Raises:
-            KnowledgeError: There is no such edge; lists what the source is related to.
+            KnowledgeError: There is no such edge; lists the targets of the source.
         """
         with self._lock:
             if target not in (there := self.related(source, relation)):
@@ -286,15 +286,15 @@ class KnowledgeGraph(Readable):
     def subscribe(
         self, callback: Callback, kind: str | None = None, node: str | None = None, relation: str | None = None
     ) -> Subscription:
-        """Hear of changes that fit all the filters given; an edge is about both of its ends.
+        """Call back for each change that passes all given filters; an edge concerns both of its ends.
 
-        A kind stands for those that extend it too.
+        A kind includes the kinds that extend it.
 
         Callbacks run on the thread of a writer, after its lock is released, in the order of revision and one at a
-        time; keep them short. One that raises is detached, kept in `failures`, and reported as an event.
+        time; keep them short. One that raises is detached, recorded in `failures` and reported as an event.
 
         Raises:
-            KnowledgeError: No such kind or relation. A node need not exist yet.
+            KnowledgeError: No such kind or relation. The node need not exist yet.
         """
         if kind is not None:
             self.schema.kind(kind)
@@ -304,14 +304,14 @@ class KnowledgeGraph(Readable):
 
     @property
     def failures(self) -> tuple[SubscriberFailure, ...]:
-        """Every subscriber that raised and was detached."""
+        """Subscribers that raised and were detached."""
         return tuple(self._subscribers.failures)
 
     def bind(self, live: Callable[[str], Array]) -> None:
-        """Give every node that names a signal its live view, now and from now on.
+        """Give every node with a `signal` attribute the live view of that signal, now and for later writes.
 
         Args:
-            live: Signal name -> its read-only view.
+            live: Returns the read-only view of a signal by name.
 
         Raises:
             KnowledgeError: A node names a signal that is not declared.
@@ -373,13 +373,13 @@ class KnowledgeGraph(Readable):
             self.write_observers.settle()
 
     def _deliver(self) -> None:
-        # Inside `held` the lock is still ours, or will be asked for again: whoever leaves it delivers.
+        # Inside `locked` this thread still holds the lock, or will take it again; the outermost `locked` delivers.
         if not self._locks:
             self._subscribers.deliver()
 
 
 class _Lock(AbstractContextManager[Any]):
-    """Holds a graph for a while; three times as quick as a generator would."""
+    """Context manager of `KnowledgeGraph.locked`; three times as fast as a generator."""
 
     __slots__ = ("_graph",)
 

@@ -15,22 +15,22 @@ from .world import WorldModel
 
 
 class Knowledge(KnowledgeBase):
-    """All that one robot knows, and the three models of it.
+    """Everything one robot knows, and three models of it.
 
     Args:
-        agent: Name of the robot, and of its node in the graph.
+        agent: Name of the robot and of its node in the graph.
         clock: Source of time.
         sink: Receives changes of the graph.
         schema: Kinds of nodes and relations that the graph may hold.
-        world: Class of the WorldModel, for a user's own (paper, 5.3).
+        world: Class of the WorldModel; a user may extend it (paper, 5.3).
         robot: Class of the RobotModel.
         strategy: Class of the StrategyModel.
 
     Attributes:
-        world: The graph seen as the world.
-        robot: The graph and the signals seen as the robot.
-        strategy: The graph seen as strategies.
-        reactive_models: The ReactiveModels, put there by the agent.
+        world: View of the graph as the world.
+        robot: View of the graph and the signals as the robot.
+        strategy: View of the graph as strategies.
+        reactive_models: The ReactiveModels, added by the agent.
 
     Raises:
         KnowledgeError: The agent has no name.

@@ -1,4 +1,4 @@
-"""The common part of the three models: views of one Knowledge, with no store of their own."""
+"""Base class of the three models: named views of one Knowledge without a store of their own."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from .base import KnowledgeBase
 
 
 class Model:
-    """A view of Knowledge under a name of its own; a user's subclass adds properties (paper, 5.3).
+    """View of Knowledge; a user's subclass adds properties (paper, 5.3).
 
     Args:
-        knowledge: What it is a view of.
+        knowledge: Knowledge base to view.
     """
 
     def __init__(self, knowledge: KnowledgeBase) -> None:

@@ -1,4 +1,4 @@
-"""OccupancyGrid: what stands where, as evidence by cell, and where in the cell its echoes come from.
+"""OccupancyGrid: occupancy evidence by cell, and the mean position of the echoes in each cell.
 
 Source: Moravec and Elfes, High resolution maps from wide angle sonar, ICRA 1985; Thrun, Burgard and Fox, Probabilistic
 Robotics (2005), 9.2 (log odds, added up and bounded).
@@ -18,41 +18,41 @@ from ..errors import KnowledgeError
 from .signals import Array
 
 MAX_ECHOES = 20
-"""Over about so many echoes the place of a thing in its cell is the mean: noise goes, and what moves is followed."""
+"""Maximum weight of past echoes in a cell's mean position: it averages noise, yet follows a moving obstacle."""
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 1
-"""What a cell is known to be."""
+"""States of a cell."""
 
 HIT, MISS = 0.9, -0.4
-"""What one look adds to a cell's log odds: of an echo in it, of a beam through it."""
+"""Change of a cell's log odds by one scan: for an echo in it, and for a beam through it."""
 
 EVIDENCE_LIMIT = 3.6
-"""Log odds beyond which more of the same adds nothing: so nothing is believed for ever, once it is gone."""
+"""Bound of the log odds, so that a cell can change its state again after any number of equal observations."""
 
 FREE_BELOW, OCCUPIED_ABOVE = -0.2, 0.5
-"""Log odds below which a cell counts as free, above which as occupied; between the two nobody knows."""
+"""Log odds below which a cell is free, and above which it is occupied; in between it is unknown."""
 
 MAX_CELLS = 4_000_000
-"""The most cells of one grid."""
+"""Maximum number of cells of a grid."""
 
 Cells = npt.NDArray[np.intp]
-"""(k, 2) Row and column each."""
+"""Rows and columns of cells, shape (k, 2)."""
 
 Indices = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """A copy of a part of a grid.
+    """Copy of a rectangle of a grid.
 
     Attributes:
-        states: (rows, columns) UNKNOWN, FREE or OCCUPIED; row 0 is the southernmost, column 0 the westernmost.
-        echoes: (rows, columns, 2) Mean place of the echoes in each cell, in the world frame [m]; nothing where there
-            were none.
-        x: Western edge, in the world frame [m].
-        y: Southern edge, in the world frame [m].
+        states: UNKNOWN, FREE or OCCUPIED, shape (rows, columns); row 0 is the southernmost, column 0 the westernmost.
+        echoes: Mean position of the echoes in each cell, world frame [m], shape (rows, columns, 2); meaningless in
+            cells without echoes.
+        x: Western edge, world frame [m].
+        y: Southern edge, world frame [m].
         cell: Side of a cell [m].
-        revision: The grid's when it was copied.
+        revision: Revision of the grid at the time of the copy.
     """
 
     states: npt.NDArray[np.int8]
@@ -63,13 +63,13 @@ class Window:
     revision: int
 
     def points(self) -> Array:
-        """(k, 2) Where things stand: the mean echo of each occupied cell, in the world frame [m]."""
+        """Obstacle points: the mean echo of each occupied cell, world frame [m], shape (k, 2)."""
         points: Array = self.echoes.reshape(-1, 2)[np.flatnonzero(self.states == OCCUPIED)]
         return points
 
 
 class OccupancyGrid:
-    """A square of cells around the robot that rolls along with it; what rolls out of it is forgotten.
+    """Square grid of cells that moves with the robot; cells that leave the square are forgotten.
 
     Safe with one writer and many readers on other threads.
 
@@ -79,7 +79,7 @@ class OccupancyGrid:
 
     Attributes:
         cell: Side of a cell [m].
-        revision: Counts the changes of what is occupied; evidence that changes no cell's state does not count.
+        revision: Number of updates that changed which cells are occupied; other updates do not count.
 
     Raises:
         KnowledgeError: A size is not positive, or there would be more than `MAX_CELLS`.
@@ -99,20 +99,20 @@ class OccupancyGrid:
         self._lock = threading.Lock()
         self._evidence = np.zeros((self._count, self._count), np.float32)
         self._echoes = np.zeros((self._count, self._count, 2), np.float32)  # from the cell's centre [m]
-        self._echo_counts = np.zeros((self._count, self._count), np.float32)  # how many echoes, MAX_ECHOES at most
+        self._echo_counts = np.zeros((self._count, self._count), np.float32)  # at most MAX_ECHOES
         self._corner = np.array([-(self._count // 2), -(self._count // 2)])  # row and column of its first cell
 
     def cells(self, points: Array) -> Cells:
-        """(k, 2) Rows and columns of the cells of points (k, 2) [m]; numbers that stay when the grid rolls."""
+        """Absolute rows and columns, shape (k, 2), of the cells at points [m], shape (k, 2); see `centre_on`."""
         cells: Cells = np.floor(points[:, ::-1] / self.cell).astype(np.intp)
         return cells
 
     def centres(self, cells: Cells) -> Array:
-        """(k, 2) Centres of cells, in the world frame [m]."""
+        """Centres of cells, world frame [m], shape (k, 2)."""
         return np.asarray((cells[:, ::-1] + 0.5) * self.cell, dtype=float)
 
     def centre_on(self, x: float, y: float) -> None:
-        """Roll so that a place [m] is in the middle; a little off the middle is left as it is."""
+        """Move the square so that a point [m] is in its middle; within an eighth of its side it does not move."""
         wanted = [math.floor(v / self.cell) - self._count // 2 for v in (y, x)]
         shift = [new - old for new, old in zip(wanted, self._corner.tolist(), strict=True)]
         if max(map(abs, shift)) <= self._count // 8:
@@ -128,16 +128,16 @@ class OccupancyGrid:
             self.revision += 1
 
     def add_scan(self, hits: Array, passed: Cells) -> int:
-        """Take in one look: where echoes came from, and cells that a beam went through.
+        """Add one scan: positions of echoes, and cells that a beam passed through.
 
-        A cell that is in both had an echo. What is outside of the grid is passed over.
+        A cell that is in both counts as an echo. Points outside the grid are ignored.
 
         Args:
-            hits: (k, 2) In the world frame [m].
-            passed: (m, 2) Cells.
+            hits: Positions of the echoes, world frame [m], shape (k, 2).
+            passed: Cells that a beam passed through, shape (m, 2).
 
         Returns:
-            How many cells became occupied, or ceased to be.
+            Number of cells that became occupied or ceased to be.
         """
         cells = self.cells(hits)
         offsets = (hits - self.centres(cells)).astype(np.float32)
@@ -148,7 +148,7 @@ class OccupancyGrid:
             old, sure = evidence[hit], evidence[through]
             less = np.maximum(sure + MISS, -EVIDENCE_LIMIT)
             evidence[through] = less
-            # Once for each cell, so that a near thing is no surer than a far one.
+            # Once per cell and scan, so that a near obstacle with many echoes gains no more evidence than a far one.
             new = np.minimum(old + HIT, EVIDENCE_LIMIT)
             evidence[hit] = new
             self._locate(hit, which, count, offsets[inside])
@@ -159,7 +159,7 @@ class OccupancyGrid:
         return changed
 
     def _locate(self, hit: Indices, which: Indices, count: Indices, offsets: npt.NDArray[np.float32]) -> None:
-        """Take new echoes into the cells' means."""
+        """Update the mean echo positions of the cells with new echoes."""
         echoes, counts = self._echoes.reshape(-1, 2), self._echo_counts.reshape(-1)
         known = np.minimum(counts[hit], MAX_ECHOES)
         total = known + count
@@ -168,7 +168,7 @@ class OccupancyGrid:
         counts[hit] = np.minimum(total, MAX_ECHOES)
 
     def clear(self, x: float, y: float, radius: float) -> None:
-        """Forget all that is known around a place [m]."""
+        """Reset all cells around a point [m] to unknown."""
         with self._lock:
             rows, columns = np.indices(self._evidence.shape) + self._corner[:, None, None]
             away = np.hypot((columns + 0.5) * self.cell - x, (rows + 0.5) * self.cell - y)
@@ -176,23 +176,23 @@ class OccupancyGrid:
             self.revision += 1
 
     def occupied(self) -> Cells:
-        """(k, 2) All occupied cells."""
+        """All occupied cells, shape (k, 2)."""
         with self._lock:
             cells: Cells = np.argwhere(self._evidence > OCCUPIED_ABOVE) + self._corner
         return cells
 
     def state(self, x: float, y: float) -> int:
-        """What is known of a place [m]: UNKNOWN, FREE or OCCUPIED; UNKNOWN outside of the grid."""
+        """State of the cell at a point [m]: UNKNOWN, FREE or OCCUPIED; UNKNOWN outside the grid."""
         with self._lock:
             at, _ = self._flat(self.cells(np.array([[x, y]])))
             return int(_states(self._evidence.reshape(-1)[at])[0]) if len(at) else UNKNOWN
 
     def window(self, low: tuple[float, float], high: tuple[float, float]) -> Window:
-        """A copy of a rectangle of cells; what is outside of the grid is UNKNOWN.
+        """A copy of a rectangle of cells; cells outside the grid are UNKNOWN.
 
         Args:
-            low: A place in its south-western cell [m].
-            high: A place in its north-eastern cell [m].
+            low: Point in its south-western cell, world frame [m].
+            high: Point in its north-eastern cell, world frame [m].
         """
         (row, column), (top, right) = self.cells(np.array([low, high])).tolist()
         with self._lock:
@@ -208,12 +208,12 @@ class OccupancyGrid:
         return Window(states, echoes, column * self.cell, row * self.cell, self.cell, revision)
 
     def points(self, low: tuple[float, float], high: tuple[float, float]) -> Array:
-        """(k, 2) Where things stand in a rectangle of cells, as the window of these places tells [m]."""
+        """Obstacle points in a rectangle of cells, as `window` gives them, world frame [m], shape (k, 2)."""
         (row, column), (top, right) = self.cells(np.array([low, high])).tolist()
         with self._lock:
             rows, columns = self._slices(row, top, column, right)
             taken = self._evidence[rows, columns] > OCCUPIED_ABOVE
-            i, j = np.divmod(np.flatnonzero(taken), max(taken.shape[1], 1))  # sooner than where it is in two dimensions
+            i, j = np.divmod(np.flatnonzero(taken), max(taken.shape[1], 1))  # faster than np.nonzero in two dimensions
             i, j = i + rows.start, j + columns.start
             echoes = self._echoes[i, j]
             cells = np.column_stack([i, j]) + self._corner
@@ -221,7 +221,7 @@ class OccupancyGrid:
         return points
 
     def _slices(self, row: int, top: int, column: int, right: int) -> tuple[slice, slice]:
-        """Those cells of a rectangle, its last row and column included, that are in the grid."""
+        """Slices of the cells of a rectangle, last row and column included, that are in the grid."""
         bounds = zip((row, column), (top, right), self._corner.tolist(), strict=True)
         rows, columns = (
             slice(*(min(max(at - first, 0), self._count) for at in (start, last + 1))) for start, last, first in bounds
@@ -229,7 +229,7 @@ class OccupancyGrid:
         return rows, columns
 
     def _flat(self, cells: Cells) -> tuple[Indices, npt.NDArray[np.bool_]]:
-        """Indices into the evidence of those cells that are in the grid, and which of them are."""
+        """Flat indices of those cells that are in the grid, and a mask of these cells."""
         rows, columns = cells[:, 0] - self._corner[0], cells[:, 1] - self._corner[1]
         inside = (rows >= 0) & (rows < self._count) & (columns >= 0) & (columns < self._count)
         flat: Indices = rows * self._count + columns
@@ -242,13 +242,13 @@ def _states(evidence: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
 
 
 def _beyond(inside: slice, start: int, last: int) -> tuple[int, int]:
-    """How many of some rows or columns, the last one included, lie before those inside, and how many after."""
+    """Number of rows or columns, the last one included, before and after those inside the grid."""
     before = min(max(-start, 0), last + 1 - start)
     return before, last + 1 - start - before - (inside.stop - inside.start)
 
 
 def _overlap(shift: int, count: int) -> tuple[slice, slice]:
-    """What remains along one axis when a grid moves on by so many cells: from where, to where."""
+    """Slices, old and new, of what remains along one axis when the grid moves by a number of cells."""
     if shift >= 0:
         return slice(min(shift, count), count), slice(0, max(count - shift, 0))
     return slice(0, max(count + shift, 0)), slice(min(-shift, count), count)

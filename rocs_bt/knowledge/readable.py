@@ -1,7 +1,7 @@
-"""Readable: a graph of knowledge as those see it who only read: queries, drawings, exports, sharing.
+"""Readable: read-only interface of a knowledge graph, for queries, drawings, exports and sharing.
 
-The robot's own `KnowledgeGraph` is one; what it was at an earlier time is another. Whoever makes one gives the abstract
-methods; the others follow from them, and may be replaced by faster ones.
+The robot's own `KnowledgeGraph` is one; its state at an earlier time is another. An implementation provides the
+abstract methods; the other methods follow from them and may be replaced by faster ones.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from .schema import Schema
 
 
 class Stamp(NamedTuple):
-    """When something was written."""
+    """Time and revision of a write."""
 
     t: float  # [s]
-    revision: int  # of its newest change
+    revision: int  # revision of its newest change
 
 
 class Readable(ABC):
     """Nodes with a kind and attributes, and edges between them, checked against a schema.
 
-    A *row* is what is known of a node or an edge: each attribute that its kind or relation declares (None where it is
-    not known), `t` [s] when it was written last, `revision` of its newest change, and for a node its `kind`. It may
-    change as the graph does; whoever needs more of it, or of others, at one moment reads inside `held`.
+    A *row* holds the data of a node or an edge: each attribute that its kind or relation declares (None if unknown),
+    `t` [s] of the last write, `revision` of its newest change, and the `kind` of a node. A row may change with the
+    graph; read inside `locked` to see several values at one moment.
 
     Attributes:
-        schema: What may stand in it.
-        revision: That of its newest change.
+        schema: Kinds, attributes and relations of the graph.
+        revision: Revision of its newest change.
     """
 
     schema: Schema
@@ -43,7 +43,7 @@ class Readable(ABC):
 
     @abstractmethod
     def nodes(self, kind: str | None = None) -> list[str]:
-        """The names of all nodes, or of those of a kind and of the kinds that extend it, as they were added.
+        """Names of all nodes, or of those of a kind and of the kinds that extend it, in insertion order.
 
         Raises:
             KnowledgeError: No such kind; lists what exists.
@@ -51,26 +51,26 @@ class Readable(ABC):
 
     @abstractmethod
     def row(self, node: str) -> Mapping[str, Any] | None:
-        """The row of a node, which nobody can change from here; None where there is no such node."""
+        """The read-only row of a node; None if there is no such node."""
 
     @abstractmethod
     def targets(self, source: str, relation: str) -> Mapping[str, Mapping[str, Any]]:
-        """The rows of a node's edges of a relation, by target, as they were related; empty where there are none."""
+        """Rows of a node's outgoing edges of a relation, by target, in insertion order."""
 
     @abstractmethod
     def sources(self, target: str, relation: str) -> Mapping[str, Mapping[str, Any]]:
-        """The rows of the edges of a relation that end at a node, by source, as they were related."""
+        """Rows of a node's incoming edges of a relation, by source, in insertion order."""
 
     @abstractmethod
     def stamp(self, node: str, attribute: str | None = None) -> Stamp:
-        """When a node, or one of its attributes, was written last; (-inf, 0) for never.
+        """Time and revision of the last write of a node or of one attribute; (-inf, 0) if never written.
 
         Raises:
             KnowledgeError: No such node or attribute; lists what exists.
         """
 
     def locked(self) -> AbstractContextManager[Any]:
-        """Hold the graph still while one reads; nothing to be done where nobody writes."""
+        """Lock the graph against writes while reading; does nothing for a graph without writers."""
         return nullcontext()
 
     def has(self, node: str) -> bool:
@@ -87,7 +87,7 @@ class Readable(ABC):
         return kind
 
     def get(self, node: str, attribute: str) -> Any:
-        """The value of an attribute; None where it is not known.
+        """The value of an attribute; None if unknown.
 
         Raises:
             KnowledgeError: No such node, or its kind has no such attribute; lists what exists.
@@ -97,7 +97,7 @@ class Readable(ABC):
         return row[attribute]
 
     def attributes(self, node: str) -> dict[str, Any]:
-        """All attributes of a node that are known, at one moment.
+        """All known attributes of a node, read at one moment.
 
         Raises:
             KnowledgeError: No such node; lists what exists.
@@ -106,7 +106,7 @@ class Readable(ABC):
         return _known(row, self.schema.kinds[row["kind"]].attributes)
 
     def related(self, source: str, relation: str) -> list[str]:
-        """The targets of a node's relation, in the order in which they were related.
+        """The targets of a node's outgoing edges of a relation, in insertion order.
 
         Raises:
             KnowledgeError: No such node or relation; lists what exists.
@@ -114,7 +114,7 @@ class Readable(ABC):
         return self._ends(source, relation, self.targets(source, relation))
 
     def relating(self, target: str, relation: str) -> list[str]:
-        """The sources of the edges of a relation that end at a node, in the order in which they were related.
+        """The sources of a node's incoming edges of a relation, in insertion order.
 
         Raises:
             KnowledgeError: No such node or relation; lists what exists.
@@ -122,7 +122,7 @@ class Readable(ABC):
         return self._ends(target, relation, self.sources(target, relation))
 
     def edge(self, source: str, relation: str, target: str) -> dict[str, Any] | None:
-        """The attributes of one edge that are known; None where there is no such edge.
+        """The known attributes of one edge; None if there is no such edge.
 
         Raises:
             KnowledgeError: No such node or relation; lists what exists.
@@ -133,7 +133,7 @@ class Readable(ABC):
         return _known(targets[target], self.schema.relation(relation).attributes) if target in targets else None
 
     def edges(self, relation: str | None = None) -> list[tuple[str, str, str]]:
-        """All edges, or those of a relation: source, relation, target; by source, as these were added.
+        """All edges, or those of a relation, as (source, relation, target), ordered by source in insertion order.
 
         Raises:
             KnowledgeError: No such relation; lists what exists.
@@ -143,9 +143,9 @@ class Readable(ABC):
         return [(node, each, target) for each in relations for node in nodes for target in self.targets(node, each)]
 
     def changed_since(self, revision: int, kind: str | None = None) -> list[str]:
-        """The nodes that were added or changed after a revision, the newest first; those removed are gone.
+        """The nodes that were added or changed after a revision, the newest first; removed nodes are not listed.
 
-        An edge is no part of its nodes: one that is drawn changes neither end.
+        A change of an edge does not count as a change of its nodes.
 
         Raises:
             KnowledgeError: No such kind; lists what exists.
@@ -157,16 +157,16 @@ class Readable(ABC):
     def by_distance(
         self, x: float, y: float, kind: str | None = None, within: float = math.inf
     ) -> Iterator[tuple[float, str]]:
-        """The nodes whose pose is known, nearest first, of equal distances the first by name.
+        """The nodes with a known pose, nearest first; equal distances are ordered by name.
 
         Args:
-            x: From where, in the world frame [m].
-            y: From where, in the world frame [m].
-            kind: Of which kind, and kinds that extend it; any with a pose if left out.
-            within: How far at most [m].
+            x: x of the centre, world frame [m].
+            y: y of the centre, world frame [m].
+            kind: Kind of the nodes, including kinds that extend it; None for every kind with a pose.
+            within: Maximum distance [m].
 
         Returns:
-            Each distance [m] and node; worked out while one asks for more.
+            Pairs of distance [m] and node, computed on demand.
 
         Raises:
             KnowledgeError: No such kind; lists what exists.
@@ -182,7 +182,7 @@ class Readable(ABC):
     def nearest(
         self, x: float, y: float, kind: str | None = None, within: float = math.inf, limit: int = 1
     ) -> list[tuple[float, str]]:
-        """The first few of `by_distance`.
+        """The first `limit` entries of `by_distance`.
 
         Raises:
             KnowledgeError: No such kind; lists what exists.
@@ -213,26 +213,27 @@ def _known(row: Mapping[str, Any], declared: Mapping[str, Any]) -> dict[str, Any
 
 
 class Past(Protocol):
-    """What keeps the history of a graph."""
+    """Source of earlier states of a graph."""
 
     def as_of(self, t: float) -> Readable:
-        """The graph as it was at a time [s]: with every change up to it, and none after.
+        """The graph at a time [s]: with every change up to it and none after.
 
         Raises:
-            KnowledgeError: Nothing is kept of so long ago.
+            KnowledgeError: No state is kept for that time.
         """
         ...
 
 
 class NoPast:
-    """The past of a graph that nobody keeps."""
+    """Past of a graph without a history."""
 
     def as_of(self, t: float) -> Readable:
-        """Refuse.
+        """Refuse the query.
 
         Raises:
             KnowledgeError: Always.
         """
         raise KnowledgeError(
-            f"nobody keeps what was known at {t:g} s. Ask the journal of a run, or give Knowledge one as its `past`."
+            f"no history of the graph is kept, so its state at {t:g} s is not available. Query the journal of a run, "
+            "or set Knowledge.past to one."
         )

@@ -1,7 +1,7 @@
-"""Roadmap: the places that are known and the roads between them, as a graph that routes are searched on.
+"""Roadmap: known places and the roads between them, as a graph for route search.
 
 The nodes are places and goals; the edges are the relation `connects`, one for each direction that can be driven. A road
-counts while it is open, while no door that lies between its ends is known to be closed, and where it is wide enough.
+is usable while it is open, wide enough, and no door between its ends is known to be closed.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ Point = tuple[float, float]
 """x and y in the world frame [m]."""
 
 Search = Callable[[Any, str, str, Callable[[str, str], float]], list[str]]
-"""Finds the cheapest chain of nodes: of a networkx DiGraph whose edges have a `weight`, from one node to another, with
-a lower bound of what is left between two nodes. Raises networkx.NetworkXNoPath."""
+"""Shortest-path search: (networkx DiGraph with `weight` on its edges, start node, goal node, heuristic) -> nodes of
+the path. The heuristic is a lower bound of the cost between two nodes. It raises networkx.NetworkXNoPath."""
 
-SAME_POSITION = 1e-6  # [m] Who is so near to a place is there.
-_START, _END = "\0start", "\0end"  # which no place is called
+SAME_POSITION = 1e-6  # [m] maximum distance of a point that counts as at a place
+_START, _END = "\0start", "\0end"  # no place can have these names
 
 
 class Route(NamedTuple):
-    """A way over a roadmap.
+    """Route over a roadmap.
 
     Attributes:
-        points: Its corners, from the start to the goal, in the world frame [m].
-        places: The names of the places on it.
-        cost: Metres, weighed by how unwelcome each road is.
+        points: Corners from the start to the goal, world frame [m].
+        places: Names of the places on it.
+        cost: Sum of each road's length [m] times its cost factor.
     """
 
     points: list[Point]
@@ -44,15 +44,15 @@ class Route(NamedTuple):
 
 
 class Roadmap:
-    """What can be driven now, as it stands in the graph at this moment.
+    """Snapshot of the roads that can be driven now.
 
     Args:
-        knowledge: All that a robot knows.
-        width: Roads that are known to be narrower are left out [m].
+        knowledge: Knowledge with the places and roads.
+        width: Minimum road width; roads known to be narrower are left out [m].
 
     Attributes:
-        graph: A networkx DiGraph of the roads that count; each edge's `weight` is its length [m] times its cost.
-        closed: What is left out, for people: `hall-shed (too narrow)`, `hall-store (door_2 is closed)`.
+        graph: networkx DiGraph of the usable roads; each edge's `weight` is its length [m] times its cost.
+        closed: Descriptions of the unusable roads: `hall-shed (too narrow)`, `hall-store (door_2 is closed)`.
     """
 
     def __init__(self, knowledge: Knowledge, width: float = 0.0) -> None:
@@ -60,7 +60,7 @@ class Roadmap:
 
         self.graph = networkx.DiGraph()
         self._at: dict[str, Point] = {}
-        self._roads: list[tuple[str, str]] = []  # those that are closed too: somebody may stand on one
+        self._roads: list[tuple[str, str]] = []  # closed roads too: a robot may be on one
         self.closed: list[str] = []
         with knowledge.graph.locked():
             shut = _shut(knowledge)
@@ -72,16 +72,15 @@ class Roadmap:
         self._least = min(slopes, default=0.0)
 
     def route(self, start: Point, goal: Point, search: Search) -> Route | None:
-        """The cheapest way over the roads; None where there is none.
+        """The cheapest route over the roads; None if there is none.
 
-        The way onto the roads and from them to the goal is straight: to the ends of the road that is nearest, or to the
-        place that one stands at. Who stands on a road that is closed leaves it by its nearer end; nobody is led onto
-        one.
+        The route enters and leaves the road network on a straight line: to the ends of the nearest road, or to the
+        place at the robot's position. From a closed road it leaves by the nearer end; it never enters a closed road.
 
         Args:
-            start: In the world frame [m].
-            goal: In the world frame [m].
-            search: How to search.
+            start: Start position, world frame [m].
+            goal: Goal position, world frame [m].
+            search: Search function.
 
         Raises:
             KnowledgeError: No road can be driven at all.
@@ -95,7 +94,7 @@ class Roadmap:
         graph.add_nodes_from((_START, _END))
         graph.add_weighted_edges_from((_START, n, self._away(_START, n)) for n in self._entries(start))
         graph.add_weighted_edges_from((n, _END, self._away(n, _END)) for n in self._exits(goal))
-        if self._straight_on(start, goal):  # on one road nobody drives to its end and back
+        if self._straight_on(start, goal):  # start and goal on one road: drive directly, not by way of its end
             graph.add_edge(_START, _END, weight=math.dist(start, goal))
         least = min(self._least, 1.0)
         try:
@@ -119,11 +118,11 @@ class Roadmap:
         return math.dist(self._at[a], self._at[b])
 
     def _nearest(self, point: Point) -> tuple[str, ...]:
-        """The place that is at a point; else the ends of the road that is nearest, of equal ones an open one."""
+        """The place at a point, or else the ends of the nearest road; open roads win ties."""
 
         def order(road: tuple[str, str]) -> tuple[float, bool, bool, tuple[str, str]]:
             away = segment_distance(point, self._at[road[0]], self._at[road[1]])
-            # A road that passes over a place without a junction is as near as those that end there.
+            # A road that crosses a place without a junction is as near as the roads that end there.
             return round(away, 9), not here(road), not self.graph.has_edge(*road), road
 
         def here(road: tuple[str, str]) -> list[str]:
@@ -133,13 +132,13 @@ class Roadmap:
         return tuple(here(ends)[:1]) or ends
 
     def _entries(self, start: Point) -> list[str]:
-        """The places that one can drive to first; of a road that is closed the nearer end."""
+        """The first places that can be driven to from the start; for a closed road its nearer end."""
         ends = self._nearest(start)
         ahead = [b for a, b in permutations(ends, 2) if self.graph.has_edge(a, b)]
         return ahead or [min(ends, key=lambda n: math.dist(start, self._at[n]))]
 
     def _exits(self, goal: Point) -> list[str]:
-        """The places from which one can drive to the goal."""
+        """The places from which the goal can be driven to."""
         ends = self._nearest(goal)
         return [a for a, b in permutations(ends, 2) if self.graph.has_edge(a, b)] or list(ends)[: len(ends) == 1]
 
@@ -152,7 +151,7 @@ class Roadmap:
 
 
 def segment_distance(point: Point, a: Point, b: Point) -> float:
-    """How far a point is from a line between two others [m]."""
+    """Distance from a point to a line segment [m]."""
     along, length = (b[0] - a[0], b[1] - a[1]), math.dist(a, b)
     if length == 0.0:
         return math.dist(point, a)
@@ -168,14 +167,14 @@ def _roads(knowledge: Knowledge) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _shut(knowledge: Knowledge) -> dict[tuple[str, str], str]:
-    """The pairs of places between which a door is known to be closed, each with the door."""
+    """Pairs of places with a door between them that is known to be closed, each with the door."""
     graph = knowledge.graph
     closed = [door for door in graph.nodes("door") if graph.get(door, "open") is False]
     return {pair: door for door in closed for pair in permutations(graph.related(door, "leads_to"), 2)}
 
 
 def _in_the_way(road: dict[str, Any], width: float, door: str | None) -> str:
-    """Why a road cannot be driven; empty where it can."""
+    """Reason why a road cannot be driven; empty if it can."""
     if not road.get("open", True):
         return "closed"
     if door is not None:
@@ -186,17 +185,20 @@ def _in_the_way(road: dict[str, Any], width: float, door: str | None) -> str:
 def add_lattice_roads(
     knowledge: Knowledge, window: Window, *, spacing: float, clearance: float, prefix: str = "at"
 ) -> list[str]:
-    """Make places and roads of the free space of a map, as a lattice; gives the names of the places.
+    """Add a square lattice of places and roads over the free space of a map.
 
-    Places stand on a square lattice wherever the map is free and far enough from what is occupied; each is connected,
-    both ways, with those of its eight neighbours to which the straight way is free as well.
+    A place is added wherever the map is free and far enough from occupied and unknown cells. Each place is connected,
+    both ways, with those of its eight neighbours to which the straight line is free as well.
 
     Args:
-        knowledge: Whose graph they are put into.
-        window: The map.
-        spacing: Of the lattice [m]; no less than a cell.
-        clearance: What to keep from occupied and unknown cells [m].
-        prefix: The places are named PREFIX_COLUMN_ROW.
+        knowledge: Knowledge whose graph receives the places and roads.
+        window: Map.
+        spacing: Lattice spacing [m]; at least one cell.
+        clearance: Minimum distance to occupied and unknown cells [m].
+        prefix: Prefix of the names, which are PREFIX_COLUMN_ROW.
+
+    Returns:
+        Names of the places.
 
     Raises:
         KnowledgeError: The spacing is less than a cell, or a name is taken.
@@ -207,7 +209,7 @@ def add_lattice_roads(
     from .occupancy import FREE
 
     if spacing < window.cell:
-        raise KnowledgeError(f"roads {spacing} m apart cannot be drawn on cells of {window.cell} m; take more.")
+        raise KnowledgeError(f"the lattice spacing {spacing} m is less than a cell of {window.cell} m; increase it.")
     away = distance_transform_edt(np.pad(window.states == FREE, 1))[1:-1, 1:-1] * window.cell
     clear = away > clearance
     every = spacing / window.cell
@@ -228,7 +230,7 @@ def add_lattice_roads(
 
 
 def _free(clear: Any, a: tuple[int, int], b: tuple[int, int]) -> bool:
-    """Whether all cells between two are clear."""
+    """Whether all cells between two cells are clear."""
     steps = max(abs(b[0] - a[0]), abs(b[1] - a[1])) * 2
     return all(
         clear[round(a[0] + (b[0] - a[0]) * k / steps), round(a[1] + (b[1] - a[1]) * k / steps)]

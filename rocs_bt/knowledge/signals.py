@@ -1,8 +1,8 @@
-"""The signal table: numbers that change every period, one truth for everybody (docs/architecture.md).
+"""Signal table: numbers that change every period, with one value for all readers (docs/architecture.md).
 
-All values stand in one float64 array. A value outside of its bounds is stored as NaN, and a value older than the
-signal's `max_age` is read as NaN: the single channel of failure. A range without echo is +inf, and valid where the
-bounds let it be.
+All values are in one float64 array. A value outside its bounds is stored as NaN, and a value older than the signal's
+`max_age` is read as NaN: NaN is the single indicator of failure. A range without echo is +inf, which is valid if the
+bounds allow it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SLACK = 5e-7
 
 
 class SignalWriter:
-    """Writes one signal again and again without looking it up; made by `SignalTable.writer`."""
+    """Handle for repeated writes of one signal, without a lookup; made by `SignalTable.writer`."""
 
     __slots__ = ("_expires", "_high", "_lock", "_low", "_table", "_view", "revision", "spec", "stamp")
 
@@ -43,21 +43,21 @@ class SignalWriter:
         self.revision = 0
 
     def write(self, values: Values, t: float) -> None:
-        """Make these the newest values.
+        """Write the newest values.
 
         Args:
-            values: SI units, shape (size,); a plain number where the size is 1. Not copied by reference.
-            t: When they were true [s].
+            values: SI units, shape (size,), or a plain number if the size is 1; copied.
+            t: Time at which the values were true [s].
 
         Raises:
-            KnowledgeError: Another size, not numbers, or a time that is not finite.
+            KnowledgeError: Wrong size, not numbers, or a time that is not finite.
         """
         checked = self.checked(values, t)
         with self._lock:
             self.store(checked, t)
 
     def checked(self, values: Values, t: float) -> Array | float:
-        """The values as they are stored: those out of bounds are NaN."""
+        """The values as they are stored: values out of bounds are NaN."""
         if not math.isfinite(t):
             raise KnowledgeError(f"signal '{self.spec.name}' was written with the time {t!r}; give it in seconds.")
         if type(values) is float and self.spec.size == 1:
@@ -77,7 +77,7 @@ class SignalWriter:
         return found
 
     def store(self, checked: Array | float, t: float) -> None:
-        """Put checked values into the table; the table's lock is held."""
+        """Store checked values; the caller holds the table's lock."""
         self._view[:] = checked
         self._expires.fill(t + self.spec.max_age + _SLACK)
         self.stamp = t
@@ -86,7 +86,7 @@ class SignalWriter:
 
 
 class _Batch:
-    """Signals of one age that stand side by side and are written together again and again, as a monitor's are."""
+    """Adjacent signals of one `max_age` that are repeatedly written together, as by a monitor."""
 
     __slots__ = ("_bounds", "_expires", "_max_age", "_sizes", "_values", "writers")
 
@@ -102,14 +102,14 @@ class _Batch:
         self.writers = tuple(writers)
 
     def store(self, values: Iterable[Values], t: float) -> bytes | None:
-        """Put values into the table, whose lock is held, and give them packed; None where they need a closer look."""
+        """Store values and return them packed, or None if they need the full check; the caller holds the lock."""
         flat: list[float] = []
         for value, size in zip(values, self._sizes, strict=True):
             if type(value) is not list or len(value) != size:
                 return None
             flat += value
         try:
-            # A NaN is no number out of bounds; it either hides behind others, and may, or asks for that closer look.
+            # min and max may or may not report a NaN: it is stored either way, here or after the full check.
             for low, high, part in self._bounds:
                 if not (low <= min(flat[part]) and max(flat[part]) <= high):
                     return None
@@ -127,10 +127,10 @@ class _Batch:
 class SignalTable:
     """All signals of one agent.
 
-    Declare every signal, then freeze; the first use freezes too, because views of the array are handed out.
+    Declare every signal, then freeze. The first use freezes too, because views of the array are handed out.
 
     Attributes:
-        revision: How many writes there have been.
+        revision: Number of writes.
     """
 
     def __init__(self) -> None:
@@ -144,15 +144,15 @@ class SignalTable:
         self.revision = 0
 
     def declare(self, signal: Signal) -> None:
-        """Make room for a signal.
+        """Declare a signal.
 
         Raises:
-            KnowledgeError: The name is taken, the table is frozen, or the declaration makes no sense.
+            KnowledgeError: The name is taken, the table is frozen, or the declaration is invalid.
         """
         if self._frozen:
             raise KnowledgeError(f"signal '{signal.name}' came too late: the table is in use; declare it before.")
         if signal.name in self._specs:
-            raise KnowledgeError(f"signal '{signal.name}' is declared twice; name one of them otherwise.")
+            raise KnowledgeError(f"signal '{signal.name}' is declared twice; rename one of them.")
         if problem := _problem(signal):
             raise KnowledgeError(f"signal '{signal.name}' {problem}.")
         self._specs[signal.name] = signal
@@ -160,7 +160,7 @@ class SignalTable:
         self.size += signal.size
 
     def freeze(self) -> None:
-        """No more declarations: the array is made, every value NaN. A second call changes nothing."""
+        """End the declarations and allocate the array, every value NaN; further calls have no effect."""
         with self._lock:
             if self._frozen:
                 return
@@ -170,18 +170,18 @@ class SignalTable:
             self._numbers = cast("memoryview[float]", self._values.data)
             self._ends = cast("memoryview[float]", self._expires.data)
             for name, spec in self._specs.items():
-                place = self._slices[name]
-                self._writers[name] = SignalWriter(self, spec, self._values[place], self._expires[place], self._lock)
+                span = self._slices[name]
+                self._writers[name] = SignalWriter(self, spec, self._values[span], self._expires[span], self._lock)
             self._frozen = True
 
     @property
     def frozen(self) -> bool:
-        """Whether the table is in use."""
+        """Whether declarations have ended."""
         return self._frozen
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Every signal, in the order of declaration, which is the order in a snapshot."""
+        """All signals, in the order of declaration, which is the order in a snapshot."""
         return tuple(self._specs)
 
     def __contains__(self, name: str) -> bool:
@@ -199,7 +199,7 @@ class SignalTable:
             raise self._no_signal(name) from None
 
     def slice_of(self, name: str) -> slice:
-        """Where a signal's values stand in a snapshot."""
+        """Position of a signal's values in a snapshot."""
         self.spec(name)
         return self._slices[name]
 
@@ -213,14 +213,14 @@ class SignalTable:
             return self._writers[name]
 
     def write(self, name: str, values: Values, t: float) -> None:
-        """Make these the newest values of a signal; see `SignalWriter.write`."""
+        """Write the newest values of a signal; see `SignalWriter.write`."""
         self.writer(name).write(values, t)
 
     def update(self, values: Mapping[str, Values], t: float) -> bytes | None:
-        """Write several signals of one sample: a snapshot shows all of them or none; a refused one, none.
+        """Write several signals of one sample atomically; if one is refused, none is written.
 
         Returns:
-            All values as float64, when every one was stored as it is; None where some may be NaN instead.
+            All values packed as float64 if every one was stored unchanged; None if some may have become NaN.
         """
         names = tuple(values)
         batch = self._batches.get(names) or self._batch(names)
@@ -236,13 +236,13 @@ class SignalTable:
         return None
 
     def read(self, name: str, t: float) -> Array:
-        """A copy of a signal's values, shape (size,); NaN where stale at time t [s], broken or out of bounds."""
+        """A copy of a signal's values, shape (size,); NaN if stale at time t [s], invalid or out of bounds."""
         writer = self.writer(name)
         with self._lock:
             return self._read(writer, t)
 
     def value(self, name: str, t: float) -> float:
-        """The value of a signal of size 1; NaN where stale at time t [s], broken or out of bounds.
+        """The value of a signal of size 1; NaN if stale at time t [s], invalid or out of bounds.
 
         Raises:
             KnowledgeError: The signal has another size.
@@ -255,26 +255,26 @@ class SignalTable:
             return math.nan if self._ends[at] < t else self._numbers[at]
 
     def numbers(self, name: str, t: float) -> list[float]:
-        """What `read` gives, as plain numbers: for a few of them in a fraction of the time."""
+        """The values of `read` as plain floats; much faster for a few values."""
         self.writer(name)
-        place = self._slices[name]
+        span = self._slices[name]
         with self._lock:
-            values: list[float] = [*self._numbers[place]]
-            stale = self._ends[place.start] < t
+            values: list[float] = [*self._numbers[span]]
+            stale = self._ends[span.start] < t
         return [math.nan] * len(values) if stale else values
 
     def snapshot(self, t: float, out: Array | None = None) -> Array:
-        """All signals at once, as they are valid at time t [s].
+        """All signals at once; those that are stale at time t [s] are NaN.
 
         Args:
-            t: The time of the ages.
-            out: A buffer of the caller's, shape (size,), to copy into; a new one where None.
+            t: Time to which ages refer [s].
+            out: Buffer to copy into, shape (size,); None for a new one.
 
         Returns:
-            `out`. No write is ever seen in part.
+            `out`. A concurrent write is seen completely or not at all.
 
         Raises:
-            KnowledgeError: A buffer of another shape or type, or with gaps.
+            KnowledgeError: The buffer has another shape or type, or is not contiguous.
         """
         if not self._frozen:
             self.freeze()
@@ -289,39 +289,39 @@ class SignalTable:
         return out
 
     def view(self, name: str) -> Array:
-        """The newest values of a signal, live and read-only, shape (size,); not aged: read `stamp` beside it."""
+        """Live, read-only view of a signal's newest values, shape (size,); stale values stay, so check `stamp`."""
         self.writer(name)
         view = self._values[self._slices[name]]
         view.flags.writeable = False
         return view
 
     def stamp(self, name: str) -> float:
-        """When the newest values were true [s]; -inf where nothing was written yet."""
+        """Time at which the newest values were true [s]; -inf before the first write."""
         return self.writer(name).stamp
 
     def revision_of(self, name: str) -> int:
-        """How often a signal was written."""
+        """Number of writes of a signal."""
         return self.writer(name).revision
 
     def _batch(self, names: tuple[str, ...]) -> _Batch | None:
-        """The batch of these signals; None where they do not stand side by side in this order, or age differently."""
+        """The batch of these signals; None unless they are adjacent in this order and have one `max_age`."""
         try:
             return self._batches[names]
         except KeyError:
             writers = [self.writer(name) for name in names]
-            places = [self._slices[name] for name in names]
-            beside = all(a.stop == b.start for a, b in pairwise(places))
+            spans = [self._slices[name] for name in names]
+            adjacent = all(a.stop == b.start for a, b in pairwise(spans))
             alike = len({writer.spec.max_age for writer in writers}) == 1
-            whole = slice(places[0].start, places[-1].stop) if places else slice(0, 0)
-            batch = _Batch(writers, self._values[whole], self._expires[whole]) if beside and alike else None
+            whole = slice(spans[0].start, spans[-1].stop) if spans else slice(0, 0)
+            batch = _Batch(writers, self._values[whole], self._expires[whole]) if adjacent and alike else None
             self._batches[names] = batch
             return batch
 
     def _read(self, writer: SignalWriter, t: float) -> Array:
-        place = self._slices[writer.spec.name]
-        if self._expires.item(place.start) < t:
+        span = self._slices[writer.spec.name]
+        if self._expires.item(span.start) < t:
             return np.full(writer.spec.size, math.nan)
-        return self._values[place].copy()
+        return self._values[span].copy()
 
     def _no_signal(self, name: str) -> KnowledgeError:
         return KnowledgeError(str(unknown("signal", name, self._specs, "The robot")))
@@ -336,7 +336,7 @@ def _problem(signal: Signal) -> str:
     if len(signal.dimensions) not in (1, signal.size):
         return f"has {signal.size} values but {len(signal.dimensions)} dimensions; give one, or one for each"
     if not low <= high:
-        return f"has the bounds [{low}, {high}], between which nothing is"
+        return f"has the bounds [{low}, {high}]; the lower must not exceed the upper"
     if not signal.max_age > 0.0:
         return f"must have a positive max_age, found {signal.max_age} s"
     return ""

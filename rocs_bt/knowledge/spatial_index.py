@@ -1,8 +1,8 @@
-"""SpatialIndex: which nodes are where, so that the nearest are found without a look at the others.
+"""Spatial index of nodes for nearest-neighbour queries.
 
-A grid of square cells, hashed by their indices; the side follows the number and the density of the points, so that an
-occupied cell holds about two. A search walks rings of cells around a point, and stops when no farther ring can hold a
-nearer one (J. L. Bentley, B. W. Weide, A. C. Yao, "Optimal Expected-Time Algorithms for Closest Point Problems", 1980).
+A hash grid of square cells. The cell side follows the number and the density of the points, so that an occupied cell
+holds about two. A search visits rings of cells around a point and stops when no farther ring can hold a nearer point
+(J. L. Bentley, B. W. Weide, A. C. Yao, "Optimal Expected-Time Algorithms for Closest Point Problems", 1980).
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from collections.abc import Iterable, Iterator
 Batch = list[tuple[float, str]]
 Cell = tuple[int, int]
 
-_FULL = 2.0  # points in an occupied cell, about
-_SAMPLE = 512  # points that are looked at to choose the side
+_FULL = 2.0  # target number of points in an occupied cell
+_SAMPLE = 512  # points sampled to choose the side
 _SHORTEST, _LONGEST = 1e-3, 1e6  # side of a cell [m]
-_FAR = 1e9  # beyond it points are kept in no cell [m]
+_FAR = 1e9  # points beyond this coordinate are kept outside the cells [m]
 
 
 class SpatialIndex:
@@ -25,10 +25,10 @@ class SpatialIndex:
     def __init__(self) -> None:
         self._side = 1.0
         self._points: dict[str, tuple[float, float]] = {}
-        self._home: dict[str, Cell | None] = {}  # the cell of each point; None of those that are too far for any
+        self._home: dict[str, Cell | None] = {}  # cell of each point; None for points beyond _FAR
         self._cells: dict[Cell, dict[str, tuple[float, float]]] = {}
         self._far: dict[str, tuple[float, float]] = {}
-        self._built = 32  # how many points the side was chosen for, at least
+        self._built = 32  # number of points for which the side was chosen; at least 32
 
     def __len__(self) -> int:
         return len(self._points)
@@ -52,15 +52,15 @@ class SpatialIndex:
             self._build()
 
     def drop(self, name: str) -> None:
-        """Take a point away; none of that name is well."""
+        """Remove a point; an unknown name is ignored."""
         if name in self._points:
             self._leave(name)
             del self._points[name], self._home[name]
 
     def rings(self, x: float, y: float, within: float = math.inf) -> Iterator[Batch]:
-        """The points around (x, y), in batches of (distance, name) [m], sorted, none before one of an earlier batch.
+        """The points around (x, y) in sorted batches of (distance, name) [m]; no batch precedes a nearer one.
 
-        Between two batches points may come, go and move; one that does may be missed, or told twice.
+        Points may be added, removed and moved between two batches; such a point may be missed or reported twice.
         """
         if not (abs(x) <= _FAR and abs(y) <= _FAR) or not self._points:
             yield sorted(_measured(self._points.items(), x, y, within))
@@ -76,7 +76,7 @@ class SpatialIndex:
                     for name, (px, py) in points.items():
                         if (distance := hypot(px - x, py - y)) <= within:
                             waiting.append((distance, name))
-            # Rounding can put a point that stands on a border into the next cell: a little less is safe.
+            # Rounding can put a point on a border into the next cell, so the safe radius is slightly smaller.
             safe = (border + ring * side) * (1.0 - 1e-9)
             if waiting:
                 waiting.sort()
@@ -103,7 +103,7 @@ class SpatialIndex:
             del self._cells[cell]
 
     def _build(self) -> None:
-        """Choose the side anew, and put all points into new cells: a search that is under way keeps the old ones."""
+        """Choose the side again and put all points into new cells; a running search keeps the old cells."""
         self._built = len(self._points)
         near = {name: point for name, point in self._points.items() if self._home[name] is not None}
         self._side = side = _chosen_side([*near.values()])
@@ -120,7 +120,7 @@ def _measured(points: Iterable[tuple[str, tuple[float, float]]], x: float, y: fl
 
 
 def _ring(u: int, v: int, ring: int) -> Iterable[Cell]:
-    """The cells so many steps away; the first ring has its centre with it, whose own points are rarely enough."""
+    """The cells at a distance of `ring` cells; ring 1 includes the centre cell, which rarely suffices alone."""
     if ring > 1:
         return _far_ring(u, v, ring)
     return (
@@ -139,10 +139,10 @@ def _far_ring(u: int, v: int, ring: int) -> Iterator[Cell]:
 
 
 def _chosen_side(points: list[tuple[float, float]]) -> float:
-    """The side at which an occupied cell holds about `_FULL` points, told from a sample."""
+    """The side at which an occupied cell holds about `_FULL` points, estimated from a sample."""
     sample = points[:: max(1, len(points) // _SAMPLE)]
     side = _LONGEST
     while side > _SHORTEST and len({(x // side, y // side) for x, y in sample}) < len(sample) / _FULL:
         side /= 2.0
-    # A sample of one in k points of a plane has them sqrt(k) times as far apart.
+    # A sample of one in k points of a plane has sqrt(k) times the spacing.
     return max(_SHORTEST, side * math.sqrt(len(sample) / max(1, len(points))))

@@ -1,4 +1,4 @@
-"""Where the graph stands: networkx, and indexes onto its very rows. Checks nothing and locks nothing."""
+"""Storage of the graph: networkx, and indexes that share its rows. It neither checks nor locks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .spatial_index import SpatialIndex
 
 
 class Row(dict[str, Any]):
-    """The attributes of a node or an edge as networkx sees them: whoever finds them in a view cannot change them."""
+    """Attributes of a node or an edge as networkx sees them; read-only for users of a view."""
 
     def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise KnowledgeError("the view of the knowledge graph is read-only; write with KnowledgeGraph.set or relate.")
@@ -23,12 +23,12 @@ class Row(dict[str, Any]):
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = _refuse
 
     def update(self, *args: Any, **kwargs: Any) -> None:
-        """Refused, but for networkx making an empty row."""
+        """Refuse, except for the empty update of networkx when it makes a row."""
         if any(args) or kwargs:
             self._refuse()
 
     def write(self, values: dict[str, Any], t: float, revision: int) -> None:
-        """Write values, which become ours: a reader without the lock sees all of them or none."""
+        """Write values, and keep the given dict; a reader without the lock sees all of them or none."""
         values["t"] = t
         values["revision"] = revision
         dict.update(self, values)
@@ -41,20 +41,20 @@ class Store:
     """One networkx MultiDiGraph whose edges are keyed by their relation.
 
     Attributes:
-        rows: The attributes of every node: the dicts that networkx holds, without its layers of views.
-        by_kind: The nodes of each kind and of those that extend it, in the order in which they were added.
-        targets: The edges of each (source, relation): target -> its attributes, the dicts that networkx holds.
-        sources: The same of each (target, relation): source -> its attributes.
+        rows: Attributes of every node: the dicts that networkx holds, without its layers of views.
+        by_kind: Nodes of each kind and of the kinds that extend it, in insertion order.
+        targets: Edges of each (source, relation): target -> its attributes, the dicts that networkx holds.
+        sources: Edges of each (target, relation): source -> its attributes.
         recent: All nodes in the order of their newest change.
-        spaces: Where the nodes of each kind are whose pose is known, kinds that extend it apart.
-        around: The spaces of each kind and of those that extend it; of all under None.
+        spaces: Spatial index of each kind that has a pose, without the kinds that extend it.
+        around: Spatial indexes of each kind and of those that extend it; of all kinds under None.
     """
 
     def __init__(self, schema: Schema) -> None:
         import networkx
 
         self._graph = networkx.MultiDiGraph()
-        # On the instance, so that copies which users and networkx make of a view are ordinary, writable graphs.
+        # Set on the instance, so that copies which users and networkx make of a view are ordinary, writable graphs.
         self._graph.node_attr_dict_factory = Row
         self._graph.edge_attr_dict_factory = Row
         self.rows: dict[str, Row] = {}
@@ -70,7 +70,7 @@ class Store:
 
     @cached_property
     def view(self) -> Any:
-        """A read-only, live networkx view; the same one for all that ask, for making it takes long."""
+        """A live, read-only networkx view, cached because making it is slow."""
         return self._graph.copy(as_view=True)
 
     def add(
@@ -86,7 +86,13 @@ class Store:
         self.changed(node, row, moved=True)
 
     def changed(self, node: str, row: Row, moved: bool) -> None:
-        """Put a node that was written into the indexes; `moved` where its pose was among what was written."""
+        """Update the indexes after a write of a node.
+
+        Args:
+            node: Name of the node.
+            row: Its row.
+            moved: Whether its pose was written.
+        """
         recent = self.recent
         if node in recent:
             del recent[node]
@@ -114,7 +120,7 @@ class Store:
         return list(dict.fromkeys((source, relation, target) for source, target, relation in (*out, *into)))
 
     def relate(self, edge: tuple[str, str, str], declared: Mapping[str, Attribute]) -> Row:
-        """Add an edge; its row is returned to be written."""
+        """Add an edge and return its row for writing."""
         source, relation, target = edge
         self._graph.add_edge(source, target, key=relation)
         row: Row = self._graph.edges[source, target, relation]
@@ -133,10 +139,10 @@ class Store:
                 del ends[here, relation]
 
     def count(self, relation: Relation, source: str, target: str) -> None:
-        """Check that one more edge is not one too many.
+        """Check the limits of a relation before one more edge is added.
 
         Raises:
-            KnowledgeError: It is; tells which there are.
+            KnowledgeError: A limit is reached; lists the present edges.
         """
         for most, others, end, side in (
             (relation.max_targets, self.targets.get((source, relation.name), {}), source, "targets"),

@@ -1,9 +1,9 @@
-"""Strategies: the ways to act that the robot knows, what came of them, and which serves now (paper, 4.2 and 5.1).
+"""Strategies: the known alternatives, their outcomes so far, and the choice among them (paper, 4.2 and 5.1).
 
-A situation is the answers to the questions that are known. Two situations are like each other by the share of the
-weight of the questions that were answered alike in both; without questions all are alike. The expected success of a
-strategy is the share of its uses that succeeded, each weighted by how like its situation is to the present one, with
-one success and one failure added (the rule of succession; Laplace, 1814), so that nothing known is 1/2.
+A situation is the set of answers to the known questions. The similarity of two situations is the weighted share of the
+questions that have the same answer in both; without questions it is 1. The expected success of a strategy is the share
+of its uses that succeeded, each weighted by the similarity of its situation to the present one, with one success and
+one failure added (the rule of succession; Laplace, 1814), so that it is 1/2 without data.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from ..errors import InputError, KnowledgeError
 from .model import Model
 
 SHARPNESS = 4
-"""The power of the likeness by which a use counts: half alike counts a sixteenth."""
+"""Exponent of the similarity that weights a use: a similarity of 1/2 counts 1/16."""
 
 Situation = Mapping[str, bool]
-"""The answers, by question."""
+"""Answers by question."""
 
 
 @dataclass(frozen=True)
 class Use:
-    """A use of a strategy that has ended.
+    """Finished use of a strategy.
 
     Attributes:
-        strategy: Its name.
-        situation: What was met.
+        strategy: Name of the strategy.
+        situation: Situation at its start.
         success: Whether it succeeded.
     """
 
@@ -39,12 +39,12 @@ class Use:
 
 @dataclass(frozen=True)
 class Expectation:
-    """What is expected of a strategy in a situation.
+    """Expected success of a strategy in a situation.
 
     Attributes:
-        share: Of successes, between 0 and 1; 1/2 where nothing is known.
-        uses: How many uses it rests on, each counting as much as its situation is like this one.
-        successes: How many of them succeeded, counted so.
+        share: Expected share of successes, between 0 and 1; 1/2 without data.
+        uses: Effective number of uses, each weighted by similarity.
+        successes: Effective number of successes, weighted likewise.
     """
 
     share: float
@@ -53,12 +53,12 @@ class Expectation:
 
 
 def similarity(a: Situation, b: Situation, weights: Mapping[str, float]) -> float:
-    """How like each other two situations are, between 0 and 1; a question that was not asked in both is not alike.
+    """Similarity of two situations, between 0 and 1; a question missing in one of them counts as different.
 
     Args:
-        a: One.
-        b: The other.
-        weights: How much each question matters.
+        a: First situation.
+        b: Second situation.
+        weights: Weight of each question, 1 by default.
     """
     asked = sorted(a.keys() | b.keys())
     total = sum(weights.get(question, 1.0) for question in asked)
@@ -69,47 +69,48 @@ def similarity(a: Situation, b: Situation, weights: Mapping[str, float]) -> floa
 
 
 def expected(strategy: str, now: Situation, uses: list[Use], weights: Mapping[str, float]) -> Expectation:
-    """What may be expected of a strategy now."""
-    own = [
+    """Expected success of a strategy in the present situation."""
+    weighted = [
         (similarity(now, use.situation, weights) ** SHARPNESS, use.success) for use in uses if use.strategy == strategy
     ]
-    count, good = sum(weight for weight, _ in own), sum(weight for weight, success in own if success)
+    count, good = sum(weight for weight, _ in weighted), sum(weight for weight, success in weighted if success)
     return Expectation((good + 1.0) / (count + 2.0), count, good)
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A strategy, weighed.
+    """A strategy with its score in the present situation.
 
     Attributes:
-        name: The strategy.
-        score: The greater the better: its preference, and twice what is expected of it above one half.
-        preference: Its own.
-        expectation: What came of it in situations like this one.
-        obstacle: Why it does not serve now; empty where it does.
+        name: Name of the strategy.
+        score: Preference plus 2 (expected share of successes - 1/2); the highest is best.
+        preference: Preference declared for the strategy.
+        expectation: Expected success, from uses in similar situations.
+        rejection: Reason why it is not applicable now; empty if it is.
     """
 
     name: str
     score: float
     preference: float
     expectation: Expectation
-    obstacle: str = ""
+    rejection: str = ""
 
     def __str__(self) -> str:
-        if self.obstacle:
-            return f"{self.name}: no, {self.obstacle}"
-        told = self.expectation
-        known = f"worked in {told.successes:.3g} of {told.uses:.3g} like situations" if told.uses > 0.0 else "not tried"
+        if self.rejection:
+            return f"{self.name}: no, {self.rejection}"
+        expected = self.expectation
+        uses = f"{expected.successes:.3g} of {expected.uses:.3g}"
+        known = f"succeeded in {uses} similar situations" if expected.uses > 0.0 else "not tried"
         return f"{self.name}: {self.score:+.2f} (preference {self.preference:g}, {known})"
 
 
 @dataclass(frozen=True)
 class Choice:
-    """All strategies, weighed in one situation.
+    """All strategies, scored in one situation.
 
     Attributes:
-        situation: The answers to what is asked of it.
-        candidates: The best first; those that do not serve last.
+        situation: Answers to the questions.
+        candidates: Strategies, the best first; those that are not applicable last.
     """
 
     situation: Situation
@@ -117,28 +118,28 @@ class Choice:
 
     @property
     def best(self) -> str | None:
-        """The strategy to use; None where none serves."""
-        return next((c.name for c in self.candidates if not c.obstacle), None)
+        """The best applicable strategy; None if there is none."""
+        return next((c.name for c in self.candidates if not c.rejection), None)
 
     def __str__(self) -> str:
         answers = ", ".join(f"{name} {'yes' if yes else 'no'}" for name, yes in self.situation.items())
-        return "\n".join([f"situation: {answers or 'nothing is asked'}", *map(str, self.candidates)])
+        return "\n".join([f"situation: {answers or 'no questions'}", *map(str, self.candidates)])
 
 
 KEPT = 200
-"""Uses that are kept; with one more the oldest that ended is forgotten."""
+"""Number of uses that are kept; beyond it the oldest finished use is removed."""
 
 
 class StrategyModel(Model):
-    """Named strategies as nodes, the one in force, their fallbacks, and what came of each use."""
+    """Named strategies as nodes, the one in use, their fallbacks, and the outcome of each use."""
 
     def add(self, name: str, falls_back_to: str | None = None, **attributes: Any) -> None:
         """Add a strategy.
 
         Args:
-            name: Its node.
-            falls_back_to: The strategy to take when this one does not serve; it must exist.
-            attributes: What a strategy holds, such as `mission`.
+            name: Name of its node.
+            falls_back_to: Fallback when this strategy is not applicable; it must exist.
+            attributes: Attributes of a strategy, such as `mission`.
         """
         with self.graph.locked():
             if falls_back_to is not None:
@@ -148,23 +149,23 @@ class StrategyModel(Model):
                 self.graph.relate(name, "falls_back_to", falls_back_to)
 
     def names(self) -> list[str]:
-        """All strategies."""
+        """Names of all strategies."""
         return self.graph.nodes("strategy")
 
     def use(self, name: str) -> None:
-        """Put a strategy in force; what comes of it is not kept."""
+        """Set the strategy in use, without recording its outcome."""
         self.graph.relate(self.name, "uses", name)
 
     def begin(self, name: str, why: str = "asked for by name", situation: Situation | None = None) -> str:
-        """Put a strategy in force, and begin to keep what comes of it.
+        """Set the strategy in use, and record the use.
 
         Args:
-            name: The strategy.
-            why: Why it was chosen.
-            situation: The answers to the questions; asked now where none are given.
+            name: Name of the strategy.
+            why: Reason for the choice.
+            situation: Answers to the questions; None to evaluate the questions now.
 
         Returns:
-            The node of this use, for `end`.
+            Node of this use, for `end`.
         """
         with self.graph.locked():
             self.use(name)
@@ -179,24 +180,24 @@ class StrategyModel(Model):
         return node
 
     def end(self, use: str, outcome: str, reason: str = "") -> None:
-        """Say what came of a use; one that has ended stays as it is.
+        """Record the outcome of a use; a use that has ended does not change.
 
         Args:
-            use: Its node; one that is forgotten by now is passed over.
+            use: Node of the use; ignored if it has been removed.
             outcome: `success`, `failure` or `halted`.
-            reason: Of a failure.
+            reason: Reason of a failure.
         """
         with self.graph.locked():
             if self.graph.has(use) and self.graph.get(use, "outcome") is None:
                 self.graph.set(use, outcome=outcome, ended=self.graph.clock.now(), reason=reason or None)
 
     def used(self) -> str | None:
-        """The strategy in force; None where there is none."""
+        """The strategy in use; None if there is none."""
         found = self.graph.related(self.name, "uses")
         return found[0] if found else None
 
     def fallbacks(self, name: str) -> list[str]:
-        """What a strategy falls back to, one after the other; a circle ends where it closes."""
+        """The chain of fallbacks of a strategy; it ends before a strategy that is in it already."""
         chain, at = [name], name
         while (found := self.graph.related(at, "falls_back_to")) and found[0] not in chain:
             at = found[0]
@@ -204,25 +205,28 @@ class StrategyModel(Model):
         return chain[1:]
 
     def situation(self) -> dict[str, bool]:
-        """The answers to all questions that are known, by question.
+        """Evaluate all known questions.
+
+        Returns:
+            Answers by question.
 
         Raises:
-            KnowledgeError: A question cannot be asked; says which.
+            KnowledgeError: The query of a question is invalid; names the question.
         """
         return {question: self._holds(question, "query") for question in self.graph.nodes("question")}
 
     def choose(self, role: str = "", tried: Collection[str] = ()) -> Choice:
-        """Weigh all strategies in the present situation.
+        """Score all strategies in the present situation.
 
-        A strategy serves if its guard holds and it suits the role: that which is asked for, or one that the robot
-        plays; of those that serve the best has the highest score, and of equal ones the first that was added.
+        A strategy is applicable if its guard holds and it suits the role: the given one, or one that the robot plays.
+        The best is the applicable one with the highest score; ties go to the one added first.
 
         Args:
-            role: The role that it must suit; one of the robot's own where empty.
-            tried: Strategies that have failed just now.
+            role: Role that the strategy must suit; empty for the robot's own roles.
+            tried: Strategies that have just failed.
 
         Raises:
-            KnowledgeError: No such role, or a guard or question cannot be asked; says which.
+            KnowledgeError: No such role, or the query of a guard or question is invalid; names it.
         """
         if role:
             self.graph.kind(role)
@@ -231,18 +235,18 @@ class StrategyModel(Model):
         weights: Mapping[str, float] = {q: self.graph.get(q, "weight") for q in self.graph.nodes("question")}
         found = []
         for name in self.names():
-            preference, told = self.graph.get(name, "preference"), expected(name, now, uses, weights)
-            score = preference + 2.0 * (told.share - 0.5)
-            found.append(Candidate(name, score, preference, told, self._obstacle(name, roles, tried)))
-        return Choice(now, tuple(sorted(found, key=lambda c: (bool(c.obstacle), -c.score))))
+            preference, expectation = self.graph.get(name, "preference"), expected(name, now, uses, weights)
+            score = preference + 2.0 * (expectation.share - 0.5)
+            found.append(Candidate(name, score, preference, expectation, self._rejection(name, roles, tried)))
+        return Choice(now, tuple(sorted(found, key=lambda c: (bool(c.rejection), -c.score))))
 
     def after(self, name: str, tried: Collection[str]) -> str | None:
-        """What to use when a strategy has failed: the first of its fallbacks that serves; None without one."""
+        """The first applicable fallback of a strategy that has failed; None if there is none."""
         roles = set(self.graph.related(self.name, "plays"))
-        return next((n for n in self.fallbacks(name) if not self._obstacle(n, roles, tried)), None)
+        return next((n for n in self.fallbacks(name) if not self._rejection(n, roles, tried)), None)
 
     def uses(self) -> list[Use]:
-        """All uses that have succeeded or failed, in their order."""
+        """All uses that have succeeded or failed, in order."""
         found = []
         for node in self.graph.nodes("use"):
             outcome, of = self.graph.get(node, "outcome"), self.graph.related(node, "use_of")
@@ -251,7 +255,7 @@ class StrategyModel(Model):
                 found.append(Use(of[0], answers, outcome == "success"))
         return found
 
-    def _obstacle(self, name: str, roles: set[str], tried: Collection[str]) -> str:
+    def _rejection(self, name: str, roles: set[str], tried: Collection[str]) -> str:
         suits = self.graph.related(name, "suits")
         if name in tried:
             return "it has just failed"
@@ -265,7 +269,7 @@ class StrategyModel(Model):
         try:
             return self.knowledge.holds(self.graph.get(node, attribute))
         except InputError as error:
-            raise KnowledgeError(f"the {attribute} of '{node}' cannot be asked: {error}") from error
+            raise KnowledgeError(f"the {attribute} of '{node}' is not a valid query: {error}") from error
 
     def _forget(self) -> None:
         ended = [use for use in self.graph.nodes("use") if self.graph.get(use, "outcome") is not None]

@@ -1,4 +1,4 @@
-"""Who hears of changes in the graph: in the order of revision, one at a time, never under the writer's lock."""
+"""Subscriptions to changes of the graph: delivered in order of revision, one at a time, outside the writer's lock."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WriteObserver: TypeAlias = Callable[[list[KnowledgeChanged]], None]
 
 
 class Delivery(msgspec.Struct, frozen=True, gc=False):
-    """A change and what subscriptions ask of it: the nodes it is about, their kinds, the relation if it is an edge."""
+    """A change with the data that subscriptions filter by: its nodes, their kinds, and the relation of an edge."""
 
     change: KnowledgeChanged
     nodes: tuple[str, ...]
@@ -27,12 +27,12 @@ class Delivery(msgspec.Struct, frozen=True, gc=False):
 
 @dataclass(frozen=True)
 class SubscriberFailure:
-    """A callback that raised, and was detached.
+    """Record of a callback that raised and was detached.
 
     Attributes:
-        callback: Its qualified name.
-        change: What it was told.
-        error: What it raised.
+        callback: Qualified name of the callback.
+        change: Change that it was called with.
+        error: Exception that it raised.
     """
 
     callback: str
@@ -41,10 +41,10 @@ class SubscriberFailure:
 
 
 class Subscription:
-    """One wish to hear of changes; `close` ends it.
+    """Filtered subscription to changes; `close` ends it.
 
     Attributes:
-        active: Whether it still hears.
+        active: Whether it still receives changes.
     """
 
     __slots__ = ("_callback", "_kind", "_node", "_relation", "_subscribers", "active")
@@ -60,77 +60,77 @@ class Subscription:
         self.active = True
 
     def close(self) -> None:
-        """Hear no more; a second call changes nothing."""
+        """End the subscription; further calls have no effect."""
         self.active = False
         self._subscribers.remove(self)
 
     def fits(self, nodes: tuple[str, ...], kinds: tuple[str, ...], relation: str | None) -> bool:
-        """Whether every filter that was given fits a change."""
+        """Whether a change passes all filters."""
         return (
             (self._node is None or self._node in nodes)
             and (self._kind is None or self._kind in kinds)
             and (self._relation is None or self._relation == relation)
         )
 
-    def hear(self, delivery: Delivery) -> None:
-        """Call back if the change fits; one that raises is detached and the writer never notices."""
+    def notify(self, delivery: Delivery) -> None:
+        """Call back if the change passes the filters; a callback that raises is detached, invisibly to the writer."""
         if self.active and self.fits(delivery.nodes, delivery.kinds, delivery.relation):
             try:
                 self._callback(delivery.change)
-            except Exception as error:  # noqa: BLE001 - the documented boundary between a writer and those who listen
+            except Exception as error:  # noqa: BLE001 - the documented boundary between a writer and its subscribers
                 self.close()
                 self._subscribers.failed(_name(self._callback), delivery.change, error)
 
 
 class Subscribers:
-    """All subscriptions of one graph, and the changes that they were not told of yet.
+    """All subscriptions of one graph, and the changes not yet delivered to them.
 
     Args:
-        sink: Where a detached subscriber is reported.
+        sink: Receives a report of each detached subscriber.
     """
 
     def __init__(self, sink: EventSink) -> None:
         self._sink = sink
         self.pending: deque[Delivery] = deque()
-        self._telling = threading.Lock()
+        self._delivering = threading.Lock()
         self._changing = threading.Lock()
-        # Replaced as a whole, never changed in place: `deliver` walks over it without a lock.
+        # Replaced as a whole, never changed in place: `deliver` iterates over it without a lock.
         self.all: tuple[Subscription, ...] = ()
         self.failures: list[SubscriberFailure] = []
 
     def add(self, callback: Callback, kind: str | None, node: str | None, relation: str | None) -> Subscription:
-        """Tell this one too, after those that came before it."""
+        """Add a subscription, called after the earlier ones."""
         subscription = Subscription(self, callback, kind, node, relation)
         with self._changing:
             self.all = (*self.all, subscription)
         return subscription
 
     def remove(self, subscription: Subscription) -> None:
-        """Tell this one no more."""
+        """Remove a subscription."""
         with self._changing:
             self.all = tuple(s for s in self.all if s is not subscription)
 
     def queue(
         self, change: KnowledgeChanged, nodes: tuple[str, ...], kinds: tuple[str, ...], relation: str | None = None
     ) -> None:
-        """Keep a change until it can be told, if it fits anybody: nearly none does."""
+        """Keep a change for delivery if any subscription wants it."""
         for subscription in self.all:
             if subscription.fits(nodes, kinds, relation):
                 self.pending.append(Delivery(change, nodes, kinds, relation))
                 return
 
     def deliver(self) -> None:
-        """Tell every queued change. A write inside a callback, or one on another thread meanwhile, is told after it."""
-        pending, telling = self.pending, self._telling
-        # Whoever holds `_telling` may have looked at the queue just before ours came: hence the outer loop.
-        while pending and telling.acquire(False):
+        """Deliver every queued change; writes made meanwhile, in a callback or on another thread, follow."""
+        pending, delivering = self.pending, self._delivering
+        # Another thread may have found the queue empty just before ours was added: hence the outer loop.
+        while pending and delivering.acquire(False):
             try:
                 while pending:
                     delivery = pending.popleft()
                     for subscription in self.all:
-                        subscription.hear(delivery)
+                        subscription.notify(delivery)
             finally:
-                telling.release()
+                delivering.release()
 
     def failed(self, callback: str, change: KnowledgeChanged, error: Exception) -> None:
         """Report a callback that raised and was detached."""
@@ -144,10 +144,10 @@ class Subscribers:
 
 
 class WriteObservers:
-    """Who is handed every whole write as its changes, in order; one `held` block is one write.
+    """Callbacks that receive each complete write as a list of its changes; one `locked` block is one write.
 
-    For what keeps or shares the graph and must see no half of a write. A observer is called under the writer's lock:
-    it must be as quick as to put the list into a queue, and must not raise. All methods are called under that lock.
+    For storage and sharing, which must not see half a write. An observer is called under the writer's lock: it must
+    be as fast as appending the list to a queue, and must not raise. All methods are called under that lock.
     """
 
     def __init__(self) -> None:
@@ -155,19 +155,19 @@ class WriteObservers:
         self._written: list[KnowledgeChanged] = []
 
     def add(self, observer: WriteObserver) -> None:
-        """Hand writes to this one too."""
+        """Add an observer."""
         self.all = (*self.all, observer)
 
     def remove(self, observer: WriteObserver) -> None:
-        """Hand nothing more to this one."""
+        """Remove an observer."""
         self.all = tuple(f for f in self.all if f != observer)
 
     def note(self, change: KnowledgeChanged) -> None:
-        """A part of the write in progress."""
+        """Add a change to the write in progress."""
         self._written.append(change)
 
     def settle(self) -> None:
-        """The write in progress is whole."""
+        """End the write in progress and pass it to the observers."""
         if self._written:
             written, self._written = self._written, []
             for observer in self.all:

@@ -1,4 +1,4 @@
-"""The WorldModel: what the robot knows of the world around it (paper, 4.2 and 5.1)."""
+"""WorldModel: knowledge about the world around the robot (paper, 4.2 and 5.1)."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from .occupancy import OccupancyGrid
 
 
 class WorldModel(Model):
-    """Places, goals, objects and peers with their poses in the world frame, and the goal that the robot pursues.
+    """Places, goals, objects and peers with their poses in the world frame, and the pursued goal.
 
     Attributes:
-        occupancy: The map that the robot makes for itself; None where no block draws one.
+        occupancy: Occupancy grid that the robot builds; None if no block builds one.
     """
 
     occupancy: OccupancyGrid | None = None
 
     def place(self, name: str, pose: Pose2, kind: str = "place", **attributes: Any) -> None:
-        """Put something somewhere, or move it there.
+        """Add a node with a pose, or move it.
 
         Args:
-            name: The node; added where there is none.
-            pose: In the world frame [m, m, rad].
-            kind: `goal`, `place`, `object`, `peer`, or another kind that has a pose.
-            attributes: More of what the kind holds.
+            name: Name of the node; added if it does not exist.
+            pose: Pose in the world frame [m, m, rad].
+            kind: Kind of the node: `goal`, `place`, `object`, `peer`, or another kind that has a pose.
+            attributes: Further attributes of that kind.
 
         Raises:
-            KnowledgeError: The node is of another kind, or the schema refuses something.
+            KnowledgeError: The node is of another kind, or the schema rejects an attribute.
         """
         with self.graph.locked():
             if not self.graph.has(name):
@@ -41,7 +41,7 @@ class WorldModel(Model):
                 self.graph.set(name, pose=pose, **attributes)
 
     def pose_of(self, name: str) -> Pose2 | None:
-        """Where something is, in the world frame; None where it is not known."""
+        """Pose of a node in the world frame; None if unknown."""
         if not self.graph.has(name):
             return None
         if name == self.name:
@@ -49,36 +49,36 @@ class WorldModel(Model):
             return None if math.isnan(pose.x) else pose
         try:
             found: Pose2 | None = self.graph.get(name, "pose")
-        except KnowledgeError:  # nothing of its kind has a place
+        except KnowledgeError:  # its kind has no pose
             return None
         return found
 
     def places(self) -> list[str]:
-        """The names of all places."""
+        """Names of all places."""
         return self.graph.nodes("place")
 
     def goals(self) -> list[str]:
-        """The names of all goals."""
+        """Names of all goals."""
         return self.graph.nodes("goal")
 
     def objects(self) -> list[str]:
-        """The names of all objects."""
+        """Names of all objects."""
         return self.graph.nodes("object")
 
     def peers(self) -> list[str]:
-        """The names of all other robots that are known."""
+        """Names of all known other robots."""
         return self.graph.nodes("peer")
 
     def motion_of(self, peer: str) -> tuple[float, Pose2, Twist2] | None:
-        """How a peer moves: since when [s], from where, world frame, and how fast; None while nobody knows where it is.
+        """Motion of a peer: time of its pose [s], pose in the world frame, twist; None while its pose is unknown.
 
-        What is not known of its speed and turn rate counts as rest.
+        An unknown speed or turn rate counts as zero.
 
         Raises:
             KnowledgeError: No such peer.
         """
         get = self.graph.get
-        while True:  # until nobody has written in between
+        while True:  # until no other thread has written in between
             since = self.graph.stamp(peer, "pose")
             pose, speed, turn_rate = get(peer, "pose"), get(peer, "speed"), get(peer, "turn_rate")
             if self.graph.stamp(peer, "pose") == since:
@@ -88,7 +88,7 @@ class WorldModel(Model):
         return since.t, pose, twist2((0.0 if speed is None else speed, 0.0 if turn_rate is None else turn_rate, 0.0))
 
     def predicted(self, peer: str, t: float) -> Pose2 | None:
-        """Where a peer will be at time t [s], world frame, if it keeps its speed and its turn rate.
+        """Predicted pose of a peer at time t [s], world frame, assuming constant speed and turn rate; None if unknown.
 
         Raises:
             KnowledgeError: No such peer.
@@ -97,7 +97,7 @@ class WorldModel(Model):
         return None if motion is None else along_arc(motion[1], motion[2], t - motion[0])
 
     def pursue(self, goal: str | None) -> None:
-        """Pursue this goal from now on, or none.
+        """Pursue this goal from now on; None to pursue none.
 
         Raises:
             KnowledgeError: No such goal.
@@ -110,12 +110,12 @@ class WorldModel(Model):
                 self.graph.unrelate(self.name, "pursues", old)
 
     def pursued(self) -> str | None:
-        """The goal that the robot pursues; None where there is none."""
+        """The pursued goal; None if there is none."""
         goals = self.graph.related(self.name, "pursues")
         return goals[0] if goals else None
 
     def goal_distance(self, t: float | None = None) -> float:
-        """How far the pursued goal is at time t [m]: +inf without a goal, NaN while the robot's pose is not valid."""
+        """Distance to the pursued goal at time t [m]: +inf without a goal, NaN while the robot's pose is not valid."""
         goal = self.pursued()
         pose = None if goal is None else self.pose_of(goal)
         return math.inf if pose is None else self.knowledge.pose(t).distance(pose)

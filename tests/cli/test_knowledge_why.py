@@ -63,7 +63,7 @@ def told(rocs_bt):
 def test_each_use_is_told_with_its_reasons_and_its_outcome(told, played):
     lines = told(played).splitlines()
     assert lines[0].split("  ")[1:] == ["through", "failure: shut"]
-    assert lines[1] == "    situation: nothing is asked"
+    assert lines[1] == "    situation: no questions"
     assert lines[2] == "    through: +0.50 (preference 0.5, not tried)"
     around = next(i for i, line in enumerate(lines) if line.split("  ")[1] == "around")
     assert lines[around].endswith("success")

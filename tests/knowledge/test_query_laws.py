@@ -261,4 +261,4 @@ def test_a_text_is_a_query_or_is_refused_with_its_place(text: str) -> None:
     try:
         query.ask(graph, QueryContext("R2", Pose2(0.0, 0.0), 1.0))
     except KnowledgeError as error:
-        assert "nobody keeps" in str(error)
+        assert "no history of the graph" in str(error)

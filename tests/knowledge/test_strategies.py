@@ -44,7 +44,7 @@ def test_what_failed_in_a_like_situation_is_chosen_no_more_and_elsewhere_still_i
         meet(knowledge, "through", "failure")
     choice = knowledge.strategy.choose()
     assert choice.best == "around"
-    assert "through: -0.40 (preference 0.2, worked in 0 of 3 like situations)" in str(choice)
+    assert "through: -0.40 (preference 0.2, succeeded in 0 of 3 similar situations)" in str(choice)
     knowledge.graph.remove("Ann")  # half alike: a sixteenth each
     assert knowledge.strategy.choose().best == "through"
 
@@ -99,7 +99,7 @@ def test_old_uses_are_forgotten_and_one_in_force_is_not(knowledge):
 
 def test_a_guard_that_is_no_query_is_named(knowledge):
     knowledge.graph.set("around", guard="door wher open")
-    with pytest.raises(KnowledgeError, match="the guard of 'around' cannot be asked"):
+    with pytest.raises(KnowledgeError, match="the guard of 'around' is not a valid query"):
         knowledge.strategy.choose()
 
 

@@ -205,5 +205,5 @@ def test_no_road_comes_nearer_than_the_clearance(rows, clearance):
 
 
 def test_a_lattice_finer_than_the_map_is_refused():
-    with pytest.raises(KnowledgeError, match=r"roads 0.05 m apart cannot be drawn on cells of 0.1 m"):
+    with pytest.raises(KnowledgeError, match=r"spacing 0.05 m is less than a cell of 0.1 m"):
         add_lattice_roads(knowing({}), a_map(["..", ".."]), spacing=0.05, clearance=0.0)

@@ -1,4 +1,4 @@
-"""Belief: what may be there, how surely, and where: tracks that sightings begin, move and end."""
+"""Belief: tracks of objects with uncertain existence and position, started, updated and ended by sightings."""
 
 from .belief import Belief, BeliefSettings, BeliefUpdate, Sighting, Track
 

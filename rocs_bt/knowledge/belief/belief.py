@@ -1,14 +1,14 @@
-"""Belief: what may be there, how surely, and where: tracks that sightings begin, move and end.
+"""Belief: tracks of objects with uncertain existence and position, started, updated and ended by sightings.
 
-A track is a Kalman filter of position and velocity. It moves with a constant velocity that white accelerations disturb
+A track is a Kalman filter of position and velocity with a constant-velocity model disturbed by white acceleration
 (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, 6.3.2). Its existence
-is a probability: a sighting is evidence for it, a look that should have shown it and did not is evidence against it
-(Mahler, Statistical Multisource-Multitarget Information Fusion, 2007, the Bernoulli filter), and while no sensor looks
-it decays.
+is a probability: a sighting increases it, a scan that should have shown the object but did not decreases it (Mahler,
+Statistical Multisource-Multitarget Information Fusion, 2007, the Bernoulli filter), and it decays while the object is
+out of view.
 
-Sightings are given to tracks such that the sum of the squared Mahalanobis distances is least (global nearest neighbour;
-Blackman and Popoli, Design and Analysis of Modern Tracking Systems, 1999, 6.4), within a gate. Each that is left over
-begins a new track, which is reported only once it is sure enough.
+Sightings are assigned to tracks within a gate by global nearest neighbour: the sum of the squared Mahalanobis distances
+is minimal (Blackman and Popoli, Design and Analysis of Modern Tracking Systems, 1999, 6.4). Each unassigned sighting
+starts a new track, which is reported only once its existence is high enough.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ Array = npt.NDArray[np.float64]
 
 
 class Sighting(NamedTuple):
-    """Where something was seen.
+    """Measured position of an object.
 
     Attributes:
-        position: (2,) In the world frame [m].
-        covariance: (2, 2) Of the position [m2].
-        radius: How far it reaches around its position [m].
+        position: Position in the world frame [m], shape (2,).
+        covariance: Covariance of the position [m2], shape (2, 2).
+        radius: Radius of the object around its position [m].
     """
 
     position: Array
@@ -40,20 +40,20 @@ class Sighting(NamedTuple):
     radius: float
 
 
-_SEES_POSITION = np.eye(2, 4)
+_MEASURES_POSITION = np.eye(2, 4)
 
 
 @dataclass
 class Track:
-    """One thing.
+    """State estimate of one object.
 
     Attributes:
-        mean: (4,) x, y [m] and their velocities [m/s], world frame.
-        covariance: (4, 4) Of the mean.
-        radius: How far it reaches around its position [m].
-        existence: The probability that it is there.
-        t: The time that all this is about [s].
-        seen: When it was seen last [s].
+        mean: x, y [m] and their velocities [m/s], world frame, shape (4,).
+        covariance: Covariance of the mean, shape (4, 4).
+        radius: Radius of the object around its position [m].
+        existence: Probability that the object exists.
+        t: Time of the estimate [s].
+        seen: Time of the last sighting [s].
     """
 
     mean: Array
@@ -65,12 +65,12 @@ class Track:
 
     @classmethod
     def start(cls, t: float, sighting: Sighting, existence: float, speed: float) -> Track:
-        """A track of what was just seen for the first time.
+        """A track of an object that was seen for the first time.
 
         Args:
-            t: Now [s].
-            sighting: What was seen.
-            existence: The probability that it is there.
+            t: Present time [s].
+            sighting: First sighting.
+            existence: Probability that the object exists.
             speed: Standard deviation of either velocity [m/s].
         """
         covariance = np.diag([0.0, 0.0, speed**2, speed**2])
@@ -80,16 +80,16 @@ class Track:
 
     @property
     def speed(self) -> float:
-        """How fast it moves [m/s]."""
+        """Speed of the object [m/s]."""
         return math.hypot(self.mean[2], self.mean[3])
 
     def predict(self, t: float, acceleration: float, half_life: float) -> None:
-        """Move on to a time; an earlier one changes nothing.
+        """Predict the state at a later time; an earlier time has no effect.
 
         Args:
-            t: To when [s].
-            acceleration: Density of the accelerations that disturb it [m2/s3].
-            half_life: After how long unseen its existence is half as sure [s].
+            t: Time of the prediction [s].
+            acceleration: Spectral density of the disturbing acceleration [m2/s3].
+            half_life: Time in which the existence halves while unseen [s].
         """
         dt = t - self.t
         if dt <= 0.0:
@@ -102,11 +102,11 @@ class Track:
         self.t = t
 
     def distances(self, positions: Array, covariances: Array) -> Array:
-        """(n,) Squared Mahalanobis distances of sightings; of what is truly its own 99 of 100 are below 9.21.
+        """Squared Mahalanobis distances of sightings, shape (n,); 99 % of the object's own are below 9.21.
 
         Args:
-            positions: (n, 2) In the world frame [m].
-            covariances: (n, 2, 2) Of the positions [m2].
+            positions: Positions in the world frame [m], shape (n, 2).
+            covariances: Covariances of the positions [m2], shape (n, 2, 2).
         """
         dx, dy = (positions - self.mean[:2]).T
         spread = covariances + self.covariance[:2, :2]
@@ -115,19 +115,19 @@ class Track:
         return squared
 
     def update(self, sighting: Sighting, detection: float, clutter: float) -> None:
-        """Take a sighting as this thing's own.
+        """Update the state with a sighting of this object.
 
         Args:
-            sighting: What was seen.
-            detection: How probable it was that it be seen, if it is there.
-            clutter: How probable such a sighting is, if it is not.
+            sighting: Sighting.
+            detection: Probability of a sighting if the object exists.
+            clutter: Probability of a sighting if it does not.
         """
         across = self.covariance[:, :2]
         innovation = self.covariance[:2, :2] + sighting.covariance
         gain = np.linalg.solve(innovation, across.T).T
         self.mean = self.mean + gain @ (sighting.position - self.mean[:2])
-        rest = np.eye(4) - gain @ _SEES_POSITION
-        # Joseph's form: symmetric and positive whatever rounding does.
+        rest = np.eye(4) - gain @ _MEASURES_POSITION
+        # Joseph form: stays symmetric and positive definite despite rounding.
         self.covariance = rest @ self.covariance @ rest.T + gain @ sighting.covariance @ gain.T
         self.radius += 0.2 * (sighting.radius - self.radius)
         there = self.existence * detection
@@ -135,17 +135,17 @@ class Track:
         self.seen = self.t
 
     def miss(self, detection: float) -> None:
-        """Note that a look did not show it.
+        """Update the existence after a scan that did not show the object.
 
         Args:
-            detection: How probable it was that it be seen, if it is there.
+            detection: Probability of a sighting if the object exists.
         """
         there = self.existence * (1.0 - detection)
         self.existence = there / (there + 1.0 - self.existence)
 
 
 def _disturbance(dt: float) -> Array:
-    """(4, 4) What white accelerations of density 1 m2/s3 add in a time [s]."""
+    """Process noise covariance for white acceleration of density 1 m2/s3 over a time [s], shape (4, 4)."""
     q = np.zeros((4, 4))
     for i in (0, 1):
         q[i, i], q[i, i + 2], q[i + 2, i], q[i + 2, i + 2] = dt**3 / 3.0, dt**2 / 2.0, dt**2 / 2.0, dt
@@ -154,19 +154,19 @@ def _disturbance(dt: float) -> Array:
 
 @dataclass(frozen=True)
 class BeliefSettings:
-    """What is taken for granted of things and of looks.
+    """Parameters of the tracking filter.
 
     Attributes:
-        detection: How probable it is that a look shows what is there and in view.
-        clutter: How probable a sighting is where nothing is.
-        first: Existence of what was seen once.
-        sure: Existence above which a thing is told of.
-        gone: Existence below which it is forgotten.
-        half_life: After how long unseen its existence is half as sure [s].
-        gate: The squared Mahalanobis distance within which a sighting may belong to a track; of what belongs to it
-            99 of 100 are within 9.21 (chi-square of two degrees of freedom).
-        start_speed: Standard deviation of either velocity of what is new [m/s].
-        acceleration: Density of the accelerations that disturb it [m2/s3].
+        detection: Probability that a scan shows an object that exists and is in view.
+        clutter: Probability of a sighting without an object.
+        initial: Existence of an object after its first sighting.
+        confirmed: Existence above which a track is reported.
+        forgotten: Existence below which a track is deleted.
+        half_life: Time in which the existence halves while unseen [s].
+        gate: Maximum squared Mahalanobis distance between a sighting and its track; 99 % of the sightings of an object
+            are within 9.21 (chi-square with two degrees of freedom).
+        start_speed: Standard deviation of either velocity of a new track [m/s].
+        acceleration: Spectral density of the disturbing acceleration [m2/s3].
     """
 
     detection: float = 0.8
@@ -194,11 +194,11 @@ class BeliefSettings:
 
 @dataclass(frozen=True)
 class BeliefUpdate:
-    """What one look did.
+    """Changes by one scan.
 
     Attributes:
-        appeared: Numbers of tracks that are sure now and were not.
-        vanished: Numbers of tracks that were told of and are forgotten.
+        appeared: Numbers of newly confirmed tracks.
+        vanished: Numbers of deleted tracks that had been confirmed.
     """
 
     appeared: Sequence[int]
@@ -206,10 +206,10 @@ class BeliefUpdate:
 
 
 class Belief:
-    """Things that may be there.
+    """Multi-object tracker.
 
     Args:
-        settings: What to take for granted.
+        settings: Parameters of the filter; None for the defaults.
     """
 
     def __init__(self, settings: BeliefSettings | None = None) -> None:
@@ -220,16 +220,16 @@ class Belief:
 
     @property
     def confirmed(self) -> Mapping[int, Track]:
-        """The tracks that are told of, by number."""
+        """The confirmed tracks, by number."""
         return {number: self._tracks[number] for number in sorted(self._confirmed)}
 
     def update(self, t: float, sightings: Sequence[Sighting], in_view: Callable[[Track], bool]) -> BeliefUpdate:
-        """Take one look.
+        """Update the tracks with one scan.
 
         Args:
-            t: When [s].
-            sightings: What it showed.
-            in_view: Whether it would have shown a track that is there.
+            t: Time of the scan [s].
+            sightings: Sightings of the scan.
+            in_view: Test of whether the scan would have shown the object of a track.
         """
         given = self.settings
         for track in self._tracks.values():
@@ -246,7 +246,7 @@ class Belief:
         return self._settled()
 
     def _assigned(self, sightings: Sequence[Sighting]) -> dict[int, int]:
-        """Which sighting each track gets: by number, the index."""
+        """The assigned sighting of each track: number -> index."""
         if not self._tracks or not sightings:
             return {}
         from scipy.optimize import linear_sum_assignment

@@ -1,4 +1,4 @@
-"""What was known when: the change log, the journal that keeps it in a file, and exports."""
+"""History of knowledge: the change log, the journal that stores it in a file, and exports."""
 
 from .change_log import ChangeLog, Stretch, log_of
 from .exchange import from_json_text, to_json_text

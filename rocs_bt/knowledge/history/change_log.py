@@ -1,4 +1,4 @@
-"""ChangeLog: every change of one agent's knowledge, and what was known at any time of it."""
+"""ChangeLog: all changes of one agent's knowledge, and its state at any time."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from ..schema import SCHEMA, Schema
 from .state import State
 from .values import typed
 
-_STATES = 8  # that are kept, for times that are queried again or soon after
+_STATES = 8  # number of cached states, for times that are queried again
 _TIME, _REVISION = attrgetter("t"), attrgetter("revision")
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """An unbroken part of a change log; revisions count from the graph's beginning.
+    """Unbroken part of a change log; revisions count from the start of the graph.
 
     Attributes:
-        base: The oldest state that is known.
-        changes: Every change after it.
-        id: Its number in a file.
+        base: Oldest known state.
+        changes: All later changes.
+        id: Number in a journal's file.
     """
 
     base: State
@@ -36,7 +36,7 @@ class Stretch:
 
     @property
     def first(self) -> int:
-        """The base's revision."""
+        """Revision of the base."""
         return self.base.revision
 
     @property
@@ -46,7 +46,7 @@ class Stretch:
 
     @property
     def last(self) -> int:
-        """The newest change's revision."""
+        """Revision of the newest change."""
         return self.changes[-1].revision if self.changes else self.first
 
     @property
@@ -56,18 +56,20 @@ class Stretch:
 
 
 class ChangeLog:
-    """What one agent knew over one run: from a journal's file, a recording or an export. One thread at a time reads it.
+    """Changes of one agent's knowledge over one run, from a journal's file, a recording or an export.
+
+    Not thread-safe.
 
     Args:
-        agent: The agent whose knowledge it is.
+        agent: Agent whose knowledge it is.
         label: Name of the run for people.
         schema: Types and units of the values.
-        stretches: The unbroken parts, oldest first; between two of them changes are missing.
-        begin: Begin of the run [s]; that of the first stretch if left out.
-        end: End of the run [s]; that of the last stretch if left out.
+        stretches: Unbroken parts, oldest first; changes between two of them are missing.
+        begin: Begin of the run [s]; that of the first stretch if omitted.
+        end: End of the run [s]; that of the last stretch if omitted.
 
     Attributes:
-        stretches: The unbroken parts.
+        stretches: Unbroken parts.
     """
 
     def __init__(
@@ -85,7 +87,7 @@ class ChangeLog:
         self.stretches = tuple(stretches)
         self._begin, self._end = begin, end
         self._states: dict[tuple[int, int], State] = {}
-        self._places: dict[tuple[int, int], dict[str, list[int]]] = {}
+        self._indices: dict[tuple[int, int], dict[str, list[int]]] = {}
 
     @property
     def first(self) -> Stretch:
@@ -113,10 +115,10 @@ class ChangeLog:
         return [(a.last + 1, b.first) for a, b in zip(self.stretches, self.stretches[1:], strict=False)]
 
     def as_of(self, t: float | None = None, *, revision: int | None = None) -> State:
-        """The state at a time [s] or after a revision; at the end where neither is given.
+        """The state at a time [s] or after a revision; by default the final state.
 
         Raises:
-            KnowledgeError: It was before what is kept, or in a gap.
+            KnowledgeError: It is before the oldest kept state, or in a gap.
         """
         stretch, count = self._find(t, revision)
         until = stretch.changes[count - 1].revision if count else stretch.first
@@ -132,16 +134,16 @@ class ChangeLog:
         return state.copy()
 
     def value(self, node: str, attribute: str, t: float | None = None, *, revision: int | None = None) -> Any:
-        """One attribute at a time [s] or after a revision, without building the state; None if not known.
+        """One attribute at a time [s] or after a revision, without building the state; None if unknown.
 
         Raises:
-            KnowledgeError: It was before what is kept, in a gap, or there was no such node.
+            KnowledgeError: It is before the oldest kept state, in a gap, or there was no such node.
         """
         stretch, count = self._find(t, revision)
-        places = self._places_in(stretch).get(node, [])
+        indices = self._indices_in(stretch).get(node, [])
         kind, found = None, None
-        for place in reversed(places[: bisect_right(places, count - 1)]):
-            change = stretch.changes[place]
+        for index in reversed(indices[: bisect_right(indices, count - 1)]):
+            change = stretch.changes[index]
             if change.what != "attribute":
                 kind = change.name if change.what == "node added" else None
                 break
@@ -152,7 +154,7 @@ class ChangeLog:
                 if found is None:
                     return stretch.base.get(node, attribute)
                 kind = stretch.base.kind(node)
-        if found is None or kind is None:  # a default, or a fault of the question
+        if found is None or kind is None:  # a default, or an invalid name
             return self.as_of(t, revision=revision).get(node, attribute)
         declared = self.schema.kinds[kind].attributes if kind in self.schema.kinds else {}
         return typed(found.value, declared.get(attribute))
@@ -160,13 +162,13 @@ class ChangeLog:
     def changes(
         self, since: int = 0, until: int | None = None, *, node: str | None = None, name: str | None = None
     ) -> Iterator[KnowledgeChanged]:
-        """Changes in their order; the content of a base is not among them.
+        """Changes in order, without the content of a base.
 
         Args:
-            since: After this revision.
-            until: Up to this revision; the newest if left out.
-            node: Only about this node, or edges that start from it.
-            name: Only of this attribute, relation or kind.
+            since: Revision after which to begin.
+            until: Last revision; the newest if omitted.
+            node: Node that the change or the source of the edge must be; None for any.
+            name: Attribute, relation or kind; None for any.
         """
         for stretch in self.stretches:
             for change in stretch.changes:
@@ -178,9 +180,9 @@ class ChangeLog:
                     yield change
 
     def all_changes(self) -> list[KnowledgeChanged]:
-        """The whole log as changes from nothing, in order of time: each base as changes at its own time.
+        """The whole log as changes from nothing, in order of time; each base becomes changes at its own time.
 
-        After a gap everything known before it is removed, and what is known then added.
+        After a gap all earlier nodes and edges are removed, and the known ones added.
         """
         found: list[KnowledgeChanged] = []
         before = State(self.agent, self.schema)
@@ -217,29 +219,29 @@ class ChangeLog:
             self._missing(begun, f"revision {revision}")
         return begun[-1], bisect_right(begun[-1].changes, revision, key=_REVISION)
 
-    def _missing(self, begun: Sequence[Stretch], asked: str) -> NoReturn:
+    def _missing(self, begun: Sequence[Stretch], requested: str) -> NoReturn:
         if not begun:
-            known = f"begins at {self.first.begin:g} s, revision {self.first.first}; what was before is not kept"
+            known = f"begins at {self.first.begin:g} s, revision {self.first.first}; earlier states are not kept"
         elif begun[-1] is self.last:
             known = f"ends at {self.last.end:g} s, revision {self.last.last}"
         else:
             first, last = self.gaps[len(begun) - 1]
-            known = f"lacks revisions {first} to {last}, which were left out: more was written than the disk took"
-        raise KnowledgeError(f"there is no {asked}: what is known of {self.agent} in '{self.label}' {known}.")
+            known = f"lacks revisions {first} to {last}, which were dropped because the disk was too slow"
+        raise KnowledgeError(f"there is no {requested}: what is known of {self.agent} in '{self.label}' {known}.")
 
-    def _places_in(self, stretch: Stretch) -> dict[str, list[int]]:
-        """Places of the changes about each node; made when first needed."""
+    def _indices_in(self, stretch: Stretch) -> dict[str, list[int]]:
+        """Indices of the changes of each node, computed when first needed."""
         key = stretch.id, len(stretch.changes)
-        if key not in self._places:
-            places: dict[str, list[int]] = {}
-            for place, change in enumerate(stretch.changes):
+        if key not in self._indices:
+            indices: dict[str, list[int]] = {}
+            for index, change in enumerate(stretch.changes):
                 if not change.what.startswith("edge"):
-                    places.setdefault(change.subject, []).append(place)
-            self._places = {**{k: v for k, v in self._places.items() if k[0] != stretch.id}, key: places}
-        return self._places[key]
+                    indices.setdefault(change.subject, []).append(index)
+            self._indices = {**{k: v for k, v in self._indices.items() if k[0] != stretch.id}, key: indices}
+        return self._indices[key]
 
 
 def log_of(state: State, label: str) -> ChangeLog:
-    """The log of a single state, to which nothing changed."""
+    """The log of a single state, without changes."""
     t = max(state.t, 0.0)
     return ChangeLog(state.agent, label, state.schema, (Stretch(state),), begin=t, end=t)

@@ -1,4 +1,4 @@
-"""One state as a file for others: JSON, which says all, and GraphML, which other programs draw."""
+"""Exchange format of one state: lossless JSON. For GraphML, which other programs draw, see `graphml`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _KEYS = ("format", "agent", "t", "revision", "nodes", "edges")
 
 
 def to_json_text(state: State) -> str:
-    """A state as JSON, a line a node and an edge: the same state gives the same text, and can be read back exactly."""
+    """A state as lossless JSON, one line per node and edge; equal states give equal texts."""
     head = {"format": FORMAT, "agent": state.agent, "t": to_json(state.t), "revision": state.revision}
     lines = ",\n".join(f"{_text(key)}: {_text(value)}" for key, value in head.items())
     nodes, edges = ",\n".join(map(_text, _nodes(state))), ",\n".join(map(_text, _edges(state)))
@@ -33,12 +33,12 @@ def to_json_text(state: State) -> str:
 
 
 def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> State:
-    """The state that a JSON text holds, checked against a schema.
+    """Read a state from JSON and check it against a schema.
 
     Args:
         text: JSON, from `to_json_text` or another program.
-        file: Its file, for messages.
-        schema: Kinds and relations that are allowed.
+        file: File of the text, for messages.
+        schema: Allowed kinds and relations.
 
     Raises:
         InputError: All faults, each at its line and column.
@@ -46,7 +46,7 @@ def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> State:
     values = _read(text, file)
     t, revision = _head(values, file)
     importer = Importer(file, values["agent"], schema)
-    places = _Places(text)
+    positions = _Positions(text)
     kinds: tuple[tuple[str, type[NodeEntry | EdgeEntry], Callable[[Any], None]], ...]
     kinds = ("nodes", NodeEntry, importer.node), ("edges", EdgeEntry, importer.edge)
     for key, kind, take in kinds:
@@ -57,13 +57,13 @@ def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> State:
             except (msgspec.ValidationError, ValueError) as error:
                 importer.fault(f"this is not {'a node' if kind is NodeEntry else 'an edge'}: {error}.")
             if len(importer.faults) > before:
-                line, column = places.of(key, index)
+                line, column = positions.of(key, index)
                 importer.faults[-1] = replace(importer.faults[-1], line=line, column=column)
     return importer.done(t, revision)
 
 
-class _Places:
-    """Line and column of the elements of a JSON document's lists; found when first needed, for it is slow."""
+class _Positions:
+    """Lines and columns of the elements of a JSON document's lists; computed when first needed, because it is slow."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -71,7 +71,7 @@ class _Places:
         self._values: dict[str, Any] = {}
 
     def of(self, key: str, index: int) -> tuple[int, int]:
-        """Line and column of one element, both from 1; 0 where it is no object."""
+        """Line and column of one element, both 1-based; 0 if it is not an object."""
         if not self._values:
             decoder: Any = json.JSONDecoder()
             inner = decoder.parse_object
@@ -83,7 +83,7 @@ class _Places:
 
             decoder.parse_object = parse_object
             decoder.scan_once = py_make_scanner(decoder)
-            with contextlib.suppress(RecursionError):  # lists in lists; then no place is known
+            with contextlib.suppress(RecursionError):  # nested lists; then no position is known
                 self._values = decoder.decode(self._text)
         offset = self._offsets.get(id(self._values[key][index])) if self._values else None
         if offset is None:
@@ -92,10 +92,10 @@ class _Places:
 
 
 def _read(text: str, file: Path) -> dict[str, Any]:
-    """The JSON object of a text, as Python values.
+    """Parse a text to a JSON object.
 
     Raises:
-        InputError: It is no JSON, or no object.
+        InputError: It is not JSON, or not an object.
     """
     try:
         check_nesting(text)
@@ -103,9 +103,9 @@ def _read(text: str, file: Path) -> dict[str, Any]:
         if not isinstance(values, dict):
             raise ValueError("it must be an object, such as {}")
     except json.JSONDecodeError as error:
-        raise InputError(Fault(f"this is no JSON: {error.msg}.", file, error.lineno, error.colno)) from error
-    except ValueError as error:  # too many digits, NaN, a key twice
-        raise InputError(Fault(f"this is no JSON: {error}.", file, 1, 1)) from error
+        raise InputError(Fault(f"this is not valid JSON: {error.msg}.", file, error.lineno, error.colno)) from error
+    except ValueError as error:  # too many digits, NaN, a repeated key
+        raise InputError(Fault(f"this is not valid JSON: {error}.", file, 1, 1)) from error
     return values
 
 
@@ -113,18 +113,20 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
         twice = next(name for name in found if sum(name == other for other, _ in pairs) > 1)
-        raise ValueError(f"'{twice}' stands twice in one object")
+        raise ValueError(f"'{twice}' is repeated in one object")
     return found
 
 
 def _refuse(name: str) -> NoReturn:
-    raise ValueError(f'{name} is no JSON; write {{"float": "inf"}}')
+    raise ValueError(f'{name} is not allowed; write {{"float": "inf"}}')
 
 
 def _head(values: dict[str, Any], file: Path) -> tuple[float, int]:
-    """Time and revision; everything else at the top is checked too."""
+    """Time and revision; checks all other top-level keys too."""
     faults = [f"there is no '{key}'; a file of knowledge has {', '.join(_KEYS)}." for key in _KEYS if key not in values]
-    faults += [f"'{key}' is nothing that a file of knowledge has." for key in values if key not in _KEYS]
+    faults += [
+        f"unknown key '{key}'; a file of knowledge has {', '.join(_KEYS)}." for key in values if key not in _KEYS
+    ]
     if (found := values.get("format", FORMAT)) != FORMAT:
         faults.append(f"the format is {found!r:.40}; this version of rocs_bt reads {FORMAT!r}.")
     agent, revision = values.get("agent", ""), values.get("revision", 0)

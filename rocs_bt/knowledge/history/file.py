@@ -1,9 +1,9 @@
-"""The SQLite file of a journal: its tables, how it is opened, written, compacted and read.
+"""SQLite file of a journal: its tables, and opening, writing, compacting and reading.
 
-A `stretch` is an unbroken run of changes of one agent after a base. Its rows of `change` are the changes that make the
-base, with a `place` up to the stretch's revision, and then each change with its revision as its place. Compaction moves
-the oldest changes into the base by deleting the rows that they make superfluous. A run is one stretch, or several where
-changes between them could not be kept.
+A `stretch` is an unbroken run of changes of one agent after a base state. Its rows of `change` are first the changes
+that make the base, with a `place` up to the stretch's revision, and then the later changes, with their revision as
+`place`. Compaction moves the oldest changes into the base by deleting the rows that they supersede. A run has one
+stretch, or several if changes between them were lost.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from .state import State
 from .values import dump, from_json, load, to_json
 
 FORMAT = 2
-_OURS = 0x726F6373  # "rocs", SQLite's application_id
-#: The kinds of a change; the index is the number in the file.
+_APPLICATION_ID = 0x726F6373  # "rocs", SQLite's application_id
+#: Kinds of changes; the index is the number in the file.
 _WHAT = ("node added", "node removed", "attribute", "edge added", "edge changed", "edge removed")
 _NUMBER = {what: number for number, what in enumerate(_WHAT)}
-_STRETCHES = 64  # that a file holds of one agent, for each has a base
+_STRETCHES = 64  # maximum number of stretches of one agent in a file, as each has a base
 # Names and values are JSON texts.
 _TABLES = """
 CREATE TABLE IF NOT EXISTS stretch (
@@ -39,34 +39,35 @@ CREATE TABLE IF NOT EXISTS change (
 ) WITHOUT ROWID;
 CREATE INDEX IF NOT EXISTS change_of ON change (stretch, subject, name);
 """
-_DAMAGED = (sqlite3.Error, UnicodeDecodeError)  # the latter where what SQLite says quotes damaged text
+_DAMAGED = (sqlite3.Error, UnicodeDecodeError)  # the latter if SQLite's message quotes damaged text
 _WAIT = 10.0  # [s] for another process that writes
 
 
 def open_to_write(path: Path) -> sqlite3.Connection:
-    """Open a journal to add to it; it is made where there is none. Its threads must take turns.
+    """Open a journal for appending, and create it if needed. The connection is not safe for concurrent threads.
 
     Raises:
-        RecordingError: It is no journal of ours, or cannot be written.
+        RecordingError: The file is not a journal of rocs_bt, or cannot be written.
     """
     with _closed_on_fault(path, "written", str(path)) as connection:
-        _check(connection, path, empty_is_ours=True)
-        # After a crash of the process nothing that was committed is lost; after a power cut the newest may be.
+        _check(connection, path, empty_is_valid=True)
+        # A crash of the process loses nothing that was committed; a power failure may lose the newest commits.
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = NORMAL")
         if not connection.execute("PRAGMA application_id").fetchone()[0]:
-            # All or nothing: a process that is killed here leaves an empty file, which is made again.
+            # Atomic: a process killed here leaves an empty file, which is initialised again.
             connection.executescript(
-                f"BEGIN IMMEDIATE; {_TABLES} PRAGMA user_version = {FORMAT}; PRAGMA application_id = {_OURS}; COMMIT;"
+                f"BEGIN IMMEDIATE; {_TABLES} PRAGMA user_version = {FORMAT}; "
+                f"PRAGMA application_id = {_APPLICATION_ID}; COMMIT;"
             )
     return connection
 
 
 def open_to_read(path: Path) -> sqlite3.Connection:
-    """Open a journal to read it, while it is written or not. Its threads must take turns.
+    """Open a journal for reading, also while it is written. The connection is not safe for concurrent threads.
 
     Raises:
-        RecordingError: There is none, or it is no journal of ours.
+        RecordingError: There is no such file, or it is not a journal of rocs_bt.
     """
     if not path.is_file():
         raise RecordingError(f"there is no knowledge '{path}'. Write one: rocs-bt run SCENARIO --knowledge {path}")
@@ -79,29 +80,29 @@ def open_to_read(path: Path) -> sqlite3.Connection:
 
 
 def next_run(connection: sqlite3.Connection) -> int:
-    """A number that no run of this file has."""
+    """An unused run number."""
     return 1 + int(connection.execute("SELECT coalesce(max(run), 0) FROM stretch").fetchone()[0])
 
 
 def begin_stretch(connection: sqlite3.Connection, run: int, label: str, base: State) -> int:
-    """Write a base; returns the number of its stretch."""
+    """Write a base state; returns the number of its stretch."""
     stretch = connection.execute(
         "INSERT INTO stretch (run, agent, label, revision, t) VALUES (?, ?, ?, ?, ?)",
         (run, dump(base.agent), dump(label), base.revision, base.t),
     ).lastrowid
-    assert stretch is not None  # an INSERT has one
+    assert stretch is not None  # an INSERT returns one
     changes = list(base.changes())
     _insert(connection, stretch, enumerate(changes, -len(changes)))
     return stretch
 
 
 def append(connection: sqlite3.Connection, stretch: int, changes: Iterable[KnowledgeChanged]) -> None:
-    """Write changes after those that the stretch has."""
+    """Append changes to a stretch."""
     _insert(connection, stretch, ((change.revision, change) for change in changes))
 
 
 def compact(connection: sqlite3.Connection, agent: str, keep: int) -> None:
-    """Keep the newest changes of an agent only; older ones become part of the base of their stretch."""
+    """Keep only the newest changes of an agent; older ones become part of the base of their stretch."""
     stretches = connection.execute(
         "SELECT id, revision FROM stretch WHERE agent IS ? ORDER BY id DESC", (dump(agent),)
     ).fetchall()
@@ -132,7 +133,7 @@ def _insert(connection: sqlite3.Connection, stretch: int, changes: Iterable[tupl
 
 
 def _fold(connection: sqlite3.Connection, stretch: int, first: int, until: int) -> None:
-    """Move the changes up to a revision into the base: only rows that still say something stay."""
+    """Move the changes up to a revision into the base: superseded rows are deleted."""
     rows = connection.execute(
         "SELECT place, t, what, subject, name, value, attributes FROM change "
         "WHERE stretch = ? AND place > ? AND place <= ? ORDER BY place",
@@ -149,7 +150,7 @@ def _fold(connection: sqlite3.Connection, stretch: int, first: int, until: int) 
             connection.execute(f"DELETE FROM change {about} AND what <= 2 AND place <= ?", (stretch, subject, place))
         elif what == "edge removed":
             connection.execute(f"DELETE FROM change {edge} AND place <= ?", (stretch, subject, name, value, place))
-        elif what == "edge changed":  # the edge keeps its place among the others
+        elif what == "edge changed":  # the edge keeps its position among the others
             connection.execute(f"DELETE FROM change {edge} AND place = ?", (stretch, subject, name, value, place))
             connection.execute(
                 f"UPDATE change SET revision = ?, t = ?, attributes = ? {edge} AND place < ?",
@@ -162,7 +163,7 @@ def _fold(connection: sqlite3.Connection, stretch: int, first: int, until: int) 
 
 
 def read_runs(connection: sqlite3.Connection) -> list[tuple[int, str, str]]:
-    """Number, agent and label of each run, the oldest first."""
+    """Number, agent and label of each run, oldest first."""
     rows = connection.execute("SELECT run, agent, label FROM stretch GROUP BY run, agent ORDER BY run, min(id)")
     return [(int(run), _name(agent), _name(label)) for run, agent, label in rows]
 
@@ -170,14 +171,14 @@ def read_runs(connection: sqlite3.Connection) -> list[tuple[int, str, str]]:
 def read_stretches(
     connection: sqlite3.Connection, run: int, agent: str, schema: Schema, known: Iterable[Stretch] = ()
 ) -> Iterator[Stretch]:
-    """The stretches of a run, the oldest first, all as of one moment.
+    """The stretches of a run, oldest first, read in one transaction.
 
     Args:
-        connection: The file.
+        connection: Connection to the file.
         run: Number of the run.
-        agent: Its agent.
+        agent: Agent of the run.
         schema: Types of the values.
-        known: Stretches as they were read earlier, of which only what is new is read.
+        known: Stretches that were read earlier; only their new changes are read.
     """
     earlier = {stretch.id: stretch for stretch in known}
     connection.execute("BEGIN")
@@ -208,7 +209,7 @@ def read_stretches(
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn what a damaged file raises into a RecordingError."""
+    """Convert the errors that a damaged file causes to a RecordingError."""
     try:
         yield
     except (sqlite3.Error, ValueError, TypeError, LookupError, AttributeError) as error:
@@ -242,7 +243,7 @@ def _name(stored: Any) -> str:
 
 @contextmanager
 def _closed_on_fault(path: Path, done: str, address: str) -> Iterator[sqlite3.Connection]:
-    """A connection that stays open if nothing is wrong."""
+    """A connection that is closed if opening fails."""
     connection = None
     try:
         connection = sqlite3.connect(
@@ -257,14 +258,16 @@ def _closed_on_fault(path: Path, done: str, address: str) -> Iterator[sqlite3.Co
         raise RecordingError(f"the knowledge '{path}' cannot be {done}: {error}.") from error
 
 
-def _check(connection: sqlite3.Connection, path: Path, empty_is_ours: bool = False) -> None:
-    ours = connection.execute("PRAGMA application_id").fetchone()[0]
+def _check(connection: sqlite3.Connection, path: Path, empty_is_valid: bool = False) -> None:
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-    if ours == 0 and tables == 0 and empty_is_ours:
+    if application == 0 and tables == 0 and empty_is_valid:
         return
-    if ours != _OURS:
-        found = "it is an empty database" if tables == 0 else "it is a database of something else"
-        raise RecordingError(f"'{path}' is no knowledge of ours: {found}. Give a file that `run --knowledge` wrote.")
+    if application != _APPLICATION_ID:
+        found = "an empty database" if tables == 0 else "a database of another program"
+        raise RecordingError(
+            f"'{path}' is not a rocs_bt journal but {found}. Give a file that `run --knowledge` wrote."
+        )
     if version != FORMAT:
         raise RecordingError(f"'{path}' has format {version}; this version of rocs_bt reads format {FORMAT}.")

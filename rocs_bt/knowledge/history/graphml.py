@@ -1,4 +1,4 @@
-"""GraphML through networkx: what yEd, Gephi, Cytoscape and the like read."""
+"""Export to and import from GraphML, through networkx, for yEd, Gephi, Cytoscape and similar programs."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
 from .values import dump, from_json, load, to_json
 
-# A carriage return too, which XML reads back as a line feed.
+# Also a carriage return, which XML reads back as a line feed.
 _NO_XML = re.compile("[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _UNREADABLE = (SyntaxError, ValueError, TypeError, LookupError, AttributeError, RecursionError)
 
 
 def to_graphml(state: State) -> str:
-    """A state as GraphML: the relation is an edge's key; lists and poses are JSON texts. Stamps of attributes are lost.
+    """A state as GraphML: an edge's key is its relation; lists and poses are JSON texts. Attribute stamps are lost.
 
     Raises:
-        KnowledgeError: A text holds characters that XML cannot; export it as JSON.
+        KnowledgeError: A text has characters that XML does not allow; export it as JSON.
     """
     import networkx
 
@@ -43,12 +43,12 @@ def to_graphml(state: State) -> str:
 
 
 def from_graphml(text: str, file: Path, schema: Schema = SCHEMA) -> State:
-    """The state that a GraphML text holds, checked against a schema; attributes are as old as their nodes.
+    """Read a state from GraphML and check it against a schema; attributes get the time of their node.
 
     Args:
         text: GraphML, from `to_graphml` or another program.
-        file: Its file, for messages.
-        schema: Kinds and relations that are allowed; its types tell which texts are JSON of a list or a pose.
+        file: File of the text, for messages.
+        schema: Allowed kinds and relations; its types decide which texts are JSON of a list or a pose.
 
     Raises:
         InputError: All faults.
@@ -57,10 +57,10 @@ def from_graphml(text: str, file: Path, schema: Schema = SCHEMA) -> State:
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of keys without a type, which are texts
+            warnings.simplefilter("ignore")  # about keys without a type, which are read as texts
             graph = networkx.parse_graphml(text, node_type=str, edge_key_type=str, force_multigraph=True)
     except (networkx.NetworkXException, *_UNREADABLE) as error:
-        raise InputError(Fault(f"this is no GraphML that can be read: {error}.", file)) from error
+        raise InputError(Fault(f"this is not valid GraphML: {error}.", file)) from error
     t, revision = graph.graph.get("t", -math.inf), graph.graph.get("revision", 0)
     if not isinstance(t, float) or math.isnan(t) or type(revision) is not int or not 0 <= revision <= 2**62:
         raise InputError(Fault(f"its time and revision must be numbers, found {t!r:.40} and {revision!r:.40}.", file))

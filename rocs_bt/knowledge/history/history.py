@@ -1,4 +1,4 @@
-"""History: the change log that a journal keeps in a file."""
+"""History: the change log stored in a journal's file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .file import open_to_read, read_runs, read_stretches, reading
 
 @dataclass(frozen=True)
 class RunEntry:
-    """One run in a file: its number, the agent whose knowledge it holds, and its name for people."""
+    """Run in a journal's file: its number, its agent, and a label for people."""
 
     number: int
     agent: str
@@ -22,13 +22,13 @@ class RunEntry:
 
 
 class History(ChangeLog):
-    """What one agent knew over one run; a context manager.
+    """Change log of one agent over one run, read from a journal's file; a context manager.
 
     Args:
-        path: A file that a `Journal` wrote, or still writes.
-        agent: The agent; may be left out where the run has only one.
-        run: The run's number; the newest of that agent if left out.
-        schema: Types of the values; that of the project that wrote it.
+        path: File that a `Journal` wrote, or is still writing.
+        agent: Agent; may be omitted if the run has only one.
+        run: Number of the run; the newest of that agent if omitted.
+        schema: Types of the values; the schema of the project that wrote the file.
 
     Attributes:
         entry: The run.
@@ -53,7 +53,7 @@ class History(ChangeLog):
 
     @staticmethod
     def runs(path: Path | str) -> list[RunEntry]:
-        """All runs in a file, of all agents, the oldest first.
+        """All runs in a file, of all agents, oldest first.
 
         Raises:
             RecordingError: There is no such file, or it is damaged.
@@ -66,20 +66,20 @@ class History(ChangeLog):
             connection.close()
 
     def refresh(self) -> None:
-        """Read what was written since, of a journal that is still written.
+        """Read the changes written since the last read, for a journal that is still being written.
 
         Raises:
             RecordingError: The file is damaged.
-            KnowledgeError: The run made room for newer ones.
+            KnowledgeError: The run has been deleted to make room for newer ones.
         """
         with reading(self.path):
             stretches = read_stretches(self._connection, self.entry.number, self.agent, self.schema, self.stretches)
             self.stretches = tuple(stretches)
         if not self.stretches:
-            raise KnowledgeError(f"run {self.entry.number} of '{self.path}' is not kept any more.")
+            raise KnowledgeError(f"run {self.entry.number} of '{self.path}' is no longer kept.")
 
     def close(self) -> None:
-        """Close the file; what was read stays."""
+        """Close the file; data that was read remains available."""
         self._connection.close()
 
     def __enter__(self) -> History:

@@ -1,4 +1,4 @@
-"""Importer: nodes and edges that another program wrote, checked against the schema; all faults are reported."""
+"""Importer: checks nodes and edges written by another program against the schema; all faults are reported."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Time = Annotated[float, msgspec.Meta(ge=-1e15, le=1e15)]
 
 
 class NodeEntry(msgspec.Struct, forbid_unknown_fields=True):
-    """One node as a file has it; `stamps` holds when each attribute was written, the node's own time if left out."""
+    """Node in an import file; `stamps` has the write time of each attribute, by default that of the node."""
 
     name: Annotated[str, msgspec.Meta(min_length=1)]
     kind: str
@@ -34,7 +34,7 @@ class NodeEntry(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class EdgeEntry(msgspec.Struct, forbid_unknown_fields=True):
-    """One edge as a file has it."""
+    """Edge in an import file."""
 
     source: str
     relation: str
@@ -45,16 +45,16 @@ class EdgeEntry(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Importer:
-    """Makes a state of entries that another program wrote.
+    """Builds a state from imported entries.
 
     Args:
-        file: The file, for messages.
-        agent: The agent whose knowledge it is.
-        schema: Kinds and relations that are allowed.
+        file: Import file, for messages.
+        agent: Agent whose knowledge it is.
+        schema: Allowed kinds and relations.
 
     Attributes:
         faults: Reasons of the refused entries.
-        state: The accepted entries.
+        state: State with the accepted entries.
     """
 
     def __init__(self, file: Path, agent: str, schema: Schema) -> None:
@@ -62,16 +62,16 @@ class Importer:
         self.state = State(agent, schema)
         self._file = file
         self._schema = schema
-        # A real graph, which knows what it would refuse.
+        # A real graph, which checks the entries.
         self._graph = KnowledgeGraph(SimulatedClock(1.0), NullSink(), agent, schema)
 
     def node(self, entry: NodeEntry) -> None:
-        """Accept a node, or note the fault."""
+        """Add a node, or record the fault."""
         try:
             values = self._values((entry.kind, entry.name), self._schema.kind(entry.kind).attributes, entry.attributes)
             self._graph.add(entry.name, entry.kind, **values)
-            if strange := entry.stamps.keys() - values.keys():
-                raise KnowledgeError(f"'{entry.name}' has a stamp of '{min(strange)}', but no such attribute.")
+            if unknown := entry.stamps.keys() - values.keys():
+                raise KnowledgeError(f"'{entry.name}' has a stamp of '{min(unknown)}', but no such attribute.")
         except KnowledgeError as error:
             self.fault(str(error))
             return
@@ -81,7 +81,7 @@ class Importer:
             self.state.write(entry.name, name, plain(value), Stamp(*entry.stamps.get(name, stamp)))
 
     def edge(self, entry: EdgeEntry) -> None:
-        """Accept an edge, or note the fault."""
+        """Add an edge, or record the fault."""
         source, relation, target = entry.source, entry.relation, entry.target
         try:
             declared = self._schema.relation(relation)
@@ -91,7 +91,7 @@ class Importer:
                     raise KnowledgeError(f"the edge {source} -{relation}-> {target} is there twice.")
                 if declared.single:
                     raise KnowledgeError(f"'{source}' {relation} '{there[0]}' already, and may have one only.")
-            # What a file does not tell of an edge was not known, also where there is a default.
+            # An attribute that the file omits was unknown, even if it has a default.
             unknown = dict.fromkeys(name for name, each in declared.attributes.items() if not each.required)
             self._graph.relate(source, relation, target, **(unknown | values))
         except KnowledgeError as error:
@@ -101,14 +101,14 @@ class Importer:
         self.state.relate(source, relation, target, known, Stamp(entry.t, entry.revision))
 
     def fault(self, message: str) -> None:
-        """Note a fault."""
+        """Record a fault."""
         self.faults.append(Fault(message, self._file))
 
     def done(self, t: float, revision: int) -> State:
-        """The state, as of a time [s] and a revision.
+        """Finish the state, at a time [s] and a revision.
 
         Raises:
-            InputError: With everything that was wrong.
+            InputError: All faults.
         """
         if self.faults:
             raise InputError(*self.faults)

@@ -1,4 +1,4 @@
-"""Journal: writes every change of knowledge graphs to a file, on a thread of its own."""
+"""Journal: writes every change of knowledge graphs to a file, on its own thread."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ from .history import History
 from .state import State
 
 KEEP = 100_000
-"""Changes of one agent that are kept, each with its time; older ones are folded into the state they led to."""
+"""Number of changes of one agent that are kept with their times; older ones are folded into the base state."""
 LIMIT = 1 << 16
-"""Writes of one agent that may wait in the queue."""
+"""Maximum number of queued writes of one agent."""
 FLUSH = 0.1
-"""Time between two flushes [s of wall time]: what a killed process may miss."""
-_PATIENCE = 100  # [ms] for a write that takes long, when the state is taken anew
-Part: TypeAlias = tuple[State | None, list[KnowledgeChanged]]  # a new stretch's base, and changes
+"""Time between two flushes [s of wall time]: the most that is lost if the process is killed."""
+_RETRIES = 100  # [ms] maximum wait for a slow write when the state is copied again
+Part: TypeAlias = tuple[State | None, list[KnowledgeChanged]]  # base of a new stretch or None, and changes
 
 
 class Journal:
-    """Writes whole writes of graphs to an SQLite file, many at a time; a context manager.
+    """Stores complete writes of graphs in an SQLite file, in batches; a context manager.
 
-    The writer of a graph pays for one entry in a queue. Every flush is one transaction of whole writes, so that a
-    process may be killed at any moment: the file then opens to a state that was, and misses at most the last flush.
+    A write to a graph costs one queue entry. Every flush is one transaction of complete writes, so the process may be
+    killed at any moment: the file then holds a consistent state, and lacks at most the last flush.
 
-    Where a queue is full, because the disk stands still or is slower than the writers, either the writer waits
-    (`blocking`, for lockstep, where nobody looks at a wall clock), or changes are left out, counted in `lost`; once
-    there is room the state is taken anew and the file says which revisions it misses. So what is known now is always
-    right, and a control loop never waits.
+    If a queue is full, because the disk is stalled or slower than the writers, there are two modes. With `blocking`
+    the writer waits, which is for simulation in lockstep. Otherwise changes are dropped and counted in `lost`; once
+    there is room, the state is copied again and the file records which revisions are missing. The stored present state
+    is therefore always right, and a control loop never waits.
 
     Args:
-        path: The file; a new run is added if it exists.
+        path: File; a new run is appended if it exists.
         label: Name of the run for people, such as `exp1-7`.
-        keep: Changes of one agent that are kept.
-        limit: Writes of one agent that may wait.
+        keep: Number of changes of one agent that are kept.
+        limit: Maximum number of queued writes of one agent.
         blocking: Whether a writer waits while the queue is full.
         every: Time between two flushes [s of wall time].
 
     Raises:
-        RecordingError: The file cannot be written, or is none of ours.
+        RecordingError: The file cannot be written, or is not a journal of rocs_bt.
     """
 
     def __init__(
@@ -74,11 +74,11 @@ class Journal:
 
     @property
     def lost(self) -> int:
-        """Changes that were left out because a queue was full."""
+        """Number of changes that were dropped because a queue was full."""
         return sum(queue.lost for queue in self._queues)
 
     def attach(self, graph: KnowledgeGraph) -> None:
-        """Write the present state of a graph, and every change from now on.
+        """Write the present state of a graph, and every later change.
 
         Raises:
             RecordingError: The file cannot be written.
@@ -90,20 +90,20 @@ class Journal:
         self.flush()
 
     def flush(self) -> None:
-        """Write all changes up to now.
+        """Write all queued changes.
 
         Raises:
-            RecordingError: It could not be written, now or before.
+            RecordingError: A write failed, now or before.
         """
         self._flush()
         if self._failure is not None:
             raise RecordingError(f"the knowledge '{self.path}' ends early: {self._failure}.") from self._failure
 
     def close(self) -> None:
-        """Write what is left, detach the graphs and close the file; a second call does nothing.
+        """Write all queued changes, detach the graphs and close the file; further calls have no effect.
 
         Raises:
-            RecordingError: Something could not be written, now or before; the file holds what came before it.
+            RecordingError: A write failed, now or before; the file holds the changes before it.
         """
         if self._closing:
             return
@@ -138,7 +138,7 @@ class Journal:
                 return
             try:
                 self._write()
-            except Exception as error:  # noqa: BLE001 - the thread's boundary: kept, and raised where it is waited for
+            except Exception as error:  # noqa: BLE001 - boundary of the thread: kept, and raised by `flush` or `close`
                 self._failure = error
                 for queue in self._queues:
                     queue.end()
@@ -157,18 +157,18 @@ class Journal:
                 append(connection, queue.stretch, changes)
                 compact(connection, queue.graph.agent, self._keep)
             connection.execute("COMMIT")
-        except Exception:  # whatever it is, nothing of this flush is kept, and it goes on
+        except Exception:  # of any kind: roll back this flush and pass the error on
             connection.close()
             raise
 
 
 class _WriterQueue:
-    """Queue of one graph's writes on their way to the file.
+    """Queue of one graph's writes for the file.
 
     Attributes:
         graph: The graph.
         stretch: Number of their stretch in the file.
-        lost: Number of changes that were left out.
+        lost: Number of dropped changes.
     """
 
     def __init__(self, graph: KnowledgeGraph, base: State, limit: int, blocking: bool, wake: threading.Event) -> None:
@@ -182,10 +182,10 @@ class _WriterQueue:
         self._room = threading.Event()
         self._ended = False
         self._gap = False
-        self._noticed = 0  # of `lost`
+        self._noticed = 0  # value of `lost` for which the state was last copied
 
     def take(self, written: list[KnowledgeChanged]) -> None:
-        """One whole write, on the writer's thread and under its graph's lock."""
+        """Queue one complete write; called on the writer's thread, under its graph's lock."""
         queue = self._queue
         if len(queue) >= self._limit // 2:
             self._wake.set()
@@ -199,16 +199,16 @@ class _WriterQueue:
         queue.append(written)
 
     def end(self) -> None:
-        """Take nothing more: the file failed."""
+        """Accept no more writes, because the file failed."""
         self._limit, self._ended = 0, True
         self._queue.clear()
         self._room.set()
 
     def drain(self) -> list[Part]:
-        """What to write: changes of the present stretch, and the base of a new one where changes were left out."""
+        """The parts to write: queued changes of the present stretch, and a new base if changes were dropped."""
         lost = self.lost
         base, self._base = self._base, None
-        changes = self._taken()
+        changes = self._queued()
         parts: list[Part] = [(base, changes)] if base is not None or changes else []
         if self._gap or lost != self._noticed:
             restarted = self._restart()
@@ -216,8 +216,8 @@ class _WriterQueue:
                 parts.append((restarted, []))
         return parts
 
-    def _taken(self) -> list[KnowledgeChanged]:
-        """The changes that wait, up to where some are missing; nothing more comes then until `_restart`."""
+    def _queued(self) -> list[KnowledgeChanged]:
+        """Remove and return the queued changes up to a gap; after a gap there are none until `_restart`."""
         changes: list[KnowledgeChanged] = []
         for _ in range(len(self._queue)):
             written = self._queue.popleft()
@@ -229,16 +229,16 @@ class _WriterQueue:
         return changes
 
     def _restart(self) -> State | None:
-        """The graph's state now, copied while its writers go on; None where they were too quick, for another time.
+        """Copy the graph's state while writers continue; None if they were too fast, to be tried again.
 
-        A copy made without the lock may hold some newer writes and miss others; every write since it began makes it
-        whole, for a change says what became of a thing, not what was before.
+        A copy without the lock may contain some newer writes and lack others. Applying every write since its start
+        makes it exact, because a change holds the new value and does not depend on the old one.
         """
         lost = self.lost
         base = State.of(self.graph)
         self._last, self._gap = base.revision, False
         until = self.graph.revision
-        for _ in range(_PATIENCE):
+        for _ in range(_RETRIES):
             for _ in range(len(self._queue)):
                 for change in self._queue.popleft():
                     if change.revision > base.revision:
@@ -254,14 +254,14 @@ class _WriterQueue:
 
 
 class JournalPast:
-    """Earlier states of a graph whose run goes on, out of its journal; for `Knowledge.past`. Safe under threads.
+    """Earlier states of a graph in a run, read from its journal; for `Knowledge.past`. Thread-safe.
 
-    It writes what waits first, so the answer is the same however quick the journal's thread is; that takes a disk's
-    time, so it is for Plan, and not for a reflex.
+    A query flushes the journal first, so its answer does not depend on the timing of the journal's thread. This takes
+    as long as a disk access: use it in Plan, not in reflexes.
 
     Args:
-        journal: The journal of the graph.
-        graph: The graph; it is attached.
+        journal: Journal of the graph.
+        graph: Graph that is attached to the journal.
     """
 
     def __init__(self, journal: Journal, graph: KnowledgeGraph) -> None:
@@ -271,11 +271,11 @@ class JournalPast:
         self._history: History | None = None
 
     def as_of(self, t: float) -> State:
-        """The graph as it was at a time [s].
+        """The graph at a time [s].
 
         Raises:
-            KnowledgeError: Nothing is kept of so long ago.
-            RecordingError: The file cannot be written, or read.
+            KnowledgeError: No state is kept for that time.
+            RecordingError: The file cannot be written or read.
         """
         with self._lock:
             self._journal.flush()
@@ -294,10 +294,10 @@ class JournalPast:
 
 
 def write_state(path: Path, state: State, label: str = "") -> None:
-    """Write a state into a journal's file as a run without changes: a later run remembers it.
+    """Store a state in a journal's file as a run without changes, for later runs to load.
 
     Raises:
-        RecordingError: The file cannot be written, or is none of ours.
+        RecordingError: The file cannot be written, or is not a journal of rocs_bt.
     """
     connection = open_to_write(path)
     try:

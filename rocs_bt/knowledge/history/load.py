@@ -1,4 +1,4 @@
-"""Taking saved knowledge into the graph of a later run."""
+"""Loading of saved knowledge into the graph of a later run."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
 from .values import plain
 
-#: Kinds that each run declares itself, or that hold for a moment only, and all kinds that extend these.
+#: Kinds that each run declares itself or that hold only briefly, including all kinds that extend these.
 NOT_REMEMBERED = ("robot", "part", "monitor", "analyze", "rule_set", "peer", "person", "observation")
 
 
 @dataclass(frozen=True)
 class LoadResult:
-    """What a graph accepted.
+    """Result of loading a state into a graph.
 
     Attributes:
-        nodes: Number of nodes, new ones and those that gained an attribute.
-        edges: Number of edges.
-        refused: Reasons of what the graph refused.
+        nodes: Number of nodes that were added or gained an attribute.
+        edges: Number of added edges.
+        refused: Reasons of the nodes and edges that the graph refused.
     """
 
     nodes: int
@@ -32,16 +32,16 @@ class LoadResult:
 
 
 def persistent_part(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault]]:
-    """The part of a state that is worth remembering, and the faults of what the schema refuses.
+    """The part of a state that is valid beyond its run, and the faults of what the schema refuses.
 
-    Left out is what belongs to a run and not to the world: the robot itself, its parts and blocks and the edges that
-    start from it; observations; uses of strategies that the run's end cut off; and what may be elsewhere by now: other
-    robots, people, objects that move, and objects whose place was not known.
+    Excluded is what belongs to the run: the robot itself, its parts and blocks and the edges that start from them;
+    observations; and uses of strategies that the end of the run cut off. Excluded too is what may be elsewhere by now:
+    other robots, people, objects that move, and objects without a known pose.
 
     Args:
-        state: The state at the end of an earlier run.
+        state: State at the end of an earlier run.
         schema: Kinds and relations of the present run.
-        file: Its file, for the faults.
+        file: File of the state, for the faults.
     """
     importer = Importer(file, state.agent, schema)
     importer.state.t, importer.state.revision = state.t, state.revision
@@ -60,10 +60,10 @@ def persistent_part(state: State, schema: Schema, file: Path) -> tuple[State, li
 
 
 def load_into(graph: KnowledgeGraph, state: State) -> LoadResult:
-    """Take a state into a graph, as one write, as of now.
+    """Add a state to a graph, as one write at the present time.
 
-    What the graph holds stands: a node that is there gains attributes that nobody wrote yet, and an edge that is there
-    stays as it is.
+    Existing content has priority: an existing node gains only attributes that have never been written, and an existing
+    edge does not change.
     """
     refused: list[str] = []
     nodes = edges = 0
@@ -104,7 +104,7 @@ def _take_node(graph: KnowledgeGraph, state: State, name: str, refused: list[str
 def _take_edge(graph: KnowledgeGraph, state: State, edge: tuple[str, str, str], refused: list[str]) -> bool:
     source, relation, target = edge
     if not (graph.has(source) and graph.has(target)):
-        return False  # it was refused already
+        return False  # its node was refused already
     try:
         there = graph.related(source, relation)
         if target in there or (there and graph.schema.relation(relation).single):

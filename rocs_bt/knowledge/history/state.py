@@ -1,4 +1,4 @@
-"""What a graph held at one revision: a copy in plain dicts, to which changes are applied."""
+"""State of a graph at one revision: a copy in plain dicts, to which changes are applied."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ Row = dict[str, Any]
 
 
 class State(Readable):
-    """A graph at one revision, read in the same way as the live one; nobody but its owner changes it.
+    """Graph at one revision, with the same reading interface as the live graph.
 
-    Stamps are those of the newest change: writing an equal value again renews a time in the live graph, and is no
-    change. What the schema does not know (in a file of another project) is added to the state's own.
+    Stamps are those of the newest change: in the live graph, writing an equal value again renews its time but is not a
+    change. Kinds, attributes and relations that the schema lacks (in a file of another project) are added to the
+    schema of this state.
 
     Attributes:
-        agent: The agent whose knowledge it is.
-        t: Time of its newest change [s]; -inf where nothing ever was written.
+        agent: Agent whose knowledge it is.
+        t: Time of its newest change [s]; -inf without any.
     """
 
     def __init__(self, agent: str, schema: Schema = SCHEMA, t: float = -math.inf, revision: int = 0) -> None:
@@ -42,17 +43,17 @@ class State(Readable):
         self._empty: dict[str, Row] = {}  # by kind, the row of a node before its first write
         self._targets: dict[tuple[str, str], dict[str, Row]] = {}
         self._sources: dict[tuple[str, str], dict[str, Row]] = {}
-        self._shares_edges = False  # with a copy, so that they are copied before they change
+        self._shares_edges = False  # with a copy: the edges must be copied before a change
 
     @classmethod
     def of(cls, graph: KnowledgeGraph) -> State:
-        """A copy of a live graph: exact inside of `graph.held()`.
+        """A copy of a live graph; exact inside `graph.locked()`.
 
-        Without, writers go on meanwhile, and the copy is exact once the changes since its `revision` are applied.
+        Without the lock, writers continue during the copy; applying the changes after its `revision` makes it exact.
         """
         state = cls(graph.agent, graph.schema, graph.clock.now(), graph.revision)
         for name in graph.nodes():
-            with contextlib.suppress(KnowledgeError):  # it was removed meanwhile
+            with contextlib.suppress(KnowledgeError):  # removed in the meantime
                 state._copy_node(graph, name)
         for relation in graph.schema.relations:
             for source in state.nodes():
@@ -61,7 +62,7 @@ class State(Readable):
         return state
 
     def copy(self) -> State:
-        """Another state that holds the same; quick, for the two share what neither has changed."""
+        """An equal, independent state; fast, because both share their data until one of them changes it."""
         state = State(self.agent, self.schema, self.t, self.revision)
         state._rows, state._stamps = self._rows.copy(), self._stamps.copy()
         state._targets, state._sources = self._targets, self._sources
@@ -99,7 +100,7 @@ class State(Readable):
         return self._stamps[node].get(attribute, _NEVER)
 
     def written(self, node: str) -> Mapping[str, Stamp]:
-        """Stamps of the attributes of a node that ever were written; the others are at their defaults.
+        """Stamps of the attributes of a node that have been written; the others have their defaults.
 
         Raises:
             KnowledgeError: No such node; lists what exists.
@@ -108,7 +109,7 @@ class State(Readable):
         return self._stamps[node]
 
     def changes(self) -> Iterator[KnowledgeChanged]:
-        """The state as changes that make it from nothing, each with the stamp of what it wrote."""
+        """The changes that build this state from nothing, each with the stamp of its write."""
         for name in self._rows:
             yield self._change("node added", name, self.kind(name), None, self.stamp(name))
             for attribute, stamp in self._stamps[name].items():
@@ -122,7 +123,7 @@ class State(Readable):
     # -- changing ---------------------------------------------------------------------------------------------------
 
     def apply(self, change: KnowledgeChanged) -> None:
-        """Make one change. One that is in the state already changes nothing but its time and revision."""
+        """Apply a change; a change that the state already contains only updates its time and revision."""
         stamp = Stamp(change.t, change.revision)
         what, subject, name = change.what, change.subject, change.name
         if what == "attribute":
@@ -133,14 +134,14 @@ class State(Readable):
             self._rows.pop(subject, None)
             self._stamps.pop(subject, None)
         else:
-            if what != "edge changed":  # one that is added comes last, in whatever place an older one was
+            if what != "edge changed":  # an added edge comes last, whatever the position of an older one
                 self._unrelate(subject, name, str(change.value))
             if what != "edge removed":
                 self.relate(subject, name, str(change.value), change.attributes, stamp)
         self.t, self.revision = stamp
 
     def add(self, name: str, kind: str, stamp: Stamp) -> None:
-        """Put an empty node behind all others, instead of an older one of its name."""
+        """Add an empty node after all others, replacing an older one of that name."""
         if kind not in self.schema.kinds:
             self.schema = self.schema.extended(kinds=(Kind(kind),))
         if kind not in self._empty:
@@ -151,14 +152,14 @@ class State(Readable):
         self._stamps[name] = {}
 
     def write(self, name: str, attribute: str, value: Value, stamp: Stamp) -> None:
-        """Write one attribute, as events hold it; nothing where there is no such node."""
+        """Write one attribute, in the form of events; ignored if there is no such node."""
         row = self._rows.get(name)
         if row is None:
             return
         declared = self.schema.kinds[row["kind"]].attributes
         if attribute not in declared:
             if value is None:
-                return  # its type is not known
+                return  # its type is unknown
             declared = self._declare(row["kind"], attribute, value)
             row = self._rows[name]
         t, revision = max(row["t"], stamp.t), max(row["revision"], stamp.revision)
@@ -166,7 +167,7 @@ class State(Readable):
         self._stamps[name] = {**self._stamps[name], attribute: stamp}
 
     def relate(self, source: str, relation: str, target: str, attributes: Mapping[str, Value], stamp: Stamp) -> None:
-        """Draw an edge, or write all attributes of one; nothing where one of its ends is missing."""
+        """Add an edge, or write all attributes of an existing one; ignored if one of its ends is missing."""
         if source not in self._rows or target not in self._rows:
             return
         if relation not in self.schema.relations:
@@ -204,14 +205,14 @@ class State(Readable):
                 del ends[here, relation]
 
     def _own_edges(self) -> None:
-        """Copy the edges if a copy of this state has the same."""
+        """Copy the edges if another state shares them."""
         if self._shares_edges:
             self._targets = {key: rows.copy() for key, rows in self._targets.items()}
             self._sources = {key: rows.copy() for key, rows in self._sources.items()}
             self._shares_edges = False
 
     def _declare(self, kind: str, name: str, value: Value) -> Mapping[str, Any]:
-        """Declare an attribute of a kind, of the type of a value."""
+        """Declare an attribute of a kind with the type of a value."""
         self.schema = self.schema.extended(kinds=(Kind(kind, {name: _attribute(value)}),))
         self._empty.clear()
         family = self.schema.families[kind]
@@ -221,10 +222,10 @@ class State(Readable):
         return self.schema.kinds[kind].attributes
 
     def _declare_edge(self, relation: str, name: str, value: Value) -> Mapping[str, Any]:
-        """Declare an attribute of a relation, of the type of a value."""
+        """Declare an attribute of a relation with the type of a value."""
         declared = replace(self.schema.relation(relation), attributes={name: _attribute(value)})
         self.schema = self.schema.extended(relations=(declared,))
-        # A row is changed in place: both ends hold it, and copies may well have the attribute too.
+        # Changed in place: both end indexes hold the row, and copies of this state may well have the attribute too.
         for row in (row for (_, each), rows in self._targets.items() if each == relation for row in rows.values()):
             row.setdefault(name, None)
         return self.schema.relations[relation].attributes
@@ -233,7 +234,7 @@ class State(Readable):
         self.add(name, graph.kind(name), graph.stamp(name))
         for attribute in self.schema.kinds[graph.kind(name)].attributes:
             stamp = graph.stamp(name, attribute)
-            if stamp.revision > 0:  # else nobody ever wrote it: a default, or a live view
+            if stamp.revision > 0:  # otherwise never written: a default, or a live view
                 self.write(name, attribute, plain(graph.get(name, attribute)), stamp)
 
 

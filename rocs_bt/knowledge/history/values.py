@@ -1,4 +1,4 @@
-"""Values of the graph as JSON, exactly, and back to the types that the schema declares."""
+"""Lossless conversion of graph values to JSON and back to the types that the schema declares."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ENCODE = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
 
 
 def to_json(value: Any) -> Any:
-    """A value as JSON has it; what JSON has not is an object with one key: `{"float": "inf"}`, `{"int": "0x..."}`."""
+    """A value for JSON; one without a JSON form becomes an object with one key: `{"float": "inf"}`, `{"int": ...}`."""
     if type(value) is float:
         return value if math.isfinite(value) else {"float": repr(value)}
     if type(value) is int and not -_INT64 <= value < _INT64:
@@ -27,10 +27,10 @@ def to_json(value: Any) -> Any:
 
 
 def from_json(value: Any) -> Value:
-    """The value that `to_json` wrote.
+    """The value that `to_json` encoded.
 
     Raises:
-        ValueError: It is none of ours.
+        ValueError: An object that `to_json` does not write.
     """
     if isinstance(value, list):
         return [from_json(v) for v in value]  # type: ignore[misc]  # lists in JSON are of numbers here
@@ -45,15 +45,15 @@ def from_json(value: Any) -> Value:
 
 
 def dump(value: Any) -> str:
-    """JSON without spaces, in ASCII: the same value gives the same text."""
+    """Compact ASCII JSON; equal values give equal texts."""
     return _ENCODE(value)
 
 
 def load(text: str) -> Any:
-    """The JSON value of a text.
+    """Parse a JSON text.
 
     Raises:
-        ValueError: It is no JSON, or nests too deep.
+        ValueError: It is not JSON, or nested too deeply.
     """
     if len(text) > LIMIT:
         check_nesting(text)
@@ -61,12 +61,12 @@ def load(text: str) -> Any:
 
 
 def typed(value: Value, declared: Attribute | None) -> Any:
-    """A value as the graph holds it: a pose where the schema declares one, a tuple for any other list."""
+    """A value in the type that the graph holds: a Pose2 if the schema declares one, a tuple for any other list."""
     if isinstance(value, list):
         return Pose2(*value) if declared is not None and declared.type is Pose2 and len(value) == 3 else tuple(value)
     return value
 
 
 def plain(value: Any) -> Value:
-    """A value of the graph as its events hold it."""
+    """A value of the graph in the form that events hold."""
     return list(value) if isinstance(value, tuple) else value

@@ -1,8 +1,8 @@
-"""From the text of a query to a Query, and the plan of its steps.
+"""Compiler from a query text to a Query with a plan of steps.
 
-The plan says in which order the variables of a query are found, and makes each test as early as it can be made. A thing
-that is named, or must be near a place, comes first; then what the links of those lead to; then the others in the order
-in which the query mentions them. Which order does not change the answers.
+The plan orders the variables and makes each test as early as possible. Variables that are named, or must be near a
+position, are bound first; then those linked to bound ones; then the others in the order of the query. The order does
+not change the answers.
 """
 
 from __future__ import annotations
@@ -30,35 +30,35 @@ _PARTS = re.compile(r"\b([nrec])\b(?=[\[.])")
 
 
 def code_of(source: str) -> Code:
-    """A function of the state from generated source."""
+    """Compile source code to a function of the state."""
     return define("\n    ".join(["def code(state):", *_parts(source), f"return {source}"]), "code", HELPERS)
 
 
 def value_of(node: Node, slots: Sequence[Slot]) -> Code:
-    """An expression as a function of the state: its value, None where it is not known."""
+    """Compile an expression to a function of the state: its value, or None if unknown."""
     source = _loaded(node, slots)
     return compile_plain(node, "state", [*_parts(source), f"x = {source}"], HELPERS)
 
 
 def test_of(nodes: Sequence[Node], slots: Sequence[Slot]) -> Code:
-    """Expressions as a function of the state that is true if all of them hold."""
+    """Compile expressions to a function of the state that is true if all of them hold."""
     return value_of(nodes[0] if len(nodes) == 1 else Node("and", nodes[0].kind, tuple(nodes)), slots)
 
 
 def _parts(source: str) -> list[str]:
-    """Source lines that assign the parts of the state that a source names."""
+    """Source lines that unpack the parts of the state that a source names."""
     return [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
 
 
 def _loaded(node: Node, slots: Sequence[Slot]) -> str:
-    """Source of the row of floats that an expression reads."""
+    """Source code of the row of floats that an expression reads."""
     reads = node.reads()
     return f"[{', '.join(slots[i].code if i in reads else 'nan' for i in range(max(reads, default=-1) + 1))}]"
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A part of `where` that must hold by itself, with what it depends on."""
+    """An operand of the top-level `and` of `where`, with its dependencies."""
 
     node: Node
     variables: frozenset[int]
@@ -66,7 +66,7 @@ class Condition:
 
 
 def conditions_of(node: Node | None, slots: Sequence[Slot]) -> list[Condition]:
-    """The parts of an expression that are joined by `and`."""
+    """The operands of the top-level `and` of an expression."""
     if node is None:
         return []
     if node.op == "and":
@@ -77,14 +77,14 @@ def conditions_of(node: Node | None, slots: Sequence[Slot]) -> list[Condition]:
 
 
 class Planner:
-    """Makes the steps of one query.
+    """Planner of the steps of one query.
 
     Args:
-        schema: What may stand in the graph.
+        schema: Schema of the graph.
         pattern: Its variables and links.
         scope: Its slots.
-        conditions: The parts of its `where`.
-        nearest: The thing that must come nearest first, and the code of the place; None where none must.
+        conditions: Operands of its `where`.
+        nearest: Variable to bind in order of distance, and the code of the position; None without such an order.
     """
 
     def __init__(
@@ -105,14 +105,14 @@ class Planner:
         self._absent = list(pattern.absent)
 
     def steps(self) -> list[Step]:
-        """The steps."""
+        """Plan the steps."""
         shown = [i for i, variable in enumerate(self._pattern.variables) if not variable.hidden]
         steps: list[Step] = [Test(test_of(early, self._scope.slots))] if (early := self._ready()) else []
         steps += self._join(shown, [*enumerate(self._pattern.links)], self._bound)
         return steps
 
     def _join(self, variables: Sequence[int], links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
-        """Steps that find these variables and check these links."""
+        """Steps that bind these variables and check these links."""
         steps: list[Step] = []
         left = [i for i in variables if i not in bound]
         while True:
@@ -129,7 +129,7 @@ class Planner:
                 steps.append(Test(test_of(tests, self._scope.slots)))
 
     def _next(self, left: list[int], links: list[tuple[int, Link]], bound: set[int]) -> tuple[Step, int]:
-        """The step that finds one thing more; takes the link that it follows."""
+        """The step that binds one more variable; removes the link that it follows."""
         for i in left:
             if (step := self._pinned(i)) is not None:
                 return step, i
@@ -146,7 +146,7 @@ class Planner:
         return Scan(left[0], self._pattern.variables[left[0]].kind or "", None, None), left[0]
 
     def _checks(self, links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
-        """Steps for all that can be checked now."""
+        """Steps for everything that can be checked now."""
         steps: list[Step] = []
         for j, link in [*links]:
             if link.source in bound and link.target in bound:
@@ -163,7 +163,7 @@ class Planner:
         return steps
 
     def _ready(self) -> list[Node]:
-        """The conditions that can be tested now; they wait no more."""
+        """Remove and return the conditions that can be tested now."""
         ready = [c for c in self._waiting if c.variables <= self._bound and c.links <= self._edges]
         self._waiting = [c for c in self._waiting if c not in ready]
         return [c.node for c in ready]
@@ -182,7 +182,7 @@ class Planner:
         return None
 
     def _near(self, i: int) -> Near | None:
-        """How near a thing must be to a place that holds for the whole run."""
+        """The nearest bound on the distance of a variable to a position that is constant in a run."""
         best: Near | None = None
         for condition in self._waiting:
             found = _reach(condition.node, self._scope.slots)
@@ -203,7 +203,7 @@ class Planner:
 
 
 def _reach(node: Node, slots: Sequence[Slot]) -> tuple[int, str, float] | None:
-    """Of `distance(variable, place) < 2 m`: the thing, the code of the place, the distance [m]."""
+    """For `distance(variable, place) < 2 m`: the variable, the code of the place, the distance [m]."""
     if node.op != "compare" or len(node.signs) != 1:
         return None
     left, right, sign = node.args[0], node.args[1], node.signs[0]
@@ -219,7 +219,7 @@ def _reach(node: Node, slots: Sequence[Slot]) -> tuple[int, str, float] | None:
 
 _NAME = re.compile(r"[A-Za-z_]\w*(\s*\.\s*[A-Za-z_]\w*)*")
 MAX_LENGTH = 1000
-"""Characters that a query may have."""
+"""Maximum number of characters of a query."""
 
 
 def compile_query(
@@ -231,13 +231,13 @@ def compile_query(
     """Compile a query.
 
     Args:
-        text: Such as `object where moves and distance(pose, robot) < 2 m order by distance(pose, robot) limit 3`.
-        schema: What may stand in the graph.
-        signals: The robot's signals, which it may name; None where nobody knows them.
-        parameters: The types of what will be handed over beside the text, by name.
+        text: Query such as `object where moves and distance(pose, robot) < 2 m order by distance(pose, robot) limit 3`.
+        schema: Schema of the graph.
+        signals: The robot's signals, which the query may name; None if unknown.
+        parameters: Types of the parameters, by name.
 
     Raises:
-        InputError: The text is no query; each fault has its line, if there are several, and its 1-based column.
+        InputError: The text is not a query; each fault has its 1-based column, and its line if there are several.
     """
     try:
         return _Compiler(text, schema, signals, parameters or {}).query()
@@ -246,7 +246,7 @@ def compile_query(
 
 
 def _placed(fault: Fault, text: str) -> Fault:
-    """A fault at a column of the whole text, at its line and that line's column."""
+    """Convert the column of a fault in the whole text to a line and a column in it."""
     before = text[: max(0, fault.column - 1)]
     if "\n" not in text:
         return fault
@@ -279,7 +279,7 @@ class _Compiler:
         give = self._give()
         as_of, since = self._moment(), self._since()
         if not pattern.variables and where is None:
-            raise self._sections[""].fault("the query asks for nothing.", "Begin with a kind, or with 'where'.")
+            raise self._sections[""].fault("the query has no pattern.", "Begin with a kind, or with 'where'.")
         conditions = conditions_of(where, scope.slots)
         if nearest is not None and (len(pattern.variables) > 1 or limit is None):
             nearest = None
@@ -322,7 +322,7 @@ class _Compiler:
         return node
 
     def _order(self) -> tuple[tuple[Code, bool] | None, tuple[int, str] | None]:
-        """The order, and what must be nearest to what where that is all of it."""
+        """The sort key, and the variable and position if it is only a distance."""
         section = self._sections.get("order by")
         if section is None:
             return None, None
@@ -348,10 +348,10 @@ class _Compiler:
         return [] if section is None else [self._given(part) for part in section.split()]
 
     def _given(self, part: Section) -> tuple[str, Code]:
-        """One column: a name is given as it stands in the graph, anything else as an expression."""
+        """One column: a name is read from the graph, anything else is an expression."""
         label = " ".join(part.words.split())
         if not label:
-            raise part.fault("nothing stands between two commas.", at=part.start)
+            raise part.fault("nothing is between two commas.", at=part.start)
         if _NAME.fullmatch(label) is None:
             node = self._expression(part)
             if node.kind.size:
@@ -392,7 +392,7 @@ class _Compiler:
             return None
         if section.words in self._parameters:
             if self._parameters[section.words] != Parameter(float):
-                raise section.fault(f"'changed since' needs a revision, but '{section.words}' is none.")
+                raise section.fault(f"'changed since' needs a revision, but '{section.words}' is not a number.")
             return section.words
         if not section.words.isdecimal():
             raise section.fault(f"'changed since' needs a revision, a whole number, found '{section.words}'.")

@@ -1,4 +1,4 @@
-"""QueryContext: who asks, where it is and when; what a query reads beside the graph."""
+"""Inputs of a query besides the graph: the querying robot, its pose, the time, its signals and its past."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def _no_signal(name: str) -> Sequence[float]:
 
 
 class QueryContext(NamedTuple):
-    """Who asks.
+    """Point of view of a query.
 
     Attributes:
-        name: The robot's node; empty where no robot asks.
-        pose: Where it is, in the world frame; None where that is not known.
-        t: When it asks [s].
-        signal: The newest values of one of its signals.
-        past: Where `as of` looks.
+        name: Node of the querying robot; empty without a robot.
+        pose: Pose of the robot, world frame; None if unknown.
+        t: Query time [s].
+        signal: Returns the newest values of a signal by name.
+        past: Source of earlier states for `as of`.
     """
 
     name: str = ""
@@ -33,14 +33,14 @@ class QueryContext(NamedTuple):
 
 
 class Execution:
-    """What holds for one run of a query: `c` in its generated code.
+    """Data of one run of a query: `c` in its generated code.
 
     Args:
-        graph: What is asked.
-        context: Who asks.
-        parameters: The values of the parameters.
-        texts: The query's texts in quotes.
-        signals: The signals that it reads, with their sizes.
+        graph: Graph to query.
+        context: Point of view of the query.
+        parameters: Values of the parameters.
+        texts: The query's quoted texts.
+        signals: Signals that the query reads, with their sizes.
     """
 
     __slots__ = ("graph", "here", "k", "me", "p", "s", "t")
@@ -64,7 +64,7 @@ class Execution:
         self.s = {name: context.signal(name) or (math.nan,) * size for name, size in signals.items()} if signals else {}
 
     def where(self, node: str) -> Pose2 | None:
-        """The pose of a node; None where it is not known."""
+        """The pose of a node; None if unknown."""
         if node == self.me and self.here is not None:
             return self.here
         row = self.graph.row(node)
@@ -72,7 +72,7 @@ class Execution:
         return pose if isinstance(pose, Pose2) else None
 
     def age(self, node: str | None, attribute: str | None) -> float:
-        """How long ago a node, or one of its attributes, was written [s]; NaN where there is no such node."""
+        """Time since a node, or one of its attributes, was written [s]; NaN if there is no such node."""
         if node is None or self.graph.row(node) is None:
             return math.nan
         return self.t - self.graph.stamp(node, attribute).t

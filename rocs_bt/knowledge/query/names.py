@@ -1,4 +1,4 @@
-"""Names: what the names in a query's expressions mean, and the code that gets at their values.
+"""Resolution of the names in a query's expressions, and the code that reads their values.
 
 The generated code reads the query's `State`: `n` and `r` are the node names and rows of the variables, `e` the rows of
 the edges, `c` the `Execution`. Only names from a schema, a pattern or Python go into the code, never user text.
@@ -25,18 +25,18 @@ _SORTS = {float: "number", int: "number", bool: "truth", str: "text", tuple: "nu
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a name means.
+    """Meaning of a name.
 
     Attributes:
-        sort: `number`, `truth`, `text`, `pose`, `path`, `numbers`, `variable`, `edge` or `live`.
-        code: How to get at its value.
-        variables: The variables that it depends on.
-        links: The links whose edges it depends on.
-        dimension: Of a number, or of numbers.
-        size: Of numbers, how many.
-        owner: Of an attribute: code of the name of the node that has it.
-        attribute: Of an attribute: its name.
-        whole: Of a number: whether it is a whole one, which can be too great for a float.
+        sort: Type: `number`, `truth`, `text`, `pose`, `path`, `numbers`, `node`, `edge` or `live`.
+        code: Source code of its value.
+        variables: Variables that it depends on.
+        links: Links whose edges it depends on.
+        dimension: Dimension of a number or of numbers.
+        size: Number of elements of numbers.
+        owner: Code of the name of the node that has an attribute.
+        attribute: Name of an attribute.
+        whole: Whether a number is an integer, which may be too large for a float.
     """
 
     sort: str
@@ -58,11 +58,11 @@ class Names:
     robot's signals, in that order. `robot` is the querying robot unless a variable has that name; `now` is the time.
 
     Attributes:
-        schema: What may stand in the graph.
+        schema: Schema of the graph.
         pattern: The query's variables and links.
-        parameters: The types of what Python hands over.
-        signals: The robot's signals; None where nobody knows them.
-        read_signals: Those that were asked for.
+        parameters: Types of the parameters.
+        signals: The robot's signals; None if unknown.
+        read_signals: Signals that the query reads.
     """
 
     schema: Schema
@@ -72,10 +72,10 @@ class Names:
     read_signals: dict[str, None] = field(default_factory=dict)
 
     def known(self, names: list[str]) -> Meaning | None:
-        """What the names between dots mean; None for nothing.
+        """The meaning of a dotted name, given as its parts; None if it has none.
 
         Raises:
-            Misuse: They could mean more than one thing.
+            Misuse: The name is ambiguous.
         """
         first, *rest = names
         if first in self.parameters:
@@ -86,7 +86,7 @@ class Names:
         edges = [j for j, link in enumerate(self.pattern.links) if link.name == first]
         if len(edges) > 1:
             one = ".".join(("one", *rest))
-            raise Misuse(f"'{first}' stands twice: name the edges, as in {first}(one), and write {one}.")
+            raise Misuse(f"'{first}' names several edges: name each, as in {first}(one), and write {one}.")
         if edges:
             return self._of_edge(edges[0], rest)
         if self.pattern.shown and (found := self.of_variable(self.pattern.shown[0], names)) is not None:
@@ -98,7 +98,7 @@ class Names:
         return self._signal(first) if not rest else None
 
     def of_variable(self, i: int, rest: list[str]) -> Meaning | None:
-        """What stands behind a thing's name, itself where nothing does."""
+        """The meaning of an attribute of a variable, or of the variable itself if there are no further names."""
         kind, variables = self.pattern.variables[i].kind, frozenset({i})
         if not rest:
             return Meaning("node", f"n[{i}]", variables)
@@ -142,7 +142,7 @@ class Names:
         return self._within(meaning, rest[1:])
 
     def _within(self, meaning: Meaning, rest: list[str]) -> Meaning | None:
-        """What stands behind the dots: of a pose x, y and yaw."""
+        """The meaning of names after a dot: x, y and yaw of a pose."""
         if not rest:
             return meaning
         if meaning.sort != "pose" or len(rest) > 1 or rest[0] not in _POSE:
@@ -167,7 +167,7 @@ class Names:
         return Meaning("numbers", code, dimension=spec.dimension, size=spec.size)
 
     def unknown(self, names: list[str]) -> str:
-        """What to say of a name that means nothing."""
+        """The message for a name without meaning."""
         variables = {self.pattern.variables[i].name: i for i in self.pattern.shown}
         edges = {link.name: link for link in self.pattern.links if link.name}
         if len(names) > 1 and names[0] in variables:
@@ -185,7 +185,7 @@ class Names:
         return f"nothing is named '{'.'.join(names)}' here. {did_you_mean(names[0], known, 'The query')}"
 
     def _hint(self, name: str, attributes: Mapping[str, Attribute], kind: str) -> str:
-        """Which kinds that extend this one have the attribute, if it has not; else what it has."""
+        """The kinds extending this one that have the attribute, or else a hint at what this kind has."""
         having = [k for k in self.schema.families[kind] if name in self.schema.kinds[k].attributes]
         if having:
             return f"It is an attribute of: {', '.join(sorted(having))}."

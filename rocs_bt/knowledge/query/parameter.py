@@ -1,4 +1,4 @@
-"""What Python hands to a query beside its text: numbers, quantities, truths, texts, poses and paths, each under a name.
+"""Parameters of a query: named numbers, quantities, booleans, texts, poses and paths passed from Python.
 
 knowledge.ask("object where distance(pose, way) < reach", way=[Pose2(0, 0), Pose2(3, 1)], reach=parse_quantity("0.5 m"))
 """
@@ -21,11 +21,11 @@ Path: TypeAlias = tuple[Point, ...]
 
 @dataclass(frozen=True)
 class Parameter:
-    """The type of a parameter.
+    """Type of a parameter.
 
     Attributes:
-        type: `float`, `bool`, `str`, `Pose2`, or `tuple` for a path.
-        dimension: Of a number.
+        type: Python type: `float`, `bool`, `str`, `Pose2`, or `tuple` for a path.
+        dimension: Dimension of a number.
     """
 
     type: type
@@ -40,11 +40,11 @@ def read_parameter(name: str, value: Any) -> tuple[Parameter, Any]:
     """The type of a value, and the value as a query reads it.
 
     Args:
-        name: What the query calls it; for messages.
-        value: A number, a Quantity, a truth value, a text, a Pose2, or a path: poses or (x, y) [m], at least one.
+        name: Name of the parameter, for messages.
+        value: A number, a Quantity, a bool, a text, a Pose2, or a path of at least one pose or (x, y) [m].
 
     Raises:
-        KnowledgeError: Anything else.
+        KnowledgeError: Any other value.
     """
     if isinstance(value, bool):
         return Parameter(bool), value
@@ -69,7 +69,7 @@ def read_parameters(given: Mapping[str, Any]) -> tuple[dict[str, Parameter], dic
     """The types and the values of all parameters.
 
     Raises:
-        KnowledgeError: As `read_parameter`.
+        KnowledgeError: As for `read_parameter`.
     """
     read = {name: read_parameter(name, value) for name, value in given.items()}
     return {name: kind for name, (kind, _) in read.items()}, {name: value for name, (_, value) in read.items()}
@@ -85,37 +85,37 @@ def _points(value: Any) -> Path:
 
 
 def number(value: float | None) -> float:
-    """A number as expressions read it: NaN where it is not known."""
+    """A number as expressions read it: NaN if unknown."""
     if value is None:
         return math.nan
     try:
         return float(value)
-    except OverflowError:  # a whole number beyond float64
+    except OverflowError:  # an integer beyond float64
         return math.inf if value > 0 else -math.inf
 
 
 def equal(a: str | None, b: str | None) -> float:
-    """1 where two texts are the same, 0 where not, NaN where one is not known."""
+    """1 if two texts are equal, 0 if not, NaN if one is unknown."""
     return math.nan if a is None or b is None else float(a == b)
 
 
 def apart(a: Pose2 | Path | None, b: Pose2 | Path | None) -> float:
-    """How far two poses, or a pose and a path, are from each other [m]; NaN where one is not known."""
+    """Distance between two poses, or between a pose and a path [m]; NaN if one is unknown."""
     if a is None or b is None:
         return math.nan
     if isinstance(a, Pose2) and isinstance(b, Pose2):
         return math.hypot(a.x - b.x, a.y - b.y)
     pose, path = (a, b) if isinstance(a, Pose2) else (b, a)
-    return _beside(pose[0], pose[1], path)  # type: ignore[arg-type]  # one of the two is a path: `Scope` sees to it
+    return _path_distance(pose[0], pose[1], path)  # type: ignore[arg-type]  # `Scope` ensures that one is a path
 
 
 def direction(a: Pose2 | None, b: Pose2 | None) -> float:
-    """Where a is as seen from b: the angle from b's heading, left positive [rad]; NaN where one is not known."""
+    """Bearing of a as seen from b: the angle from b's heading, left positive [rad]; NaN if one is unknown."""
     return math.nan if a is None or b is None else wrap_angle(math.atan2(a.y - b.y, a.x - b.x) - b.yaw)
 
 
 def circle(place: Pose2 | Path) -> tuple[float, float, float]:
-    """A circle around a pose or a path: centre and radius [m]."""
+    """Bounding circle of a pose or a path: centre x, y and radius [m]."""
     if isinstance(place, Pose2):
         return place.x, place.y, 0.0
     xs, ys = zip(*place, strict=True)
@@ -123,8 +123,8 @@ def circle(place: Pose2 | Path) -> tuple[float, float, float]:
     return x, y, max(math.hypot(px - x, py - y) for px, py in place)
 
 
-def _beside(x: float, y: float, path: Path) -> float:
-    """How far a point is from a chain of straight lines [m]."""
+def _path_distance(x: float, y: float, path: Path) -> float:
+    """Distance from a point to a polyline [m]."""
     best = math.hypot(path[0][0] - x, path[0][1] - y)
     for (ax, ay), (bx, by) in pairwise(path):
         dx, dy = bx - ax, by - ay

@@ -1,12 +1,12 @@
-"""The pattern of a query: which variables, and which relations between them.
+"""Pattern of a query: its variables, and the relations between them.
 
 object                                    any object
-robot pursues goal                        who pursues what
-place a connects place b connects goal    two of one kind need names
-strategy falls_back_to+ strategy last     over one or more edges; * for none or more
-place a connects(road) place b            an edge whose attributes are asked for twice needs a name
-goal, no peer pursues goal                what must not be
-"home" connects place                     a thing by its name
+robot pursues goal                        pairs of a robot and its goal
+place a connects place b connects goal    variables of one kind need names
+strategy falls_back_to+ strategy last     one or more edges; * for zero or more
+place a connects(road) place b            an edge with a name, for patterns that use the relation twice
+goal, no peer pursues goal                negation
+"home" connects place                     a node by its name
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from ...expression import FUNCTIONS, blank_texts
 from ..declaration import Relation
 from ..schema import Schema
 
-# In the order in which they must stand.
+# In the order in which they must be written.
 SECTIONS = ("where", "order by", "limit", "give", "as of", "changed since")
 _SECTION = re.compile(r"(?<![\w.])(where|order\s+by|limit|give|as\s+of|changed\s+since)(?!\w)")
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a query's text.
+    """Part of a query's text.
 
     Attributes:
-        text: The whole query up to the end of this part, all before it blank: a column in it is one of the query.
-        start: Where it begins, 0-based.
+        text: The query up to the end of this part, with all before it blank, so that columns agree with the query.
+        start: Offset of its begin, 0-based.
     """
 
     text: str
@@ -38,16 +38,16 @@ class Section:
 
     @property
     def words(self) -> str:
-        """What stands in it."""
+        """The text of the part."""
         return self.text[self.start :].strip()
 
     def fault(self, message: str, hint: str = "", at: int | None = None) -> InputError:
-        """A fault of this part, at its first word if no place is given (0-based)."""
+        """A fault of this part, at an offset (0-based) or at its first word."""
         blank = len(self.text[self.start :]) - len(self.text[self.start :].lstrip())
         return InputError(Fault(message, column=1 + (self.start + blank if at is None else at), hint=hint))
 
     def split(self) -> list[Section]:
-        """Its parts between commas that stand in no brackets and no quotes."""
+        """Its parts between commas outside brackets and quotes."""
         blanked, depth, begin, parts = blank_texts(self.text), 0, self.start, []
         for at in range(self.start, len(blanked)):
             depth += (blanked[at] in "([") - (blanked[at] in ")]")
@@ -58,10 +58,10 @@ class Section:
 
 
 def sections_of(text: str) -> dict[str, Section]:
-    """The sections of a query by the words that begin them; the pattern's is the empty word.
+    """The sections of a query by their keywords; that of the pattern is the empty string.
 
     Raises:
-        InputError: A section stands twice, in another order, or says nothing.
+        InputError: A section is repeated, out of order, or empty.
     """
     found: dict[str, Section] = {}
     heads = [("", 0, 0), *((" ".join(m[0].split()), m.start(), m.end()) for m in _SECTION.finditer(blank_texts(text)))]
@@ -69,11 +69,11 @@ def sections_of(text: str) -> dict[str, Section]:
     for (word, start, begin), end in zip(heads, ends, strict=True):
         section = _section(text, begin, end)
         if word in found:
-            raise section.fault(f"'{word}' stands twice.", "Join the two by 'and', or drop one.", start)
+            raise section.fault(f"'{word}' is repeated.", "Join the two by 'and', or drop one.", start)
         if any(SECTIONS.index(other) > SECTIONS.index(word) for other in found if other and word):
-            raise section.fault(f"'{word}' stands too late.", f"The order is: {', '.join(SECTIONS)}.", start)
+            raise section.fault(f"'{word}' is out of order.", f"The order is: {', '.join(SECTIONS)}.", start)
         if word and not section.words:
-            raise section.fault(f"nothing stands after '{word}'.", at=start)
+            raise section.fault(f"nothing follows '{word}'.", at=start)
         found[word] = section
     return found
 
@@ -85,18 +85,18 @@ def _section(text: str, start: int, end: int) -> Section:
 _TOKEN = re.compile(r"""\s*([A-Za-z_]\w*|"[^"]*"|'[^']*'|\S)""")
 _RESERVED = frozenset({"and", "or", "not", "if", "else", "inf", "True", "False", "no", "now", "ago", "descending"})
 MOST = 12
-"""Things that a pattern may have."""
+"""Maximum number of variables of a pattern."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """What a query looks for.
+    """Variable of a query.
 
     Attributes:
-        name: What the query calls it; its kind's name where it has none of its own; a text in quotes stands for itself.
-        kind: Of which kind, or one that extends it; None for the one node that a text in quotes names.
-        node: That node.
-        hidden: Whether it stands in a `no` alone, so that no answer has it.
+        name: Name in the query; the name of its kind if it has none; a quoted text names itself.
+        kind: Kind of its nodes, including kinds that extend it; None for the single node of a quoted text.
+        node: Name of that single node.
+        hidden: Whether it is only in a `no` clause, so that answers do not contain it.
     """
 
     name: str
@@ -107,14 +107,14 @@ class Variable:
 
 @dataclass(frozen=True)
 class Link:
-    """A relation between two variables of a pattern, by their places in it.
+    """A relation between two variables of a pattern, given by their indices.
 
     Attributes:
-        source: Where its edge starts.
-        relation: The relation.
-        target: Where it ends.
-        name: What the query calls the edge.
-        steps: Least and most edges on the way, (1, 1) for a plain one; None for any number.
+        source: Variable at the start of the edge.
+        relation: Relation.
+        target: Variable at the end of the edge.
+        name: Name of the edge in the query.
+        steps: Minimum and maximum number of edges, (1, 1) for a plain link; None for no maximum.
     """
 
     source: int
@@ -125,18 +125,18 @@ class Link:
 
     @property
     def plain(self) -> bool:
-        """Whether it is one edge, whose attributes can be asked for."""
+        """Whether it is a single edge, whose attributes can be read."""
         return self.steps == (1, 1)
 
 
 @dataclass
 class Pattern:
-    """Things and links, in the order in which they are mentioned.
+    """Variables and links, in the order in which they are mentioned.
 
     Attributes:
-        variables: All of them, the hidden ones too.
-        links: What must be.
-        absent: Groups of links of which no group may be, each with the variables that are hidden in it.
+        variables: All variables, including the hidden ones.
+        links: Links that must exist.
+        absent: Groups of links that must not exist, each with the variables hidden in it.
     """
 
     variables: list[Variable] = field(default_factory=list)
@@ -145,28 +145,27 @@ class Pattern:
 
     @property
     def shown(self) -> list[int]:
-        """The variables that an answer has."""
+        """Indices of the variables that an answer contains."""
         return [i for i, variable in enumerate(self.variables) if not variable.hidden and variable.node is None]
 
 
 def read_pattern(section: Section, schema: Schema) -> Pattern:
-    """The pattern of a query.
+    """Parse the pattern of a query.
 
     Raises:
-        InputError: A kind, a relation or a name that does not exist, a relation that does not join such kinds, or
-            something that is no pattern.
+        InputError: An unknown kind, relation or name, a relation that does not join these kinds, or invalid syntax.
     """
     pattern = Pattern()
     if not section.words:
         return pattern
     clauses = [_Clause(part, schema, pattern) for part in section.split()]
-    # What must be is read first: a `no` may name a thing that a later clause introduces.
+    # Positive clauses come first: a `no` clause may name a variable that a later clause introduces.
     for clause in sorted(clauses, key=lambda each: each.negative):
         clause.read()
     if len(pattern.variables) > MOST:
         raise section.fault(f"a query has at most {MOST} variables, found {len(pattern.variables)}.")
     if not pattern.shown and not any(variable.node for variable in pattern.variables):
-        raise section.fault("a query that only says what must not be has no answer.", "Name what you look for first.")
+        raise section.fault("a query that has only 'no' clauses has no answer.", "Name first what you look for.")
     return pattern
 
 
@@ -188,11 +187,11 @@ class _Clause:
         self._at = int(self.negative)
         links, left = [], self._variable()
         while self._at < len(self._tokens):
-            place = self._tokens[self._at][1]
+            position = self._tokens[self._at][1]
             relation, name, steps = self._relation()
             right = self._variable()
             link = Link(left, relation, right, name, steps)
-            self._join(link, place)
+            self._join(link, position)
             links.append(link)
             left = right
         if not self.negative:
@@ -204,7 +203,7 @@ class _Clause:
             self._pattern.absent.append((tuple(i for i in hidden if self._pattern.variables[i].node is None), links))
 
     def _variable(self) -> int:
-        token, place = self._next("a kind or a name")
+        token, position = self._next("a kind or a name")
         if token[0] in "\"'":
             return self._known(Variable(token, None, token[1:-1], self.negative))
         names = [variable.name for variable in self._pattern.variables]
@@ -213,36 +212,36 @@ class _Clause:
         if token not in self._schema.kinds:
             there = [*self._schema.kinds, *names]
             raise self._fault(
-                f"'{token}' is neither a kind nor a name of this query.", did_you_mean(token, there), place
+                f"'{token}' is neither a kind nor a name of this query.", did_you_mean(token, there), position
             )
         name = token
         if self._named(token):
-            name, place = self._next("a name")
+            name, position = self._next("a name")
             if name in names:
                 kind = self._pattern.variables[names.index(name)].kind
                 if kind != token:
-                    raise self._fault(f"'{name}' is a {kind or 'node'} already, not a {token}.", at=place)
+                    raise self._fault(f"'{name}' is a {kind or 'node'} already, not a {token}.", at=position)
                 return names.index(name)
         return self._known(Variable(name, token, None, self.negative))
 
     def _named(self, kind: str) -> bool:
-        """Whether a name of its own follows a kind."""
+        """Whether a variable name follows a kind."""
         if kind not in self._schema.kinds or self._at >= len(self._tokens):
             return False
-        token, place = self._tokens[self._at]
+        token, position = self._tokens[self._at]
         if not re.match(r"[A-Za-z_]", token) or token in self._schema.relations:
             return False
         if token in self._schema.kinds or token in FUNCTIONS or token in _RESERVED:
             hint = did_you_mean(token, self._schema.relations, "The schema")
-            raise self._fault(f"'{token}' is neither a relation nor free for a name.", hint, place)
+            raise self._fault(f"'{token}' is not a relation and cannot be a name.", hint, position)
         following = self._tokens[self._at + 1][0] if self._at + 1 < len(self._tokens) else None
         if following is not None and following not in self._schema.relations:
             hint = did_you_mean(token, self._schema.relations, "The schema")
-            raise self._fault(f"there is no relation named '{token}'.", hint, place)
+            raise self._fault(f"there is no relation named '{token}'.", hint, position)
         return True
 
     def _known(self, variable: Variable) -> int:
-        """The place of a thing, which is added where there is none of that name."""
+        """The index of a variable, which is added if there is none of that name."""
         variables = self._pattern.variables
         for i, other in enumerate(variables):
             if other.name == variable.name or (variable.node is not None and other.node == variable.node):
@@ -251,10 +250,10 @@ class _Clause:
         return len(variables) - 1
 
     def _relation(self) -> tuple[Relation, str, tuple[int, int | None]]:
-        token, place = self._next("a relation")
+        token, position = self._next("a relation")
         if token not in self._schema.relations:
             hint = did_you_mean(token, self._schema.relations, "The schema")
-            raise self._fault(f"there is no relation named '{token}'.", hint, place)
+            raise self._fault(f"there is no relation named '{token}'.", hint, position)
         relation, following = self._schema.relations[token], self._peek()
         if following in ("+", "*"):
             self._at += 1
@@ -262,18 +261,18 @@ class _Clause:
         if following != "(":
             return relation, token, (1, 1)
         self._at += 1
-        name, place = self._next("a name")
+        name, position = self._next("a name")
         taken = {*self._schema.kinds, *self._schema.relations, *FUNCTIONS, *_RESERVED}
         taken |= {variable.name for variable in self._pattern.variables} | {link.name for link in self._pattern.links}
         if not re.match(r"[A-Za-z_]", name) or name in taken:
-            raise self._fault(f"'{name}' is not free for the name of an edge.", at=place)
-        closing, place = self._next("')'")
+            raise self._fault(f"'{name}' cannot name an edge: it is in use or not a name.", at=position)
+        closing, position = self._next("')'")
         if closing != ")":
-            raise self._fault(f"a name of an edge ends with ')', found '{closing}'.", at=place)
+            raise self._fault(f"a name of an edge ends with ')', found '{closing}'.", at=position)
         return relation, name, (1, 1)
 
-    def _join(self, link: Link, place: int) -> None:
-        """Check that the relation can join such kinds."""
+    def _join(self, link: Link, position: int) -> None:
+        """Check that the relation can join these kinds."""
         sides = (
             ("starts at", self._pattern.variables[link.source], link.relation.sources),
             ("ends at", self._pattern.variables[link.target], link.relation.targets),
@@ -282,7 +281,7 @@ class _Clause:
             possible = {kind for each in kinds for kind in self._schema.families[each]}
             if variable.kind is not None and not self._schema.families[variable.kind] & possible:
                 raise self._fault(
-                    f"'{link.relation.name}' never {end} a {variable.kind}.", f"It {end}: {', '.join(kinds)}.", place
+                    f"'{link.relation.name}' never {end} a {variable.kind}.", f"It {end}: {', '.join(kinds)}.", position
                 )
 
     def _peek(self) -> str | None:

@@ -1,4 +1,4 @@
-"""Query: a question to the graph, compiled once.
+"""Query: a compiled query of the graph.
 
 query = compile_query("object where moves and distance(pose, robot) < 2 m order by distance(pose, robot) limit 3")
 query.ask(graph, context).names
@@ -23,15 +23,13 @@ from .steps import Code, State, Step, walk
 
 
 class Answers(msgspec.Struct, frozen=True):
-    """All that was found, in the order that the query asks for, and by name where it asks for none.
-
-    It is true where anything was found.
+    """Result of a query, in the requested order, or sorted by name without one; false if empty.
 
     Attributes:
-        variables: What the query looked for, by the names that it gives them.
-        rows: What was found: a node for each of `variables`.
-        columns: What `give` asked for, as it was written.
-        values: Its values, beside each row; None where one is not known.
+        variables: Names of the query's variables.
+        rows: Answers: one node for each of `variables`.
+        columns: Expressions of the `give` section, as written.
+        values: Values of `columns` for each row; None for an unknown value.
     """
 
     variables: tuple[str, ...]
@@ -44,17 +42,17 @@ class Answers(msgspec.Struct, frozen=True):
 
     @property
     def names(self) -> list[str]:
-        """The nodes found for what the query named first, each once."""
+        """The nodes found for the first variable, without duplicates."""
         return list(dict.fromkeys(row[0] for row in self.rows if row))
 
     @property
     def first(self) -> str | None:
-        """The first of `names`; None where there is none."""
+        """The first of `names`; None if there is none."""
         return self.rows[0][0] if self.rows and self.rows[0] else None
 
     @property
     def dicts(self) -> list[dict[str, Any]]:
-        """Each answer as a mapping of variables and columns."""
+        """Each answer as a dict of variables and columns."""
         values = self.values or ((),) * len(self.rows)
         return [
             {**dict(zip(self.variables, row, strict=True)), **dict(zip(self.columns, given, strict=True))}
@@ -63,16 +61,16 @@ class Answers(msgspec.Struct, frozen=True):
 
 
 NO_ROBOT = QueryContext()
-Found: TypeAlias = tuple[tuple[str, ...], tuple[Any, ...]]  # a row, and the values beside it
+Found: TypeAlias = tuple[tuple[str, ...], tuple[Any, ...]]  # a row and its values
 
 
 @dataclass(frozen=True)
 class Moment:
-    """When a query looks at the graph.
+    """Query time of `as of`.
 
     Attributes:
-        value: The time [s], or the name of the parameter that holds it.
-        ago: Whether it counts back from now.
+        value: Time [s], or the name of the parameter that holds it.
+        ago: Whether the time is counted back from now.
     """
 
     value: float | str
@@ -81,15 +79,15 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A compiled query; made by `compile_query`. It keeps nothing of what it was asked.
+    """A compiled query, without state; made by `compile_query`.
 
     Attributes:
-        text: How it was written.
-        schema: What the graphs that it is put to must be made by.
-        variables: What it looks for.
-        columns: What it gives beside them.
-        parameters: The types of what must be handed over.
-        as_of: The moment that it asks for; None for the present.
+        text: Source text.
+        schema: Schema that the queried graphs must have.
+        variables: Names of its variables.
+        columns: Expressions of its `give` section.
+        parameters: Types of the required parameters.
+        as_of: Time of its `as of` section; None for the present.
     """
 
     text: str
@@ -111,22 +109,22 @@ class Query:
     _signals: Mapping[str, int]
 
     def ask(self, graph: Readable, context: QueryContext = NO_ROBOT, **parameters: Any) -> Answers:
-        """All answers, at one moment.
+        """Find all answers at one moment.
 
         Args:
-            graph: What is asked; a query `as of` a time asks the context's past instead.
-            context: Who asks.
-            parameters: What the text calls by these names.
+            graph: Graph to query; a query `as of` a time queries the context's past instead.
+            context: Point of view of the query.
+            parameters: Values of the query's parameters, by name.
 
         Raises:
-            KnowledgeError: A parameter is missing, too many or of another type, the graph has another schema, or nobody
-                keeps the past that is asked for.
+            KnowledgeError: A parameter is missing, unknown or of another type, the graph has another schema, or there
+                is no history for an `as of` query.
         """
         graph, state = self._begin(graph, context, parameters)
         with graph.locked():
             found = self._found(state)
             near = self._nearest is not None and self._nearest(state) is not None
-            if near and not self._give:  # the nearest come first as they are
+            if near and not self._give:  # they are found in order of distance
                 return Answers(self.variables, tuple(islice(found, self._limit)), self.columns)
             rows = self._ordered(self._with_values(found, state), near, state)
         return Answers(
@@ -140,7 +138,7 @@ class Query:
         """Whether there is any answer; stops at the first.
 
         Raises:
-            KnowledgeError: As `ask`.
+            KnowledgeError: As for `ask`.
         """
         graph, state = self._begin(graph, context, parameters)
         with graph.locked():
@@ -166,21 +164,21 @@ class Query:
         return now - value if moment.ago else value
 
     def _found(self, state: State) -> Iterator[tuple[str, ...]]:
-        """The rows that fit, as they are found; the state holds each while one looks at it."""
+        """The matching rows, found on demand; the state describes a row until the next one is requested."""
         names, shown, since = state.n, self._shown, self._since
-        ways = walk(self._steps, state)
+        matches = walk(self._steps, state)
         if since is not None:
             revision = int(state.c.p[since]) if isinstance(since, str) else since
-            ways = filter(lambda _: self._changed(state, revision), ways)
+            matches = filter(lambda _: self._changed(state, revision), matches)
         only = shown[0] if len(shown) == 1 else -1
 
         def row(_: None) -> tuple[str, ...]:
             return (names[only],) if only >= 0 else tuple([names[i] for i in shown])
 
-        return map(row, ways)  # quicker than one more generator
+        return map(row, matches)  # faster than one more generator
 
     def _changed(self, state: State, since: int) -> bool:
-        """Whether a thing or an edge of what was found is newer than a revision."""
+        """Whether a node or an edge of the match is newer than a revision."""
         return any(state.r[i]["revision"] > since for i in self._shown) or any(
             state.e[j] is not None and state.e[j]["revision"] > since for j in self._edges
         )
@@ -191,7 +189,7 @@ class Query:
             yield row, tuple([_plain(code(state)) for code in give]) if give else ()
 
     def _ordered(self, found: Iterator[Found], near: bool, state: State) -> list[Found]:
-        """The rows and their values, in order, as many as wanted."""
+        """The rows and their values, ordered and limited."""
         limit = self._limit
         if near:
             return list(islice(found, limit))
@@ -228,5 +226,5 @@ def _listed(parameters: Mapping[str, Parameter]) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """A value as it is given out: what nobody can change, a live view as it is now."""
+    """An immutable copy of a value; a live view becomes a tuple of its present values."""
     return tuple(value.tolist()) if hasattr(value, "tolist") else value

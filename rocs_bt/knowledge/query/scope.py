@@ -1,7 +1,7 @@
-"""Scope: the forms of queries in the one expression language, and the values that they read.
+"""Query forms of the expression language, and the values that they read.
 
-Each value that an expression reads has a place in a row of floats, which the expression is evaluated on as on a
-snapshot of signals; a *slot* tells how to fill it.
+An expression is evaluated on a row of floats, as on a snapshot of signals. Each value that it reads has a position in
+that row; a *slot* describes how to fill it.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from ...units import ANGLE, LENGTH, TIME
 from .names import Meaning, Names
 
 FORMS = {
-    "distance": "distance(a) or distance(a, b): how far a is from b, or from the robot [m]; b may be a path",
-    "bearing": "bearing(a) or bearing(a, b): where a is as seen from b, or from the robot [rad]",
-    "age": "age(a): how long ago a thing, an edge or an attribute was written [s]",
+    "distance": "distance(a) or distance(a, b): distance of a from b, or from the robot [m]; b may be a path",
+    "bearing": "bearing(a) or bearing(a, b): bearing of a as seen from b, or from the robot [rad]",
+    "age": "age(a): time since a node, an edge or an attribute was written [s]",
     "known": "known(a): whether an attribute is known",
 }
-"""The functions that queries have beside those of the language."""
+"""Functions of queries, in addition to those of the expression language."""
 
 
 @dataclass(frozen=True)
@@ -29,12 +29,12 @@ class Slot:
     """A value that expressions read.
 
     Attributes:
-        code: A float, NaN where it is not known.
-        variables: The variables that it depends on.
-        links: The links whose edges it depends on.
-        near: Of a distance between one thing's pose in the graph and something that holds for the whole run: the thing,
-            and the code of the other.
-        same: Of whether one thing is another that holds for the whole run: the thing, and the code of the other's name.
+        code: Source code of a float; NaN for an unknown value.
+        variables: Variables that it depends on.
+        links: Links whose edges it depends on.
+        near: For the distance between a variable's pose and something constant in a run: the variable, and the code of
+            the latter.
+        same: For the equality of a variable and a node constant in a run: the variable, and the code of that name.
     """
 
     code: str
@@ -46,13 +46,13 @@ class Slot:
 
 @dataclass
 class Scope:
-    """The names of one query; collects the slots that its expressions need.
+    """Names of one query; collects the slots that its expressions need.
 
     Attributes:
-        text: The query.
-        names: What its names mean.
-        slots: What has been asked for so far.
-        texts: The texts in quotes, which `c.k` holds.
+        text: Query text.
+        names: Name resolution.
+        slots: Slots needed so far.
+        texts: Quoted texts, which `c.k` holds.
     """
 
     text: str
@@ -62,13 +62,13 @@ class Scope:
 
     @property
     def environment(self) -> Environment:
-        """What `parse` needs."""
+        """Environment for `parse`."""
         return Environment({}, {}, forms=self)
 
     # -- the forms of the language ------------------------------------------------------------------------------------
 
     def read(self, tree: ast.expr, at: Callable[[ast.expr], int]) -> Node | None:
-        """What a part of an expression means; see `Forms`."""
+        """The node of a part of an expression; see `Forms`."""
         match tree:
             case ast.Name(id=name) if name in FUNCTIONS or name == "inf":
                 return None
@@ -81,14 +81,14 @@ class Scope:
             case ast.Call(func=ast.Name(id=name)) if name not in FUNCTIONS:
                 return self._form(name, tree, at)
             case ast.Constant(value=str()):
-                raise Misuse("a text is no number; compare it: mode == 'dock'.")
+                raise Misuse("a text is not a number; compare it: mode == 'dock'.")
         return None
 
     def meaning(self, tree: ast.expr, at: Callable[[ast.expr], int]) -> Meaning:
-        """What a name, a dotted name or a text in quotes means.
+        """The meaning of a name, a dotted name or a quoted text.
 
         Raises:
-            Misuse: Nothing.
+            Misuse: It has none.
         """
         if isinstance(tree, ast.Constant) and isinstance(tree.value, str):
             start = at(tree)
@@ -111,7 +111,7 @@ class Scope:
         near: tuple[int, str] | None = None,
         same: tuple[int, str] | None = None,
     ) -> Node:
-        """A node that reads a slot."""
+        """A node that reads one slot."""
         variables = frozenset[int]().union(*(m.variables for m in meanings))
         links = frozenset[int]().union(*(m.links for m in meanings))
         slot = Slot(code, variables, links, near, same)
@@ -134,7 +134,7 @@ class Scope:
         raise Misuse(f"it is {_WORDS[meaning.sort]}, not a number; {_HINTS[meaning.sort]}")
 
     def _group(self, meaning: Meaning, indices: range) -> Node:
-        """A node that reads several slots that stand side by side."""
+        """A node that reads several adjacent slots."""
         codes = [f"number({meaning.code}[{i}] if {meaning.code} is not None else None)" for i in indices]
         start = len(self.slots)
         self.slots += [Slot(code, meaning.variables, meaning.links) for code in codes]
@@ -145,7 +145,7 @@ class Scope:
             return None
         meaning = self.meaning(tree.value, at)
         if meaning.sort != "numbers":
-            raise Misuse(f"only a list of numbers has an index; '{'.'.join(_dotted(tree.value))}' is none.")
+            raise Misuse(f"only a list of numbers has an index; '{'.'.join(_dotted(tree.value))}' is not one.")
         indices = range(_sized(meaning))
         if isinstance(tree.slice, ast.Slice):
             if tree.slice.step is not None:
@@ -168,11 +168,11 @@ class Scope:
 
     def _same(self, tree: ast.Compare, at: Callable[[ast.expr], int]) -> Node:
         if len(tree.ops) != 1 or not isinstance(tree.ops[0], (ast.Eq, ast.NotEq)):
-            raise Misuse("texts and variables are compared by == and != alone.")
+            raise Misuse("texts and nodes are compared only by == and !=.")
         sides = tuple(self.meaning(side, at) for side in (tree.left, tree.comparators[0]))
         for side in sides:
             if side.sort not in ("text", "node"):
-                raise Misuse(f"a text or a thing cannot be {_WORDS[side.sort]}.")
+                raise Misuse(f"a text or a node cannot be compared with {_WORDS[side.sort]}.")
         pin = None
         for one, other in (sides, sides[::-1]):
             if one.sort == "node" and one.variables and not other.variables and not other.links:
@@ -205,11 +205,11 @@ class Scope:
         elif meaning.links:
             code = f"(c.t - e[{min(meaning.links)}]['t'])"
         else:
-            raise Misuse(f"only what stands in Knowledge has an age. Write {FORMS['age']}.")
+            raise Misuse(f"only nodes, edges and attributes have an age. Write {FORMS['age']}.")
         return self._slot(code, Kind(TIME), (meaning,))
 
     def _place(self, meaning: Meaning) -> Meaning:
-        """Where something is: a pose or a path."""
+        """The pose or path of a meaning."""
         if meaning.sort in ("pose", "path"):
             return meaning
         if meaning.sort == "text":  # in quotes, or a parameter: the name of a node
@@ -222,12 +222,12 @@ class Scope:
             if found is not None and found.sort == "pose":
                 return found
             raise Misuse(f"a {self.names.pattern.variables[i].kind} has no pose.")
-        raise Misuse(f"it needs something that is somewhere; this is {_WORDS[meaning.sort]}.")
+        raise Misuse(f"a pose, path or node is needed; this is {_WORDS[meaning.sort]}.")
 
     def _between(self, name: str, a: Meaning, b: Meaning) -> Node:
         if name == "bearing" or a.sort == b.sort == "path":
             if "path" in (a.sort, b.sort):
-                raise Misuse(f"a path has no single place. Write {FORMS[name]}.")
+                raise Misuse(f"a path has no single position. Write {FORMS[name]}.")
             return self._slot(f"direction({a.code}, {b.code})", Kind(ANGLE), (a, b))
         near = None
         for one, other in ((a, b), (b, a)):
@@ -242,7 +242,7 @@ class Scope:
 
 
 def _number(meaning: Meaning) -> str:
-    """Source of a float: NaN where the value is not known."""
+    """Source code of a float; NaN for an unknown value."""
     if meaning.whole:
         return f"number({meaning.code})"
     return f"(nan if (v := {meaning.code}) is None else v)"
@@ -255,7 +255,7 @@ def _single(node: Node) -> Node:
 
 def _sized(meaning: Meaning) -> int:
     if not meaning.size:
-        raise Misuse("how many numbers it has is not declared; only lists of a fixed size can be asked for.")
+        raise Misuse("its number of elements is not declared; only lists of a fixed size can be used.")
     return meaning.size
 
 
@@ -269,7 +269,7 @@ def _whole(tree: ast.expr | None) -> int | None:
 
 
 def _dotted(tree: ast.expr) -> list[str]:
-    """The names of `a.b.c`; empty for anything else."""
+    """The parts of `a.b.c`; empty for anything else."""
     if isinstance(tree, ast.Name):
         return [tree.id]
     if isinstance(tree, ast.Attribute):
@@ -280,7 +280,7 @@ def _dotted(tree: ast.expr) -> list[str]:
 
 _WORDS = {
     "number": "a number", "truth": "true or false", "text": "a text", "pose": "a pose", "path": "a path",
-    "numbers": "a list of numbers", "node": "a thing", "edge": "an edge", "live": "the live view of a signal",
+    "numbers": "a list of numbers", "node": "a node", "edge": "an edge", "live": "the live view of a signal",
 }  # fmt: skip
 _HINTS = {
     "text": "compare it: mode == 'dock'.",

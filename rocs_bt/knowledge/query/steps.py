@@ -1,4 +1,4 @@
-"""The steps of a query: each finds a thing, or tests what was found; together they walk through all that fits."""
+"""Steps of a query plan: each binds a variable or tests the bindings; together they enumerate all matches."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _NAME: Callable[[tuple[float, str]], str] = itemgetter(1)
 
 
 class State:
-    """What was found so far; the steps fill it in and take it back.
+    """Partial match; the steps bind and unbind it.
 
     Attributes:
-        n: The name of each variable.
-        r: Its row.
-        e: The row of each link's edge.
-        c: What holds for the whole run.
+        n: Node name of each variable.
+        r: Row of each variable.
+        e: Row of each link's edge.
+        c: Data of this run.
     """
 
     __slots__ = ("c", "e", "n", "r")
@@ -40,13 +40,13 @@ class State:
 
 @dataclass(frozen=True)
 class Near:
-    """Look only so far around something.
+    """Restriction of a scan to the surroundings of a pose or path.
 
     Attributes:
-        place: Gives the pose or path around which to look.
-        within: How far at most [m].
-        sorted: Whether the nearest must come first, and those whose pose is not known last.
-        own: Whether the robot that asks is of the kind that is looked for.
+        place: Returns the pose or path.
+        within: Maximum distance [m].
+        sorted: Whether the nearest come first, and nodes without a known pose last.
+        own: Whether the querying robot may be of the scanned kind.
     """
 
     place: Code
@@ -57,7 +57,7 @@ class Near:
 
 @dataclass(frozen=True)
 class Scan:
-    """Find a thing among all of its kind."""
+    """Bind a variable to each node of a kind."""
 
     variable: int
     kind: str
@@ -90,14 +90,14 @@ class Scan:
         return self._with_robot(found, c, x, y) if near.own and c.me is not None else found
 
     def _nowhere(self, near: Near, place: Any, c: Execution) -> Iterator[str]:
-        """The names of those whose pose is not known; nothing is looked at before one asks for the first."""
+        """The names of the nodes without a known pose, computed when the first is requested."""
         somewhere = set(map(_NAME, self._by_distance(near, place, c)))
         yield from (name for name in sorted(c.graph.nodes(self.kind)) if name not in somewhere)
 
     def _with_robot(
         self, found: Iterator[tuple[float, str]], c: Execution, x: float, y: float
     ) -> Iterator[tuple[float, str]]:
-        """The same with the robot that asks, which is where it knows itself to be, and not where the graph says."""
+        """The same with the querying robot at its own estimate of its pose instead of the graph's."""
         others = (each for each in found if each[1] != c.me)
         here, me = c.here, c.me
         if here is None or me is None or c.graph.row(me) is None:
@@ -107,7 +107,7 @@ class Scan:
 
 @dataclass(frozen=True)
 class Pin:
-    """Take the one thing of a name."""
+    """Bind a variable to one named node."""
 
     variable: int
     kinds: frozenset[str] | None
@@ -124,7 +124,7 @@ class Pin:
 
 @dataclass(frozen=True)
 class Follow:
-    """Find a thing at the other end of a link."""
+    """Bind a variable to each node at the other end of a link."""
 
     link: Link
     edge: int
@@ -146,7 +146,7 @@ class Follow:
 
 @dataclass(frozen=True)
 class Joined:
-    """Whether two variables that were found are linked."""
+    """Test whether two bound variables are linked."""
 
     link: Link
     edge: int
@@ -165,7 +165,7 @@ class Joined:
 
 @dataclass(frozen=True)
 class Test:
-    """Whether an expression holds."""
+    """Test an expression."""
 
     holds: Code
 
@@ -176,7 +176,7 @@ class Test:
 
 @dataclass(frozen=True)
 class Absent:
-    """Whether nothing fits some steps."""
+    """Test that some steps have no match."""
 
     steps: Sequence[Step]
 
@@ -189,7 +189,7 @@ Step = Scan | Pin | Follow | Joined | Test | Absent
 
 
 def walk(steps: Sequence[Step], state: State, at: int = 0) -> Iterator[None]:
-    """Every way through the steps: the state holds what was found while the caller looks at it."""
+    """Every match of the steps; the state holds a match until the next one is requested."""
     left = len(steps) - at
     return steps[at].run(state) if left == 1 else _walk(steps, state, at) if left else iter((None,))
 
@@ -200,7 +200,7 @@ def _walk(steps: Sequence[Step], state: State, at: int) -> Iterator[None]:
 
 
 def _ends(state: State, link: Link, name: str, forward: bool) -> Iterator[tuple[str, Row | None]]:
-    """What a link leads to from a node, with the row of the edge where it is a plain one."""
+    """The nodes that a link leads to, each with the row of its edge if the link is plain."""
     graph, relation = state.c.graph, link.relation.name
     ends = graph.targets if forward else graph.sources
     if link.plain:

@@ -1,6 +1,6 @@
-"""The schema: what may stand in the knowledge graph, as data; the shipped one is the TOML files beside this one.
+"""Schema of the knowledge graph, as data; the shipped one is in the TOML files of this folder.
 
-A project adds to it in files of `scenarios/schema/`, or in code:
+A project extends it in files of `scenarios/schema/`, or in code:
 
     schema = SCHEMA.extended(
         kinds=[Kind("charger", {"power": Attribute(float, (FORCE * SPEED,))}, extends="place")],

@@ -1,4 +1,4 @@
-"""Schema files: TOML with `format = "schema/1"`, read into a Schema; all faults at once, each at its line.
+"""Schema files: TOML with `format = "schema/1"`, read into a Schema; all faults are reported, each at its line.
 
 [kind.charger]
 doc = "Where a robot fills its battery"
@@ -42,7 +42,7 @@ TYPES: Mapping[str, type] = {
     "pose": Pose2,
     "live": Live,
 }
-# What the language of queries says itself (docs/knowledge.md), so that no kind, relation or attribute can be named so.
+# Keywords of the query language (docs/knowledge.md), which cannot name a kind, relation or attribute.
 WORDS = frozenset(
     [
         "and",
@@ -70,15 +70,15 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
 def load_schema(files: Iterable[Path], base: Schema | None = None) -> Schema:
-    """The schema that files declare, together with what a base has.
+    """Read a schema from files, on top of a base.
 
     Args:
-        files: They may name each other's kinds. One may add attributes to a kind, and endpoints to a relation, that
-            another or the base has.
-        base: What is there already.
+        files: Schema files. They may name each other's kinds, and add attributes to a kind, or endpoints to a
+            relation, of another file or of the base.
+        base: Schema to extend; None for an empty one.
 
     Raises:
-        InputError: With every fault of every file, each at its line.
+        InputError: Every fault of every file, each at its line.
     """
     reader = _Reader(Schema.of((), ()) if base is None else base)
     faults: list[Fault] = []
@@ -99,15 +99,15 @@ def load_schema(files: Iterable[Path], base: Schema | None = None) -> Schema:
 
 
 class _Reader:
-    """Lays files over a schema one after the other; who declared what, so that later faults find their place."""
+    """Adds files to a schema one after the other, and keeps the position of each declaration for later faults."""
 
     def __init__(self, base: Schema) -> None:
         self.kinds: dict[str, Kind] = dict(base.declared)
         self.relations: dict[str, Relation] = dict(base.relations)
-        self._places: dict[tuple[str, ...], tuple[Path, int, int]] = {}
+        self._positions: dict[tuple[str, ...], tuple[Path, int, int]] = {}
 
     def read(self, table: Table) -> None:
-        """Read one file; notes the faults that show in it alone."""
+        """Read one file and record the faults that concern it alone."""
         table.choice("format", [FORMAT])
         table.text("doc", "")
         for name, each in table.named_tables("kind").items():
@@ -123,19 +123,19 @@ class _Reader:
 
     def _remember(self, path: tuple[str, str], table: Table, attributes: Iterable[str]) -> None:
         for key in table.data:
-            self._places[*path, key] = table.file, *table.position(key)
+            self._positions[*path, key] = table.file, *table.position(key)
         for key in attributes:
-            place = table.positions.get((*table.key, "attributes", key), table.position())
-            self._places[*path, "attributes", key] = table.file, *place
+            position = table.positions.get((*table.key, "attributes", key), table.position())
+            self._positions[*path, "attributes", key] = table.file, *position
 
     def unlinked(self) -> list[Fault]:
-        """The faults between declarations, each where it was declared."""
-        return [Fault(message, *self._places[path]) for path, message in faults_of(self.kinds, self.relations)]
+        """The faults between declarations, each at its declaration."""
+        return [Fault(message, *self._positions[path]) for path, message in faults_of(self.kinds, self.relations)]
 
 
 @contextmanager
 def _blaming(table: Table, key: str | None = None) -> Iterator[None]:
-    """What a declaration refuses is a fault of this place."""
+    """Report a KnowledgeError of a declaration as a fault of this key."""
     try:
         yield
     except KnowledgeError as error:
@@ -146,9 +146,11 @@ T = TypeVar("T")
 
 
 def _read(name: str, table: Table, read: Callable[[str, Table], T]) -> T | None:
-    """What a table declares; None where it cannot be told, which is noted."""
+    """Read a declaration from a table; None if it has a fault, which is recorded."""
     if not _NAME.fullmatch(name) or name in WORDS:
-        table.fault(None, f"'{name}' is no name.", hint="Write small letters, digits and _, and no word of queries.")
+        table.fault(
+            None, f"'{name}' is not a valid name.", hint="Use small letters, digits and _, and no query keyword."
+        )
     before = len(table.faults)
     declared = None
     with _blaming(table):
@@ -201,7 +203,7 @@ def _attribute(name: str, table: Table) -> Attribute:
 
 
 def _unit(table: Table) -> Dimension:
-    """The dimension that `unit` names: a base unit, since all that the graph holds is SI."""
+    """The dimension of `unit`, which must be an SI base unit, as the graph holds SI values."""
     text = table.text("unit", "1")
     try:
         unit = parse_unit(text)
@@ -209,12 +211,12 @@ def _unit(table: Table) -> Dimension:
         table.adopt("unit", error)
         return NONE
     if unit.value != 1.0:
-        table.fault("unit", f"the graph holds SI units, and '{text}' is none.", hint=f"Write '{unit.dimension}'.")
+        table.fault("unit", f"the graph holds SI units; '{text}' is not one.", hint=f"Write '{unit.dimension}'.")
     return unit.dimension
 
 
 def _default(table: Table, kind: type, dimensions: tuple[Dimension, ...]) -> Any:
-    """The default as it is stored; None where there is none. Whether it fits is the Attribute's to say."""
+    """The default as it is stored; None if there is none. The Attribute checks it."""
     value = table.raw("default", None)
     try:
         if kind is float and value is not None:
@@ -234,7 +236,7 @@ _WORDS = {kind: word for word, kind in TYPES.items()}
 
 
 def schema_text(schema: Schema) -> str:
-    """A schema as the text of a schema file; `load_schema` makes an equal one of it."""
+    """The text of a schema file from which `load_schema` reads an equal schema."""
     return "\n".join([f"format = {json.dumps(FORMAT)}", *_declarations(schema)]) + "\n"
 
 
@@ -297,5 +299,5 @@ def _quantity(value: float, unit: Dimension) -> str:
 
 
 def _plain(value: Any) -> str:
-    # TOML's texts, lists, numbers and truths are JSON's, but for DEL, which JSON leaves as it is.
+    # TOML literals equal JSON, except for DEL, which JSON does not escape.
     return json.dumps(value).replace("\x7f", "\\u007f")

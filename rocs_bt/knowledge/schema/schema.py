@@ -1,4 +1,4 @@
-"""Schema: all kinds of nodes and all relations between them, with what they inherit; faults between declarations."""
+"""Schema: all kinds of nodes and all relations between them, with inheritance, and checks between declarations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Fault = tuple[Path, str]
 
 
 def lineage(name: str, kinds: Mapping[str, Kind]) -> tuple[str, ...]:
-    """A kind and what it is a kind of, the nearest first; ends where a name is unknown, or comes a second time."""
+    """A kind and its ancestors, nearest first; stops at an unknown name or a cycle."""
     found: list[str] = []
     at: str | None = name
     while at is not None and at in kinds and at not in found:
@@ -24,7 +24,7 @@ def lineage(name: str, kinds: Mapping[str, Kind]) -> tuple[str, ...]:
 
 
 def with_inherited(kind: Kind, kinds: Mapping[str, Kind]) -> Kind:
-    """A kind with the attributes of its ancestors, theirs first; what it declares anew takes the place of theirs."""
+    """A kind with the attributes of its ancestors first; its own declarations replace inherited ones."""
     attributes: dict[str, Attribute] = {}
     for name in reversed(lineage(kind.name, kinds)):
         attributes.update(kinds[name].attributes)
@@ -32,7 +32,7 @@ def with_inherited(kind: Kind, kinds: Mapping[str, Kind]) -> Kind:
 
 
 def faults_of(kinds: Mapping[str, Kind], relations: Mapping[str, Relation]) -> Iterator[Fault]:
-    """What is wrong between declarations, such as `(("kind", "goal", "extends"), "there is no ...")`."""
+    """Faults between declarations, such as `(("kind", "goal", "extends"), "there is no ...")`."""
     for kind in kinds.values():
         yield from _faults_of_kind(kind, kinds)
     for relation in relations.values():
@@ -60,20 +60,20 @@ def _faults_of_kind(kind: Kind, kinds: Mapping[str, Kind]) -> Iterator[Fault]:
             yield (
                 ("kind", kind.name, "attributes", name),
                 f"kind '{kind.name}' has '{name}' from '{kind.extends}', as {inherited[name].words}; "
-                f"{kind.attributes[name].words} allows what that does not. Name it otherwise.",
+                f"{kind.attributes[name].words} allows values that this does not. Choose another name.",
             )
 
 
 def joined_kind(old: Kind | None, new: Kind) -> Kind:
-    """A kind with what another declaration adds to it.
+    """A kind with the attributes that another declaration adds to it.
 
     Raises:
-        KnowledgeError: It declares otherwise what is declared already.
+        KnowledgeError: The declaration contradicts the existing one.
     """
     if old is None:
         return new
     if new.extends not in (None, old.extends):
-        raise KnowledgeError(f"kind '{old.name}' exists and extends {old.extends or 'nothing'}; keep it so.")
+        raise KnowledgeError(f"kind '{old.name}' exists and extends {old.extends or 'nothing'}; this cannot change.")
     return replace(old, attributes=_merged(f"kind '{old.name}'", old.attributes, new.attributes))
 
 
@@ -81,13 +81,13 @@ def joined_relation(old: Relation | None, new: Relation) -> Relation:
     """A relation with the endpoints and attributes that another declaration adds to it.
 
     Raises:
-        KnowledgeError: It declares otherwise what is declared already.
+        KnowledgeError: The declaration contradicts the existing one.
     """
     if old is None:
         return new
     for rule in ("single", "max_targets", "max_sources"):
         if (was := getattr(old, rule)) != getattr(new, rule):
-            raise KnowledgeError(f"relation '{old.name}' exists with {rule}={was}; keep it so.")
+            raise KnowledgeError(f"relation '{old.name}' exists with {rule}={was}; this cannot change.")
     return replace(
         old,
         sources=tuple(dict.fromkeys((*old.sources, *new.sources))),
@@ -99,7 +99,7 @@ def joined_relation(old: Relation | None, new: Relation) -> Relation:
 def _merged(owner: str, old: Mapping[str, Attribute], new: Mapping[str, Attribute]) -> dict[str, Attribute]:
     for name in old.keys() & new.keys():
         if old[name] != new[name]:
-            raise KnowledgeError(f"{owner} has '{name}' already, as {old[name].words}; name the new one otherwise.")
+            raise KnowledgeError(f"{owner} has '{name}' already, as {old[name].words}; choose another name.")
     return {**old, **new}
 
 
@@ -114,8 +114,8 @@ class Schema:
         kinds: Kinds of nodes, each with the attributes that it inherits.
         relations: Relations between them.
         declared: Kinds as they were declared, without what they inherit.
-        lineages: Each kind and what it is a kind of, the nearest first.
-        families: Each kind and all kinds that are of it.
+        lineages: Each kind with its ancestors, nearest first.
+        families: Each kind with all kinds that extend it, directly or not.
     """
 
     kinds: Mapping[str, Kind]
@@ -126,11 +126,11 @@ class Schema:
 
     @classmethod
     def of(cls, kinds: Iterable[Kind], relations: Iterable[Relation]) -> Schema:
-        """A schema of these kinds and relations.
+        """Build a schema from declarations.
 
         Raises:
-            KnowledgeError: A kind extends, or a relation names, one that does not exist; or a kind widens what it
-                inherits. Tells all of it.
+            KnowledgeError: A kind extends, or a relation names, an unknown kind, or a kind widens an inherited
+                attribute; lists all faults.
         """
         declared = {kind.name: kind for kind in kinds}
         joined = {relation.name: relation for relation in relations}
@@ -166,7 +166,7 @@ class Schema:
         return of in self.lineages[kind]
 
     def join(self, relation: Relation, source: End, target: End) -> None:
-        """Check that a relation may join two nodes, each a name and its kind.
+        """Check that a relation may join two nodes, each given by its name and kind.
 
         Raises:
             KnowledgeError: It may not; lists the kinds that it joins.
@@ -182,10 +182,10 @@ class Schema:
                 )
 
     def extended(self, kinds: Iterable[Kind] = (), relations: Iterable[Relation] = ()) -> Schema:
-        """This schema with more in it.
+        """A schema with additional kinds and relations.
 
-        A kind or relation that exists gains the new attributes (and a relation the new endpoints); what is declared
-        already cannot be declared otherwise, so that shipped content keeps its meaning.
+        An existing kind or relation gains the new attributes (and a relation the new endpoints). Existing declarations
+        cannot be changed, so that shipped content keeps its meaning.
 
         Raises:
             KnowledgeError: An attribute exists and is declared differently, or a relation names an unknown kind.

@@ -30,14 +30,14 @@ def test_what_is_no_journal_is_refused_and_left_alone(tmp_path: Path) -> None:
     connection.execute("CREATE TABLE people (name)")
     connection.close()
     empty.write_bytes(b"")
-    for path, why in ((text, "not a database"), (other, "a database of something else")):
+    for path, why in ((text, "not a database"), (other, "a database of another program")):
         before = path.read_bytes()
         with pytest.raises(RecordingError, match=why):
             History(path)
         with pytest.raises(RecordingError, match=why):
             Journal(path)
         assert path.read_bytes() == before
-    with pytest.raises(RecordingError, match="it is an empty database"):
+    with pytest.raises(RecordingError, match="not a rocs_bt journal but an empty database"):
         History(empty)
     Journal(empty).close()  # as a process leaves it that was killed at once
     assert History.runs(empty) == []

@@ -59,7 +59,7 @@ def test_a_full_queue_loses_moments_and_says_so_but_never_what_is_so(tmp_path: P
         assert history.gaps
         for first, last in history.gaps:  # more than one where the state was taken anew while the disk stood still
             if first < last:  # else only the change is missing, and what it led to is known
-                with pytest.raises(KnowledgeError, match=rf"lacks revisions {first} to {last}, which were left out"):
+                with pytest.raises(KnowledgeError, match=rf"lacks revisions {first} to {last}, which were dropped"):
                     history.as_of(revision=first)
             assert history.as_of(revision=first - 1).get("early", "radius") == 1.0
         first, _ = history.gaps[0]
