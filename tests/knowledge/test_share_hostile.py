@@ -142,7 +142,7 @@ def test_the_first_refused_write_of_a_peer_is_reported_and_the_others_are_counte
     assert throw(peers, encode("M#1", delta(*bad), KEY)).refused == 19
     (fault,) = (e for e in peers.sink.events if isinstance(e, PeerFault))
     assert (fault.agent, fault.peer, fault.start, fault.kind) == ("R1", "M", "M#1", "refused")
-    assert fault.detail == (r"a write was refused: '\x1b[1J' is no name: a name has 1 to 200 printable characters")
+    assert fault.detail == (r"a write was refused: '\x1b[1J' is not a name: a name has 1 to 200 printable characters")
 
 
 def test_good_writes_beside_a_bad_one_are_taken():

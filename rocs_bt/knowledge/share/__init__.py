@@ -1,4 +1,4 @@
-"""Sharing: agents keep the same knowledge, in one process, in several, or on several hosts (paper, 4.2)."""
+"""Sharing of knowledge between agents of one process, of several processes, or of several hosts (paper, 4.2)."""
 
 from .inbox import Counts
 from .messenger import ALL, Delivery, Mailbox, MessageQueue, Messenger, ReceivedMessage, packed, unpacked

@@ -1,4 +1,4 @@
-"""GroupClock: a calendar that may be wrong, kept with those of the peers; and reports of what is wrong with peers."""
+"""GroupClock: calendar time synchronised with the peers, despite wrong calendars; and reports of faulty peers."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from .scope import agent_of
 from .wire import Heartbeat
 
 DRIFT = 1.0
-"""[s] By which a clock may be behind a peer's before it follows it: more than a beat takes on its way."""
+"""Tolerated lag of a clock behind a peer's [s]; longer than the transmission of a heartbeat."""
 
 
 class GroupClock:
     """Calendar time that follows the fastest calendar of a group.
 
-    Stamps of writes come from it. A robot whose calendar is years behind would otherwise lose every conflict with a
-    peer, however much later it writes. The calendar is read once, and the agent's own clock counts from then on:
-    setting the calendar during a run changes nothing.
+    It stamps writes. Without it, a robot whose calendar is years behind would lose every conflict with a peer, however
+    much later it writes. The calendar is read once, and the agent's own clock counts from then on, so setting the
+    calendar during a run has no effect.
 
     Args:
         calendar: Time since an epoch that all peers share [s].
-        clock: The agent's clock; it runs when `now` is first read.
+        clock: The agent's clock; it must run when `now` is first read.
 
     Attributes:
         ahead: Correction so far [s], never negative.
@@ -57,19 +57,19 @@ class GroupClock:
 
 
 def is_calendar(time: float, ahead: float) -> bool:
-    """Whether a peer's calendar time and its correction [s] can be true."""
+    """Whether a peer's calendar time and its correction [s] are plausible."""
     return 0.0 <= time < STAMP_LIMIT * 0.5e-6 and 0.0 <= ahead < math.inf
 
 
-_REASON = 300  # characters of a reason that are reported at most
+_REASON = 300  # maximum number of characters of a reported reason
 
 
 class PeerFaults:
-    """Reports refused writes and wrong clocks, and keeps the agent's clock with its peers'.
+    """Reports refused writes and wrong clocks, and synchronises the agent's clock with its peers'.
 
     Args:
         agent: Name of the agent.
-        presence: Peers and what was reported of them.
+        presence: Peers, and their faults that have been reported.
         clock: Calendar of the group.
         sink: Receives PeerFault.
     """
@@ -81,17 +81,17 @@ class PeerFaults:
         self._sink = sink
 
     def check_clock(self, sender: str, beat: Heartbeat, t: float) -> bool:
-        """Follow the clock of a peer that is ahead; False if its beat tells no time at all."""
+        """Follow the clock of a peer that is ahead; False if its heartbeat has no plausible time."""
         if not is_calendar(beat.time, beat.ahead):
             return False
         if behind := self._clock.follow(beat.time):
-            self._report(sender, "clock", f"this robot's clock was {_span(behind)} behind, and follows it now", t)
+            self._report(sender, "clock", f"this robot's clock was {_span(behind)} behind and has been corrected", t)
         elif beat.ahead > DRIFT:
-            self._report(sender, "behind", f"its clock was {_span(beat.ahead)} behind, and follows the others' now", t)
+            self._report(sender, "behind", f"its clock was {_span(beat.ahead)} behind and has been corrected", t)
         return True
 
     def refused(self, sender: str, reason: str, t: float) -> None:
-        """A write of a peer was refused."""
+        """Report that a write of a peer was refused."""
         self._report(sender, "refused", f"a write was refused: {reason[:_REASON]}", t)
 
     def _report(self, origin: str, kind: str, detail: str, t: float) -> None:
@@ -103,5 +103,5 @@ class PeerFaults:
 
 
 def _span(seconds: float) -> str:
-    """A time in words."""
+    """A duration in words."""
     return f"{seconds:.1f} s" if seconds < 86400.0 else f"{seconds / 86400.0:.1f} days"

@@ -1,4 +1,4 @@
-"""The door for what comes from outside: nothing passes that is too long, not sealed, senseless, or too much."""
+"""Inbox for frames from outside: rejects frames that are too long, not authenticated, malformed, or too many."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from .scope import is_origin
 from .wire import FRAME_LIMIT, Delta, Message, decode, genuine, sender_of
 
 PER_SENDER = 256
-"""Frames of one sender that wait at most."""
+"""Maximum number of waiting frames of one sender."""
 
 PER_SENDER_BYTES = 2**22
-"""[bytes] For these."""
+"""Maximum size of the waiting frames of one sender [bytes]."""
 
 WAITING_BYTES = 2**25
-"""[bytes] For all that wait."""
+"""Maximum size of all waiting frames [bytes]."""
 
 SENDERS = 256
-"""Senders at most."""
+"""Maximum number of senders with waiting frames."""
 
 
 @dataclass
 class Counts:
-    """What was turned away, and how much work there was; all count since the start.
+    """Counts of rejected frames and of work done, since the start.
 
     Attributes:
-        frames: Frames that came.
+        frames: Received frames.
         oversized: Frames that were too long.
-        unauthenticated: Frames without the group's seal.
-        malformed: Frames that make no sense.
-        flooded: Frames beyond what one sender may have waiting.
-        refused: Writes of peers that the schema, or what is private, does not allow, or for which there is no room;
-            nothing of them is kept.
-        clashed: Writes of peers that this graph cannot hold beside what it holds.
-        untold: Own writes that are too large to be told.
-        written: Own writes that were told.
-        merged: Writes of peers that were taken.
+        unauthenticated: Frames without the group's authentication.
+        malformed: Frames that could not be decoded.
+        flooded: Frames beyond the limits of waiting frames.
+        refused: Writes of peers that the schema or the private part forbids, or for which there is no room; nothing of
+            them is kept.
+        clashed: Writes of peers that conflict with what the graph holds.
+        untold: Own writes that are too large to be sent.
+        written: Own writes that were sent.
+        merged: Writes of peers that were merged.
     """
 
     frames: int = 0
@@ -58,12 +58,12 @@ class Counts:
 
 
 class Inbox:
-    """Takes frames on any thread, and gives messages to one; a sender that floods crowds out itself alone.
+    """Receives frames on any thread and passes messages to one; a flooding sender loses only its own frames.
 
     Args:
-        key: The group's.
-        counts: What was turned away.
-        wake: Called when something came.
+        key: Key of the group.
+        counts: Counts of rejected frames.
+        wake: Called when a frame has arrived.
     """
 
     def __init__(self, key: bytes, counts: Counts, wake: Callable[[], None] = lambda: None) -> None:
@@ -75,7 +75,7 @@ class Inbox:
         self._bytes: dict[str, int] = {}
 
     def put(self, frame: bytes) -> None:
-        """Take a frame, or turn it away and count it; it is read when it is taken, so that a flood costs little."""
+        """Queue or reject a frame; it is decoded later, so that a flood costs little."""
         counts = self._counts
         counts.frames += 1
         if len(frame) > FRAME_LIMIT:
@@ -88,9 +88,9 @@ class Inbox:
             self._admit(sender, frame)
 
     def take(self, most: int) -> list[tuple[str, Message]]:
-        """The messages that wait, each with its sender: in turn, one of each, until they weigh so much.
+        """Remove and return waiting messages with their senders, one of each sender in turn, up to a total weight.
 
-        Each weighs 1, and one with entries so much more as it has of them.
+        A message weighs 1, plus 1 for each entry in it.
         """
         found: list[tuple[str, Message]] = []
         while most > 0 and (frame := self._next()) is not None:
@@ -104,7 +104,7 @@ class Inbox:
 
     @property
     def pending(self) -> bool:
-        """Whether something waits."""
+        """Whether messages wait."""
         return bool(self._waiting)
 
     def _next(self) -> bytes | None:
@@ -131,7 +131,7 @@ class Inbox:
                 queue, self._bytes[sender] = self._waiting.setdefault(sender, deque()), 0
             size = self._bytes[sender] + len(frame)
             room = size <= PER_SENDER_BYTES and sum(self._bytes.values()) + len(frame) <= WAITING_BYTES
-            if queue and (len(queue) >= PER_SENDER or not room):  # the first of anybody has room
+            if queue and (len(queue) >= PER_SENDER or not room):  # the first frame of a sender always has room
                 self._counts.flooded += 1
                 return
             queue.append(frame)

@@ -1,7 +1,7 @@
-"""Keys of a group: who has a folder of them may share with the others; who has not is turned away.
+"""Keys of a group: only agents that have a folder of them may share with the others.
 
-Each member has a key and a certificate of its own, signed by the group's authority, for mutual TLS; and all have one
-secret, with which every message is sealed. The authority's own key signs new members, and stays at home.
+Each member has its own key and certificate, signed by the group's authority, for mutual TLS. All members have one
+secret, with which every message is authenticated. The authority's own key signs new members; do not copy it to robots.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ _SECRET_SIZE = 32  # [bytes]
 
 @dataclass(frozen=True)
 class Keys:
-    """A member's.
+    """Keys of a member.
 
     Attributes:
-        authority: The group's certificate.
-        certificate: The member's.
-        key: The member's private key.
-        secret: The group's, which seals messages.
+        authority: Certificate of the group's authority.
+        certificate: Certificate of the member.
+        key: Private key of the member.
+        secret: Secret of the group, which authenticates messages.
     """
 
     authority: Path
@@ -44,10 +44,10 @@ class Keys:
 
     @classmethod
     def read(cls, folder: Path) -> Keys:
-        """A member's keys.
+        """Read a member's keys from its folder.
 
         Raises:
-            InputError: A file is missing, or the secret is none.
+            InputError: A file is missing, or the secret has a wrong size.
         """
         if missing := [n for n in (AUTHORITY, CERTIFICATE, KEY, SECRET) if not (folder / n).is_file()]:
             what = f"the folder of keys '{folder}' lacks {', '.join(missing)}."
@@ -59,15 +59,18 @@ class Keys:
 
 
 def make_keys(folder: Path, members: Sequence[str], now: datetime) -> list[Path]:
-    """Make keys for members, and for the group where it has none; the folders to copy to the members.
+    """Make keys for members, and for the group if it has none.
 
     Args:
-        folder: Where the group's keys are, or are to be.
+        folder: Folder of the group's keys; created if needed.
         members: Names, such as those of the agents.
-        now: The date; the keys are valid for ten years from it.
+        now: Date; the keys are valid for ten years from it.
+
+    Returns:
+        Folders to copy to the members.
 
     Raises:
-        InputError: A member has keys already, or has no name for a folder.
+        InputError: A member has keys already, or its name is not an identifier.
     """
     for member in members:
         if not member.isidentifier():
@@ -87,7 +90,7 @@ def _authority(folder: Path, now: datetime) -> tuple[EllipticCurvePrivateKey, Ce
     if (folder / AUTHORITY_KEY).exists():
         key = load_pem_private_key((folder / AUTHORITY_KEY).read_bytes(), None)
         if not isinstance(key, ec.EllipticCurvePrivateKey):
-            raise InputError(f"'{folder / AUTHORITY_KEY}' is not a key that was made here.")
+            raise InputError(f"'{folder / AUTHORITY_KEY}' is not a key made by `rocs-bt share keys`.")
         return key, x509.load_pem_x509_certificate((folder / AUTHORITY).read_bytes())
     key = ec.generate_private_key(ec.SECP256R1())
     certificate = _certificate("rocs_bt group", key, None, now)
@@ -118,7 +121,7 @@ def _certificate(
     issuer: tuple[EllipticCurvePrivateKey, Certificate] | None,
     now: datetime,
 ) -> Certificate:
-    """A certificate signed by the issuer, or by itself; it serves both who calls and who is called."""
+    """A certificate signed by the issuer, or self-signed; valid for clients and servers."""
     from cryptography import x509
     from cryptography.hazmat.primitives import hashes
     from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
@@ -132,7 +135,7 @@ def _certificate(
         .issuer_name(issued_by)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
-        .not_valid_before(now - timedelta(days=1))  # the clocks of robots are wrong
+        .not_valid_before(now - timedelta(days=1))  # tolerance for wrong clocks of robots
         .not_valid_after(now + VALID)
         .add_extension(x509.BasicConstraints(ca=issuer is None, path_length=None), critical=True)
         .add_extension(x509.SubjectAlternativeName([x509.DNSName(name.replace(" ", "-").replace("_", "-"))]), False)

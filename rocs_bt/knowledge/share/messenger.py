@@ -1,4 +1,4 @@
-"""Messages between minds: sent until they are acknowledged, taken once, and never waited for."""
+"""Text messages between agents: resent until acknowledged, delivered once, without blocking."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from .scope import agent_of
 from .wire import TextAck, TextMessage
 
 TEXT_LIMIT = 1024
-"""[bytes] A longer message is refused by who would send it."""
+"""Maximum size of a message [bytes]; the sender refuses longer ones."""
 
 QUEUE_LIMIT = 64
-"""Messages that wait in a mailbox at most."""
+"""Maximum number of messages in a mailbox."""
 
 READ_LIMIT = 8
-"""Letters that a mailbox gives in one reading at most."""
+"""Maximum number of messages in one reading of a mailbox."""
 
 RESEND_AFTER = 0.2
-"""[s] After which a message that nobody acknowledged is sent again."""
+"""Time after which an unacknowledged message is sent again [s]."""
 
 ALL = "all"
-"""The address of everybody."""
+"""Address of all agents."""
 
-_REMEMBERED = 1024  # numbers of one sender
+_REMEMBERED = 1024  # number of message numbers remembered per sender
 
 
 class ReceivedMessage(msgspec.Struct, frozen=True):
-    """A message that arrived.
+    """Received text message.
 
     Attributes:
-        sender: The agent that sent it.
-        text: What it says.
+        sender: Agent that sent it.
+        text: Text of the message.
     """
 
     sender: str
@@ -45,25 +45,25 @@ class ReceivedMessage(msgspec.Struct, frozen=True):
 
 
 class MessageQueue:
-    """What arrived and was not read yet; bounded, and safe under threads."""
+    """Bounded, thread-safe queue of received messages that have not been read."""
 
     def __init__(self) -> None:
         self._messages: deque[ReceivedMessage] = deque()
 
     def put(self, message: ReceivedMessage) -> str:
-        """Take a letter; or why not."""
+        """Add a message; returns the reason if it is rejected, or an empty string."""
         if len(self._messages) >= QUEUE_LIMIT:
             return "the mailbox is full"
         self._messages.append(message)
         return ""
 
     def take(self, most: int = READ_LIMIT) -> list[ReceivedMessage]:
-        """The oldest messages, which are taken out."""
+        """Remove and return the oldest messages."""
         return [self._messages.popleft() for _ in range(min(most, len(self._messages)))]
 
 
 def packed(messages: Iterable[ReceivedMessage]) -> list[float]:
-    """Letters as a sensor gives them: of each how many bytes its sender and its text have, and these bytes."""
+    """Encode messages as sensor values: for each, the byte counts of its sender and text, and these bytes."""
     values: list[float] = []
     for message in messages:
         sender, text = message.sender.encode(), message.text.encode()
@@ -72,7 +72,7 @@ def packed(messages: Iterable[ReceivedMessage]) -> list[float]:
 
 
 def unpacked(values: Sequence[float]) -> list[ReceivedMessage]:
-    """The messages that `packed` made values of; what is no letter ends them."""
+    """Decode the messages that `packed` encoded; stops at a malformed one."""
     messages, at = [], 0
     try:
         whole = [int(value) for value in values]
@@ -92,10 +92,10 @@ def unpacked(values: Sequence[float]) -> list[ReceivedMessage]:
 
 @runtime_checkable
 class Mailbox(Protocol):
-    """A sensor through which a mind reads its messages.
+    """Sensor through which a robot receives text messages.
 
     Attributes:
-        message_queue: Where they are put.
+        message_queue: Queue of received messages.
     """
 
     message_queue: MessageQueue
@@ -103,14 +103,14 @@ class Mailbox(Protocol):
 
 @dataclass
 class Delivery:
-    """What becomes of a message that was sent; read by the action that sent it.
+    """Delivery state of a sent message, read by the action that sent it.
 
     Attributes:
-        to: The agents that it is for.
-        text: What it says.
-        heard: Those that acknowledged it.
-        problems: By agent, why the last attempt was not taken.
-        withdrawn: Whether its sender cares no more.
+        to: Receiving agents.
+        text: Text of the message.
+        heard: Agents that have acknowledged it.
+        problems: Reason of the last rejection, by agent.
+        withdrawn: Whether it is no longer sent.
     """
 
     to: tuple[str, ...]
@@ -121,24 +121,24 @@ class Delivery:
 
     @property
     def missing(self) -> list[str]:
-        """Those that did not acknowledge it, yet."""
+        """Agents that have not acknowledged it yet."""
         return [agent for agent in self.to if agent not in self.heard]
 
     @property
     def done(self) -> bool:
-        """Whether everybody acknowledged it."""
+        """Whether all agents have acknowledged it."""
         return not self.missing
 
 
 class Messenger:
-    """Sends an agent's messages and takes those for it.
+    """Sends and receives the text messages of one agent.
 
     Args:
-        agent: Whose.
-        others: The agents that are there now.
+        agent: Name of the agent.
+        others: Returns the agents that are present.
 
     Attributes:
-        message_queue: Where messages for it are put; None where the robot has no mailbox.
+        message_queue: Queue of received messages; None if the robot has no mailbox.
     """
 
     def __init__(self, agent: str, others: Callable[[], Iterable[str]]) -> None:
@@ -152,21 +152,21 @@ class Messenger:
         self._taken: dict[str, dict[int, None]] = {}
 
     def others(self) -> list[str]:
-        """The agents that are there now, but for this one."""
+        """The other agents that are present."""
         return [agent for agent in self._others() if agent != self.agent]
 
     def send(self, to: str, text: str) -> Delivery:
-        """Send a message; it is on its way when the next turn of sharing comes.
+        """Send a message with the next turn of sharing.
 
         Args:
-            to: An agent, or `all` that are there.
-            text: What it says.
+            to: Receiving agent, or `all` that are present.
+            text: Text of the message.
 
         Raises:
             InputError: The text is too long.
         """
         if (size := len(text.encode())) > TEXT_LIMIT:
-            raise InputError(f"a message has at most {TEXT_LIMIT} bytes, found {size}. Say it in fewer words.")
+            raise InputError(f"a message has at most {TEXT_LIMIT} bytes, found {size}. Shorten the text.")
         delivery = Delivery(tuple(self.others()) if to == ALL else (to,), text)
         with self._lock:
             self._number += 1
@@ -175,15 +175,15 @@ class Messenger:
 
     @property
     def pending(self) -> bool:
-        """Whether a message is on its way."""
+        """Whether a message has not been acknowledged by all its receivers."""
         return bool(self._open)
 
     def outgoing(self, t: float, starts: Mapping[str, str]) -> list[tuple[str, TextMessage]]:
-        """What is to be sent now, each with its peer.
+        """Messages to send now, each with the peer to send it to.
 
         Args:
-            t: Now [s].
-            starts: By agent that is there, its peer.
+            t: Present time [s].
+            starts: Start of each agent that is present, by agent.
         """
         found = []
         with self._lock:
@@ -197,7 +197,7 @@ class Messenger:
         return found
 
     def said(self, sender: str, message: TextMessage) -> TextAck:
-        """Take a message, once however often it comes; the answer to its sender."""
+        """Receive a message, ignoring repetitions; returns the acknowledgement for its sender."""
         taken = self._taken.setdefault(sender, {})
         if message.number in taken:
             return TextAck(message.number, "")
@@ -213,7 +213,7 @@ class Messenger:
         return TextAck(message.number, problem)
 
     def heard(self, sender: str, message: TextAck) -> None:
-        """Note what became of a message of ours."""
+        """Process the acknowledgement of a sent message."""
         with self._lock:
             delivery = self._open.get(message.number)
         agent = agent_of(sender)
@@ -226,5 +226,5 @@ class Messenger:
             delivery.problems.pop(agent, None)
 
     def gone(self, peer: str) -> None:
-        """A start of a peer is over for good: its numbers will not come again."""
+        """Forget a start of a peer that has ended; its message numbers are not used again."""
         self._taken.pop(peer, None)

@@ -1,4 +1,4 @@
-"""The graph and its replica kept equal: own changes go out, what peers wrote comes in."""
+"""Synchronisation of a graph with its replica: own changes go out, writes of peers come in."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from .scope import PEER, Scope, agent_of, frozen, thawed
 from .wire import fits
 
 STATE = ("pose", "speed", "turn_rate", "spread")
-"""What a robot tells of itself all the time."""
+"""Attributes by which a robot reports its state in every turn."""
 
 EXTRAPOLATION_LIMIT = 5.0
-"""[s] For how long at most a robot is taken to have gone on as it said."""
+"""Maximum time over which a peer's motion is extrapolated [s]."""
 
 RATE_LIMIT = 1e6
-"""[m/s, rad/s] Who says that it is faster is not believed to go on so."""
+"""Speeds and turn rates beyond this are not extrapolated [m/s, rad/s]."""
 
-_Dirty = tuple[str, ...]  # (node,), (node, attribute) or (source, relation, target), as the graph calls them
+_Dirty = tuple[str, ...]  # (node,), (node, attribute) or (source, relation, target), with the names of the graph
 
 
 class Mirror:
-    """Between one agent's graph and its replica.
+    """Synchronises one agent's graph and replica.
 
     Args:
-        knowledge: The agent's.
-        replica: What is shared.
-        scope: How much of it.
-        counts: What could not be told or taken.
-        wake: Called when something waits to be told.
+        knowledge: Knowledge of the agent.
+        replica: Shared knowledge.
+        scope: Shared part of the graph.
+        counts: Counts of writes that could not be sent or merged.
+        wake: Called when there are changes to publish.
 
     Attributes:
-        self_reporting: The other agents that tell of themselves; what this one sees of them is its own affair.
+        self_reporting: Other agents that report their own state; observations of them are not shared.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Mirror:
         self._counts = counts
         self._wake = wake
         self._state: dict[str, Plain] = {}
-        self._state_at = -math.inf  # [s] when it was so
+        self._state_at = -math.inf  # [s] time of the state
         self._silent: set[str] = set()
         self._forgotten: set[str] = set()
         self._dirty: dict[_Dirty, None] = {}
@@ -72,17 +72,17 @@ class Mirror:
 
     @property
     def pending(self) -> bool:
-        """Whether something waits to be told."""
+        """Whether there are changes to publish."""
         return bool(self._dirty)
 
     def close(self) -> None:
-        """Listen no more."""
+        """End the subscription to the graph."""
         self._subscription.close()
 
     # -- out --------------------------------------------------------------------------------------------------------
 
     def publish_state(self, t: float, *, halted: bool = False) -> None:
-        """Note where this robot is and how it moves, as it knows it itself; `halted` for no longer at all."""
+        """Record this robot's own pose and motion; `halted` sets its speeds to zero."""
         robot, signals = self._knowledge.robot, self._knowledge.signals
         pose = robot.pose(t)
         spread = signals.value("pose_spread", t) if "pose_spread" in signals else math.nan
@@ -93,29 +93,29 @@ class Mirror:
             moves = name != "spread" and halted
             self._state[name] = (0.0 if moves else value) if known and (moves or math.isfinite(value)) else None
         self._dirty.update(dict.fromkeys((self._agent, name) for name in STATE))
-        if self._shown((self._agent,)) != self._scope.kind("robot"):  # others took us for something else
+        if self._shown((self._agent,)) != self._scope.kind("robot"):  # peers took this robot for another kind
             self._dirty[(self._agent,)] = None
 
     def collect(self, t: float, most: int, *, first: bool = False) -> list[Entry]:
-        """Write what changed in the graph into the replica, as much as asked for; the writes, to be told."""
+        """Write changes of the graph into the replica, at most `most`; returns the entries to publish."""
         written: list[Entry] = []
-        come: dict[Key, Plain] = {}
+        added: dict[Key, Plain] = {}
         for dirty in list(self._dirty)[:most]:
-            self._dirty.pop(dirty)  # before the graph is read: a change from now on is noted anew
+            self._dirty.pop(dirty)  # before the graph is read, so that a later change is recorded again
             for key in self._keys(dirty):
                 value = self._graph_value(key)
                 if value == self._shown(key) or (key[0] in self.self_reporting and len(key) == 3):
                     continue
                 if len(key) == 1 and value is not None:
-                    come.update(dict.fromkeys(self._replica.about(key[0])))
+                    added.update(dict.fromkeys(self._replica.about(key[0])))
                 state = key[0] == self._agent and key[-1] in STATE
                 entry = self._replica.write(key, value, self._state_at if state else t, first=first)
                 if fits(entry):
                     written.append(entry)
                 else:
                     self._counts.untold += 1
-        if come:  # what peers told of a node that was not here yet
-            self.apply(come, t)
+        if added:  # attributes and edges from peers for nodes that did not exist here
+            self.apply(added, t)
         self._counts.written += len(written)
         return written
 
@@ -129,7 +129,7 @@ class Mirror:
         self._wake()
 
     def _keys(self, dirty: _Dirty) -> list[Key]:
-        """The shared keys that a change is about; none where it is private."""
+        """The shared keys of a change; none if it is private."""
         names = [self._outside(node) for node in (dirty[0], *dirty[2:])]
         if not self._scope.shares(*dirty[0:1], *dirty[2:], *names):
             return []
@@ -144,7 +144,7 @@ class Mirror:
         return [] if kind is None or self._scope.attribute(kind, dirty[1]) is None else [(names[0], kind, dirty[1])]
 
     def _graph_value(self, key: Key) -> Plain:
-        """What the graph says of a key."""
+        """The graph's value of a key."""
         graph, node = self._graph, self._inside(key[0])
         if not graph.has(node) or (kind := self._scope.kind(graph.kind(node))) is None:
             return None
@@ -167,12 +167,12 @@ class Mirror:
     # -- in ---------------------------------------------------------------------------------------------------------
 
     def apply(self, shown: Mapping[Key, Plain], t: float) -> None:
-        """Bring into the graph what peers wrote.
+        """Apply writes of peers to the graph.
 
         Args:
-            shown: The keys under which they did, and what was known under each before. Where the graph says otherwise
-                by now, the robot itself has written meanwhile; that is newer, and is told next.
-            t: Now [s].
+            shown: Keys of the writes, and the replica's value of each before. If the graph's value is another one, this
+                agent has written it in the meantime; that write is newer and is published next.
+            t: Present time [s].
         """
         edges = {key: None for key in shown if len(key) == 4}
         with self._graph.locked():
@@ -183,13 +183,13 @@ class Mirror:
                 self._edges(key)
 
     def shown(self, key: Key) -> Plain:
-        """What the replica says of a key, but for what has aged."""
+        """The replica's value of a key, without values that have aged."""
         return self._shown(key)
 
     def age(self, silent: set[str], forgotten: set[str], t: float) -> None:
-        """Drop from the graph what the state of silent agents was, and all that forgotten ones told; or bring it back.
+        """Hide the state of silent agents and everything from forgotten ones in the graph, or restore it.
 
-        The replica keeps it: who comes back, or asks, finds it.
+        The replica keeps it, for agents that return and for requests.
         """
         affected = (silent ^ self._silent) | (forgotten ^ self._forgotten)
         if not affected:
@@ -211,16 +211,16 @@ class Mirror:
         return entry.value
 
     def _node(self, name: str, shown: Mapping[Key, Plain], t: float) -> bool:
-        """Make a node what it is to be; True where it came into being."""
+        """Update a node of the graph; True if it was added."""
         node, graph = self._inside(name), self._graph
         wanted = self._shown((name,))
-        if node == self._agent or node != name:  # what I am nobody else tells me
+        if node == self._agent or node != name:  # peers do not define this agent or its parts
             return False
-        if (node,) in self._dirty:  # it came or went here just now, which is told next
+        if (node,) in self._dirty:  # it was added or removed here just now; that is published next
             return False
         there = self._graph_value((name,)) if graph.has(node) else None
         if graph.has(node) and there is None:
-            self._counts.clashed += 1  # a node of a kind that is not shared has its name
+            self._counts.clashed += 1  # a node of a private kind has this name
             return False
         if there is not None and there != wanted and there == shown.get((name,), there):
             graph.remove(node)
@@ -231,17 +231,17 @@ class Mirror:
         if there is None:
             return self._add(node, str(wanted), values)
         if there == wanted:
-            told = name in self.self_reporting
+            reported = name in self.self_reporting
             mine = {
                 k[2]
                 for k in shown
-                if len(k) == 3 and k[:2] == (name, wanted) and (told or self._graph_value(k) == shown[k])
+                if len(k) == 3 and k[:2] == (name, wanted) and (reported or self._graph_value(k) == shown[k])
             }
             self._try(lambda: graph.set(node, **{n: values.get(n) for n in sorted(mine)}))
         return False
 
     def _values(self, name: str, kind: str, t: float) -> dict[str, Any]:
-        """The attributes of a node as the graph holds them; a speaker's pose as it is by now."""
+        """The attributes of a node as the graph holds them; the pose of a self-reporting peer is extrapolated."""
         values: dict[str, Any] = {}
         for key in self._replica.about(name):
             if len(key) == 3 and key[1] == kind and (value := self._shown(key)) is not None:
@@ -257,15 +257,15 @@ class Mirror:
     def _add(self, node: str, kind: str, values: dict[str, Any]) -> bool:
         declared = self._graph.schema.kinds[kind].attributes
         if any(a.required and name not in values for name, a in declared.items()):
-            return False  # until the rest has come
+            return False  # until the required attributes have arrived
         return self._try(lambda: self._graph.add(node, kind, **values))
 
     def _edges(self, key: Key) -> None:
-        """Make an edge, and those that there is only room for one of, what they are to be."""
+        """Update an edge, and the edges that compete with it under a limit of the relation."""
         graph = self._graph
         among = [key] if self._scope.limits(key[1]) == (None, None) else self._rivals(key)
         wanted = [(each, self._shown(each)) for each in among]
-        for each, value in sorted(wanted, key=lambda pair: pair[1] is not None):  # first those that go
+        for each, value in sorted(wanted, key=lambda pair: pair[1] is not None):  # removals first
             source, target = self._inside(each[0]), self._inside(each[2])
             if not (graph.has(source) and graph.has(target)) or (source, each[1], target) in self._dirty:
                 continue
@@ -281,14 +281,14 @@ class Mirror:
         self._try(lambda: self._graph.relate(source, relation, target, **found))
 
     def _rivals(self, key: Key) -> list[Key]:
-        """The known edges of one relation with the same source, or the same target."""
+        """The known edges of one relation with the same source or the same target."""
         about = (*self._replica.about(key[0]), *self._replica.about(key[2]))
         return list(
             dict.fromkeys(k for k in about if len(k) == 4 and k[1] == key[1] and (k[0] == key[0] or k[2] == key[2]))
         )
 
     def _superseded(self, key: Key) -> bool:
-        """Whether two wrote edges where there is room for one alone, and this one is the older."""
+        """Whether an edge loses against newer ones under a limit of the relation."""
         limits = self._scope.limits(key[1])
         if limits == (None, None):
             return False
@@ -300,7 +300,7 @@ class Mirror:
     def _try(self, write: Callable[[], None]) -> bool:
         try:
             write()
-        except KnowledgeError:  # not by what was written, which was checked, but by what stands here already
+        except KnowledgeError:  # the value was checked, so it conflicts with the present content
             self._counts.clashed += 1
             return False
         return True

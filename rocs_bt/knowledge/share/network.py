@@ -1,6 +1,6 @@
 """Networks that carry frames between peers: the interface, one inside a process, and a simulated one.
 
-The simulated network loses, delays, repeats and parts, the same in every run with one seed: for tests and simulations.
+The simulated network loses, delays, duplicates and partitions, reproducibly for a seed: for tests and simulations.
 """
 
 from __future__ import annotations
@@ -15,56 +15,56 @@ import numpy as np
 
 
 class Link(Protocol):
-    """One peer's end of a network. It may lose, delay, repeat and disorder frames; it must not alter them."""
+    """One peer's end of a network. Frames may be lost, delayed, duplicated and reordered, but not altered."""
 
     def send(self, frame: bytes, to: str | None = None) -> None:
-        """Send to one peer, or to all others; must not block, and not raise where nobody is reached."""
+        """Send to one peer, or to all others; must not block, and not raise if no peer is reached."""
         ...
 
     def poll(self) -> None:
-        """Hand over what has come meanwhile, where no other thread does."""
+        """Deliver frames that have arrived, unless another thread does."""
         ...
 
     def close(self) -> None:
-        """Leave."""
+        """Leave the network."""
         ...
 
 
 class Network(Protocol):
-    """What carries frames between peers."""
+    """Transport of frames between peers."""
 
     def join(self, origin: str, deliver: Callable[[bytes], None], lost: Callable[[str], None]) -> Link:
-        """Become a peer.
+        """Join the network.
 
         Args:
-            origin: Its name.
+            origin: Name of the peer.
             deliver: Called with each frame for it, on any thread.
-            lost: Called with a peer that can no longer be reached, on any thread, where the network notices.
+            lost: Called with the name of a peer that is no longer reachable, on any thread, if the network detects it.
         """
         ...
 
 
 class LocalNetwork:
-    """Between agents of one process: at once, in order, and without loss."""
+    """Network between agents of one process: immediate, in order, without loss."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._peers: dict[str, Callable[[bytes], None]] = {}
 
     def join(self, origin: str, deliver: Callable[[bytes], None], lost: Callable[[str], None]) -> Link:
-        """Become a peer."""
+        """Join the network."""
         with self._lock:
             self._peers = {**self._peers, origin: deliver}
         return _LocalLink(self, origin)
 
     def send(self, sender: str, frame: bytes, to: str | None) -> None:
-        """Hand a frame to whom it is for."""
+        """Deliver a frame to its receivers."""
         for origin, deliver in self._peers.items():
             if origin != sender and to in (None, origin):
                 deliver(frame)
 
     def leave(self, origin: str) -> None:
-        """Be a peer no more."""
+        """Leave the network."""
         with self._lock:
             self._peers = {o: d for o, d in self._peers.items() if o != origin}
 
@@ -78,7 +78,7 @@ class _LocalLink:
         self._network.send(self._origin, frame, to)
 
     def poll(self) -> None:
-        """Nothing waits: frames are handed over as they are sent."""
+        """Do nothing: frames are delivered as they are sent."""
 
     def close(self) -> None:
         self._network.leave(self._origin)
@@ -86,13 +86,13 @@ class _LocalLink:
 
 @dataclass(frozen=True)
 class Impairments:
-    """How bad a network is.
+    """Impairments of a simulated network.
 
     Attributes:
-        loss: The part of frames that never arrives [1].
-        latency: The shortest time that a frame takes [s].
-        jitter: How much longer it may take, uniformly [s]; so frames overtake each other.
-        repeats: The part of frames that arrives twice [1].
+        loss: Share of frames that are lost [1].
+        latency: Minimum delay of a frame [s].
+        jitter: Maximum additional delay, uniformly distributed [s]; frames can overtake each other.
+        repeats: Share of frames that are delivered twice [1].
     """
 
     loss: float = 0.0
@@ -102,16 +102,16 @@ class Impairments:
 
 
 class SimulatedNetwork:
-    """Frames arrive when their time has come, and somebody polls.
+    """Network that delivers frames after a simulated delay, when a peer polls.
 
     Args:
-        now: The time by which frames travel [s].
-        rng: Draws every loss and delay.
-        trouble: How bad it is; may be changed at any time.
+        now: Source of time for the delays [s].
+        rng: Generator of losses and delays.
+        impairments: Losses and delays; may be changed at any time.
 
     Attributes:
-        trouble: How bad it is.
-        sent: Frames that were sent, counted for each peer that they were for.
+        impairments: Losses and delays.
+        sent: Number of frames sent, counted for each receiver.
     """
 
     def __init__(
@@ -126,24 +126,24 @@ class SimulatedNetwork:
         self._side: dict[str, int] = {}
 
     def join(self, origin: str, deliver: Callable[[bytes], None], lost: Callable[[str], None]) -> Link:
-        """Become a peer. Nobody is told who is lost: peers must notice by themselves."""
+        """Join the network. `lost` is never called: peers must detect losses themselves."""
         self._peers[origin] = deliver
         return _SimulatedLink(self, origin)
 
     def part(self, *sides: Collection[str]) -> None:
-        """Let no frame pass between these sides any more; peers that are not named are together on one more side."""
+        """Partition the network into these sides; all other peers form one more side."""
         self._side = {origin: number for number, side in enumerate(sides, 1) for origin in side}
 
     def heal(self) -> None:
-        """Let all frames pass again."""
+        """End the partition."""
         self._side = {}
 
     def kill(self, origin: str) -> None:
-        """A peer is gone without a word; what is on its way to it is lost."""
+        """Remove a peer without notice; frames on their way to it are lost."""
         self._peers.pop(origin, None)
 
     def send(self, sender: str, frame: bytes, to: str | None) -> None:
-        """Put a frame on its way."""
+        """Send a frame."""
         for origin in [o for o in self._peers if o != sender and to in (None, o)]:
             self.sent += 1
             impairments = self.impairments
@@ -154,7 +154,7 @@ class SimulatedNetwork:
                 heapq.heappush(self._travelling, (at, self.sent, sender, origin, frame))
 
     def poll(self) -> None:
-        """Hand over every frame whose time has come; one between parted sides is lost."""
+        """Deliver every frame that is due; frames between partitioned sides are lost."""
         while self._travelling and self._travelling[0][0] <= self._now() + 5e-7:
             _, _, sender, origin, frame = heapq.heappop(self._travelling)
             if origin in self._peers and self._side.get(sender, 0) == self._side.get(origin, 0):

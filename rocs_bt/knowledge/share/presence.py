@@ -1,4 +1,4 @@
-"""Who is there, who was, and how much each has seen."""
+"""Presence of peers, and the writes each has seen."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from dataclasses import dataclass, field
 from .scope import agent_of
 
 BEAT_PERIOD = 0.5
-"""[s] How often a peer says that it is there."""
+"""Period of the heartbeats [s]."""
 
 ABSENT_AFTER = 3.0 * BEAT_PERIOD
-"""[s] After which one that says nothing has vanished."""
+"""Time without a message after which a peer counts as vanished [s]."""
 
 
 AGENT_LIMIT = 1024
-"""Agents at most of which it is remembered that they are gone for good."""
+"""Maximum number of departed agents that are remembered."""
 
 
 @dataclass
 class Peer:
-    """A start of another agent.
+    """One start of another agent.
 
     Attributes:
-        origin: Its name.
-        heard: When it was last heard of [s].
-        seen: What it said that it has seen.
-        present: Whether it is there.
-        faults: Kinds of faults of it that were reported.
+        origin: Name of the start.
+        heard: Time of its last message [s].
+        seen: Writes that it reported as seen.
+        present: Whether it is present.
+        faults: Kinds of its faults that have been reported.
     """
 
     origin: str
@@ -38,14 +38,14 @@ class Peer:
 
 
 class Presence:
-    """All peers that were ever heard of."""
+    """All known peers."""
 
     def __init__(self) -> None:
         self.peers: dict[str, Peer] = {}
-        self._last: dict[str, float] = {}  # by agent, when a start of it was heard of that is forgotten [s]
+        self._last: dict[str, float] = {}  # by agent, last message of a start that is forgotten [s]
 
     def hear(self, origin: str, t: float) -> tuple[Peer, bool]:
-        """A peer said something; and whether it has only now come, or come back."""
+        """Record a message of a peer; returns the peer, and whether it has just appeared or returned."""
         peer = self.peers.get(origin)
         if peer is None:
             peer = self.peers[origin] = Peer(origin, t)
@@ -54,12 +54,12 @@ class Presence:
         return peer, came
 
     def hear_of(self, origin: str, t: float) -> None:
-        """Others told of a start: it is one that may come, and it wrote lately; whether it is there it says itself."""
+        """Record a start that others reported; it counts as present only after a message of its own."""
         peer = self.peers.setdefault(origin, Peer(origin, t, present=False))
         peer.heard = max(peer.heard, t) if not peer.present else peer.heard
 
     def vanish(self, origin: str) -> bool:
-        """A peer is gone, as it said itself or as the network noticed; whether it was there."""
+        """Record the departure of a peer; returns whether it was present."""
         peer = self.peers.get(origin)
         was = peer is not None and peer.present
         if peer is not None:
@@ -67,16 +67,16 @@ class Presence:
         return was
 
     def overdue(self, t: float) -> list[str]:
-        """Peers that have said nothing for too long."""
+        """Present peers without a message for longer than `ABSENT_AFTER`."""
         return [p.origin for p in self.peers.values() if p.present and t - p.heard > ABSENT_AFTER]
 
     @property
     def starts(self) -> dict[str, str]:
-        """By agent that is there, its newest start."""
+        """The newest start of each present agent."""
         return {agent_of(p.origin): p.origin for p in sorted(self.peers.values(), key=lambda p: p.heard) if p.present}
 
     def unheard(self, t: float) -> dict[str, float]:
-        """By agent that is not there, for how long nobody heard of it [s]."""
+        """Time since the last message of each absent agent [s]."""
         last = dict(self._last)
         for peer in self.peers.values():
             agent = agent_of(peer.origin)
@@ -85,7 +85,7 @@ class Presence:
         return {agent: t - heard for agent, heard in last.items() if agent not in here}
 
     def forget(self, t: float, after: float) -> list[str]:
-        """Forget the starts that were gone for so long; which these were."""
+        """Forget starts that have been absent for longer than a time [s]; returns them."""
         gone = [p for p in self.peers.values() if not p.present and t - p.heard > after]
         for peer in gone:
             del self.peers[peer.origin]
@@ -96,7 +96,7 @@ class Presence:
         return [peer.origin for peer in gone]
 
     def stable(self, mine: Mapping[str, int]) -> dict[str, int]:
-        """Up to where every peer has seen each origin's writes; empty while one knows of writes that are not here."""
+        """The writes that every peer has seen, by origin; empty while a peer has seen writes that are not here."""
         known = [peer.seen for peer in self.peers.values()]
         if any(number > mine.get(origin, 0) for seen in known for origin, number in seen.items()):
             return {}

@@ -1,10 +1,10 @@
-"""A replica of shared knowledge: a map whose writes merge to the same, in whatever order and how often they arrive.
+"""Replica of shared knowledge: a map whose writes merge to the same result in any order and multiplicity.
 
-Each write is one entry under one key, and of two entries under a key the one with the later stamp stays (a last writer
-wins register: Shapiro et al., Conflict-free Replicated Data Types, 2011, 3.2). Stamps are hybrid logical clocks
-(Kulkarni et al., Logical Physical Clocks, 2014): a write is stamped later than every write that its writer knew, so a
-clock that is wrong can only decide between writes of which neither knew of the other. What is superseded is forgotten:
-a replica grows with what is known and what was removed of late, never with how often it was written.
+Each write is one entry under one key; of two entries under a key the one with the later stamp wins (a last-writer-wins
+register: Shapiro et al., Conflict-free Replicated Data Types, 2011, 3.2). Stamps are hybrid logical clocks (Kulkarni et
+al., Logical Physical Clocks, 2014): a write is stamped later than every write that its writer knew, so a wrong clock
+can decide only between concurrent writes. Superseded entries are deleted: the size of a replica depends on what is
+known and was recently removed, not on the number of writes.
 """
 
 from __future__ import annotations
@@ -20,31 +20,31 @@ Key: TypeAlias = tuple[str, ...]
 
 Simple: TypeAlias = bool | int | float | str | list[float] | None
 Plain: TypeAlias = Simple | dict[str, Simple]
-"""What is shared of a value; None for what is not there, or not known any more."""
+"""Shared form of a value; None if it does not exist or is no longer known."""
 
 STAMP_LIMIT = 2**56
-"""[us] A stamp beyond this, in the year 4253, is no stamp."""
+"""Upper bound of a stamp [us]: the year 4253."""
 
 
 STAMP_STEP = 2**20
-"""[us] How far ahead of all that was seen a stamp may be that no calendar gives: nobody can use time up."""
+"""Maximum lead of a stamp over the latest seen or plausible one [us], so that no peer can exhaust the stamps."""
 
 ENTRY_LIMIT = 2**18
-"""Entries of a replica, beyond which it takes no more from peers under keys that it has not."""
+"""Maximum number of entries; beyond it a replica accepts no new keys from peers."""
 
 NAMES_LIMIT = 12288
-"""[bytes] For the names of all starts that ever wrote: twice that, beside an entry, must fit into a frame."""
+"""Maximum total size of the names of all starts [bytes]: twice that, and an entry, must fit into a frame."""
 
 
 class Entry(msgspec.Struct, frozen=True, array_like=True, gc=False):
     """One write.
 
     Attributes:
-        key: What was written.
-        value: Its value; None removes it.
-        stamp: The writer's hybrid logical clock [us].
-        origin: The writer, `agent#start`: another one at each of its starts.
-        number: How many writes the origin had made with this one.
+        key: Key that was written.
+        value: Value; None removes the key.
+        stamp: Hybrid logical clock of the writer [us].
+        origin: Writer as `agent#start`; it differs at each start of the agent.
+        number: Sequence number of the write at its origin, from 1.
     """
 
     key: Key
@@ -54,12 +54,12 @@ class Entry(msgspec.Struct, frozen=True, array_like=True, gc=False):
     number: int
 
     def after(self, other: Entry | None) -> bool:
-        """Whether this one stays and the other goes."""
+        """Whether this entry wins over another."""
         return other is None or (self.stamp, self.origin) > (other.stamp, other.origin)
 
     @property
     def weight(self) -> int:
-        """What it adds to the sum by which replicas are compared; nothing where it removes."""
+        """Contribution to the sum by which replicas are compared; 0 for a removal."""
         if self.value is None:
             return 0
         packed = msgspec.msgpack.encode((self.key, self.value, self.stamp, self.origin))
@@ -67,17 +67,17 @@ class Entry(msgspec.Struct, frozen=True, array_like=True, gc=False):
 
 
 class Replica:
-    """All entries that stay, and which writes were seen.
+    """The winning entries, and which writes have been seen.
 
     Args:
-        origin: Who writes here; new at every start, for a number must never stand for two writes.
-        calendar: The time since any origin that all peers share [s]; it may be wrong.
+        origin: Name of the writer here; new at every start, because a number must never denote two writes.
+        calendar: Time since an epoch that all peers share [s]; it may be wrong.
 
     Attributes:
-        entries: By key, what was removed too.
-        since: By key, when its entry was written, by the clock of whoever holds the replica [s].
-        seen: By origin, up to which number its writes were seen, here or through others.
-        sum: Equal for equal contents, and for nothing else but by an accident of 1 in 2^64.
+        entries: Entries by key, including removals.
+        since: Write time of each key's entry on the holder's clock [s].
+        seen: Number up to which each origin's writes have been seen, directly or through others.
+        sum: Checksum of the contents; different contents have the same one with a probability of 1 in 2^64.
     """
 
     def __init__(self, origin: str, calendar: Callable[[], float]) -> None:
@@ -89,25 +89,25 @@ class Replica:
         self._calendar = calendar
         self._stamp = 0
         self._about: dict[str, dict[Key, None]] = {}
-        self._names = 0  # [bytes] of what is seen, as it is sent
+        self._names = 0  # [bytes] size of the names in `seen`, as sent
 
     def value(self, key: Key) -> Plain:
-        """What stands under a key; None for nothing."""
+        """The value of a key; None if there is none."""
         entry = self.entries.get(key)
         return None if entry is None else entry.value
 
     def about(self, node: str) -> list[Key]:
-        """The keys of a node's attributes, and of all edges from or to it, in the order in which they came."""
+        """The keys of a node's attributes and of all its edges, in order of arrival."""
         return list(self._about.get(node, ()))
 
     def write(self, key: Key, value: Plain, t: float, *, first: bool = False) -> Entry:
-        """Write.
+        """Write a value.
 
         Args:
-            key: Where.
-            value: What; None to remove it.
-            t: Now, by the holder's clock [s].
-            first: What its holder knew before it met anybody, and so gives way to all that anybody wrote since.
+            key: Key.
+            value: Value; None to remove the key.
+            t: Present time on the holder's clock [s].
+            first: Whether it was known before the first contact with a peer; it then loses against any other write.
         """
         number = self.seen.get(self.origin, 0) + 1
         if first:
@@ -121,17 +121,17 @@ class Replica:
         return entry
 
     def admits(self, entry: Entry) -> bool:
-        """Whether there is room for an entry that came, and time after it.
+        """Whether there is room for an entry from a peer, and its stamp is plausible.
 
-        A stamp that no calendar gives comes of counting on from others. One that is far ahead of all that was seen
-        comes of nothing: if it were taken, no later stamp would be left for anybody.
+        A stamp beyond any calendar can result from counting on from other stamps. One that is far ahead of all seen
+        stamps cannot; accepting it would leave no later stamps for other writers.
         """
         if entry.stamp > max(self._stamp, STAMP_LIMIT // 2) + STAMP_STEP:
             return False
         return entry.key in self.entries or len(self.entries) < ENTRY_LIMIT
 
     def merge(self, entry: Entry, since: float) -> bool:
-        """Take an entry that came; True where it stays."""
+        """Merge an entry from a peer; True if it wins."""
         self._stamp = max(self._stamp, entry.stamp)
         if not entry.after(self.entries.get(entry.key)):
             return False
@@ -139,16 +139,16 @@ class Replica:
         return True
 
     def learn(self, seen: Mapping[str, int], here: Collection[str] = ()) -> list[str]:
-        """All of these writes were seen, or were superseded by others that were.
+        """Record that all of these writes have been seen, or were superseded by others that have.
 
-        When there are too many starts the oldest are forgotten that are not here: what they wrote stays, and may be
-        sent once more than it need be.
+        If there are too many starts, the oldest absent ones are forgotten: their entries stay, and may be sent once
+        more than necessary.
 
         Returns:
-            The starts of which there is news.
+            Starts with writes that had not been seen.
         """
-        news = [origin for origin, number in seen.items() if number > self.seen.get(origin, 0)]
-        for origin in news:
+        advanced = [origin for origin, number in seen.items() if number > self.seen.get(origin, 0)]
+        for origin in advanced:
             self._names += 0 if origin in self.seen else _length(origin)
             self.seen[origin] = seen[origin]
         if self._names > NAMES_LIMIT:
@@ -156,19 +156,19 @@ class Replica:
                 if self._names > NAMES_LIMIT and origin != self.origin:
                     del self.seen[origin]
                     self._names -= _length(origin)
-        return news
+        return advanced
 
     def lacks(self, seen: Mapping[str, int]) -> bool:
-        """Whether somebody who has seen this has seen a write that was not seen here."""
+        """Whether these writes include one that has not been seen here."""
         return any(number > self.seen.get(origin, 0) for origin, number in seen.items())
 
     def missing(self, seen: Mapping[str, int]) -> list[Entry]:
-        """The entries that somebody who has seen this may not have, in the order of their stamps."""
+        """The entries that a peer which has seen these writes may lack, in the order of their stamps."""
         found = [entry for entry in self.entries.values() if entry.number > seen.get(entry.origin, 0)]
         return sorted(found, key=lambda entry: (entry.stamp, entry.origin, entry.number))
 
     def prune(self, stable: Mapping[str, int]) -> int:
-        """Forget what was removed by writes that everybody has seen; how many these were."""
+        """Delete removals that every peer has seen; returns their number."""
         gone = [k for k, e in self.entries.items() if e.value is None and e.number <= stable.get(e.origin, 0)]
         for key in gone:
             del self.entries[key], self.since[key]
@@ -180,7 +180,7 @@ class Replica:
 
     @property
     def live(self) -> dict[Key, Plain]:
-        """All that is known, by key."""
+        """All present values, by key."""
         return {key: entry.value for key, entry in sorted(self.entries.items()) if entry.value is not None}
 
     def _put(self, entry: Entry, since: float) -> None:
@@ -198,5 +198,5 @@ def _length(origin: str) -> int:
 
 
 def nodes_of(key: Key) -> Iterable[str]:
-    """The nodes that a key is about: one, or the two ends of an edge."""
+    """The nodes of a key: one, or the two ends of an edge."""
     return dict.fromkeys((key[0], key[2])) if len(key) == 4 else key[:1]

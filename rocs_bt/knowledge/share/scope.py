@@ -1,4 +1,4 @@
-"""What is shared and what stays private, under which names; and the check that every write of a peer must pass."""
+"""Scope of sharing: shared and private parts, names seen by peers, and the check of every write of a peer."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from ..schema import Schema
 from .replica import STAMP_LIMIT, Entry, Key, Plain
 
 PEER = "peer"
-"""As what a robot tells others of itself."""
+"""Kind as which a robot appears in the graphs of other robots."""
 
 EVERYTHING = "all"
-"""The word for all kinds, a robot's own parts and blocks too."""
+"""Keyword for all kinds, including a robot's own parts and blocks."""
 
 ORIGIN_LIMIT = 256
-"""Characters in the name of a start."""
+"""Maximum number of characters in the name of a start."""
 
 _OWN = ("part", "monitor", "analyze", "rule_set", "message")
 
 
 class Scope:
-    """Which kinds and relations are shared.
+    """Kinds and relations that are shared.
 
-    By default the world is: everything but a robot's own parts, blocks and rules, which bear the same names in many
-    robots. When those are shared too, others know them as `R2/ranges`. A robot itself is a `peer` to others.
+    By default this is everything except a robot's own parts, blocks and rules, which have the same names in many
+    robots. If those are shared too, peers know them by names such as `R2/ranges`. A robot itself is a `peer` to others.
 
     Args:
-        schema: What may stand in the graph.
-        kinds: The kinds to share, with all that extend them; `all` for the whole graph, none for the default.
-        relations: The relations to share; all between shared kinds by default.
-        private: Kinds, relations and nodes that nobody is told of, whatever else is said.
+        schema: Schema of the graph.
+        kinds: Kinds to share, including kinds that extend them; `all` for the whole graph, empty for the default.
+        relations: Relations to share; empty for all between shared kinds.
+        private: Kinds, relations and nodes that are never shared.
 
     Attributes:
-        kinds: The kinds that are shared.
-        relations: The relations that are shared.
-        digest: The same for all peers that share the same under the same schema.
+        kinds: Shared kinds.
+        relations: Shared relations.
+        digest: Hash of scope and schema; equal for peers that share the same.
 
     Raises:
         InputError: No such kind or relation; lists what exists.
@@ -76,19 +76,19 @@ class Scope:
         self.digest = hashlib.blake2b("\n".join(said).encode(), digest_size=8).hexdigest()
 
     def kind(self, kind: str) -> str | None:
-        """As what others know a node of this kind; None where they do not."""
-        told = PEER if kind in self._robots else kind
-        return told if told in self.kinds else None
+        """Kind as which peers know nodes of a kind; None if they are not shared."""
+        shared = PEER if kind in self._robots else kind
+        return shared if shared in self.kinds else None
 
     def outside(self, agent: str, node: str, kind: str) -> str:
-        """How others call a node of an agent's graph."""
+        """Name by which peers know a node of an agent's graph."""
         return f"{agent}/{node}" if kind in self._own and "/" not in node else node
 
     def attribute(self, kind: str, name: str) -> Attribute | None:
-        """An attribute that is shared; None for one that is not."""
+        """Declaration of a shared attribute; None if it is not shared."""
         declared = self._schema.kinds[kind].attributes
         live = any(a.type is Live for a in declared.values())
-        # The name of a signal means the reader's own signal of that name, which is not the one that was meant.
+        # The name of a signal would refer to the reader's own signal of that name, which is a different one.
         if name not in declared or declared[name].type is Live or (live and name == "signal"):
             return None
         return declared[name]
@@ -98,33 +98,33 @@ class Scope:
         return self._private.isdisjoint(nodes)
 
     def joins(self, relation: str, source: str | None, target: str | None) -> bool:
-        """Whether others can know an edge between nodes of these kinds, as they are known outside."""
+        """Whether a relation can join nodes of these kinds, as peers know them."""
         declared, families = self._schema.relations[relation], self._schema.families
         return any(source in families[k] for k in declared.sources) and any(
             target in families[k] for k in declared.targets
         )
 
     def limits(self, relation: str) -> tuple[int | None, int | None]:
-        """How many targets a source may have, and how many sources a target."""
+        """Maximum number of targets of a source, and of sources of a target; None for no limit."""
         declared = self._schema.relations[relation]
         return 1 if declared.single else declared.max_targets, declared.max_sources
 
     def refuses(self, entry: Entry) -> str:
-        """Why an entry of a peer cannot be taken; empty where it can. Equal on all peers of one digest."""
+        """Reason to refuse an entry of a peer; empty if it is acceptable. Peers of one digest agree on it."""
         if not 0 < entry.stamp < STAMP_LIMIT or not 0 < entry.number < 2**53:
-            return f"no write can have the stamp {entry.stamp} and the number {entry.number}"
+            return f"the stamp {entry.stamp} or the number {entry.number} is out of range"
         if not is_origin(entry.origin):
-            return f"{entry.origin[:NAME_LIMIT]!r} is no start of an agent"
+            return f"{entry.origin[:NAME_LIMIT]!r} is not a start of an agent"
         key = entry.key
         if len(key) not in (1, 3, 4):
-            return "no key is like this"
+            return "the key is malformed"
         if (wrong := next((name for name in key[:3] if not is_name(name)), None)) is not None:
-            return f"{wrong!r:.80} is no name: a name has 1 to {NAME_LIMIT} printable characters"
+            return f"{wrong!r:.80} is not a name: a name has 1 to {NAME_LIMIT} printable characters"
         if (len(key) == 4) != (key[-1:] == ("",)):
-            return "no key is like this"
+            return "the key is malformed"
         owner = key[0].partition("/")[0]
         if owner != key[0] and owner != agent_of(entry.origin):
-            return f"'{key[0]}' is for '{owner}' alone to tell"
+            return f"only '{owner}' may write '{key[0]}'"
         try:
             return self._wrong(key, entry.value)
         except KnowledgeError as error:
@@ -162,27 +162,27 @@ class Scope:
 
 
 def is_origin(name: str) -> bool:
-    """Whether a name is one of a start of an agent."""
+    """Whether a name is that of a start of an agent."""
     agent, _, start = name.partition("#")
     return is_name(agent) and bool(start) and len(name) <= ORIGIN_LIMIT and start.isprintable()
 
 
 def agent_of(origin: str) -> str:
-    """The agent that an origin is a start of."""
+    """The agent of a start."""
     return origin.partition("#")[0]
 
 
 def frozen(value: Any) -> Plain:
-    """A value of the graph as it is shared."""
+    """Convert a value of the graph to its shared form."""
     plain: Plain = list(value) if isinstance(value, tuple) else value
     return plain
 
 
 def thawed(declared: Attribute, value: Plain) -> Any:
-    """A shared value as the graph holds it.
+    """Convert a shared value to the form of the graph.
 
     Raises:
-        KnowledgeError: It cannot be one of this attribute.
+        KnowledgeError: The value does not fit the attribute.
     """
     if declared.type is Pose2:
         if not isinstance(value, list) or len(value) != 3 or not all(map(_finite, value)):

@@ -1,8 +1,8 @@
-"""Sharing: the block that keeps an agent's knowledge and that of its peers the same (paper, 4.2).
+"""Sharing: the block that synchronises an agent's knowledge with its peers' (paper, 4.2).
 
-Once a turn it tells what changed here, takes what came from others, answers who asked, and says that it is there.
-Nothing in it waits, and what a turn takes in and sends out is bounded, so that it never delays who thinks or acts.
-What was lost on the way is asked for again when a peer's beat tells that it has seen more.
+In each turn it publishes local changes, merges received ones, answers requests and sends heartbeats. It never blocks,
+and the work of a turn is bounded, so it does not delay planning or control. Lost messages are requested again when a
+peer's heartbeat shows that it has seen more.
 """
 
 from __future__ import annotations
@@ -26,43 +26,43 @@ from .scope import PEER, Scope, agent_of, is_origin
 from .wire import Ack, Delta, Heartbeat, Leave, Message, Request, TextAck, TextMessage, encode, parts
 
 TURN_IN = 2000
-"""Messages and entries that a turn takes in, about."""
+"""Approximate maximum number of messages and entries received in a turn."""
 
 TURN_OUT = 64
-"""Frames that a turn sends at most."""
+"""Maximum number of frames sent in a turn."""
 
 TURN_DELTAS = 8
-"""Frames with entries among them: no faster than others take them in."""
+"""Maximum number of frames with entries among them, so that receivers keep up."""
 
 TURN_CHANGES = 2000
-"""Changes of the graph that a turn tells at most."""
+"""Maximum number of graph changes published in a turn."""
 
 PEERS = 1024
-"""Peers that are remembered at most."""
+"""Maximum number of remembered peers."""
 
 SYNCS = 256
-"""Answers of several parts that come in at the same time, at most."""
+"""Maximum number of multi-part answers received at the same time."""
 
 PARTS = 4096
-"""Parts of one of them, at most."""
+"""Maximum number of parts of one answer."""
 
 RETRY_AFTER = 0.3
-"""[s] After which somebody else is asked for what one lacks."""
+"""Time after which missing writes are requested again [s]."""
 
 PRUNE = 10.0
-"""[s] Between two looks for what may be forgotten."""
+"""Time between two prunings [s]."""
 
 MEMORY = 3600.0
-"""[s] For how long removals are remembered for the sake of a peer that is gone."""
+"""Time for which removals are kept for an absent peer [s]."""
 
 
 @dataclass(frozen=True)
 class Ageing:
-    """What becomes of what vanished peers told.
+    """Expiry of the knowledge from vanished peers.
 
     Attributes:
-        state: After which nobody knows any more where such a robot is [s].
-        rest: After which all else that it told is no longer taken for true [s].
+        state: Time after which the pose and motion of a vanished robot are unknown [s].
+        rest: Time after which everything else that it shared is dropped [s].
     """
 
     state: float = 3.0
@@ -70,24 +70,24 @@ class Ageing:
 
 
 class Sharing:
-    """One agent's part in sharing.
+    """Sharing block of one agent.
 
     Args:
-        knowledge: The agent's.
-        scope: What it shares.
-        network: Through which.
-        origin: `agent#start`; a start that no earlier one of this agent had.
+        knowledge: Knowledge of the agent.
+        scope: Shared part of the graph.
+        network: Network of the peers.
+        origin: `agent#start`; unique for each start of the agent.
         calendar: Time since an epoch that all peers share [s]; it may be wrong, and is read once.
-        key: The group's.
-        ageing: What becomes of what vanished peers told.
-        gap: The shortest time between two turns [s].
+        key: Key of the group.
+        ageing: Expiry of the knowledge from vanished peers.
+        gap: Minimum time between two turns [s].
 
     Attributes:
         clock: Calendar of the group, which stamps writes.
-        counts: What was told, taken and turned away.
-        messenger: Sends messages.
-        replica: What is shared.
-        awake: Set when there is something to do.
+        counts: Counts of sent, merged and rejected data.
+        messenger: Sends and receives text messages.
+        replica: Shared knowledge.
+        awake: Set when there is work to do.
     """
 
     def __init__(
@@ -122,51 +122,51 @@ class Sharing:
         self._syncs = 0
         self._parts: dict[tuple[str, int], set[int]] = {}
         self._asked: tuple[str, float] = ("", -math.inf)
-        self._owed: dict[str, int] = {}  # by origin, up to which of its writes we tell it that we hold them
-        self._held: dict[str, int] = {}  # by peer, up to which of our writes it told us that it holds them
+        self._owed: dict[str, int] = {}  # by origin, number up to which its writes are to be acknowledged
+        self._held: dict[str, int] = {}  # by peer, number up to which it has acknowledged our writes
         self._beat_at = self._pruned_at = self._ran_at = -math.inf
         self._first = True
         self._link = network.join(origin, self._inbox.put, self._lost.append)
 
-    # -- for others -------------------------------------------------------------------------------------------------
+    # -- interface --------------------------------------------------------------------------------------------------
 
     @property
     def peers(self) -> list[str]:
-        """The other agents that are there now."""
+        """The other agents that are present."""
         return self.messenger.others()
 
     @property
     def written(self) -> int:
-        """How many writes were told since the start."""
+        """Number of writes published since the start."""
         return self.replica.seen.get(self.replica.origin, 0)
 
     @property
     def acknowledged(self) -> int:
-        """Up to which of them every peer that is there holds them; 0 while nobody is."""
-        here = [p for p in list(self.presence.peers.values()) if p.present]  # the block may note another meanwhile
+        """Number up to which every present peer holds these writes; 0 without peers."""
+        here = [p for p in list(self.presence.peers.values()) if p.present]  # another thread may add a peer meanwhile
         held = (max(self._held.get(p.origin, 0), p.seen.get(self.replica.origin, 0)) for p in here)
         return min(self.written, min(held, default=0))
 
     def statistics(self) -> dict[str, float]:
-        """Figures for summary.json: all counts, own writes that are acknowledged, and the clock's correction [s]."""
+        """Figures for summary.json: all counts, acknowledged own writes, and the correction of the clock [s]."""
         return {**self.counts.as_dict(), "acknowledged": self.acknowledged, "clock_ahead": round(self.clock.ahead, 3)}
 
     @property
     def pending(self) -> bool:
-        """Whether something waits to be told, sent or taken."""
+        """Whether there is anything to publish, send or merge."""
         return self._mirror.pending or self._inbox.pending or bool(self._out)
 
     @property
     def due_at(self) -> float:
-        """When there may be another turn [s]."""
+        """Earliest time of the next turn [s]."""
         return self._ran_at + self._gap
 
     def due(self, t: float) -> bool:
-        """Whether there may be another turn at time t [s]."""
+        """Whether a turn may run at time t [s]."""
         return t >= self.due_at - 5e-7
 
     def run(self, t: float) -> None:
-        """One turn, at time t [s]."""
+        """Run one turn at time t [s]."""
         self._ran_at = t
         self.awake.clear()
         self._link.poll()
@@ -183,22 +183,22 @@ class Sharing:
         self._finish(t)
 
     def halt(self, t: float) -> None:
-        """Tell that the robot stands from time t on [s]: its mind has stopped, and its wheels with it."""
+        """Publish that the robot stops at time t [s], because its agent has ended."""
         self._mirror.publish_state(t, halted=True)
         self._publish(t)
         self._finish(t)
 
     def close(self) -> None:
-        """Say good-bye and leave."""
+        """Announce the departure and leave the network."""
         self._mirror.close()
         self._link.send(encode(self.replica.origin, Leave(), self._key))
         self._link.close()
 
-    # -- telling ----------------------------------------------------------------------------------------------------
+    # -- publishing -------------------------------------------------------------------------------------------------
 
     def _publish(self, t: float) -> None:
         if self._busy(4):
-            return  # what changes meanwhile is told once
+            return  # further changes of a value are then published as one
         base = self.written
         entries = self._mirror.collect(t, TURN_CHANGES, first=self._first)
         self._first = False
@@ -217,7 +217,7 @@ class Sharing:
             self._out.append((to, delta))
 
     def _finish(self, t: float) -> None:
-        """Say that we are there when it is time, and send what waits, as far as one turn may."""
+        """Send a heartbeat if it is due, and the waiting messages within the limits of a turn."""
         if t >= self._beat_at + BEAT_PERIOD:
             self._beat_at = t
             self._out.append((None, self._beat()))
@@ -235,18 +235,18 @@ class Sharing:
             self.awake.set()
 
     def _busy(self, turns: int) -> bool:
-        """Whether what waits to be sent takes more than so many turns."""
+        """Whether the waiting messages need more than a number of turns."""
         return len(self._out) > turns * TURN_OUT
 
     def _beat(self) -> Heartbeat:
         seen, clock = dict(self.replica.seen), self.clock
         return Heartbeat(seen, self.replica.sum, self._scope.digest, clock.now(), clock.ahead)
 
-    # -- taking -----------------------------------------------------------------------------------------------------
+    # -- receiving --------------------------------------------------------------------------------------------------
 
     def _take(self, sender: str, message: Message, t: float, changed: dict[Key, Plain]) -> None:
         if agent_of(sender) == self._agent and sender == self.replica.origin:
-            return  # an echo of ours
+            return  # an echo of our own message
         if isinstance(message, Leave):
             self._vanished(sender, t)
             return
@@ -270,14 +270,14 @@ class Sharing:
             case Ack():
                 self._held[sender] = max(self._held.get(sender, 0), message.number)
             case TextMessage() if self._busy(2):
-                self.counts.flooded += 1  # it is said again
+                self.counts.flooded += 1  # the sender repeats it
             case TextMessage():
                 self._out.append((sender, self.messenger.said(sender, message)))
             case TextAck():
                 self.messenger.heard(sender, message)
 
     def _compare(self, sender: str, beat: Heartbeat, t: float) -> None:
-        """Ask for what this peer has and we lack; for everything where both saw the same and yet differ."""
+        """Request writes that this peer has and we lack; everything if both saw the same but the contents differ."""
         asked, at = self._asked
         if asked and t < at + RETRY_AFTER:
             return
@@ -293,7 +293,7 @@ class Sharing:
 
     def _answer(self, sender: str, want: Request, t: float) -> None:
         if self._busy(1):
-            return  # still busy with earlier answers; who lacks something asks again
+            return  # still busy with earlier answers; the peer requests again
         mine = self.replica.seen
         base = {origin: min(number, mine[origin]) for origin, number in want.seen.items() if origin in mine}
         self._send_entries(sender, self.replica.missing(want.seen), base, dict(self.replica.seen), t)
@@ -313,22 +313,22 @@ class Sharing:
                 changed.setdefault(entry.key, before)
                 self._hear_of(entry)
         if self._asked[0] == sender:
-            self._asked = (sender, t)  # it is at it
+            self._asked = (sender, t)  # the answer is in progress
         self._learn(sender, delta, t)
 
     def _problem(self, entry: Entry, age: float) -> str:
-        """Why an entry of a peer cannot be taken; empty if it can."""
+        """Reason to refuse an entry of a peer; empty if it is acceptable."""
         if problem := self._scope.refuses(entry):
             return problem
         if not math.isfinite(age):
-            return f"no write can have the age {age:g} s"
-        return "" if self.replica.admits(entry) else "there is no room or no time for it"
+            return f"the age {age:g} s is not finite"
+        return "" if self.replica.admits(entry) else "the replica is full, or the stamp is too far ahead"
 
     def _learn(self, sender: str, delta: Delta, t: float) -> None:
-        """Count the writes as seen when all parts have come; and those of others only from who shares the same."""
+        """Count writes as seen when all parts have arrived; those of other origins only from peers of equal scope."""
         parts_seen = self._parts.setdefault((sender, delta.sync), set())
         parts_seen.add(delta.part)
-        if len(self._parts) > SYNCS:  # of the oldest some part was lost: it is asked for again
+        if len(self._parts) > SYNCS:  # a part of the oldest was lost; it is requested again
             del self._parts[next(iter(self._parts))]
         if len(parts_seen) < delta.parts:
             return
@@ -349,12 +349,12 @@ class Sharing:
             self._owed[sender] = self.replica.seen[sender]
 
     def _hear_of(self, entry: Entry) -> None:
-        """Note an agent that tells of itself."""
+        """Record an agent that reports its own state."""
         agent = agent_of(entry.origin)
         if agent != self._agent and entry.key[0] == agent and entry.key[1:2] in ((), (PEER,)):
             self._mirror.self_reporting[agent] = None
 
-    # -- who is there -----------------------------------------------------------------------------------------------
+    # -- peers ------------------------------------------------------------------------------------------------------
 
     def _check_peers(self, t: float) -> None:
         while self._lost:

@@ -1,4 +1,4 @@
-"""What peers send each other, as bytes: sealed with the group's key, and bounded in size."""
+"""Wire format of the messages between peers: authenticated with the group's key, and bounded in size."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import msgspec
 from .replica import Entry
 
 FRAME_LIMIT = 65536
-"""[bytes] A longer frame is not even looked at."""
+"""Maximum size of a frame [bytes]; longer ones are dropped unread."""
 
 CHUNK = 24576
-"""[bytes] How much of a replica goes into one frame, as far as its entries can be parted."""
+"""Target size of one part of a replica [bytes]; an entry is never split."""
 
 _SEAL = 16  # [bytes]
 
 
 class Heartbeat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
-    """I am here, and have seen this; `sum` and `scope` tell whether that is all.
+    """Presence of the sender, and the writes it has seen; `sum` and `scope` allow comparing replicas.
 
-    `time` is the sender's calendar [s], `ahead` how far it was corrected [s].
+    `time` is the sender's calendar time [s], `ahead` its correction so far [s].
     """
 
     seen: dict[str, int]
@@ -33,7 +33,7 @@ class Heartbeat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
 
 
 class Delta(msgspec.Struct, frozen=True, tag="delta", array_like=True):
-    """Entries, each with its age [s]; with all parts of one `sync`, who had seen `base` has seen `upto`."""
+    """Entries, each with its age [s]; all parts of one `sync` take a receiver that has seen `base` to `upto`."""
 
     sync: int
     part: int
@@ -46,33 +46,33 @@ class Delta(msgspec.Struct, frozen=True, tag="delta", array_like=True):
 
 
 class Request(msgspec.Struct, frozen=True, tag="want", array_like=True):
-    """Send me what I have not seen; with an empty `seen`, everything."""
+    """Request for the entries that the sender has not seen; an empty `seen` requests everything."""
 
     seen: dict[str, int]
 
 
 class Ack(msgspec.Struct, frozen=True, tag="have", array_like=True):
-    """I hold your writes up to this one."""
+    """Acknowledgement: the sender holds the receiver's writes up to this one."""
 
     number: int
 
 
 class TextMessage(msgspec.Struct, frozen=True, tag="say", array_like=True):
-    """A message for the robot's mind."""
+    """Text message to the receiver's agent."""
 
     number: int
     text: str
 
 
 class TextAck(msgspec.Struct, frozen=True, tag="heard", array_like=True):
-    """Your message arrived; or why it could not be taken."""
+    """Acknowledgement of a text message, or the reason why it was rejected."""
 
     number: int
     problem: str
 
 
 class Leave(msgspec.Struct, frozen=True, tag="bye", array_like=True):
-    """I leave."""
+    """Announcement that the sender leaves."""
 
 
 Message: TypeAlias = Heartbeat | Delta | Request | Ack | TextMessage | TextAck | Leave
@@ -83,18 +83,18 @@ _OUTSIDE: msgspec.msgpack.Decoder[tuple[str, msgspec.Raw]] = msgspec.msgpack.Dec
 
 
 def encode(sender: str, message: Message, key: bytes) -> bytes:
-    """A frame."""
+    """Encode a frame."""
     body = _ENCODER.encode((sender, message))
     return _seal(body, key) + body
 
 
 def genuine(frame: bytes, key: bytes) -> bool:
-    """Whether a frame was sealed with the group's key; with an empty one, whether it is whole."""
+    """Whether a frame was authenticated with the group's key; with an empty key, whether it is undamaged."""
     return len(frame) > _SEAL and hmac.compare_digest(frame[:_SEAL], _seal(frame[_SEAL:], key))
 
 
 def decode(frame: bytes) -> tuple[str, Message] | None:
-    """Sender and message of a genuine frame; None where it makes no sense."""
+    """Sender and message of a genuine frame; None if it is malformed."""
     try:
         return _DECODER.decode(memoryview(frame)[_SEAL:])
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
@@ -102,7 +102,7 @@ def decode(frame: bytes) -> tuple[str, Message] | None:
 
 
 def sender_of(frame: bytes) -> str | None:
-    """The sender of a genuine frame, without what it says; None where there is none."""
+    """Sender of a genuine frame, without decoding the message; None if it is malformed."""
     try:
         return _OUTSIDE.decode(memoryview(frame)[_SEAL:])[0]
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
@@ -110,7 +110,7 @@ def sender_of(frame: bytes) -> str | None:
 
 
 def parts(entries: list[Entry]) -> list[list[Entry]]:
-    """Entries in portions that fit into frames; one portion at least, even of none."""
+    """Split entries into portions that fit into frames; at least one portion, even without entries."""
     portions: list[list[Entry]] = [[]]
     size = 0
     for entry in entries:
@@ -124,7 +124,7 @@ def parts(entries: list[Entry]) -> list[list[Entry]]:
 
 
 def fits(entry: Entry) -> bool:
-    """Whether an entry fits into a frame by itself."""
+    """Whether an entry fits into a frame on its own."""
     return len(_ENCODER.encode(entry)) < FRAME_LIMIT // 2
 
 

@@ -1,4 +1,4 @@
-"""Between processes and hosts: zenoh carries the frames; on loopback, unless there are keys (extra `share`)."""
+"""Network between processes and hosts over zenoh; on loopback only, unless there are keys (extra `share`)."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
     import zenoh
 
 LEASE = 1000
-"""[ms] After which a peer that keeps silent on the line counts as lost; one that was killed is noticed at once."""
+"""Time after which a silent peer counts as lost [ms]; a killed process is noticed at once."""
 
 _ROOT = "rocs"
 
 
 class ZenohNetwork:
-    """A mesh of processes. Each listens at an address, knows some of the others, and finds the rest through them.
+    """Mesh of processes. Each listens at an address, knows some of the others, and finds the rest through them.
 
     Args:
-        listen: `host:port`; port 0 takes a free one, which only those find whom it connects to.
-        peers: Addresses of others, which need not be there yet.
-        keys: For mutual TLS, without which only loopback addresses are allowed.
-        group: Groups do not hear each other.
+        listen: Address `host:port`; port 0 chooses a free one, known only to the peers that it connects to.
+        peers: Addresses of other peers, which need not be running yet.
+        keys: Keys for mutual TLS; without them only loopback addresses are allowed.
+        group: Name of the group; groups are isolated from each other.
 
     Raises:
-        InputError: zenoh is not installed, an address is none, or it is not on loopback and there are no keys.
+        InputError: zenoh is not installed, an address is invalid, or it is not on loopback and there are no keys.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class ZenohNetwork:
             ) from error
 
     def join(self, origin: str, deliver: Callable[[bytes], None], lost: Callable[[str], None]) -> Link:
-        """Become a peer; when the last one leaves, the session ends."""
+        """Join the network; the session ends when the last peer leaves."""
         self._links += 1
         return _ZenohLink(self._zenoh, self._session, self._root, origin, deliver, lost, self._left)
 
@@ -84,7 +84,7 @@ class _ZenohLink:
         self._to_all, self._to_one = f"{root}/all/{_escaped(origin)}", f"{root}/to"
 
         def take(sample: zenoh.Sample) -> None:
-            # Of what is too long anyway no more is copied than it takes to say so.
+            # Copies only enough of an oversized frame to be rejected as such.
             payload = sample.payload
             deliver(payload.to_bytes() if len(payload) <= FRAME_LIMIT else bytes(FRAME_LIMIT + 1))
 
@@ -103,13 +103,13 @@ class _ZenohLink:
     def send(self, frame: bytes, to: str | None = None) -> None:
         key = self._to_all if to is None else f"{self._to_one}/{_escaped(to)}"
         try:
-            # What does not fit into the line is dropped, and asked for again: nobody waits for a slow peer.
+            # Frames that exceed the capacity are dropped and requested again, so that no peer waits for a slow one.
             self._session.put(key, frame, congestion_control=self._zenoh.CongestionControl.DROP, express=True)
         except self._zenoh.ZError:
-            return  # the line is down: beats tell when it is up again
+            return  # the connection is down; heartbeats resume when it is up again
 
     def poll(self) -> None:
-        """Nothing waits: zenoh's threads hand over what comes."""
+        """Do nothing: zenoh's threads deliver frames."""
 
     def close(self) -> None:
         for declared in reversed(self._declared):
@@ -118,22 +118,22 @@ class _ZenohLink:
 
 
 def check_address(address: str, *, private: bool) -> None:
-    """Check `host:port`.
+    """Check an address `host:port`.
 
     Args:
-        address: The address.
-        private: Whether what is sent there is encrypted, and its receiver known.
+        address: Address.
+        private: Whether the connection is encrypted and authenticated.
 
     Raises:
-        InputError: It is none, or it leads off this host without keys.
+        InputError: It is invalid, or it is not on this host and there are no keys.
     """
     host, colon, port = address.rpartition(":")
     if not colon or not port.isdecimal() or int(port) > 65535 or not host:
-        raise InputError(Fault(f"'{address}' is no address.", hint="Write host:port, as in 127.0.0.1:7447."))
+        raise InputError(Fault(f"'{address}' is not an address.", hint="Write host:port, as in 127.0.0.1:7447."))
     if not private and not _loopback(host):
         raise InputError(
             Fault(
-                f"'{address}' leads off this host, where knowledge is shared under keys only.",
+                f"'{address}' is not on this host; sharing with other hosts needs keys.",
                 hint='Make them with `rocs-bt share keys NAME...` and name the folder: keys = "keys/NAME".',
             )
         )
@@ -159,7 +159,7 @@ def _settings(listen: str, peers: Sequence[str], keys: Keys | None) -> dict[str,
             "connect_private_key": str(keys.key),
             "connect_certificate": str(keys.certificate),
             "enable_mtls": True,
-            "verify_name_on_connect": False,  # a robot's address changes; that the group signed for it does not
+            "verify_name_on_connect": False,  # a robot's address changes; the group's signature does not
         }
         link["protocols"] = ["tls"]
     return {
