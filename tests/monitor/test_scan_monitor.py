@@ -98,7 +98,7 @@ def test_a_ray_that_ends_on_the_hull_has_no_gap(x: float, y: float, yaw: float) 
         ({"rays": 5000}, "takes at most 4000 rays"),
         ({"span": 7.0}, "over at most 360 deg, found 271 and 401.1 deg"),
         ({"mount": None}, "no sensor of 'R' has the signal 'scan' and declares rays, span and mount.*mount ="),
-        ({"signal": "range"}, "no sensor of 'R' has the signal 'scan' and tells"),
+        ({"signal": "range"}, "no sensor of 'R' has the signal 'scan' and declares"),
         ({"groups": {"front": {}}}, "group 'front' of monitor 'scan' needs sectors.*blind = true"),
         ({"groups": {"front": {"sectors": [[0.0, 1.0]], "weights": [2.0]}}}, "one weight in"),
         ({"groups": {"front": {"sectors": [[3.0, 3.1]]}}}, "two bearings with rays between them"),

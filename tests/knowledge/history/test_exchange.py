@@ -143,7 +143,7 @@ def edge(source: str, relation: str, target: str, **changes: Any) -> dict[str, A
         ("{}", r"there is no 'format'(.|\n)*there is no 'edges'"),
         (broken(format="knowledge/9"), r"'knowledge/9'; this version of rocs_bt reads 'knowledge/1'"),
         (broken(agent=3, revision=-1, t="noon"), r"agent must be a text(.|\n)*revision must be(.|\n)*time must be"),
-        (broken(more=1), "'more' is nothing"),
+        (broken(more=1), "unknown key 'more'"),
         (broken(nodes=[node("a"), node("a")]), r":8:1: node 'a' exists already"),
         (broken(nodes=[node("a", "palce")]), r"no kind named 'palce'.*place"),
         (broken(nodes=[node("")], edges=[]), r":7:1: this is not a node: .*length"),
