@@ -1,4 +1,4 @@
-"""Lower bounds: what a planner must beat to be worth anything."""
+"""Baseline planners, which any useful planner must beat."""
 
 from dataclasses import dataclass, field
 
@@ -12,21 +12,21 @@ class StandStill:
     """Never moves."""
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Note how many wheels there are."""
+        """Store the number of wheels."""
         self._speeds = [0.0] * len(task.drive.wheels)
 
     def act(self, observation: Observation) -> list[float]:
-        """Stand."""
+        """Return zero speeds."""
         return self._speeds
 
 
 @dataclass(kw_only=True)
 class RandomSpeeds:
-    """Random wheel speeds, each held for a time; it holds itself to have arrived when it happens to be at a goal.
+    """Random wheel speeds, each held for a time; done when the robot happens to be at a goal.
 
     Attributes:
-        speed: The greatest rim speed.
-        hold: For how long a draw is held.
+        speed: Maximum wheel linear speed.
+        hold: Time for which each sample is held.
     """
 
     speed: PositiveMetresPerSecond = 0.5
@@ -34,12 +34,12 @@ class RandomSpeeds:
     _until: float = field(default=0.0, init=False)
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Begin anew."""
+        """Reset the state."""
         self._task, self._rng, self._until = task, rng, 0.0
         self._speeds = [0.0] * len(task.drive.wheels)
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Draw, or hold what was drawn."""
+        """Hold the current speeds, or sample new ones."""
         near = self._task.tolerances
         if any(observation.pose.distance(goal) <= near[name] for name, goal in self._task.goals.items()):
             return None

@@ -1,4 +1,4 @@
-"""Planners that look ahead: motions are tried in the mind for a while, towards a way, and the best is begun."""
+"""Planners that simulate candidate motions for a short time, toward a path, and begin the best one."""
 
 from dataclasses import dataclass, field
 from math import inf
@@ -11,23 +11,25 @@ from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, PositiveSecon
 
 @dataclass(kw_only=True)
 class DynamicWindow:
-    """Tries the arcs that the wheels allow within a period, and drives the best that does not hit.
+    """Evaluates the arcs that the wheels can reach within a period, and drives the best one without contact.
 
     Source: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (IEEE RAM 4, 1997): heading to
-    the goal, clearance and speed, each normalised, weighed 0.8, 0.1 and 0.1 as there. The goal is a point ahead on the
-    way of a route planner, as such planners are used since, for by itself it ends before every wall that is in its way.
+    the goal,
+    clearance and speed, each normalised, with the paper's weights 0.8, 0.1 and 0.1. The target is a point ahead on the
+    path of
+    a route planner, as is common practice since: by itself the method stops before each wall on the way to the goal.
 
     Attributes:
-        cruise: The fastest.
-        turn_rate: The fastest turn.
-        period: For how long a choice is held; the window is what the wheels can reach within it.
-        horizon: How far ahead an arc must be free for its speed to be admissible, at least.
+        cruise: Maximum speed.
+        turn_rate: Maximum turn rate.
+        period: Time for which a choice is held; the window contains the speeds that the wheels can reach within it.
+        horizon: Minimum time for which an arc must be free for its speed to be admissible.
         heading: Weight of the heading at the end of the arc.
-        clearance: Weight of the time until it hits.
+        clearance: Weight of the time until contact.
         speed: Weight of the speed.
-        margin: The gap that an arc must keep.
-        planner: A file of planners/routes.
-        look: How far ahead on the way the point is.
+        margin: Minimum gap along an arc.
+        planner: Name of a file in planners/routes.
+        look: Lookahead distance on the path.
     """
 
     cruise: PositiveMetresPerSecond = 1.0
@@ -42,21 +44,21 @@ class DynamicWindow:
     look: PositiveMetres = 1.0
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Look at the robot, and make the route planner."""
+        """Read the robot's properties and create the route planner."""
         self._robot, self._routes = Vehicle(task), task.route(self.planner)
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Choose an arc."""
+        """Select an arc."""
         robot = self._robot
         if robot.arrived(observation):
             return None
         if np.isnan(observation.pose.x):
-            return robot.stand()
+            return robot.stop()
         aim = aimed(robot, self._routes, observation, self.look, self.margin)
         v, w = self._window(*robot.motion(observation))
         steps = np.linspace(0.0, self.horizon, 9)[1:]
         poses = arcs(v, w, steps)
-        gaps = robot.gaps(observation.pose, self.cruise * self.horizon + 1.0, poses)
+        gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 1.0, poses)
         braking = v / (0.7 * robot.drive.max_wheel_acceleration) + self.period
         free = np.where(steps <= braking[:, None] + 0.2, gaps, inf).min(axis=1) > self.margin
         if not free.any():
@@ -70,7 +72,7 @@ class DynamicWindow:
         return robot.wheels(float(v[best]), float(w[best]))
 
     def _window(self, speed: float, turn: float) -> tuple[np.ndarray, np.ndarray]:
-        """(k,) Speeds and turns that can be reached within the period."""
+        """Speeds and turn rates reachable within the period, each of shape (k,)."""
         drive = self._robot.drive
         room = drive.max_wheel_acceleration * self.period
         v = np.linspace(max(0.0, speed - room), min(self.cruise, max(speed, 0.0) + room), 9)
@@ -82,21 +84,22 @@ class DynamicWindow:
 
 @dataclass(kw_only=True)
 class Mppi:
-    """Draws disturbed courses around the last one, and drives their mean, weighed by how little each costs.
+    """Samples perturbed trajectories around the last one and drives their mean, weighted by their costs.
 
     Source: Williams, Aldrich and Theodorou, Model predictive path integral control (J. Guidance, Control, and Dynamics
-    40, 2017). A course costs the time that is left at its end, and much for coming near to something.
+    40,
+    2017). The cost of a trajectory is the remaining time at its end, plus a high penalty for small gaps.
 
     Attributes:
-        cruise: The fastest.
-        turn_rate: The fastest turn.
-        horizon: How far ahead it looks.
-        step: Between two points of a course.
-        courses: How many are drawn.
-        temperature: How much worse courses still count.
-        gap: Nearer than this costs.
-        planner: A file of planners/routes.
-        look: How far ahead on the way the point is that it drives at.
+        cruise: Maximum speed.
+        turn_rate: Maximum turn rate.
+        horizon: Planning horizon.
+        step: Time step of a trajectory.
+        courses: Number of sampled trajectories.
+        temperature: Temperature of the weights; higher values give worse trajectories more weight.
+        gap: Gap below which the penalty begins.
+        planner: Name of a file in planners/routes.
+        look: Lookahead distance on the path.
     """
 
     cruise: PositiveMetresPerSecond = 1.0
@@ -111,17 +114,17 @@ class Mppi:
     _plan: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), init=False)
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Begin with standing."""
+        """Begin with a stationary trajectory."""
         self._robot, self._rng, self._routes = Vehicle(task), rng, task.route(self.planner)
         self._plan = np.zeros((round(self.horizon / self.step), 2))
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Shift the course, disturb it, and take the mean of what is good."""
+        """Shift the trajectory, sample perturbations, and take their weighted mean."""
         robot = self._robot
         if robot.arrived(observation):
             return None
         if np.isnan(observation.pose.x):
-            return robot.stand()
+            return robot.stop()
         self._plan = np.vstack([self._plan[1:], self._plan[-1:]])
         noise = self._rng.normal(0.0, (0.3 * self.cruise, 0.5 * self.turn_rate), (self.courses, *self._plan.shape))
         noise = np.cumsum(noise, axis=1) / np.sqrt(np.arange(1, len(self._plan) + 1))[:, None]
@@ -133,14 +136,14 @@ class Mppi:
         return robot.wheels(speed, turn)
 
     def _costs(self, observation: Observation, tried: np.ndarray) -> np.ndarray:
-        """(k,) What each course costs [s]."""
+        """Cost of each trajectory [s], shape (k,)."""
         robot, count = self._robot, tried.shape[1]
         yaw = np.cumsum(tried[:, :, 1] * self.step, axis=1)
         x = np.cumsum(tried[:, :, 0] * self.step * np.cos(yaw), axis=1)
         y = np.cumsum(tried[:, :, 0] * self.step * np.sin(yaw), axis=1)
-        every = slice(1, None, 2)  # a body's length holds several steps
+        every = slice(1, None, 2)  # every second pose suffices: the robot is longer than several steps
         poses = np.stack([x, y, yaw], axis=-1)[:, every]
-        gaps = np.minimum(robot.gaps(observation.pose, self.cruise * self.horizon + 0.5, poses), self.gap)
+        gaps = np.minimum(robot.clearances(observation.pose, self.cruise * self.horizon + 0.5, poses), self.gap)
         ahead, aside = aimed(robot, self._routes, observation, self.look, 0.03)
         left = np.hypot(ahead - x[:, -1], aside - y[:, -1])
         near = ((self.gap - gaps) / self.gap).sum(axis=1) * 2.0 * self.horizon / count
@@ -151,23 +154,23 @@ class Mppi:
 def aimed(
     robot: Vehicle, routes: RoutePlanner, observation: Observation, look: float, clearance: float
 ) -> tuple[float, float]:
-    """The point to drive at, in the body frame [m]: ahead on the way, or the goal where nobody knows one."""
+    """Lookahead point in the body frame [m]: ahead on the path, or toward the goal if there is no path."""
     pose = observation.pose
     try:
         way = routes.route(pose, robot.goal, clearance)
     except NoRoute:
         way = [pose[:2], robot.goal[:2]]
-    return robot.ahead(pose, way, look)
+    return robot.lookahead_point(pose, way, look)
 
 
 def facing(aim: tuple[float, float], ends: np.ndarray) -> np.ndarray:
-    """(k,) How well each end of an arc looks at a point: from 0, away from it, to 1."""
+    """Alignment of each arc's end with a point, from 0 (facing away) to 1, shape (k,)."""
     to = np.arctan2(aim[1] - ends[:, 1], aim[0] - ends[:, 0]) - ends[:, 2]
     return 1.0 - np.abs(np.mod(to + np.pi, 2.0 * np.pi) - np.pi) / np.pi
 
 
 def arcs(v: np.ndarray, w: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """(k, n, 3) Poses in the body frame after so long [s] at constant speeds [m/s] and turns [rad/s]."""
+    """Poses in the body frame after times [s] at constant speeds [m/s] and turn rates [rad/s], shape (k, n, 3)."""
     yaw = w[:, None] * times
     straight = np.abs(w) < 1e-6
     safe = np.where(straight, 1.0, w)[:, None]
@@ -177,12 +180,12 @@ def arcs(v: np.ndarray, w: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 def _until_contact(gaps: np.ndarray, times: np.ndarray, margin: float) -> np.ndarray:
-    """(k,) After how long each arc comes too near to something [s]; the whole horizon where it does not."""
+    """Time until each arc comes too near to an obstacle [s], shape (k,); the whole horizon if it does not."""
     near = gaps <= margin
     return np.where(near.any(axis=1), times[near.argmax(axis=1)], times[-1])
 
 
 def _normal(values: np.ndarray, of: np.ndarray) -> np.ndarray:
-    """(k,) Values from 0 for the least of some to 1 for the greatest of them."""
+    """Values scaled so that a selection of them ranges from 0 to 1, shape (k,)."""
     low, high = values[of].min(), values[of].max()
     return (values - low) / (high - low) if high > low else np.zeros_like(values)

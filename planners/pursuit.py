@@ -1,4 +1,4 @@
-"""Planners that follow a way by looking a little ahead on it."""
+"""Path-following planners with a lookahead point."""
 
 from dataclasses import dataclass
 from math import hypot, inf
@@ -12,17 +12,18 @@ from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, RadiansPerSec
 
 @dataclass(kw_only=True)
 class PurePursuit:
-    """Plans a way with a route planner, anew at each look, and steers at a point of it ahead.
+    """Replans the path with a route planner at each step and steers toward a lookahead point on it.
 
     Source: Coulter, Implementation of the pure pursuit path tracking algorithm (CMU-RI-TR-92-01, 1992). It slows down
-    where something is ahead, and stands where there is no way.
+    for
+    obstacles ahead and stops if there is no path.
 
     Attributes:
-        planner: A file of planners/routes.
-        cruise: The fastest.
-        look: How far ahead the point is.
-        clearance: The room that a way must have.
-        turn_rate: The fastest turn.
+        planner: Name of a file in planners/routes.
+        cruise: Maximum speed.
+        look: Lookahead distance.
+        clearance: Minimum gap beside the path.
+        turn_rate: Maximum turn rate.
     """
 
     planner: str = "grid_astar"
@@ -32,34 +33,35 @@ class PurePursuit:
     turn_rate: RadiansPerSecond = 1.5
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Make the route planner."""
+        """Create the route planner."""
         self._robot, self._routes = Vehicle(task), task.route(self.planner)
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Plan, and steer."""
+        """Plan and steer."""
         robot, pose = self._robot, observation.pose
         if robot.arrived(observation):
             return None
         if np.isnan(pose.x):
-            return robot.stand()
+            return robot.stop()
         try:
             way = self._routes.route(pose, robot.goal, self.clearance)
         except NoRoute:
-            return robot.stand()
+            return robot.stop()
         return steered(robot, observation, way, self.look, self.cruise, self.turn_rate)
 
 
 @dataclass(kw_only=True)
 class Oracle:
-    """Knows the true map: follows a shortest way through all that stands there. An upper bound, and no planner.
+    """Follows a shortest path in the ground-truth map. An upper bound for planners, not a planner itself.
 
-    What moves it does not know. Only planners that say `oracle = true` are told, and only by scenes of a family.
+    It does not know moving obstacles. Only planners that declare `oracle = true` get the map, and only from scenes of a
+    family.
 
     Attributes:
-        cruise: The fastest.
-        look: How far ahead the point is that it steers at.
-        clearance: The room beside its outline's circle that the way has, where there is such a way.
-        turn_rate: The fastest turn.
+        cruise: Maximum speed.
+        look: Lookahead distance.
+        clearance: Preferred gap between the path and the circle around the robot's outline.
+        turn_rate: Maximum turn rate.
     """
 
     cruise: PositiveMetresPerSecond = 1.0
@@ -68,24 +70,26 @@ class Oracle:
     turn_rate: RadiansPerSecond = 2.0
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Plan the way once."""
+        """Get the ground-truth map."""
         if "ground" not in task.privileged:
-            raise InputError(Fault("an oracle needs a scene that tells its ground, found none.", hint="Take a family."))
+            raise InputError(
+                Fault("an oracle needs a scene with a ground-truth map, found none.", hint="Use a scene of a family.")
+            )
         self._robot, self._grid, self._way = Vehicle(task), task.privileged["ground"].grid(0.05), None
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Steer along it."""
+        """Steer along the path, which is computed at the first call."""
         robot = self._robot
         if robot.arrived(observation):
             return None
         if np.isnan(observation.pose.x):
-            return robot.stand()
+            return robot.stop()
         if self._way is None:
             self._way = self._shortest(observation)
         return steered(robot, observation, self._way, self.look, self.cruise, self.turn_rate)
 
     def _shortest(self, observation: Observation) -> list[tuple[float, float]]:
-        """The way with the most room of a few that are asked for."""
+        """Shortest path for the largest of five radii for which there is one."""
         robot, start = self._robot, observation.pose[:2]
         widest, narrowest = robot.footprint.outer + self.clearance, robot.footprint.inner
         for radius in np.linspace(widest, narrowest, 5):
@@ -98,15 +102,15 @@ class Oracle:
 def steered(
     robot: Vehicle, observation: Observation, way: list[tuple[float, float]], look: float, cruise: float, fastest: float
 ) -> list[float]:
-    """Rim speeds that lead to the point of a way that is a distance ahead [m], along an arc."""
+    """Wheel linear speeds [m/s] on an arc to the point of a path at a lookahead distance [m]."""
     pose = observation.pose
-    ahead, aside = robot.ahead(pose, way, look)
+    ahead, aside = robot.lookahead_point(pose, way, look)
     distance = hypot(ahead, aside)
-    if ahead <= 0.3 * distance:  # it lies beside or behind
+    if ahead <= 0.3 * distance:  # the point is beside or behind the robot
         return robot.wheels(0.0, float(np.copysign(min(fastest, 1.0), aside)))
     curvature = 2.0 * aside / max(distance, 1e-6) ** 2
     straight = np.column_stack([np.linspace(0.0, 1.2, 7), np.zeros(7), np.zeros(7)])
-    gaps = robot.gaps(pose, 2.0, straight) if robot.maps else np.full(7, inf)
+    gaps = robot.clearances(pose, 2.0, straight) if robot.has_map else np.full(7, inf)
     room = straight[:, 0][gaps < 0.05]
     speed = min(cruise, max(0.15, float(room[0]) if len(room) else inf), fastest / max(abs(curvature), 1e-6))
     return robot.wheels(speed, speed * curvature)

@@ -1,4 +1,4 @@
-"""Planners that keep nothing in mind: what is sensed now becomes wheel speeds now."""
+"""Planners without state: current sensor values determine the wheel speeds."""
 
 from dataclasses import dataclass
 from math import cos, hypot, sin
@@ -12,15 +12,15 @@ from rocs_bt.units import Metres, MetresPerSecond, PositiveMetres, PositiveMetre
 
 @dataclass(kw_only=True)
 class Braitenberg:
-    """A vehicle whose wheels are driven by what is near, and by the goal as by a light.
+    """Vehicle whose wheels are driven by near obstacles, and by the goal as by a light.
 
-    Source: Braitenberg, Vehicles (1984), vehicles 2 and 3: each sensor drives a wheel, and nothing else is there.
+    Source: Braitenberg, Vehicles (1984), vehicles 2 and 3: each sensor drives a wheel directly.
 
     Attributes:
-        cruise: Speed where nothing is near.
-        reach: Nearer than this something is felt.
-        light: How strongly the goal's bearing turns it.
-        fear: How strongly things at a side turn it away.
+        cruise: Speed without near obstacles.
+        reach: Gap below which obstacles act.
+        light: Gain of the goal's bearing.
+        fear: Gain of obstacles at the sides, which turn the robot away.
     """
 
     cruise: PositiveMetresPerSecond = 0.5
@@ -29,39 +29,40 @@ class Braitenberg:
     fear: float = 1.2
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Look at the robot."""
+        """Read the robot's properties."""
         self._robot = Vehicle(task)
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Add up what the sensors say."""
+        """Sum the contributions of the sensors."""
         robot, signals = self._robot, observation.signals
         if robot.arrived(observation):
             return None
         left, right, ahead = (self._felt(signals[name]) for name in ("left_gap", "right_gap", "front"))
         _, bearing = robot.to_goal(observation)
         turn = self.light * bearing + self.fear * (right - left) / robot.drive.arm * self.cruise
-        if ahead > 0.7 and abs(left - right) < 0.1:  # between two fears it turns, to whichever side the goal is
+        if ahead > 0.7 and abs(left - right) < 0.1:  # equal obstacles on both sides: turn toward the goal's side
             turn += self.fear * (1.0 if bearing >= 0.0 else -1.0)
         return robot.wheels(self.cruise * (1.0 - ahead), turn)
 
     def _felt(self, gaps: np.ndarray) -> float:
-        """How near the nearest thing is, from 0 at `reach` to 1; what is not known counts as near."""
+        """Proximity of the nearest obstacle, from 0 at `reach` to 1; invalid values count as 1."""
         nearest = float(np.min(gaps))
         return 1.0 if nearest != nearest else float(np.clip(1.0 - nearest / self.reach, 0.0, 1.0))
 
 
 @dataclass(kw_only=True)
 class PotentialField:
-    """Rolls down a field that the goal attracts and things repel.
+    """Follows the gradient of a field with an attractive goal and repulsive obstacles.
 
     Source: Khatib, Real-time obstacle avoidance for manipulators and mobile robots (IJRR 5, 1986): the attraction grows
-    with the distance and then stays, the repulsion acts within `reach` only. It ends in every hollow of the field.
+    with
+    the distance up to a limit, the repulsion acts only within `reach`. The robot gets stuck in each local minimum.
 
     Attributes:
-        cruise: Speed where nothing is near.
-        reach: Things beyond this gap from the hull repel no more.
-        repulsion: How strong they are beside the goal.
-        turn_rate: The fastest turn.
+        cruise: Speed without near obstacles.
+        reach: Gap from the hull beyond which obstacles do not repel.
+        repulsion: Gain of the repulsion relative to the goal.
+        turn_rate: Maximum turn rate.
     """
 
     cruise: PositiveMetresPerSecond = 0.8
@@ -70,7 +71,7 @@ class PotentialField:
     turn_rate: RadiansPerSecond = 1.5
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Look at the robot."""
+        """Read the robot's properties."""
         self._robot = Vehicle(task)
 
     def act(self, observation: Observation) -> list[float] | None:
@@ -79,17 +80,19 @@ class PotentialField:
         if robot.arrived(observation):
             return None
         if np.isnan(observation.pose.x):
-            return robot.stand()
+            return robot.stop()
         distance, bearing = robot.to_goal(observation)
         pull = min(distance, 1.0)
         x, y = pull * cos(bearing), pull * sin(bearing)
-        points = robot.things(observation.pose, self.reach + robot.footprint.outer)
+        points = robot.obstacles(observation.pose, self.reach + robot.footprint.outer)
         gaps = np.maximum(robot.footprint.gaps(points), 0.02)
         near = gaps < self.reach
         strength = self.repulsion * (1.0 / gaps[near] - 1.0 / self.reach) / gaps[near] ** 2
         if near.any():
             away = points[near] / np.hypot(*points[near].T)[:, None]
-            push = -(strength[:, None] * away).sum(axis=0) / near.sum()  # the mean: a wall is no stronger for its cells
+            push = (
+                -(strength[:, None] * away).sum(axis=0) / near.sum()
+            )  # the mean: the number of a wall's cells must not matter
             x, y = x + float(push[0]), y + float(push[1])
         heading = float(np.arctan2(y, x))
         speed = self.cruise * max(cos(heading), 0.0) * min(hypot(x, y), 1.0)
@@ -98,16 +101,17 @@ class PotentialField:
 
 @dataclass(kw_only=True)
 class FiniteStateMachine:
-    """Drives at the goal; where something is in the way it follows its edge until the way on is free and nearer.
+    """Drives toward the goal; at an obstacle, follows its edge until the way to the goal is free and nearer.
 
     Source: Bug 2 of Lumelsky and Stepanov, Path-planning strategies for a point mobile automaton (Algorithmica 2,
-    1987), with a turn rate in proportion to the gap at the side. It always keeps what it follows to its right.
+    1987), with a
+    turn rate in proportion to the gap at the side. The obstacle is always kept to the right.
 
     Attributes:
-        cruise: Speed towards the goal.
+        cruise: Speed toward the goal.
         edge: Speed along an edge.
-        stop: Nearer than this ahead it begins to follow.
-        keep: The gap that it keeps to the right.
+        stop: Gap ahead below which edge following begins.
+        keep: Gap kept to the right.
     """
 
     cruise: PositiveMetresPerSecond = 0.6
@@ -116,18 +120,18 @@ class FiniteStateMachine:
     keep: Metres = 0.3
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Begin by driving at the goal."""
+        """Begin by driving toward the goal."""
         self._robot, self._state, self._left_at = Vehicle(task), "to the goal", 0.0
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Do what the state says, and change it where that is over."""
+        """Act according to the state, and change the state if its condition is met."""
         robot, signals = self._robot, observation.signals
         if robot.arrived(observation):
             return None
         ahead, right = float(np.min(signals["front"])), float(np.min(signals["right_gap"]))
         distance, bearing = robot.to_goal(observation)
         if np.isnan(ahead + right) or np.isnan(distance):
-            return robot.stand()
+            return robot.stop()
         if self._state == "to the goal" and ahead < self.stop and distance > self.stop:
             self._state, self._left_at = "along an edge", distance
         free = ahead > 1.2 * self.stop and abs(bearing) < 1.0

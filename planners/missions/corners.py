@@ -1,7 +1,8 @@
-"""Visit four corners one after the other, planning anew at each.
+"""Visit four corners in order, replanning at each.
 
-The corners are goals of the world model, which the scenario places. Each leg is planned when the one before has
-arrived, from where the robot is by then; reflexes on the way leave the progress as it is.
+The corners are goals of the world model, which the scenario places. Each leg is planned when the previous one has
+ended,
+from the robot's current position; reflexes on the way do not reset the progress.
 """
 
 from py_trees.behaviour import Behaviour
@@ -20,6 +21,6 @@ def build(
     fourth: str = "corner_4",
     cruise: PositiveMetresPerSecond = 0.4,
 ) -> Behaviour:
-    """A Sequence of GoTo."""
+    """Sequence of GoTo."""
     legs = [mission.act("GoTo", goal=goal, cruise=cruise) for goal in (first, second, third, fourth)]
     return Sequence("corners", memory=True, children=legs)

@@ -1,10 +1,12 @@
 """Follow another robot at a safe distance, for as long as it can be found.
 
-The leader is a robot that the robot sensor sees; it needs nothing else of it. The mission succeeds when the leader has
-stood for `rest`, which it never does by default, and fails with LOST_LEADER when its leader is nowhere to be seen.
+The leader is observed by the robot sensor only. The mission succeeds when the leader has been stationary for `rest`,
+which
+never happens by default, and fails with LOST_LEADER when the leader cannot be found.
 
-Its band is `distance` +- (`distance` - `safety`), between the centres of the two bases: it makes room below `room`, and
-nearer than `safety` it stands, whatever it does.
+The follow band is `distance` +- (`distance` - `safety`), between the centres of the two bases. Below `room` the robot
+backs
+off; nearer than `safety` it stops.
 """
 
 from math import inf
@@ -26,7 +28,7 @@ def build(
     cruise: PositiveMetresPerSecond = 0.6,
     rest: Annotated[Seconds, Bounds(0.0, above=True, infinite=True)] = inf,
 ) -> Behaviour:
-    """One leaf: FollowRobot. Who follows comes no nearer to a goal, so no number of reflexes means that it is stuck."""
+    """One leaf: FollowRobot. A follower approaches no goal, so reflexes without progress do not mean it is stuck."""
     return mission.act(
         "FollowRobot",
         leader=leader,

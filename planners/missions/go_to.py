@@ -1,9 +1,11 @@
-"""Go to one goal and stand there; with `hold`, remain there: give way to what comes near, and come back.
+"""Go to one goal; with `hold`, remain there: give way to obstacles that come near, and return.
 
 The goal is a node of the world model, which the scenario places. The robot drives straight at it with the follower;
-what stands in the way is the reflexes' matter, and after each of them the mission plans anew from where the robot is.
-A mission that holds never ends: run it with `--for`, in a scenario whose success is `at = "end"`. The goal is pursued
-on the way only, so that nothing keeps the reflexes from pushing off a robot that has arrived.
+obstacles are handled only by reflexes, and after each reflex the mission replans from the current position. A mission
+that
+holds never ends: run it with `--for`, in a scenario whose success is `at = "end"`. The goal is pursued only on the way,
+so
+that the reflexes of a robot that has arrived may push it off.
 """
 
 from math import isnan, nan
@@ -18,7 +20,7 @@ from rocs_bt.units import Metres, PositiveMetresPerSecond, Radians
 
 
 class Stay(Behaviour):
-    """RUNNING while the robot is where it should be, or nobody knows; SUCCESS once it was pushed off."""
+    """RUNNING while the robot is at its goal or its pose is unknown; SUCCESS once it was pushed off."""
 
     def __init__(self, mission: Mission, goal: str, tolerance: float) -> None:
         super().__init__(f"Stay {goal}")
@@ -43,7 +45,7 @@ def build(
     hold: bool = False,
     tolerance: Metres = 0.1,
 ) -> Behaviour:
-    """GoTo, and TurnTo where `facing` is given; with `hold` over and over, whenever pushed off by the tolerance."""
+    """GoTo, and TurnTo if `facing` is given; with `hold` repeated whenever the robot is pushed off by the tolerance."""
     steps: list[Behaviour] = [mission.act("GoTo", goal=goal, cruise=cruise)]
     if not isnan(facing):
         steps.append(mission.act("TurnTo", yaw=facing))

@@ -1,7 +1,8 @@
 """Go to the origin of the world frame, with the paper's own macro-actions (Table 2).
 
-GoToOrigin = TurnToPosition; SetWheelSpeed. No follower: the robot looks at the origin, drives straight on, and looks
-anew when it has drifted off the line.
+GoToOrigin = TurnToPosition; SetWheelSpeed. No follower: the robot turns toward the origin, drives straight, and turns
+again
+when it has drifted off the line.
 """
 
 from py_trees.behaviour import Behaviour

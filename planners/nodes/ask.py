@@ -1,4 +1,4 @@
-"""Put a query to the robot's Knowledge."""
+"""Ask: condition that evaluates a query on the robot's Knowledge."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,22 +11,22 @@ from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Outpu
 
 
 class Ask(Instant):
-    """SUCCESS if a query has an answer, FAILURE if it has none; never RUNNING.
+    """SUCCESS if a query has an answer, else FAILURE; never RUNNING.
 
         <Ask query="peer where distance(peer) < 2 m order by distance(peer)" found="{who}"/>
         <Ask query="object where distance(pose, path) < 0.4 m" path="{way}"/>
         <Ask query="goal, no peer pursues goal where goal == it" it="{goal}"/>
 
-    The language is told in docs/knowledge.md. Without outputs it stops at the first answer.
+    The query language is documented in docs/knowledge.md. Without outputs the search stops at the first answer.
     """
 
     kind = "Condition"
-    query = Input(str, doc="in the language of queries")
-    path = Input(list, [], "what `path` means in it: corners, (x, y) in the world frame [m]")
-    it = Input(str, "", "what `it` means in it: the name of a node")
-    found = Output(str, "the first thing that answers")
-    names = Output(list, "the names of all things that answer")
-    count = Output(int, "how many answers there are")
+    query = Input(str, doc="query")
+    path = Input(list, [], "value of `path` in the query: corners, (x, y) in the world frame [m]")
+    it = Input(str, "", "value of `it` in the query: name of a node")
+    found = Output(str, "name of the first node that matches")
+    names = Output(list, "names of all nodes that match")
+    count = Output(int, "number of answers")
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("query") is not None:
@@ -52,5 +52,5 @@ class Ask(Instant):
         return self._told(bool(answers), text)
 
     def _told(self, holds: bool, text: str) -> Outcome:
-        self.feedback_message = "" if holds else f"nothing answers '{text}'"
+        self.feedback_message = "" if holds else f"no answer to '{text}'"
         return SUCCESS if holds else FAILURE

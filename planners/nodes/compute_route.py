@@ -1,4 +1,4 @@
-"""Find a way to somewhere around what is known, with a planner of planners/routes."""
+"""ComputeRoute: compute a path around known obstacles with a planner of planners/routes."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -12,19 +12,19 @@ from rocs_bt.units import LENGTH
 
 
 class ComputeRoute(Instant):
-    """Asks a route planner for a way from where the robot is to a goal; FAILURE with the reason if there is none.
+    """Computes a path from the robot to a goal with a route planner; FAILURE with the reason if there is none.
 
     <ComputeRoute goal="dock" planner="visibility" path="{way}"/>
     <FollowPath points="{way}"/>
 
-    The planner is kept, and may remember its last way. While it gives the same one back, `path` is the same list.
+    The planner object is kept and may reuse its last path. While it returns the same path, `path` is the same list.
     """
 
-    goal = Input(str, doc="a node of the world model that has a pose")
-    planner = Input(str, doc="the name of a file in planners/routes")
-    clearance = Input(float, 0.1, "what to keep at least between the hull and what is known [m]", dimension=LENGTH)
-    path = Output(list, "its corners, (x, y) in the world frame [m], the first where the robot is")
-    length = Output(float, "how long it is [m]")
+    goal = Input(str, doc="node of the world model with a pose")
+    planner = Input(str, doc="name of a file in planners/routes")
+    clearance = Input(float, 0.1, "minimum gap between the hull and known obstacles [m]", dimension=LENGTH)
+    path = Output(list, "corners of the path, (x, y) in the world frame [m], from the robot on")
+    length = Output(float, "length of the path [m]")
 
     def __init__(self, name="", /, **attributes):
         super().__init__(name, **attributes)
@@ -42,7 +42,7 @@ class ComputeRoute(Instant):
         knowledge, name = mission.knowledge, self.goal
         start, goal = knowledge.robot.pose(mission.clock.now()), knowledge.world.pose_of(name)
         if goal is None:
-            return self._fail(Reason.NO_GOAL, f"nobody knows where '{name}' is")
+            return self._fail(Reason.NO_GOAL, f"the position of '{name}' is unknown")
         if isnan(start.x):
             return self._fail(Reason.LOST_POSE)
         if self._named != (named := self.planner):

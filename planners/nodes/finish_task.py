@@ -1,16 +1,16 @@
-"""Tell Knowledge that work is done."""
+"""FinishTask: mark tasks in Knowledge as done."""
 
 from rocs_bt.plan import mission_of
 from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
 
 
 class FinishTask(Instant):
-    """Sets every open task that serves a goal to done; FAILURE if there is none.
+    """Sets all open tasks that serve a goal to done; FAILURE if there is none.
 
     <FinishTask goal="{next}"/>
     """
 
-    goal = Input(str, doc="what the tasks are for")
+    goal = Input(str, doc="goal that the tasks serve")
 
     def update(self) -> Outcome:
         graph, goal = mission_of(self).knowledge.graph, self.goal

@@ -1,4 +1,4 @@
-"""Ask whether something stands in the robot's Knowledge, and how old it is."""
+"""Known: condition on the existence and age of a node in the robot's Knowledge."""
 
 from collections.abc import Iterator
 from math import inf
@@ -10,16 +10,16 @@ from rocs_bt.units import TIME
 
 
 class Known(Instant):
-    """SUCCESS if a node of the knowledge graph exists, has the attribute, and is new enough; else FAILURE.
+    """SUCCESS if a node of the knowledge graph exists, has the attribute, and is recent enough; else FAILURE.
 
     <Known node="dock" attribute="pose"/>
     <Known node="R2" attribute="pose" max_age="2 s"/>
     """
 
     kind = "Condition"
-    node = Input(str, doc="the node's name")
-    attribute = Input(str, "", "what must be known of it; nothing more where empty")
-    max_age = Input(float, inf, "how long ago it was written at most [s]", dimension=TIME)
+    node = Input(str, doc="name of the node")
+    attribute = Input(str, "", "attribute that must have a value; none if empty")
+    max_age = Input(float, inf, "maximum age of the value [s]", dimension=TIME)
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("attribute") is not None or not self.attribute:
@@ -34,11 +34,11 @@ class Known(Instant):
         return FAILURE if self.feedback_message else SUCCESS
 
     def _missing(self) -> str:
-        """Why it is not known; empty when it is."""
+        """Reason why the node is not known; empty if it is."""
         mission, node, attribute = mission_of(self), self.node, self.attribute
         graph = mission.knowledge.graph
         if not graph.has(node):
-            return f"nothing named '{node}' is known"
+            return f"no node named '{node}' is known"
         if attribute and graph.attributes(node).get(attribute) is None:
             return f"the {attribute} of '{node}' is not known"
         age = mission.clock.now() - graph.stamp(node, attribute or None).t

@@ -1,4 +1,4 @@
-"""Put a goal somewhere, for whoever drives there next."""
+"""PlaceGoal: set the pose of a goal in the world model."""
 
 from math import nan
 
@@ -11,27 +11,27 @@ from rocs_bt.units import ANGLE, LENGTH
 
 
 class PlaceGoal(Instant):
-    """Puts a goal into the world model, or moves it: at x, y and yaw, or so far from something that is known.
+    """Creates or moves a goal in the world model, at x, y and yaw in the world frame or relative to a known node.
 
         <PlaceGoal goal="here" at="R1"/>
         <PlaceGoal goal="beside" at="shelf" y="0.8 m" yaw="90 deg"/>
         <PlaceGoal goal="corner" x="3 m" y="-1 m"/>
 
-    FAILURE if nobody knows where `at` is, or the name is that of something that is no goal.
+    FAILURE if the pose of `at` is unknown, or the name belongs to a node that is not a goal.
     """
 
-    goal = Input(str, doc="the goal's name")
-    at = Input(str, "", "what x, y and yaw are counted from; the world frame where empty")
-    x = Input(float, 0.0, "to the east, or ahead of `at` [m]", dimension=LENGTH)
-    y = Input(float, 0.0, "to the north, or to the left of `at` [m]", dimension=LENGTH)
-    yaw = Input(float, 0.0, "how the robot stands there [rad]", dimension=ANGLE)
-    tolerance = Input(float, nan, "how near counts as reached [m]", dimension=LENGTH)
+    goal = Input(str, doc="name of the goal")
+    at = Input(str, "", "node that x, y and yaw are relative to; the world frame if empty")
+    x = Input(float, 0.0, "distance east, or ahead of `at` [m]", dimension=LENGTH)
+    y = Input(float, 0.0, "distance north, or left of `at` [m]", dimension=LENGTH)
+    yaw = Input(float, 0.0, "yaw of the goal [rad]", dimension=ANGLE)
+    tolerance = Input(float, nan, "distance at which the goal is reached [m]", dimension=LENGTH)
 
     def update(self) -> Outcome:
         world, at = mission_of(self).knowledge.world, self.at
         origin = world.pose_of(at) if at else Pose2(0.0, 0.0, 0.0)
         if origin is None:
-            self.feedback_message = str(Failure(Reason.NO_GOAL, f"nobody knows where '{at}' is"))
+            self.feedback_message = str(Failure(Reason.NO_GOAL, f"the position of '{at}' is unknown"))
             return FAILURE
         tolerance = self.tolerance
         more = {"tolerance": tolerance} if tolerance == tolerance else {}

@@ -1,4 +1,4 @@
-"""Say something: to the people nearby, or to the log."""
+"""Speak and Log: emit a text for people nearby or for the recording."""
 
 from rocs_bt.event import Said
 from rocs_bt.plan import mission_of
@@ -6,12 +6,14 @@ from rocs_bt.trees.nodes import SUCCESS, Input, Instant, Outcome
 
 
 class Speak(Instant):
-    """Says a text aloud; SUCCESS. A robot with a loudspeaker listens to the events `Said`; the recording has them.
+    """Emits a text to be spoken; SUCCESS.
 
-    <Speak text="I am coming."/>
+        <Speak text="I am coming."/>
+
+    A robot with a loudspeaker subscribes to the events `Said`, which are recorded too.
     """
 
-    text = Input(object, doc="the text, or a key")
+    text = Input(object, doc="text, or a key")
 
     def update(self) -> Outcome:
         mission = mission_of(self)
@@ -20,13 +22,13 @@ class Speak(Instant):
 
 
 class Log(Instant):
-    """Writes a text to the recording, and a value after it; SUCCESS.
+    """Writes a text to the recording, optionally followed by a value; SUCCESS.
 
     <Log text="tries left:" value="{tries}"/>
     """
 
-    text = Input(str, "", "the text")
-    value = Input(object, None, "a key")
+    text = Input(str, "", "text")
+    value = Input(object, None, "value, usually a key")
 
     def update(self) -> Outcome:
         mission, value = mission_of(self), self.value

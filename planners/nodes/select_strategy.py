@@ -1,4 +1,4 @@
-"""Put another strategy in force: one by name, the best one now, or what the present one falls back to."""
+"""SelectStrategy: activate a strategy by name, the best one, or the fallback of the active one."""
 
 from rocs_bt.action import Failure, Reason
 from rocs_bt.errors import KnowledgeError, did_you_mean
@@ -7,19 +7,20 @@ from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Outpu
 
 
 class SelectStrategy(Instant):
-    """Puts a strategy of the robot's StrategyModel in force.
+    """Activates a strategy of the robot's StrategyModel.
 
         <SelectStrategy strategy="careful"/>
         <SelectStrategy selected="{way}"/>
 
-    Without a name it is the best one in the present situation where none is in force, else what the present one falls
-    back to. FAILURE if there is no such strategy, none that serves, or nothing to fall back to. What comes of it only
-    `UseStrategy` keeps.
+    Without a name: the best strategy in the present situation if none is active, else the fallback of the active one.
+    FAILURE
+    if there is no such strategy, no applicable one, or no fallback. Only `UseStrategy` records the outcomes of
+    strategies.
     """
 
-    strategy = Input(str, "", "its name; the best one, or what the present one falls back to, where empty")
-    role = Input(str, "", "the role that the best one must suit; the robot's own where empty")
-    selected = Output(str, "the strategy that is in force now")
+    strategy = Input(str, "", "name of the strategy; if empty, the best one or the fallback of the active one")
+    role = Input(str, "", "role that the best strategy must suit; the robot's own if empty")
+    selected = Output(str, "name of the active strategy")
 
     def update(self) -> Outcome:
         strategies, name = mission_of(self).knowledge.strategy, self.strategy
@@ -39,16 +40,16 @@ class SelectStrategy(Instant):
         return SUCCESS
 
     def _next(self, strategies) -> str:
-        """The strategy to take; empty where there is none, which is told."""
+        """Name of the strategy to activate; empty if there is none, with the reason in the feedback."""
         used = strategies.used()
         if used is None:
             choice = strategies.choose(self.role)
             if choice.best is None:
-                self._fail(f"no strategy serves now. {choice}")
+                self._fail(f"no strategy is applicable. {choice}")
             return choice.best or ""
         fallbacks = strategies.fallbacks(used)
         if not fallbacks:
-            self._fail(f"'{used}' falls back to nothing")
+            self._fail(f"'{used}' has no fallback")
         return fallbacks[0] if fallbacks else ""
 
     def _fail(self, told: str) -> Outcome:

@@ -1,4 +1,4 @@
-"""Act by the best strategy now, fall back where it fails, and remember what came of it."""
+"""UseStrategy: act by the best strategy, fall back if it fails, and record the outcome."""
 
 from rocs_bt.action import Failure, Reason
 from rocs_bt.errors import KnowledgeError
@@ -7,20 +7,23 @@ from rocs_bt.trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, I
 
 
 class UseStrategy(Decorator):
-    """Chooses the strategy that serves best in the present situation and ticks its child, which acts by `selected`.
+    """Selects the best strategy in the present situation and ticks its child, which acts according to `selected`.
 
         <UseStrategy selected="{way}">
           <Switch2 variable="{way}" case_1="through" case_2="around">
             ...
 
-    If the child succeeds, so does it. If the child fails, the next strategy is what the one in force falls back to, or
-    the best of the others that serve, until one succeeds or none is left: FAILURE. Each use is kept in the robot's
-    Knowledge with the situation and the outcome, so that a strategy that worked in a like situation is preferred;
-    `rocs-bt knowledge why` tells of each choice.
+    SUCCESS if the child succeeds. If the child fails, the next strategy is the fallback of the active one, or the best
+    of the
+    other applicable ones, until one succeeds or none is left: FAILURE. Each use is recorded in the robot's Knowledge
+    with the
+    situation and the outcome, so that a strategy that has worked in a similar situation is preferred. `rocs-bt
+    knowledge why`
+    explains each choice.
     """
 
-    role = Input(str, "", "the role that it must suit; the robot's own where empty")
-    selected = Output(str, "the strategy that is in force")
+    role = Input(str, "", "role that the strategy must suit; the robot's own if empty")
+    selected = Output(str, "name of the active strategy")
 
     def __init__(self, name, child, /, **attributes):
         super().__init__(name, child, **attributes)
@@ -53,7 +56,7 @@ class UseStrategy(Decorator):
                 return self._finish(SUCCESS)
 
     def _begin(self) -> bool:
-        """Put the next strategy in force; whether there is one."""
+        """Activate the next strategy; returns whether there is one."""
         strategies = self._strategies
         try:
             after = strategies.after(self._tried[-1], self._tried) if self._tried else None
@@ -61,7 +64,7 @@ class UseStrategy(Decorator):
             name = after or choice.best
             why = f"'{self._tried[-1]}' falls back to it\n{choice}" if after else str(choice)
             if name is None:
-                self.feedback_message = str(Failure(Reason.CANNOT, f"no strategy serves. {choice}"))
+                self.feedback_message = str(Failure(Reason.CANNOT, f"no strategy is applicable. {choice}"))
                 return False
             self._use = strategies.begin(name, why, choice.situation)
         except KnowledgeError as error:

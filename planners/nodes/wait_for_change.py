@@ -1,4 +1,4 @@
-"""Wait until the robot's Knowledge changes."""
+"""WaitForChange: wait until the robot's Knowledge changes."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -9,19 +9,19 @@ from rocs_bt.trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 
 
 class WaitForChange(Leaf):
-    """RUNNING until the knowledge graph changes in a way that fits all that is given, then SUCCESS.
+    """RUNNING until a change of the knowledge graph matches all given ports, then SUCCESS.
 
         <WaitForChange kind="goal" subject="{found}"/>
         <WaitForChange node="R2" attribute="pose"/>
 
-    What changed before it began does not count.
+    Changes before the node began are ignored.
     """
 
-    kind_ = Input(str, "", "the kind of the node that changes; any where empty", name="kind")
-    node = Input(str, "", "the node that changes; any where empty")
-    attribute = Input(str, "", "the attribute that changes; anything where empty")
-    relation = Input(str, "", "the relation that is drawn, changed or taken away; anything where empty")
-    subject = Output(str, "the node that changed; of a relation, its source")
+    kind_ = Input(str, "", "kind of the changed node; any if empty", name="kind")
+    node = Input(str, "", "changed node; any if empty")
+    attribute = Input(str, "", "changed attribute; any change if empty")
+    relation = Input(str, "", "added, changed or removed relation; any change if empty")
+    subject = Output(str, "name of the changed node; of a relation, its source")
 
     def __init__(self, name: str = "", /, **attributes):
         super().__init__(name, **attributes)

@@ -1,7 +1,8 @@
-"""The shortest way through the map that the robot makes for itself, with straight legs in any direction.
+"""Shortest path in the robot's own map, with straight legs in any direction.
 
-Lazy Theta* (Nash, Koenig and Tovey, AAAI 2010) on the eight neighbours of each cell: a cell's parent is any cell that
-leads straight to it, which is looked up when the cell is expanded. What nobody has seen yet counts as free.
+Lazy Theta* (Nash, Koenig and Tovey, AAAI 2010) on the eight neighbours of each cell: the parent of a cell is any cell
+in
+line of sight, which is verified when the cell is expanded. Unobserved cells count as free.
 """
 
 from heapq import heappop, heappush
@@ -14,33 +15,35 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NoRoute, Point, RoutePlanner
 
-AROUND = 8.0  # [m] How far beyond start and goal it looks.
+AROUND = 8.0  # [m] Margin of the map section around start and goal.
 STEPS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
 
 
 class AnyAngle(RoutePlanner):
-    """Plans in the robot's own map; needs a LocalMap among its analysers, and its length and width.
+    """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width.
 
-    `clearance` is kept beside the hull as it drives along.
+    `clearance` is kept beside the hull while it drives along the path.
     """
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         grid = self.knowledge.world.occupancy
         if grid is None:
-            raise NoRoute("nobody draws a map; give the robot the analyser LocalMap")
+            raise NoRoute("the robot builds no map; add the analyser LocalMap")
         body = self.knowledge.graph.attributes(self.knowledge.agent)
-        room = 0.5 * min(body.get("length", 0.0), body.get("width", 0.0)) + clearance  # of the circle inside its hull
+        room = (
+            0.5 * min(body.get("length", 0.0), body.get("width", 0.0)) + clearance
+        )  # radius of the hull's inner circle, plus clearance
         low = tuple(min(a, b) - AROUND for a, b in zip(start[:2], goal[:2], strict=True))
         high = tuple(max(a, b) + AROUND for a, b in zip(start[:2], goal[:2], strict=True))
         window = grid.window(low, high)
         here, there = (_cell(window, p[:2]) for p in (start, goal))
         free = _free(window, room)
         if not free[there]:
-            raise NoRoute("the goal is too near to something that is on the map")
-        free[here] = True  # who stands too near to something may still drive off
+            raise NoRoute("the goal is too near to an obstacle on the map")
+        free[here] = True  # a robot that is too near to an obstacle may still drive off
         cells = _search(free, here, there)
         if cells is None:
-            raise NoRoute("no way leads through what is on the map")
+            raise NoRoute("the map contains no path to the goal")
         inner = [(window.x + (c + 0.5) * window.cell, window.y + (r + 0.5) * window.cell) for r, c in cells[1:-1]]
         return [start[:2], *inner, goal[:2]]
 
@@ -50,7 +53,7 @@ def _cell(window, point):
 
 
 def _free(window, room):
-    """(rows, columns) Where the hull's middle can be."""
+    """Cells where the hull's centre can be, shape (rows, columns)."""
     occupied = window.states == OCCUPIED
     if not occupied.any():
         return np.ones(occupied.shape, bool)
@@ -58,14 +61,14 @@ def _free(window, room):
 
 
 def _search(free, start, goal):
-    """The corners of the shortest way, as cells; None without one."""
+    """Corners of the shortest path, as cells; None if there is none."""
     best, parent, done = {start: 0.0}, {start: start}, set()
     queue = [(dist(start, goal), start)]
     while queue:
         _, cell = heappop(queue)
         if cell in done:
             continue
-        if not sees(free, parent[cell], cell):  # it was only hoped so when it was queued
+        if not sees(free, parent[cell], cell):  # the line of sight was only assumed when the cell was queued
             steps = [n for n in _neighbours(free, cell) if n in done]
             parent[cell] = min(steps, key=lambda n: (best[n] + dist(n, cell), n))
             best[cell] = best[parent[cell]] + dist(parent[cell], cell)
@@ -90,15 +93,15 @@ def _neighbours(free, cell):
 
 
 def sees(free, a, b):
-    """Whether the straight line between the middles of two cells stays on free ones."""
+    """Whether the straight line between the centres of two cells crosses free cells only."""
     (r, c), rows, columns = a, abs(b[0] - a[0]), abs(b[1] - a[1])
     up, right = (1 if b[0] > r else -1), (1 if b[1] > c else -1)
-    lead = rows - columns  # positive where the line meets the border between two rows first
+    lead = rows - columns  # positive if the line crosses the border between two rows first
     while (r, c) != b:
         if not free[r, c]:
             return False
         if lead == 0 and not (free[r + up, c] and free[r, c + right]):
-            return False  # it goes through a corner, and hulls have a width
+            return False  # no path through a corner between two cells, because hulls have a width
         if lead >= 0:
             r += up
         if lead <= 0:

@@ -1,7 +1,8 @@
-"""The cheapest way over the roads that are known, searched towards the goal.
+"""Cheapest path over known roads, by A*.
 
-A* (Hart, Nilsson and Raphael, IEEE Transactions on Systems Science and Cybernetics 4, 1968): what is left is at least
-the straight distance, at the price of the cheapest road.
+A* (Hart, Nilsson and Raphael, IEEE Transactions on Systems Science and Cybernetics 4, 1968); the heuristic is the
+straight
+distance times the cost of the cheapest road.
 """
 
 import networkx as nx
@@ -10,7 +11,7 @@ from rocs_bt.plan import RoadRoutePlanner
 
 
 class Astar(RoadRoutePlanner):
-    """Plans over places and the relation `connects`; roads and doors that are closed are left out."""
+    """Plans over places and the relation `connects`; closed roads and doors are excluded."""
 
-    def search(self, graph, start, goal, least):
-        return nx.astar_path(graph, start, goal, heuristic=least)
+    def search(self, graph, start, goal, lower_bound):
+        return nx.astar_path(graph, start, goal, heuristic=lower_bound)

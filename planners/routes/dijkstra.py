@@ -1,7 +1,8 @@
-"""The cheapest way over the roads that are known, searched in all directions alike.
+"""Cheapest path over known roads, by Dijkstra's algorithm.
 
-Dijkstra, A note on two problems in connexion with graphs, Numerische Mathematik 1, 1959. For a roadmap in which length
-says little of what a way costs; where it does, `astar` finds the same way sooner.
+Dijkstra, A note on two problems in connexion with graphs, Numerische Mathematik 1, 1959. For roadmaps in which costs
+are
+not related to length; otherwise `astar` finds the same path faster.
 """
 
 import networkx as nx
@@ -10,7 +11,7 @@ from rocs_bt.plan import RoadRoutePlanner
 
 
 class Dijkstra(RoadRoutePlanner):
-    """Plans over places and the relation `connects`; roads and doors that are closed are left out."""
+    """Plans over places and the relation `connects`; closed roads and doors are excluded."""
 
-    def search(self, graph, start, goal, least):
+    def search(self, graph, start, goal, lower_bound):
         return nx.dijkstra_path(graph, start, goal)

@@ -1,11 +1,14 @@
-"""The fastest way through the map that the robot makes for itself, where what is near costs speed.
+"""Fastest path in the robot's own map, where near obstacles reduce the speed.
 
-The way runs over the cells of `knowledge.world.occupancy`, from each to its eight neighbours; what nobody has seen yet
-counts as free. A metre costs the time that it takes at the speed which its clearance allows, so that the way keeps to
-the middle of gaps and goes round tight ones if that is not far. It is found by A* (Hart, Nilsson and Raphael, IEEE
-Transactions on Systems Science and Cybernetics 4, 1968), as SciPy's Dijkstra on reduced costs, and then drawn smooth as
-an elastic band (Quinlan and Khatib, ICRA 1993). A way is kept while nothing new comes near it, bent by what does,
-and a new one begins with what is driven of the old one before anybody can turn.
+The path runs over the cells of `knowledge.world.occupancy`, from each cell to its eight neighbours; unobserved cells
+count
+as free. The cost of a metre is the travel time at the speed that its clearance allows, so that the path stays in the
+middle
+of gaps and avoids tight ones if the detour is short. It is found by A* (Hart, Nilsson and Raphael, IEEE Transactions on
+Systems Science and Cybernetics 4, 1968), computed as SciPy's Dijkstra on reduced costs, and then smoothed as an elastic
+band (Quinlan and Khatib, ICRA 1993). A path is kept while no new obstacle comes near it, and bent around one that does.
+A
+new path begins with the part of the old one that is driven before the robot can turn.
 """
 
 from functools import lru_cache
@@ -23,39 +26,39 @@ from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NoRoute, Point, RoutePlanner
 
-WINDOWS = (2.5, 8.0)  # [m] How far beyond start and goal it looks; the next one where there is no way.
-REACH = 8.0  # [m] How far around the robot it looks, at most; what is beyond is taken for free.
-BLOCK = 32  # Cells by which a window grows, so that few shapes need be prepared.
+WINDOWS = (2.5, 8.0)  # [m] Margins of the map section around start and goal; the next one if there is no path.
+REACH = 8.0  # [m] Maximum range of the map section around the robot; everything beyond counts as free.
+BLOCK = 32  # Granularity of the map section [cells], so that few graph shapes occur.
 
-EASE = 0.5  # [m] Clearance beyond which nothing costs speed any more.
-SLOWEST = 0.15  # Of the full speed, at the least clearance.
-PINCH = 60.0  # What a metre costs more where there is no clearance at all.
-TIGHT = 100.0  # What a metre costs, at 1 for a free one, where only a finer look can tell whether the hull fits.
-BACK, NEAR = 3.0, 1.0  # What a metre straight back costs more, to who must turn for it, within NEAR [m] of the robot.
-FIRST = 0.8  # By how much more than a free straight line, as a share, the first search is bounded; the next by 4 times.
+EASE = 0.5  # [m] Clearance beyond which the speed is not reduced.
+SLOWEST = 0.15  # Fraction of the full speed at zero clearance.
+PINCH = 60.0  # Additional cost of a metre at zero clearance.
+TIGHT = 100.0  # Cost of a metre (1 if free) where the grid cannot decide whether the hull fits.
+BACK, NEAR = 3.0, 1.0  # Additional cost of a metre straight back, within NEAR [m] of the robot, for the turn.
+FIRST = 0.8  # Cost bound of the first search, relative to a free straight line; each next bound is 4 times larger.
 
-TRIES = 6  # How many ways it looks at in one search until the hull fits everywhere.
-SHUT = 0.15  # [m] Around a place where it did not fit nothing goes any more.
-AHEAD = 0.25  # [s] What is driven in this time, and until the robot could stand, is driven on the old way.
-BESIDE = 0.2  # [m] Some cells more than what stands beside a way is told of.
-LOOK = 0.15  # [s] So often a way is held against a map that has changed.
-CHANGED = 0.3  # A way is bent anew where a metre costs so much more than when it was drawn.
-DEARER = 1.2  # A way is kept until, bent or not, it costs so much more than when it was found,
-LESS = 0.01  # [m] or the hull has so much less than the clearance.
-ALIGNED = 0.2  # [m] Over which a robot that looks elsewhere turns into the way, but for a third;
-TURN_FIRST = 0.6  # [rad] by more than this it turns on the spot, as FollowRoute has it.
-OFF = 0.3  # [m] Farther from it than this nobody is on a way.
-TURN = 6  # A way turns back if so many cells from its beginning it is behind.
-SHORT = 3.0  # [m] A way that ends before the goal is renewed when so much is left.
+TRIES = 6  # Maximum number of candidate paths per search until the hull fits everywhere.
+SHUT = 0.15  # [m] Radius of the cells that are closed around a point where the hull does not fit.
+AHEAD = 0.25  # [s] The distance driven in this time, plus the braking distance, follows the old path.
+BESIDE = 0.2  # [m] Additional margin of the map section beside a path.
+LOOK = 0.15  # [s] Minimum interval between checks of a path against a changed map.
+CHANGED = 0.3  # Increase of a metre's cost that causes a path to be bent again.
+DEARER = 1.2  # A path is replaced when its cost exceeds the original cost by this factor,
+LESS = 0.01  # [m] or when the clearance is violated by this distance.
+ALIGNED = 0.2  # [m] Length constant (1/e) over which a robot aligns with the path;
+TURN_FIRST = 0.6  # [rad] for larger angles it turns on the spot, as in FollowRoute.
+OFF = 0.3  # [m] Maximum distance between the robot and its path.
+TURN = 6  # A path turns back if this many cells from its beginning it is behind the robot.
+SHORT = 3.0  # [m] Remaining length at which a path that ends before the goal is replaced.
 
 NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
 LEGS = [hypot(*step) for step in NEIGHBOURS]
 
 
 class GridAstar(RoutePlanner):
-    """Plans in the robot's own map; needs a LocalMap among its analysers, and its length and width.
+    """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width.
 
-    `clearance` is kept beside the hull as it drives along, and not, as among known things, however it turns.
+    `clearance` is kept beside the hull while it drives along the path, not, as among known obstacles, at any heading.
     """
 
     def __init__(self, knowledge):
@@ -70,7 +73,7 @@ class GridAstar(RoutePlanner):
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         grid = self.knowledge.world.occupancy
         if grid is None:
-            raise NoRoute("nobody draws a map; give the robot the analyser LocalMap")
+            raise NoRoute("the robot builds no map; add the analyser LocalMap")
         kept = self._way if self._way is not None and self._way.serves(start, goal) else None
         now = self.knowledge.clock.now()
         if kept is not None and (kept.revision == grid.revision or now - self._looked < LOOK - 1e-6):
@@ -87,26 +90,26 @@ class GridAstar(RoutePlanner):
             self._way = self._new(field, start, goal, clearance, kept)
             if self._way is not None:
                 return self._way.path
-        self._shut.clear()  # at the next try all is looked at anew
-        raise NoRoute("no way leads through what is on the map")
+        self._shut.clear()  # the next call searches without closed cells
+        raise NoRoute("the map contains no path to the goal")
 
     def _field(self, grid, start, goal, around):
         here, there = np.array(start[:2]), np.array(goal[:2])
         low = np.maximum(np.minimum(here, there) - around, here - REACH)
         high = np.minimum(np.maximum(here, there) + around, here + REACH)
         block = BLOCK * grid.cell
-        size = np.ceil((high - low) / block) * block - 0.5 * grid.cell  # so that a whole number of blocks is covered
+        size = np.ceil((high - low) / block) * block - 0.5 * grid.cell  # covers a whole number of blocks
         low = np.floor(low / grid.cell) * grid.cell + 0.25 * grid.cell
         return Field.of(grid.window(tuple(low), tuple(low + size)), self._footprint.inner)
 
     def _beside(self, grid, points):
-        """No more of the map than tells about a way: what its price and its room depend on."""
+        """Map section beside a path, large enough for its costs and clearances."""
         reach = self._footprint.inner + EASE + BESIDE
         window = grid.window(tuple(points.min(axis=0) - reach), tuple(points.max(axis=0) + reach))
         return Field.of(window, self._footprint.inner)
 
     def _new(self, field, start, goal, clearance, kept):
-        """A way on which the hull fits everywhere; None without one."""
+        """Path on which the hull fits everywhere; None if there is none."""
         begun = self._begin(kept, field, start)
         cost = field.cost.copy()
         _let_out(field, cost, begun[-1])
@@ -117,7 +120,7 @@ class GridAstar(RoutePlanner):
             cells = _search(field, cost, begun[-1], goal)
             if cells is None:
                 return None
-            if _turns_back(begun, cells):  # who turns round stands first, and begins where it is
+            if _turns_back(begun, cells):  # a robot that turns round stops first, so the path begins at its position
                 begun = np.array([start[:2]])
                 _let_out(field, cost, begun[-1])
                 continue
@@ -130,13 +133,13 @@ class GridAstar(RoutePlanner):
         return None
 
     def _ahead(self):
-        """How far the robot drives before it could turn off [m]."""
+        """Distance that the robot drives before it can turn off [m]."""
         speed = self.knowledge.robot.speed()
         speed = 0.0 if isnan(speed) else max(speed, 0.0)
         return speed * AHEAD + speed * speed / (2.0 * self._brake)
 
     def _begin(self, kept, field, start):
-        """(k, 2) What will be driven before a new way can begin, from where the robot is [m]."""
+        """Points driven before a new path can begin, from the robot's position on [m], shape (k, 2)."""
         ahead, here = self._ahead(), np.array(start[:2])
         if kept is not None:
             points = kept.ahead(start, ahead)
@@ -148,10 +151,10 @@ class GridAstar(RoutePlanner):
 
 
 class Field(NamedTuple):
-    """What is known of a rectangle of cells, ready to be searched."""
+    """Costs and obstacles of a map section for the search."""
 
     around: DistanceField
-    cost: np.ndarray  # (rows, columns) of a metre, at least 1; inf where the hull cannot be
+    cost: np.ndarray  # (rows, columns) cost of a metre, at least 1; inf where the hull does not fit
     inner: float  # radius of the hull's inner circle [m]
     revision: int
 
@@ -174,40 +177,40 @@ class Field(NamedTuple):
         return cls(around, cost, inner, window.revision)
 
     def close(self, cost, place):
-        """Let nothing go by a place [m] any more."""
+        """Close the cells around a point [m]."""
         away = self.around.centres() - place
         cost[(away * away).sum(axis=-1) < SHUT * SHUT] = inf
 
     def prices(self, points):
-        """(k,) What a metre costs at points (k, 2) [m]; TIGHT at most."""
+        """Cost of a metre at points (k, 2) [m], shape (k,); at most TIGHT."""
         return self.around.sample(np.minimum(self.cost, TIGHT), points)
 
 
 class Way(NamedTuple):
-    """A way that was found."""
+    """Planned path."""
 
     points: np.ndarray  # (k, 2) [m]
-    path: list[Point]  # the same, as missions take it
-    prices: np.ndarray  # (k,) of a metre, when it was drawn
-    found: np.ndarray  # (k,) when it was found, which is before it was bent
+    path: list[Point]  # the same points, as returned to missions
+    prices: np.ndarray  # (k,) cost of a metre when the path was last bent
+    found: np.ndarray  # (k,) cost of a metre when the path was found
     goal: Point
     complete: bool  # whether it ends at the goal
-    revision: int  # of the map, when it was last looked at
+    revision: int  # of the map at the last check
 
     def nearest(self, start):
         return int(np.hypot(*(self.points - start[:2]).T).argmin())
 
     def serves(self, start, goal):
-        """Whether it leads to that goal and is long enough, and the robot is on it."""
+        """Whether the path leads to the goal, is long enough, and the robot is on it."""
         nearest = self.nearest(start)
         off = hypot(*(self.points[nearest] - start[:2]))
         left = STEP * (len(self.points) - nearest)
         return self.goal == goal[:2] and off < OFF and (self.complete or left > SHORT)
 
     def bent(self, field, footprint, start, ahead, clearance):
-        """The way in a map that has changed: as it is, or bent by what has come up beside it; None if it is no good.
+        """Path in a changed map: unchanged, or bent around new obstacles; None if it must be replaced.
 
-        What is driven within `ahead` [m] stays.
+        The part that is driven within `ahead` [m] is not changed.
         """
         first = max(self.nearest(start) - 1, 0)
         way, now = self, field.prices(self.points[first:])
@@ -222,13 +225,13 @@ class Way(NamedTuple):
         return way._replace(revision=field.revision)
 
     def ahead(self, start, distance):
-        """(k, 2) The next part of the way [m]; where the robot stands or nearly, its place alone."""
+        """Next part of the path [m], shape (k, 2); only the robot's position if it is nearly stationary."""
         nearest, count = self.nearest(start), int(distance / STEP)
         return self.points[max(nearest - 1, 0) : nearest + 1 + count] if count else np.array([start[:2]])
 
 
 def _search(field, cost, start, goal):
-    """(k, 2) Cells' centres from start to goal, or to where the field is left towards it [m]; None without a way."""
+    """Cell centres from start to goal, or to the border toward the goal [m], shape (k, 2); None without a path."""
     rows, columns = cost.shape
     here, there = field.around.cell(start), field.around.cell(goal)
     row, column = np.indices(cost.shape)
@@ -255,7 +258,7 @@ def _search(field, cost, start, goal):
 
 
 def _let_out(field, cost, place):
-    """Change the costs such that a robot that stands too near to something may drive off, at a price."""
+    """Change the costs so that a robot too near to an obstacle can drive off, at a high cost."""
     around, here = int(0.5 / field.around.cell_size), field.around.cell(place)
     if cost[here] == inf:
         part = tuple(slice(max(at - around, 0), at + around + 1) for at in here)
@@ -266,7 +269,7 @@ def _let_out(field, cost, place):
 
 
 def _turning(field, cost, start):
-    """Add to the costs what a turn costs who looks elsewhere."""
+    """Add the cost of the initial turn to the cells near the robot."""
     reach = int(NEAR / field.around.cell_size)
     row, column = field.around.cell(start)
     part = slice(max(row - reach, 0), row + reach + 1), slice(max(column - reach, 0), column + reach + 1)
@@ -278,7 +281,7 @@ def _turning(field, cost, start):
 
 
 def _reduced(cost, guess):
-    """The graph of all cells with costs less the progress that the guess promises: on it Dijkstra's search is A*."""
+    """Graph of all cells with costs minus the heuristic's progress; Dijkstra's search on it is equivalent to A*."""
     rows, columns = cost.shape
     near, starts = _neighbours(rows, columns)
     around, ahead = np.pad(cost, 1, constant_values=inf), np.pad(guess, 1)
@@ -286,13 +289,13 @@ def _reduced(cost, guess):
     for k, (i, j) in enumerate(NEIGHBOURS):
         part = slice(1 + i, 1 + i + rows), slice(1 + j, 1 + j + columns)
         weights[:, :, k] = (0.5 * LEGS[k]) * (cost + around[part]) + (ahead[part] - guess)
-    np.maximum(weights, 1e-9, out=weights)  # what rounding made negative; zero would be no edge
+    np.maximum(weights, 1e-9, out=weights)  # rounding may give negative values; a zero would be no edge
     return csr_array((weights.reshape(-1), near, starts), shape=(cost.size, cost.size))
 
 
 @lru_cache(maxsize=16)
 def _neighbours(rows, columns):
-    """Column indices and row starts of the graph of a field; what lies outside is the cell itself, at infinite cost."""
+    """Column indices and row starts of a section's graph; neighbours outside are the cell itself, at infinite cost."""
     own = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     padded = np.pad(own, 1, constant_values=-1)
     near = np.stack([padded[1 + i : 1 + i + rows, 1 + j : 1 + j + columns] for i, j in NEIGHBOURS], axis=-1)
@@ -302,14 +305,14 @@ def _neighbours(rows, columns):
 
 
 def _edge(rows, columns, aim):
-    """The cells of those edges of a field beyond which its goal lies."""
+    """Cells of the section's borders beyond which the goal is."""
     own, (row, column) = np.arange(rows * columns).reshape(rows, columns), aim
     beyond = ((own[0], row < 0.0), (own[-1], row >= rows), (own[:, 0], column < 0.0), (own[:, -1], column >= columns))
     return np.concatenate([edge for edge, is_beyond in beyond if is_beyond])
 
 
 def _turns_back(begun, cells):
-    """Whether a way leads back on what will be driven before it begins."""
+    """Whether a path leads back over the part that is driven before it begins."""
     if len(begun) < 2:
         return False
     first, ahead = begun[-1] - begun[-2], cells[min(TURN, len(cells) - 1)] - cells[0]
@@ -317,7 +320,7 @@ def _turns_back(begun, cells):
 
 
 def _drawn(field, footprint, begun, cells, goal):
-    """The way over cells, smooth, after what has begun."""
+    """Smoothed path over cells, after the part that has begun."""
     complete = field.around.cell(goal) is not None
     rough = np.vstack([begun, cells[1:], *([np.array([goal[:2]])] if complete else [])])
     points = relaxed(field.around, footprint, _resampled(rough, len(begun)), len(begun))
@@ -326,9 +329,9 @@ def _drawn(field, footprint, begun, cells, goal):
 
 
 def _too_tight(field, footprint, points, start, clearance):
-    """The place on a way at which the hull has least, and less than the clearance [m]; None where it fits everywhere.
+    """Point of a path with the largest violation of the clearance [m]; None if the hull fits everywhere.
 
-    Near where the robot is now it may have less, if it does not lose more on the next steps and does not touch.
+    Near the robot's position a smaller gap is allowed if it does not decrease further and there is no contact.
     """
     if len(points) < 2:
         return None
@@ -337,7 +340,7 @@ def _too_tight(field, footprint, points, start, clearance):
         return None
     yaws = headings(points)
     off = wrap_angle(start.yaw - float(yaws[0]))
-    if abs(off) < TURN_FIRST:  # it turns into the way while it drives
+    if abs(off) < TURN_FIRST:  # the robot aligns with the path while it drives
         yaws += off * np.exp(-np.hypot(*(points - start[:2]).T) / ALIGNED)
     poses = np.column_stack([points, yaws])[near]
     low, high = points[near].min(axis=0) - 0.5, points[near].max(axis=0) + 0.5
@@ -350,7 +353,7 @@ def _too_tight(field, footprint, points, start, clearance):
 
 
 def _resampled(points, kept):
-    """The points at even steps, the first ones as they are."""
+    """Points with even spacing; the first ones are unchanged."""
     head, tail = points[:kept], points[kept - 1 :]
     stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(tail, axis=0).T))])
     at = np.linspace(0.0, stations[-1], max(2, round(stations[-1] / STEP) + 1))

@@ -1,9 +1,8 @@
-"""The cheapest way over a state lattice: places with a heading, joined by what a car-like robot can drive.
+"""Cheapest path over a state lattice: positions with a heading, connected by motions of a car-like robot.
 
-The heading is part of the search, so that the hull is held against the map as it will stand there, and turns cost what
-they take. Source: Pivtoraiko and Kelly, Efficient constrained path planning via search in state lattices (i-SAIRAS
-2005); here with eight headings, and SciPy's Dijkstra as the search. It works on the map that the robot makes for
-itself; what nobody has seen yet counts as free.
+The heading is part of the search, so that the hull's pose is checked against the map, and turns have a cost. Source:
+Pivtoraiko and Kelly, Efficient constrained path planning via search in state lattices (i-SAIRAS 2005); here with eight
+headings, and SciPy's Dijkstra as the search. It uses the robot's own map; unobserved cells count as free.
 """
 
 from itertools import pairwise
@@ -16,21 +15,21 @@ from scipy.sparse.csgraph import dijkstra
 
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OCCUPIED
-from rocs_bt.plan import NoRoute, Point, RoutePlanner, off_way
+from rocs_bt.plan import NoRoute, Point, RoutePlanner, distance_to_path
 
-SIDE = 0.2  # [m] Between places of the lattice.
-AROUND = 3.0  # [m] How far beyond start and goal it looks.
-REACH = 8.0  # [m] How far around the robot it looks, at most.
-EASE, SLOWEST = 0.5, 0.15  # [m] Clearance beyond which nothing costs speed; the share of the full speed at the least.
-TURN = 0.4  # [m] What a turn of 45 deg on the spot costs.
-OFF = 0.3  # [m] Farther from it than this nobody is on a way.
+SIDE = 0.2  # [m] Spacing of the lattice.
+AROUND = 3.0  # [m] Margin of the map section around start and goal.
+REACH = 8.0  # [m] Maximum range of the map section around the robot.
+EASE, SLOWEST = 0.5, 0.15  # [m] Clearance beyond which the speed is not reduced; fraction of it at zero clearance.
+TURN = 0.4  # [m] Cost of a turn of 45 deg on the spot.
+OFF = 0.3  # [m] Maximum distance between the robot and its path.
 
 STEPS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (rows, columns) by heading
 HEADINGS = len(STEPS)
 
 
 class Lattice(RoutePlanner):
-    """Plans in the robot's own map; needs a LocalMap among its analysers, and its length and width."""
+    """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width."""
 
     def __init__(self, knowledge):
         super().__init__(knowledge)
@@ -41,10 +40,10 @@ class Lattice(RoutePlanner):
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         grid = self.knowledge.world.occupancy
         if grid is None:
-            raise NoRoute("nobody draws a map; give the robot the analyser LocalMap")
+            raise NoRoute("the robot builds no map; add the analyser LocalMap")
         if self._kept is not None:
             way, towards, revision = self._kept
-            if towards == goal[:2] and off_way(start[:2], way) < OFF:
+            if towards == goal[:2] and distance_to_path(start[:2], way) < OFF:
                 if revision == grid.revision:
                     return way
                 if _clear(grid, way, 0.5 * self._width + clearance):
@@ -53,7 +52,7 @@ class Lattice(RoutePlanner):
         revision, field = grid.revision, _Field(grid, start, goal, self._length, self._width, clearance)
         cells = field.search(start, goal)
         if cells is None:
-            raise NoRoute("no way leads through what is on the map")
+            raise NoRoute("the map contains no path to the goal")
         end = [goal[:2]] if field.holds(goal) else []
         way = [start[:2], *cells[1:], *end]
         self._kept = way, goal[:2], revision
@@ -61,7 +60,7 @@ class Lattice(RoutePlanner):
 
 
 class _Field:
-    """The lattice over a part of the map: where the hull can stand in which heading, and what a metre costs there."""
+    """Lattice over a map section: free poses of the hull, and the cost of a metre there."""
 
     def __init__(self, grid, start, goal, length, width, clearance):
         here, there = np.array(start[:2]), np.array(goal[:2])
@@ -79,7 +78,7 @@ class _Field:
         self._room = np.stack([self._beside(k, length, width) for k in range(HEADINGS)], axis=-1) - clearance
 
     def _beside(self, heading, length, width):
-        """(rows, columns) The room beside the hull that stands there in a heading [m]; the hull as discs."""
+        """Gap beside the hull, approximated by discs, at a heading [m], shape (rows, columns)."""
         count = max(1, ceil(length / width - 1e-9))
         part, yaw = length / (2 * count), heading * pi / 4.0
         radius, least = hypot(part, 0.5 * width), np.full(self._x.shape, inf)
@@ -92,12 +91,12 @@ class _Field:
         return least
 
     def holds(self, goal):
-        """Whether a place is on the lattice."""
+        """Whether a point is on the lattice."""
         column, row = (np.array(goal[:2]) - self._low) / SIDE
         return -0.5 <= column <= self._columns - 0.5 and -0.5 <= row <= self._rows - 0.5
 
     def search(self, start, goal):
-        """The places of the cheapest way, as points [m]; None without one."""
+        """Points of the cheapest path [m]; None if there is none."""
         graph, first = self._graph(start), self._node(start, round(start.yaw / (pi / 4.0)))
         distance, before = dijkstra(graph, indices=first, return_predecessors=True)
         ends = self._ends(goal)
@@ -107,7 +106,7 @@ class _Field:
         nodes = [best]
         while nodes[-1] != first:
             nodes.append(before[nodes[-1]])
-        cells = dict.fromkeys(int(node) // HEADINGS for node in reversed(nodes))  # turns on the spot are one place
+        cells = dict.fromkeys(int(node) // HEADINGS for node in reversed(nodes))  # turns on the spot share one position
         return [(float(self._x.flat[c]), float(self._y.flat[c])) for c in cells]
 
     def _node(self, pose, heading):
@@ -116,7 +115,7 @@ class _Field:
         return int((row * self._columns + column) * HEADINGS + heading % HEADINGS)
 
     def _ends(self, goal):
-        """The nodes to reach: the goal in any heading, or the border of the lattice that is nearest to it."""
+        """Target nodes: the goal at any heading, or the lattice's border nearest to it."""
         if self.holds(goal):
             return self._node(goal, 0) + np.arange(HEADINGS)
         away = np.hypot(self._x - goal.x, self._y - goal.y)
@@ -124,10 +123,10 @@ class _Field:
         return ((rows * self._columns + columns)[:, None] * HEADINGS + np.arange(HEADINGS)).ravel()
 
     def _graph(self, start):
-        """All moves: a step ahead, a bend to either side, a turn on the spot; none where the hull cannot stand."""
+        """All motions: a step ahead, a bend to either side, a turn on the spot; only where the hull fits."""
         can = self._room > 0.0
         here = self._node(start, 0)
-        can.reshape(-1)[here : here + HEADINGS] = True  # who stands too near to something may still drive off
+        can.reshape(-1)[here : here + HEADINGS] = True  # a robot that is too near to an obstacle may still drive off
         price = 1.0 / np.clip(self._room / EASE, SLOWEST, 1.0)
         sources, targets, costs = [], [], []
         for k, (i, j) in enumerate(STEPS):
@@ -143,7 +142,7 @@ class _Field:
         )
 
     def _moves(self, can, price, headings, step, length, sources, targets, costs):
-        """Add the moves of one kind from every place at which they can be made."""
+        """Add the motions of one kind from every position where they are possible."""
         (k, m), (di, dj) = headings, step
         rows = slice(max(0, -di), self._rows - max(0, di)), slice(max(0, di), self._rows - max(0, -di))
         columns = slice(max(0, -dj), self._columns - max(0, dj)), slice(max(0, dj), self._columns - max(0, -dj))
@@ -156,7 +155,7 @@ class _Field:
 
 
 def _clear(grid, way, room):
-    """Whether nothing stands on a way that was found before."""
+    """Whether a path found earlier is still free."""
     points = np.vstack([np.linspace(a, b, max(2, ceil(dist(a, b) / 0.1))) for a, b in pairwise(way)])
     window = grid.window(tuple(points.min(axis=0) - 1.0), tuple(points.max(axis=0) + 1.0))
     things = window.points()

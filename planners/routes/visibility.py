@@ -1,9 +1,11 @@
-"""The shortest way around known things: straight lines between corners that see each other.
+"""Shortest path around known obstacles: straight lines between corners in line of sight.
 
-What is known to stand there are the objects of the world model that have a pose and a size: a `radius`, or a `length`
-and a `width`. Each is grown by the robot's own radius, seen from its base, and the clearance, to a convex polygon; the
-graph's nodes are the polygons' corners, its edges the lines between them that cross no polygon. The shortest path in
-it is the shortest way there is among such polygons (Lozano-Perez and Wesley, Communications of the ACM 22, 1979).
+Obstacles are objects of the world model with a pose and a size: a `radius`, or a `length` and a `width`. Each is grown
+by
+the robot's radius around its base and the clearance, to a convex polygon. The graph's nodes are the polygons' corners,
+its
+edges the lines between them that cross no polygon. Its shortest path is optimal among such polygons (Lozano-Perez and
+Wesley, Communications of the ACM 22, 1979).
 """
 
 from itertools import combinations
@@ -14,8 +16,8 @@ import networkx as nx
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan import NoRoute, Point, RoutePlanner
 
-SIDES = 12  # of the polygon around a round thing
-INSIDE = 1e-6  # [m]; what touches a polygon does not cross it
+SIDES = 12  # of the polygon around a round obstacle
+INSIDE = 1e-6  # [m]; a line that touches a polygon does not cross it
 
 
 class Visibility(RoutePlanner):
@@ -28,7 +30,7 @@ class Visibility(RoutePlanner):
         corners = {c for polygon in grown.values() for c in polygon if not _within(c, grown)}
         graph = nx.Graph()
         graph.add_nodes_from([here, there])
-        # A robot that stands too near to something may still drive off: only the thing itself is in its way.
+        # A robot too near to an obstacle may still drive off: only the obstacle itself, not its margin, blocks it.
         lenient = {n: (p if not _inside(here, p) else self._polygons(0.0)[n]) for n, p in grown.items()}
         for a, b in combinations([here, there, *sorted(corners)], 2):
             polygons = lenient if here in (a, b) else grown
@@ -38,15 +40,15 @@ class Visibility(RoutePlanner):
             return [tuple(map(float, p)) for p in nx.shortest_path(graph, here, there, weight="weight")]
         except nx.NetworkXNoPath as error:
             names = ", ".join(f"'{name}'" for name in sorted(grown))
-            raise NoRoute(f"no way leads between {names} with {clearance:g} m to spare") from error
+            raise NoRoute(f"there is no path between {names} with a clearance of {clearance:g} m") from error
 
     def _robot(self) -> float:
-        """How far the robot's hull reaches from its base [m], whichever way it turns; 0 where nobody knows."""
+        """Radius of the robot's hull around its base at any heading [m]; 0 if unknown."""
         known = self.knowledge.graph.attributes(self.knowledge.agent)
         return known.get("radius", 0.5 * hypot(known.get("length", 0.0), known.get("width", 0.0)))
 
     def _polygons(self, margin: float) -> dict[str, list[Point]]:
-        """The known things, grown by a margin [m], corners counterclockwise."""
+        """Known obstacles, grown by a margin [m], corners counterclockwise."""
         found = {}
         for name in self.knowledge.world.objects():
             known = self.knowledge.graph.attributes(name)
@@ -65,7 +67,7 @@ class Visibility(RoutePlanner):
 
 
 def _round(centre: Pose2, radius: float) -> list[Point]:
-    """A regular polygon around a circle, which touches it from outside."""
+    """Regular polygon that circumscribes a circle."""
     outer = radius / cos(pi / SIDES)
     angles = [2.0 * pi * i / SIDES for i in range(SIDES)]
     return [(centre.x + outer * cos(a), centre.y + outer * sin(a)) for a in angles]
@@ -80,7 +82,7 @@ def _edges(polygon: list[Point]) -> list[tuple[Point, Point]]:
 
 
 def _depth(point: Point, edge: tuple[Point, Point]) -> float:
-    """How far a point is to the left of an edge [m], which is inwards."""
+    """Distance of a point to the left of an edge [m], which is inside."""
     (ax, ay), (bx, by) = edge
     return ((bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax)) / dist(*edge)
 
@@ -94,7 +96,7 @@ def _within(point: Point, polygons: dict[str, list[Point]]) -> bool:
 
 
 def _crosses(a: Point, b: Point, polygon: list[Point]) -> bool:
-    """Whether a line runs through a polygon: its part on the inner side of all edges is not empty (Cyrus, Beck)."""
+    """Whether a line crosses a polygon: its part inside all edges is not empty (Cyrus, Beck)."""
     low, high = 0.0, 1.0
     for edge in _edges(polygon):
         at_a, at_b = _depth(a, edge) - INSIDE, _depth(b, edge) - INSIDE

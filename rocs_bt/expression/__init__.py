@@ -1,6 +1,6 @@
-"""The one expression language of rule guards, tree conditions and run-time monitors.
+"""Expression language of rule guards, tree conditions and run-time monitors.
 
-It knows signals and units, and no block. Whoever reads a condition from a file imports it.
+Depends on signals and units only. Any module that reads a condition from a file may import it.
 """
 
 from .compiler import Expression, compile_expression, compile_node, compile_plain

@@ -1,4 +1,4 @@
-"""Expressions as generated Python functions: the same values as the interpreter, sixteen to forty times faster."""
+"""Expressions compiled to Python functions: same values as the interpreter, sixteen to forty times faster."""
 
 from __future__ import annotations
 
@@ -21,18 +21,19 @@ Snapshot = NDArray[np.float64] | Sequence[float]
 
 
 class Expression:
-    """A compiled expression of a single value.
+    """Compiled expression of a single value.
 
-    One with temporal operations remembers what it was called with: its samples are the calls, and a time before the
-    last one's begins anew.
+    An expression with temporal operations keeps state between calls: its samples are the calls, and a call with an
+    earlier
+    time than the last one resets it.
 
     Args:
-        node: Its typed tree.
-        margins: Whether every call also computes how far the truth value is from changing.
+        node: Typed tree of the expression.
+        margins: Whether each call also computes the robustness margin of the truth value.
 
     Attributes:
-        node: Its typed tree.
-        margin: The margin at the last call, NaN where it is not known or was not asked for; positive where it is true.
+        node: Typed tree of the expression.
+        margin: Robustness margin at the last call, positive if true; NaN if unknown or not requested.
     """
 
     def __init__(self, node: Node, margins: bool = False) -> None:
@@ -49,15 +50,15 @@ class Expression:
 
     @property
     def text(self) -> str:
-        """How it was written."""
+        """Text of the expression."""
         return self.node.text
 
     def __call__(self, x: Snapshot, t: float = 0.0) -> float | bool | None:
-        """The value; None where it is invalid, because a value that it needs is NaN or its own is not a number.
+        """Value; None if invalid, because a required value is NaN or the result is not a number.
 
         Args:
-            x: The snapshot, (size,) in SI units.
-            t: The snapshot's time [s].
+            x: Snapshot in SI units, shape (size,).
+            t: Time of the snapshot [s].
         """
         if t < self._time:
             self.reset()
@@ -71,7 +72,7 @@ class Expression:
         _ = self._function
 
     def reset(self) -> None:
-        """Forget all earlier calls."""
+        """Discard the state of all earlier calls."""
         self._time = -math.inf
         self._cells[:] = self._program.cells.tolist()
 
@@ -108,16 +109,16 @@ def _body(program: Program, fast: bool) -> list[str]:
 def compile_plain(
     node: Node, argument: str = "x", head: Sequence[str] = (), names: Mapping[str, Any] | None = None
 ) -> Callable[[Any], Any]:
-    """The bare function of an expression of a single value without temporal operations.
+    """Compile an expression of a single value without temporal operations to a plain function.
 
     Args:
-        node: Its typed tree.
-        argument: The name of the function's argument.
-        head: Source lines that assign `x`, the values that the expression reads, where that is not the argument.
+        node: Typed tree of the expression.
+        argument: Name of the function's argument.
+        head: Source lines that assign `x`, the values that the expression reads, if that is not the argument.
         names: Names that these lines use.
 
     Returns:
-        A function of the argument; None where the value is invalid.
+        Function of the argument; it returns None if the value is invalid.
     """
     program = lower([node])
     lines = [f"def plain({argument}):  # {' '.join(node.text.split())}", *(f"    {line}" for line in head)]
@@ -140,7 +141,7 @@ def compile_expression(text: str, environment: Environment) -> Expression:
     """Parse and compile an expression of a single value.
 
     Raises:
-        InputError: As `parse`.
+        InputError: See `parse`.
     """
     return compile_node(parse(text, environment))
 

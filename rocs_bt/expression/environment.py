@@ -1,4 +1,4 @@
-"""What the names in an expression mean: signals with their place in the snapshot, and aliases."""
+"""Meaning of the names in an expression: signals with their position in the snapshot, and aliases."""
 
 from __future__ import annotations
 
@@ -12,47 +12,47 @@ from .node import Node
 
 
 class SignalLayout(Protocol):
-    """The part of Knowledge's signal table that an environment is built from."""
+    """Part of Knowledge's signal table that defines an environment."""
 
     @property
     def names(self) -> Collection[str]:
-        """All signals."""
+        """Names of all signals."""
         ...
 
     def spec(self, name: str) -> Signal:
-        """A signal's declaration."""
+        """Declaration of a signal."""
         ...
 
     def slice_of(self, name: str) -> slice:
-        """Where a signal stands in the snapshot."""
+        """Position of a signal in the snapshot."""
         ...
 
 
 class Forms(Protocol):
-    """What an environment understands beside names of numbers: dotted names, texts in quotes, functions of things."""
+    """Additional syntax of an environment: dotted names, quoted texts, functions of graph nodes."""
 
     def read(self, tree: ast.expr, at: Callable[[ast.expr], int]) -> Node | None:
-        """What a part of an expression means; None where it is for the language itself to say.
+        """Typed tree of a part of an expression; None to leave the part to the base language.
 
         Args:
-            tree: The part. A text in quotes is blanked out in it.
-            at: Where any part begins in the text that was written, 0-based.
+            tree: Part of the expression, with quoted texts blanked out.
+            at: Function that returns the offset of a part in the original text, counted from 0.
 
         Raises:
-            Misuse: It means nothing here.
+            Misuse: The part has no meaning in this environment.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Environment:
-    """The names that expressions may use.
+    """Names that expressions may use.
 
     Attributes:
-        signals: Each signal's declaration.
-        offsets: Where each signal begins in the snapshot.
-        aliases: Names for expressions.
-        forms: What else it understands, such as the things of a query; None for nothing.
+        signals: Declaration of each signal.
+        offsets: First index of each signal in the snapshot.
+        aliases: Names of expressions.
+        forms: Additional syntax, such as that of queries; None for none.
     """
 
     signals: Mapping[str, Signal]
@@ -62,7 +62,7 @@ class Environment:
 
     @staticmethod
     def of(table: SignalLayout) -> Environment:
-        """The environment of a signal table that is complete: its layout must not change any more."""
+        """Environment of a signal table whose layout is final."""
         names = list(table.names)
         return Environment(
             signals={name: table.spec(name) for name in names},
@@ -71,7 +71,7 @@ class Environment:
 
     @staticmethod
     def packed(signals: Iterable[Signal]) -> Environment:
-        """The environment of signals that stand in the snapshot one after the other."""
+        """Environment of signals that are contiguous in the snapshot."""
         declared, offsets, at = {}, {}, 0
         for signal in signals:
             declared[signal.name], offsets[signal.name] = signal, at
@@ -79,15 +79,15 @@ class Environment:
         return Environment(declared, offsets)
 
     def with_alias(self, name: str, node: Node) -> Environment:
-        """This environment and one name more."""
+        """Copy of this environment with an additional alias."""
         return replace(self, aliases={**self.aliases, name: node})
 
     @property
     def size(self) -> int:
-        """How many values a snapshot has, as far as is known here."""
+        """Minimum number of values of a snapshot."""
         return max((at + self.signals[name].size for name, at in self.offsets.items()), default=0)
 
     @property
     def names(self) -> list[str]:
-        """All names that an expression may use for values."""
+        """All names that expressions may use for values."""
         return [*self.signals, *self.aliases]

@@ -1,7 +1,8 @@
-"""The functions of the language: what each takes and what kind it gives.
+"""Functions of the language: their arguments and the kind of their results.
 
-A group is a signal, a slice of one, or anything computed value by value from one; where a group is wanted a single
-number stands for a group of one, since the same rule must load on a robot with one rear sonar and with six.
+A group is a signal, a slice of one, or a value-by-value computation on one. A single number is accepted as a group of
+one,
+because the same rule must load on a robot with one rear sonar and with six.
 """
 
 from __future__ import annotations
@@ -14,18 +15,18 @@ from .node import PLAIN, TRUTH, Kind, Node
 
 
 class Misuse(Exception):
-    """A function that was given the wrong things; the parser adds the place."""
+    """Function call with wrong arguments; the parser adds the position."""
 
 
 @dataclass(frozen=True)
 class Function:
-    """A function of the language.
+    """Function of the language.
 
     Attributes:
-        usage: How it is written.
-        doc: What it gives.
-        kind: The kind of a call's result; raises Misuse. It is not given the window.
-        window: Whether the last thing in its brackets is a length of time.
+        usage: Syntax of a call.
+        doc: Description of the result.
+        kind: Function that returns the kind of a call's result, given the arguments without the window; raises Misuse.
+        window: Whether the last argument is a length of time.
     """
 
     usage: str
@@ -35,10 +36,10 @@ class Function:
 
 
 def same_dimension(args: Sequence[Node], what: str) -> Dimension:
-    """The dimension that all args share.
+    """Common dimension of all arguments.
 
     Raises:
-        Misuse: They do not, or are no numbers; the message shows both sides.
+        Misuse: The dimensions differ or an argument is not a number; the message shows both sides.
     """
     for arg in args:
         if arg.kind.boolean:
@@ -55,7 +56,7 @@ def same_dimension(args: Sequence[Node], what: str) -> Dimension:
 
 
 def same_size(args: Sequence[Node], what: str) -> int:
-    """The size of value-by-value work: 0 where all are single, else the size that all groups share."""
+    """Size of a value-by-value operation: 0 if all arguments are single, else the common size of all groups."""
     groups = [arg for arg in args if arg.kind.size]
     for group in groups:
         if group.kind.size != groups[0].kind.size:
@@ -172,7 +173,7 @@ def _least_at(args: Sequence[Node]) -> Kind:
 
 
 def _past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
-    """Temporal operations on truth values."""
+    """Kind of temporal operations on truth values."""
 
     def kind(args: Sequence[Node]) -> Kind:
         _count(args, count)
@@ -193,31 +194,33 @@ def _rate(args: Sequence[Node]) -> Kind:
 
 
 FUNCTIONS: Mapping[str, Function] = {
-    "min": Function("min(group) or min(a, b, ...)", "the least value", _reduce),
-    "max": Function("max(group) or max(a, b, ...)", "the greatest value", _reduce),
+    "min": Function("min(group) or min(a, b, ...)", "the minimum", _reduce),
+    "max": Function("max(group) or max(a, b, ...)", "the maximum", _reduce),
     "sum": Function("sum(group)", "the sum", _total),
     "mean": Function("mean(group)", "the mean", _total),
-    "any": Function("any(group < a)", "whether one comparison holds", _truths(TRUTH)),
-    "all": Function("all(group < a)", "whether all comparisons hold", _truths(TRUTH)),
-    "count": Function("count(group < a)", "how many comparisons hold", _truths(PLAIN)),
-    "abs": Function("abs(a)", "the size without the sign, value by value", _absolute),
-    "clip": Function("clip(a, low, high)", "a between low and high, value by value; high wins", _clip),
-    "hypot": Function("hypot(a, b)", "the length of the diagonal", _hypot),
+    "any": Function("any(group < a)", "whether at least one comparison is true", _truths(TRUTH)),
+    "all": Function("all(group < a)", "whether all comparisons are true", _truths(TRUTH)),
+    "count": Function("count(group < a)", "the number of true comparisons", _truths(PLAIN)),
+    "abs": Function("abs(a)", "the absolute value, value by value", _absolute),
+    "clip": Function("clip(a, low, high)", "a limited to low and high, value by value; high has precedence", _clip),
+    "hypot": Function("hypot(a, b)", "the length of the vector (a, b)", _hypot),
     "sign": Function("sign(a)", "-1, 0 or 1", _sign),
     "side": Function("side(a)", "-1 or 1; side(0) is 1, so that a turn is never zero", _sign),
-    "sqrt": Function("sqrt(a)", "the square root; of a negative number invalid", _root),
-    "wrap_angle": Function("wrap_angle(a)", "the same angle in (-180, 180] deg; of an infinite one invalid", _angle),
+    "sqrt": Function("sqrt(a)", "the square root; invalid for a negative number", _root),
+    "wrap_angle": Function("wrap_angle(a)", "the same angle in (-180, 180] deg; invalid if infinite", _angle),
     "min_valid": Function(
-        "min_valid(group, k)", "the least of the valid values; invalid only if fewer than k are valid", _min_valid
+        "min_valid(group, k)", "the minimum of the valid values; invalid only if fewer than k are valid", _min_valid
     ),
-    "argmin": Function("argmin(group)", "which value is the least, from 0; of equal ones the first", _least_at),
-    "dot": Function("dot(group, [a, b, ...])", "the sum of the products with constants", _dot),
+    "argmin": Function("argmin(group)", "the index of the minimum, from 0; the first of equal values", _least_at),
+    "dot": Function("dot(group, [a, b, ...])", "the dot product with constants", _dot),
     "atan2": Function("atan2(y, x)", "the angle of the point (x, y)", _atan2),
-    "held": Function("held(test, 0.2 s)", "whether the test has held for so long", _past(1, TRUTH), True),
-    "once": Function("once(test, 2 s)", "whether the test held at any time in the last 2 s", _past(1, TRUTH), True),
+    "held": Function("held(test, 0.2 s)", "whether the test has been true for this time", _past(1, TRUTH), True),
+    "once": Function("once(test, 2 s)", "whether the test was true at any time in the last 2 s", _past(1, TRUTH), True),
     "since": Function(
-        "since(a, b, 2 s)", "whether b held in the last 2 s, and a ever since then", _past(2, TRUTH), True
+        "since(a, b, 2 s)", "whether b was true in the last 2 s, and a has been true since then", _past(2, TRUTH), True
     ),
-    "time_since": Function("time_since(test)", "how long ago the test held last; inf: never", _past(1, Kind(TIME))),
-    "rate": Function("rate(a, 0.5 s)", "how fast a changes, over the last 0.5 s", _rate, True),
+    "time_since": Function(
+        "time_since(test)", "the time since the test was last true; inf: never", _past(1, Kind(TIME))
+    ),
+    "rate": Function("rate(a, 0.5 s)", "the mean rate of change of a over the last 0.5 s", _rate, True),
 }

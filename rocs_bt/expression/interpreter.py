@@ -1,7 +1,8 @@
-"""The value of an expression on one snapshot, as plainly as it can be written; `compiler` gives the same values faster.
+"""Reference interpreter: value of an expression on one snapshot; `compiler` computes the same values faster.
 
-None is *invalid*, for numbers and for truth values; a number that is NaN is invalid. Truth is three-valued (Kleene):
-`False and invalid` is False.
+None is *invalid*, for numbers and truth values; a NaN is invalid. Truth is three-valued (Kleene): `False and invalid`
+is
+False.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ _SIGNS: Mapping[str, Callable[[Any, Any], bool]] = {
 
 
 def evaluate(node: Node, x: Sequence[float]) -> float | bool | None:
-    """The value of an expression of a single value without temporal operations; None where it is invalid.
+    """Value of a single-valued expression without temporal operations; None if invalid.
 
     Args:
-        node: From `parse`.
-        x: The snapshot, all signals one after the other.
+        node: Typed tree from `parse`.
+        x: Snapshot, all signals concatenated.
     """
     value: float | bool | None = _value(node, x)
     if isinstance(value, list):
@@ -45,7 +46,7 @@ def _value(node: Node, x: Sequence[float]) -> Value:
 
 
 def combine(node: Node, values: Sequence[Value]) -> Value:
-    """The value of an operation that is not temporal, from those of its args."""
+    """Value of a non-temporal operation, given the values of its arguments."""
     if not node.kind.size:
         return known(_single(node, values))
     rows = [[v[k] if isinstance(v, list) else v for v in values] for k in range(node.kind.size)]
@@ -53,28 +54,28 @@ def combine(node: Node, values: Sequence[Value]) -> Value:
 
 
 def known(value: Value) -> Value:
-    """None for what is not a number."""
+    """The value, or None for NaN."""
     if isinstance(value, list):
         return [known(v) for v in value]
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def every(values: Sequence[bool | None]) -> bool | None:
-    """Three-valued and."""
+    """Three-valued conjunction."""
     if any(value is False for value in values):
         return False
     return None if None in values else True
 
 
 def some(values: Sequence[bool | None]) -> bool | None:
-    """Three-valued or."""
+    """Three-valued disjunction."""
     if any(value is True for value in values):
         return True
     return None if None in values else False
 
 
 def _single(node: Node, values: Sequence[Value]) -> Value:
-    """One operation on values; groups have been taken apart, but for the functions that reduce them."""
+    """One operation on single values; only the functions that reduce groups get groups."""
     match node.op:
         case "and":
             return every(values)
@@ -102,7 +103,7 @@ def _flat(*values: Value) -> list[Any]:
 
 
 def _sum(values: Sequence[float]) -> float:
-    """From the first to the last; Python's own sum is more exact, but not the same everywhere."""
+    """Sum in order; Python's own sum is more exact, but differs between platforms."""
     total = values[0]
     for value in values[1:]:
         total += value
@@ -110,7 +111,7 @@ def _sum(values: Sequence[float]) -> float:
 
 
 def hypot(a: float, b: float) -> float:
-    """The C library's: Python's own differs from it in the last digit."""
+    """Hypotenuse by the C library: Python's own differs from it in the last digit."""
     try:
         return abs(complex(a, b))
     except OverflowError:

@@ -1,4 +1,4 @@
-"""From typed trees to a Program: value numbering, so that what two expressions share is computed once."""
+"""Lowering of typed trees to a Program, with value numbering: common subexpressions are computed once."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ def lower(nodes: Sequence[Node], also: Sequence[Node] = (), margins: int = 0) ->
     """Lower expressions to one program.
 
     Args:
-        nodes: The expressions; none of them may look ahead.
-        also: Expressions whose temporal parts the program must keep up to date for others to use.
-        margins: For how many of `nodes`, from the first, to compute margins too; they must be single truth values.
+        nodes: Expressions without `within`.
+        also: Expressions whose temporal parts the program must update for other users.
+        margins: Number of expressions, from the first of `nodes`, whose margins are computed too; they must be single
+            truth values.
     """
     return _Lowering([*nodes, *also]).program(nodes, also, margins)
 
@@ -77,7 +78,7 @@ class _Lowering:
         )
 
     def node(self, node: Node) -> int:
-        """The first register of a node's value."""
+        """First register of a node's value."""
         key = id(node)
         if key not in self._done:
             self._done[key] = self._lowered(node)
@@ -127,7 +128,7 @@ class _Lowering:
         return self._joined(Op.AND, node, found)
 
     def _joined(self, op: Op, node: Node, found: Sequence[tuple[int, int]]) -> int:
-        """The register of several parts of a chain, each a register and its size, joined by an operation."""
+        """Register of the parts of a chain, given as registers and sizes, combined by an operation."""
         (register, size), *others = found
         for other, more in others:
             register = self._emit(op, node, register, other, wide=(size > 0) | (more > 0) << 1, n=max(size, more))
@@ -154,7 +155,7 @@ class _Lowering:
         return self._emit(_REDUCERS[node.op], node, first, n=n) if size else first
 
     def _remember(self, node: Node) -> int:
-        """A temporal operation; `once` is what `held` is not."""
+        """Register of a temporal operation; `once(a)` is `not held(not a)`."""
         args = [self.node(arg) for arg in node.args]
         match node.op:
             case "held":
@@ -183,7 +184,7 @@ class _Lowering:
         return self._emit(op, node, a, b, constants, cells=cells, truth=truth)
 
     def margin(self, node: Node, mixed: bool) -> int:
-        """The first register of how far a truth value is from changing; positive where it is true."""
+        """First register of the robustness margin of a truth value; positive if it is true."""
         key = (id(node), mixed)
         if key not in self._margins:
             self._margins[key] = self._margin(node, mixed)
@@ -209,7 +210,7 @@ class _Lowering:
                 yes = self._emit(Op.WORST, node, test, then, wide=one)
                 no = self._emit(Op.WORST, node, neg(test), other, wide=one)
                 best = self._emit(Op.BEST, node, yes, no, wide=both)
-                # NaN if the condition has no value, even if the branches have the same margin.
+                # NaN if the condition is invalid, even if the branches have the same margin.
                 return self._emit(Op.SELECT, node, best, best, self.node(node.args[0]), wide=both, truth=False)
             case "any" | "all":
                 group = node.args[0]
@@ -227,7 +228,7 @@ class _Lowering:
         return self._gaps(node, self._constant(margin_scale(node) if mixed else 1.0))
 
     def _gaps(self, node: Node, scale: int) -> int:
-        """The margin of a comparison."""
+        """Register of the margin of a comparison."""
         found = []
         for sign, (left, right) in zip(node.signs, pairwise(node.args), strict=True):
             if sign in (">", ">="):
@@ -256,7 +257,7 @@ class _Lowering:
         self, op: Op, node: Node, a: int, b: int = 0, c: int = 0, wide: int = 0, n: int | None = None,
         cells: list[float] | None = None, truth: bool | None = None,
     ) -> int:  # fmt: skip
-        """The register of an operation; that of an equal one where there is one."""
+        """Register of an operation; reuses that of an equal operation."""
         n = max(1, node.kind.size if n is None else n)
         first = int(cells[0] > 0.0) if op is Op.HELD and cells else 0
         key = (op, n, a, b, c, wide, first)
@@ -300,12 +301,12 @@ def _runs(indices: Sequence[int]) -> tuple[tuple[int, int], ...]:
 
 
 def mixed_units(node: Node) -> bool:
-    """Whether its comparisons are in different units, so that their margins must be made comparable."""
+    """Whether comparisons have different units, so that their margins must be normalised."""
     return len({part.args[0].kind.dimension for part in node.walk() if part.op == "compare"}) > 1
 
 
 def margin_scale(node: Node) -> float:
-    """What a comparison's margin is divided by where units mix: the least span of the signals it reads, else 1 SI."""
+    """Divisor of a comparison's margin for mixed units: the smallest span of the signals read, else 1 SI unit."""
     wanted = node.args[0].kind.dimension
     spans = [part.span for part in node.walk() if part.op == "read" and part.kind.dimension == wanted]
     return min((span for span in spans if 0.0 < span < math.inf), default=1.0)

@@ -1,4 +1,4 @@
-"""The typed tree of an expression: what `parse` gives, the interpreter reads and `lower` lowers."""
+"""Typed tree of an expression: created by `parse`, used by the interpreter and by `lower`."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ..units import NONE, Dimension
 
 @dataclass(frozen=True)
 class Kind:
-    """What an expression gives.
+    """Kind of a value.
 
     Attributes:
-        dimension: The dimension its numbers share; None for truth values, and where they differ (as in a pose).
-        size: How many values; 0 for a single one.
-        boolean: True for truth values.
+        dimension: Common dimension of the numbers; None for truth values, and if dimensions differ (as in a pose).
+        size: Number of values; 0 for a single value.
+        boolean: Whether the values are truth values.
     """
 
     dimension: Dimension | None = NONE
@@ -26,12 +26,12 @@ class Kind:
 
     @property
     def mixed(self) -> bool:
-        """Whether its numbers have different dimensions, so that nothing but an index can use them."""
+        """Whether the numbers have different dimensions, so that they can only be used by index."""
         return self.dimension is None and not self.boolean
 
     @property
     def words(self) -> str:
-        """For messages, such as `in m`, `6 values in m`, `true or false`."""
+        """Text for messages, such as `in m`, `6 values in m`, `true or false`."""
         if self.mixed:
             return f"{self.size} values of different units"
         one = "true or false" if self.boolean else f"in {self.dimension}"
@@ -47,22 +47,22 @@ TEMPORAL_OPS = frozenset({"held", "once", "since", "time_since", "rate", "delay"
 
 @dataclass(frozen=True)
 class Node:
-    """One operation of an expression.
+    """Operation of an expression.
 
-    Two nodes that compute the same are equal, wherever they stand in a text.
+    Nodes that compute the same value are equal, independent of their position in a text.
 
     Attributes:
         op: `number`, `truth`, `read`, `vector`, `neg`, `+`, `-`, `*`, `/`, `compare`, `and`, `or`, `not`, `if`, a
-            function, or `delay` (what its arg was, so long ago), which only `look_back` makes.
-        args: What it works on. Of `if`: condition, then, else. Of temporal operations without the window.
-        kind: What it gives.
-        value: Of `number` and `truth` the value, in SI units; of what has a window its length [s].
-        start: Of `read` the first index in the snapshot.
-        stop: Of `read` the index after the last.
-        signs: Of `compare` the comparison signs between the args.
-        text: How it was written.
-        span: Of `read` how wide the signal's bounds are, in SI units; +inf where they are open.
-        column: Where it stands in its text, 1-based; 0 where unknown.
+            function, or `delay` (the argument's value a fixed time ago), which only `look_back` creates.
+        args: Operands. Of `if`: condition, then, else. Of temporal operations: without the window.
+        kind: Kind of the result.
+        value: Value of `number` and `truth`, in SI units; length of the window [s] of temporal operations.
+        start: First index in the snapshot, of `read`.
+        stop: Index after the last one, of `read`.
+        signs: Comparison signs between the operands, of `compare`.
+        text: Text of the operation.
+        span: Width of the signal's bounds in SI units, of `read`; +inf if unbounded.
+        column: Column in the text, counted from 1; 0 if unknown.
     """
 
     op: str
@@ -77,20 +77,20 @@ class Node:
     column: int = field(default=0, compare=False)
 
     def walk(self) -> Iterator[Node]:
-        """This node and all below it, from the top, left to right."""
+        """This node and all its descendants, depth first, left to right."""
         yield self
         for arg in self.args:
             yield from arg.walk()
 
     def reads(self) -> set[int]:
-        """Every index of the snapshot that it reads."""
+        """All indices of the snapshot that the node reads."""
         if self.op == "read":
             return set(range(self.start, self.stop))
         return set().union(*(arg.reads() for arg in self.args))
 
     @cached_property
     def extent(self) -> tuple[int, int]:
-        """The number of operations inside each other, and of all, those of aliases counted at every use."""
+        """Nesting depth and number of operations; aliases count at each use."""
         depth = operations = 0
         for arg in self.args:
             inner, count = arg.extent
@@ -99,15 +99,15 @@ class Node:
 
     @cached_property
     def temporal(self) -> bool:
-        """Whether its value depends on earlier snapshots, too."""
+        """Whether the value depends on earlier snapshots."""
         return self.op in TEMPORAL_OPS or any(arg.temporal for arg in self.args)
 
     @cached_property
     def future(self) -> bool:
-        """Whether its value depends on later snapshots: it has a `within`."""
+        """Whether the value depends on later snapshots, because of a `within`."""
         return self.op == "within" or any(arg.future for arg in self.args)
 
     @property
     def constant(self) -> bool:
-        """Whether it reads nothing of the snapshot, nor of time."""
+        """Whether the value depends neither on the snapshot nor on time."""
         return all(node.op != "read" and node.op not in TEMPORAL_OPS for node in self.walk())

@@ -1,7 +1,7 @@
-"""From text to a typed tree: Python's own parser, then a whitelist.
+"""Parser from text to a typed tree: Python's own parser, then a whitelist.
 
-Nothing of the text is ever run: `ast` gives the shape, `_Reader` accepts the few shapes it knows and refuses the rest
-(attributes, calls of anything but the listed functions, strings, lambdas, comprehensions ...).
+The text is never executed: `ast` gives the structure, `_Reader` accepts a few node types and rejects all others
+(attributes, calls of unlisted functions, strings, lambdas, comprehensions ...).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .node import TRUTH, Kind, Node
 from .quantities import Folded, fold_quantities
 
 MAX_LENGTH = 1000  # characters
-MAX_DEPTH = 40  # operations inside each other
+MAX_DEPTH = 40  # nested operations
 MAX_SIZE = 500  # operations
 MIN_WINDOW = 1e-3  # [s]
 MAX_WINDOW = 3600.0  # [s]
@@ -34,20 +34,20 @@ _ARITHMETIC = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _KEYWORDS = frozenset({"and", "or", "not", "if", "else", "True", "False"})
 _SIGNS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-_HELP = "It may hold numbers with units, signals, + - * /, comparisons, and, or, not, a if b else c, functions."
+_HELP = "Allowed: numbers with units, signals, + - * /, comparisons, and, or, not, a if b else c, functions."
 
 
 def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
-    """The typed tree of an expression.
+    """Parse an expression to a typed tree.
 
     Args:
-        text: Such as `min(front) < stop_distance + 0.10 m and speed > 0.05 m/s`.
-        environment: What its names mean.
-        ahead: Whether it may ask for what comes later, as requirements do with `within` and `always`.
+        text: Expression such as `min(front) < stop_distance + 0.10 m and speed > 0.05 m/s`.
+        environment: Meaning of its names.
+        ahead: Whether `within` and `always` are allowed, as in requirements.
 
     Raises:
-        InputError: It is no expression of the language, names what does not exist, mixes dimensions or kinds, or is
-            too long or too deep. Each fault has its 1-based column in the text.
+        InputError: Not an expression of the language, unknown names, mixed dimensions or kinds, or too long or too
+            deep. Each fault has its column in the text, counted from 1.
     """
     if len(text) > MAX_LENGTH:
         raise InputError(Fault(f"an expression has at most {MAX_LENGTH} characters, found {len(text)}."))
@@ -55,7 +55,7 @@ def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
         raise InputError(Fault("the expression is empty.", hint=_HELP))
     folded = fold_quantities(text, texts=environment.forms is not None)
     if folded.always and not ahead:
-        raise InputError(Fault("'always' stands in requirements only.", column=1 + text.index("always")))
+        raise InputError(Fault("'always' is allowed only in requirements.", column=1 + text.index("always")))
     indent = len(text) - len(folded.text.lstrip())
     node = _Reader(text, indent, folded, environment, ahead).read(_syntax(folded.text[indent:], indent))
     _bounded(node)
@@ -63,7 +63,7 @@ def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
 
 
 def _bounded(node: Node) -> None:
-    """Aliases can make a short text large; this refuses it before anything walks through all of it."""
+    """Reject expressions that aliases make too large, before any function walks through them."""
     depth, operations = node.extent
     if depth > MAX_DEPTH:
         raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep, found {depth} with its aliases."))
@@ -102,7 +102,7 @@ def _span(signal: Signal) -> float:
 
 
 class _Reader:
-    """Turns an `ast` into nodes."""
+    """Converts an `ast` to typed nodes."""
 
     def __init__(self, text: str, indent: int, folded: Folded, environment: Environment, ahead: bool) -> None:
         self._text = text
@@ -113,8 +113,8 @@ class _Reader:
         self._depth = 0
 
     def read(self, tree: ast.expr) -> Node:
-        """The typed tree; all unknown names are told at once."""
-        # The words of a text without a mistake are known: then there is no need to walk through it.
+        """Typed tree; all unknown names are reported at once."""
+        # Fast path: if all words are known, the tree need not be searched for unknown names.
         words = {*_WORD.findall(self._folded.text)}
         if self._names.forms is not None or all(self._known(word) or word in _KEYWORDS for word in words):
             return self._node(tree)
@@ -165,10 +165,10 @@ class _Reader:
                 return self._call(tree)
             case ast.List():
                 return self._vector(tree)
-        raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+        raise self._refusal(tree, f"'{self._source(tree)}' is not allowed in an expression.", hint=_HELP)
 
     def _at(self, tree: ast.expr) -> int:
-        """Where a part begins in the text, 0-based."""
+        """Offset of a part in the text, counted from 0."""
         return tree.col_offset + self._indent
 
     def _made(self, tree: ast.expr, op: str, kind: Kind, args: tuple[Node, ...] = (), **more: Any) -> Node:
@@ -178,17 +178,17 @@ class _Reader:
         if isinstance(tree.value, bool):
             return self._made(tree, "truth", TRUTH, value=tree.value)
         if not isinstance(tree.value, (int, float)):
-            raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+            raise self._refusal(tree, f"'{self._source(tree)}' is not allowed in an expression.", hint=_HELP)
         return self._number(tree, self._finite(tree))
 
     def _finite(self, tree: ast.Constant) -> float:
         try:
-            value = float(tree.value)  # type: ignore[arg-type]  # _constant has seen to it
+            value = float(tree.value)  # type: ignore[arg-type]  # a number, checked by _constant
         except OverflowError:
             value = math.inf
         if math.isinf(value):
             raise self._refusal(
-                tree, f"the number '{self._source(tree)}' is too large.", hint="Write inf if it is meant."
+                tree, f"the number '{self._source(tree)}' is too large.", hint="Write inf for infinity."
             )
         return value
 
@@ -265,7 +265,7 @@ class _Reader:
     def _binary(self, tree: ast.BinOp) -> Node:
         op = _ARITHMETIC.get(type(tree.op))
         if op is None:
-            raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+            raise self._refusal(tree, f"'{self._source(tree)}' is not allowed in an expression.", hint=_HELP)
         args = (self._node(tree.left), self._node(tree.right))
         size = same_size(args, f"'{op}'")
         if op in "+-":
@@ -277,7 +277,7 @@ class _Reader:
     def _compare(self, tree: ast.Compare) -> Node:
         signs = tuple(_SIGNS.get(type(op), "") for op in tree.ops)
         if "" in signs:
-            raise self._refusal(tree, f"an expression has no use for '{self._source(tree)}'.", hint=_HELP)
+            raise self._refusal(tree, f"'{self._source(tree)}' is not allowed in an expression.", hint=_HELP)
         args = tuple(self._node(arg) for arg in [tree.left, *tree.comparators])
         same_dimension(args, f"'{signs[0]}'")
         kind = Kind(None, same_size(args, f"'{signs[0]}'"), boolean=True)
@@ -293,7 +293,7 @@ class _Reader:
         return self._made(tree, op, TRUTH, args)
 
     def _implied(self, tree: ast.BoolOp, parts: list[tuple[ast.expr, Node]]) -> Node:
-        """An `or` some of whose words were `implies`, which binds less and to the right: `a or b implies c`."""
+        """Operands of an `or`, some of which were `implies`, which binds less and to the right: `a or b implies c`."""
         gaps = [(left[0].end_col_offset or 0, right[0].col_offset) for left, right in pairwise(parts)]
         marks = [any(a <= at - self._indent < b for at in self._folded.implies) for a, b in gaps]
         split = marks.index(True) + 1 if True in marks else len(parts)
@@ -310,8 +310,8 @@ class _Reader:
     def _within(self, tree: ast.UnaryOp, arg: Node, window: Quantity | str) -> Node:
         if not self._ahead:
             raise self._refusal(
-                tree, "'within' asks for what comes later, which only requirements may.",
-                hint="Ask for the past: once(test, 2 s).",
+                tree, "'within' refers to the future, which is allowed only in requirements.",
+                hint="For the past, write once(test, 2 s).",
             )  # fmt: skip
         self._truth(arg, "within")
         if isinstance(window, str):
@@ -323,7 +323,7 @@ class _Reader:
         return self._made(tree, "within", TRUTH, (arg,), value=self._window(tree, meant))
 
     def _window(self, tree: ast.expr, node: Node) -> float:
-        """The length of a window [s]."""
+        """Length of a window [s]."""
         length = evaluate(node, ()) if node.constant and not node.kind.size else None
         if node.kind != Kind(TIME) or length is None:
             raise self._refusal(tree, f"a window is a fixed time, such as 0.5 s, but {node.text} is {node.kind.words}.")
@@ -385,7 +385,7 @@ class _Reader:
         return InputError(self._fault(tree, Fault(message, hint=hint)))
 
     def _bare_hint(self, tree: ast.expr) -> str:
-        """What to do where a bare number stands beside a quantity."""
+        """Hint for a number without a unit next to a quantity."""
         parts: Sequence[ast.expr] = [tree.left, *tree.comparators] if isinstance(tree, ast.Compare) else []
         if isinstance(tree, ast.BinOp):
             parts = [tree.left, tree.right]

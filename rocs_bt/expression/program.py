@@ -1,16 +1,15 @@
 """The lowered form of expressions: one flat register program, each shared part computed once.
 
-**Registers.** A program computes an array `r` of float64. It begins as a copy of `Program.registers`, in which the
-constants stand at their places; every other register is written by exactly one instruction, before it is read. A truth
-value is 1.0 or 0.0; NaN is *invalid*, of numbers and of truth values alike. The instructions run from the first to the
-last, all of them, at every step: there are no jumps, since three-valued logic needs none (`False and invalid` is
-False, whichever stands first).
+**Registers.** A program computes an array `r` of float64. It begins as a copy of `Program.registers`, which contains
+the constants; every other register is written by exactly one instruction, before it is read. A truth value is 1.0 or
+0.0; NaN is *invalid*, for numbers and truth values. All instructions run in order at every step. There are no jumps,
+because three-valued logic needs none (`False and invalid` is False in either order).
 
 **Instructions.** Row i of `code`, int32 of shape (n, 8), is one instruction: `op, n, dst, a, b, c, wide, cell`. A value
 by value operation does `r[dst + i] = f(A, B, C)` for i in 0 .. n-1, where A is `r[a + i]` if bit 0 of `wide` is set and
 `r[a]` if not; B and C likewise by bits 1 and 2. A reduction reads `r[a .. a+n-1]` and writes `r[dst]`. Unused
-operands are 0. A result that is not a number is invalid, so every operation gives NaN where an operand that it needs
-is NaN; the exceptions are said below. Comparisons, minima and maxima are strict: of equal values the first stands.
+operands are 0. A result that is not a number is invalid, so every operation gives NaN if a required operand is NaN; the
+exceptions are listed below. Comparisons, minima and maxima are strict: of equal values the first is kept.
 
 ====================  ==========================================================================================
 LOAD                  r[dst + i] = x[a + i], i in 0 .. n-1: the snapshot; the first instructions of a program
@@ -27,8 +26,8 @@ AND OR                three-valued: 0 if either is 0, else NaN if either is, els
 MIN MAX ARGMIN        of the n values; NaN if any is; ARGMIN is the first index, from 0
 SUM                   ((r[a] + r[a+1]) + r[a+2]) ..., in this order
 ANY ALL               OR, AND over the n values
-COUNT                 how many are 1; NaN if any is
-MIN_VALID             the least of those that are not NaN; NaN if fewer than r[b] are
+COUNT                 number of values that are 1; NaN if any is NaN
+MIN_VALID             minimum of the values that are not NaN; NaN if fewer than r[b] are
 DOT                   r[a]*r[b] + r[a+1]*r[b+1] ..., in this order, each product rounded before it is added
 HELD SINCE AGO        temporal, truth in (below)
 RATE DELAY            temporal, numbers or truth in
@@ -39,36 +38,37 @@ WORST_OF BEST_OF      WORST, BEST folded over the n values, from the first to th
 LOWEST SINCE_MARGIN   temporal, margins in
 ====================  ==========================================================================================
 
-**Time.** A sample's value stands from its own time until the next sample's. A window of length T at time t is
-[t - T, t], so it holds the samples that are newer than t - T and the one that stood then. Times are compared with a
-tolerance of 1e-9 s, which is folded into the constants. State is an array `cells` of float64 that begins as
-`Program.cells`; `cell` is where an instruction's part begins. Temporal operations have n = 1; at `r[c]` begin four
-constants: `window` = T - 1e-9, `grain` = w - 1e-9, `before`, and `capacity` (below).
+**Time.** A sample's value is valid from its own time until the next sample's. A window of length T at time t is
+[t - T, t], so it contains the samples newer than t - T and the one valid at t - T. Times are compared with a tolerance
+of 1e-9 s, which is included in the constants. The state is an array `cells` of float64 that begins as `Program.cells`;
+`cell` is the first index of an instruction's part. Temporal operations have n = 1; at `r[c]` begin four constants:
+`window` = T - 1e-9, `grain` = w - 1e-9, `before`, and `capacity` (below).
 
-- HELD(A) over cells [p, q]: p is when the present run of samples that are not 0 began, q that of samples that are 1;
-  +inf where there is none. A = 1: each that is +inf becomes t. A = NaN: q = +inf, and p becomes t if it is +inf. A = 0:
-  both +inf. Gives 0 if not t - p >= window, else 1 if t - q >= window, else NaN. The initial cells tell what was before
-  the first sample: +inf for `held` (nothing was), -inf where it counts as true (`once(a)` is NOT HELD(NOT a) so).
-- SINCE(A, B) over cells [d, p], both -inf at first: when the newest sample at which B was surely (d), possibly (p) 1,
-  and since which A was surely, possibly 1, ceased to stand; +inf while it stands, -inf for none. First, each that is
-  +inf becomes t. Then if B is 1, both become +inf; else, d = -inf unless A is 1, and p = +inf if B is NaN, -inf if B is
-  0 and A is 0. Gives 1 if t - d < window, else NaN if t - p < window, else 0.
+- HELD(A) over cells [p, q]: p is the start of the current run of samples that are not 0, q that of samples that are 1;
+  +inf if there is none. A = 1: each cell that is +inf becomes t. A = NaN: q = +inf, and p becomes t if it is +inf.
+  A = 0: both +inf. Gives 0 if not t - p >= window, else 1 if t - q >= window, else NaN. The initial cells define the
+  value before the first sample: +inf for `held` (false), -inf if it counts as true (`once(a)` is NOT HELD(NOT a) so).
+- SINCE(A, B) over cells [d, p], both -inf at first: end of validity of the newest sample at which B was certainly (d)
+  or possibly (p) 1 and since which A was certainly or possibly 1; +inf while it is valid, -inf for none. First, each
+  cell that is +inf becomes t. Then if B is 1, both become +inf; else, d = -inf unless A is 1, and p = +inf if B is NaN,
+  -inf if B is 0 and A is 0. Gives 1 if t - d < window, else NaN if t - p < window, else 0.
 - AGO(A) over a cell [l], -inf at first: l = t if A is 1. Gives t - l, NaN if A is NaN.
 
-The others keep a *ring*: `[head, count, t0, v0, t1, v1, ...]` with room for `capacity` = floor(T / w) + 3 pairs, w
-the greater of 10 ms and T / 256; `head` is the index of the oldest, from which they go on modulo `capacity`. A sample
-belongs to the newest pair if its time is less than `grain` after that pair's, and else begins a pair, so a ring can
-never overflow; at steps of w or more the pairs are the samples. At every step, in this order: *drop* the oldest pair
-while there is a second one whose time s has t - s >= window; (SINCE_MARGIN: every v = WORST(v, A)); *push* t and the
-value, which joins the newest pair's v (RATE, DELAY: v stays; LOWEST: WORST(v, value); SINCE_MARGIN: BEST(v, value)) or
-begins a pair. Then with (s, v) the oldest pair, which has *covered* the window if t - s >= window:
+The others keep a *ring buffer*: `[head, count, t0, v0, t1, v1, ...]` for `capacity` = floor(T / w) + 3 pairs, where w
+is the larger of 10 ms and T / 256; `head` is the index of the oldest pair, and the others follow modulo `capacity`. A
+sample is merged into the newest pair if its time is less than `grain` after that pair's, and otherwise begins a new
+pair, so a ring never overflows; at steps of w or more the pairs are the samples. At every step, in this order: *drop*
+the oldest pair while there is a second one whose time s has t - s >= window; (SINCE_MARGIN: every v = WORST(v, A));
+*push* t and the value, which is merged into the newest pair's v (RATE, DELAY: v is kept; LOWEST: WORST(v, value);
+SINCE_MARGIN: BEST(v, value)) or begins a pair. Then with (s, v) the oldest pair, which *covers* the window if
+t - s >= window:
 
-- DELAY(A): v if covered, else NaN.
+- DELAY(A): v if the window is covered, else NaN.
 - RATE(A): (A - v) / (t - s) if covered, else NaN.
-- LOWEST(A): WORST over all v from the oldest on; where not covered also with `before`, first.
-- SINCE_MARGIN(A, B): -inf BEST all v from the oldest on. B is what is pushed.
+- LOWEST(A): WORST over all v from the oldest on; if not covered, `before` is included as the first value.
+- SINCE_MARGIN(A, B): -inf BEST all v from the oldest on. B is the pushed value.
 
-When t is less than the time of the last step, all cells become `Program.cells` again before anything else.
+If t is less than the time of the last step, all cells are first reset to `Program.cells`.
 """
 
 from __future__ import annotations
@@ -83,12 +83,12 @@ from numpy.typing import NDArray
 from .node import Node
 
 TOLERANCE = 1e-9  # [s]; periods such as 0.05 s have no exact sums
-GRAIN = 0.01  # [s]; rings tell samples apart that are at least so far from each other
-PAIRS = 256  # a ring of a long window tells this many parts of it apart
+GRAIN = 0.01  # [s]; minimum time resolution of a ring buffer
+PAIRS = 256  # number of intervals that a ring buffer resolves in a long window
 
 
 class Op(IntEnum):
-    """The instructions; the numbers are those of the compiled kernel, so new ones go to the end."""
+    """Instructions; the numbers are those of the compiled kernel, so new instructions must be appended."""
 
     LOAD = 0
     NEG = 1
@@ -151,19 +151,19 @@ _OPERANDS = [0 if op is Op.LOAD else 1 if op in _UNARY else 3 if op in _TERNARY 
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """Expressions, lowered; see the module.
+    """Lowered expressions; see the module.
 
     Attributes:
-        code: The instructions, int32, (n, 8), C order.
-        registers: How the registers begin, float64: constants at their places, NaN elsewhere.
+        code: Instructions, int32, shape (n, 8), C order.
+        registers: Initial registers, float64: constants, NaN elsewhere.
         truth: Whether each register is a truth value, bool, as long as `registers`.
         constant: Whether each register is a constant, bool.
-        cells: How the state begins, float64.
-        roots: The register of each expression's value, int32, in the order in which they were given.
-        margins: The register of each expression's margin, int32; -1 where it has none (numbers, or none asked for).
-        temporal: The register of each temporal node's value, for whoever evaluates what stands around it.
-        texts: How what an instruction computes was written, one for each row of `code`.
-        reads: The runs (start, stop) of the snapshot that are read, in ascending order.
+        cells: Initial state, float64.
+        roots: Register of each expression's value, int32, in the order of the expressions.
+        margins: Register of each expression's margin, int32; -1 if it has none (numbers, or not requested).
+        temporal: Register of each temporal node's value, for evaluators of the enclosing expressions.
+        texts: Source text of each instruction, one per row of `code`.
+        reads: Ranges (start, stop) of the snapshot that are read, in ascending order.
     """
 
     code: NDArray[np.int32]
@@ -179,11 +179,11 @@ class Program:
 
 
 def operands(op: int, a: int, b: int, c: int) -> tuple[int, ...]:
-    """The registers that an instruction computes with, constants of temporal ones left out."""
+    """Registers that an instruction reads, without the constants of temporal ones."""
     return (a, b, c)[: _OPERANDS[op]]
 
 
 def ring_shape(window: float) -> tuple[float, int]:
-    """The width of a ring's pairs [s] and how many it has room for, for a window of that length [s]."""
+    """Width of a ring's pairs [s] and capacity of the ring, for the length of a window [s]."""
     width = max(GRAIN, window / PAIRS)
     return width, int(window / width) + 3

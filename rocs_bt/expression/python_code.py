@@ -1,10 +1,10 @@
-"""Python source of a Program, for people to read and for `exec`.
+"""Generated Python source of a Program, readable and executable by `exec`.
 
-Only numbers, register and helper names go into the code; what a person wrote goes into comments, on one line. The
+The code contains only numbers, register names and helper names; user text appears only in comments, on one line. The
 snapshot is a plain list (`ndarray.tolist()`): a guard on an array takes two to three times as long.
 
-There are two ways to write a program. *Careful*: every operation looks for what is invalid. *Fast*, for snapshots
-without NaN: what can then never be invalid is plain Python (`a < b and c`), and only the rest is careful.
+A program has two variants. *Careful*: every operation checks for invalid values. *Fast*, for snapshots without NaN:
+operations that cannot be invalid then are plain Python (`a < b and c`), and only the others check.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ _ALWAYS = {
 _SMALL = {Op.SIGN, Op.SIDE, Op.ATAN2, Op.ARGMIN, Op.COUNT, Op.WRAP}
 
 
-class Sure:
-    """What is known of the registers, first to last.
+class Validity:
+    """Static analysis of which registers cannot be invalid.
 
     Args:
         program: The program.
-        fast: Whether the snapshots have no NaN.
+        fast: Whether snapshots contain no NaN.
     """
 
     def __init__(self, program: Program, fast: bool) -> None:
@@ -41,7 +41,7 @@ class Sure:
             self._learn(Op(op), n, dst, a, b, c, wide, fast)
 
     def valid(self, register: int, n: int) -> bool:
-        """Whether n registers from this one on are never invalid."""
+        """Whether n registers, beginning with this one, are never invalid."""
         return all(self._valid[register : register + n])
 
     def _learn(self, op: Op, n: int, dst: int, a: int, b: int, c: int, wide: int, fast: bool) -> None:
@@ -66,7 +66,7 @@ class Sure:
 
     @staticmethod
     def _gives_numbers(op: Op, finite: list[bool], nonzero: list[bool]) -> bool:
-        """Whether valid operands give a number."""
+        """Whether valid operands always give a number."""
         match op:
             case Op.ADD | Op.SUB:
                 return any(finite)
@@ -79,8 +79,8 @@ class Sure:
         return op in _ALWAYS
 
 
-_FEW = 4  # values that are added faster one by one than by a sum over a slice
-_DEEP = 12  # operations inside each other on one line; more are hard to read, and Python's own parser has a limit
+_FEW = 4  # maximum number of values that are added faster one by one than by a sum over a slice
+_DEEP = 12  # maximum nesting on one line, for readability and because of the limit of Python's parser
 _CALLS = {
     Op.SIGN: "sign", Op.SIDE: "side", Op.SQRT: "root", Op.WRAP: "angle", Op.DIV: "divide", Op.HYPOT: "length",
     Op.CLIP: "clip", Op.LT: "lt", Op.LE: "le", Op.EQ: "eq", Op.NE: "ne", Op.NOT: "negate", Op.AND: "both",
@@ -95,12 +95,12 @@ _PLAIN_CALLS = {Op.MIN: "min", Op.MAX: "max", Op.ANY: "any", Op.ALL: "all", Op.M
 
 
 class PythonCode:
-    """The source of a program, in one of the two ways.
+    """Source of a program in one of the two variants.
 
     Args:
-        program: What to write.
-        used: The registers that are wanted, each as often as it is.
-        fast: For snapshots without NaN.
+        program: The program.
+        used: Registers to return, with repetitions.
+        fast: Whether to write the variant for snapshots without NaN.
     """
 
     def __init__(self, program: Program, used: Sequence[int], fast: bool) -> None:
@@ -109,7 +109,7 @@ class PythonCode:
         self._truth = program.truth.tolist()
         self._constant = program.constant.tolist()
         self._code = program.code.tolist()
-        self._sure = Sure(program, fast)
+        self._sure = Validity(program, fast)
         self._source_of: dict[int, str] = {}
         self._depth: dict[int, int] = {}
         self._groups = {row[2] for row in self._code if row[6] and row[0] not in REDUCTIONS}
@@ -122,11 +122,11 @@ class PythonCode:
                 self._write(row, text)
 
     def value(self, register: int) -> str:
-        """The source of a register's value, after `lines`."""
+        """Source of a register's value, after `lines`."""
         return self._operand(register, 1, False)
 
     def sure(self, register: int) -> bool:
-        """Whether that value can never be invalid."""
+        """Whether the register's value can never be invalid."""
         return self._sure.valid(register, 1)
 
     def _count(self, used: Sequence[int]) -> dict[int, int]:
@@ -173,7 +173,7 @@ class PythonCode:
         return self._each(op, n, dst, registers, wide, sure, result)
 
     def _each(self, op: Op, n: int, dst: int, registers: Sequence[int], wide: int, sure: bool, result: bool) -> str:
-        """The operation value by value; single values are computed once, groups are walked side by side."""
+        """Value-by-value operation; single values are computed once, groups are iterated in parallel."""
         names = "abc"[: len(registers)]
         groups = [(name, r) for i, (name, r) in enumerate(zip(names, registers, strict=True)) if wide >> i & 1]
         once = "".join(
@@ -187,7 +187,7 @@ class PythonCode:
         return f"[{self._one(op, list(names), sure, result, self._truth[dst])}{once}{walk}]"
 
     def _one(self, op: Op, args: Sequence[str], sure: bool, result: bool, truth: bool) -> str:
-        """One operation on sources; `sure`: no arg is ever invalid; `result`: nor what it gives."""
+        """Operation on sources; `sure`: no operand is ever invalid; `result`: the result is never invalid."""
         match op:
             case Op.ADD | Op.SUB | Op.MUL:
                 return f"({args[0]} {_SIGNS[op]} {args[1]})"
@@ -252,16 +252,18 @@ class PythonCode:
 
 
 def sum_code(program: Program) -> str:
-    """Source of a sum of all that a program reads: NaN if any of it is, since NaN survives a sum."""
+    """Source of the sum of all values that a program reads: NaN if any of them is, because NaN propagates."""
     short = [range(a, b) if b - a <= _FEW else () for a, b in program.reads]
     terms = [[f"x[{i}]" for i in r] or [f"sum(x[{a}:{b}])"] for r, (a, b) in zip(short, program.reads, strict=True)]
     return " + ".join(term for group in terms for term in group)
 
 
 def define(source: str, name: str, extra: Mapping[str, Any] | None = None) -> Callable[..., Any]:
-    """The function of that name in generated source; `extra` are names it may use beside the helpers."""
+    """Function with this name in generated source; `extra` are additional names besides the helpers."""
     names = {**HELPERS, **(extra or {})}
-    exec(compile(source, "<generated>", "exec"), names)  # the source is generated: see above
+    exec(
+        compile(source, "<generated>", "exec"), names
+    )  # generated source without user text: see the module's docstring
     function: Callable[..., Any] = names[name]
     return function
 

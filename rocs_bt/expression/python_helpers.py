@@ -1,6 +1,6 @@
-"""What generated Python calls: the operations of a Program on Python values, where None is an invalid truth value.
+"""Helpers of generated Python: operations of a Program on Python values, where None is an invalid truth value.
 
-A number is invalid as NaN. Cells are a plain list; see `program` for what each operation keeps there.
+An invalid number is NaN. Cells are a plain list; see `program` for their content per operation.
 """
 
 from __future__ import annotations
@@ -214,7 +214,7 @@ def _push(
 
 
 def _pairs(cells: Cells, k: int, capacity: int) -> list[int]:
-    """Where the values of a ring stand, from the oldest on."""
+    """Indices of a ring's values, from the oldest on."""
     head, count = int(cells[k]), int(cells[k + 1])
     return [k + 3 + 2 * ((head + i) % capacity) for i in range(count)]
 
@@ -226,7 +226,7 @@ def _first(old: float, new: float) -> float:
 def _then(
     cells: Cells, k: int, value: float, t: float, window: float, grain: float, capacity: int
 ) -> tuple[float, float]:
-    """When the window began, by the oldest pair, and the value then; NaN where it is not covered."""
+    """Time and value at the beginning of the window, from the oldest pair; NaN if the window is not covered."""
     _drop(cells, k, t, window, capacity)
     _push(cells, k, t, value, grain, capacity, _first)
     at = k + 2 + 2 * int(cells[k])

@@ -1,9 +1,9 @@
-"""The small pre-tokeniser: it folds `0.5 m` and `60 deg`, which Python's grammar does not know.
+"""Pre-tokeniser: handles quantities such as `0.5 m` and `60 deg`, which Python's grammar does not know.
 
-The units are blanked out, so that every column of the text that Python parses is a column of the text that a person
-wrote; what they were is kept by the column of their number. The words of requirements are operators of Python's
-grammar with the right precedence in disguise: `a implies b` is read as `a or b`, `within 0.2 s a` as `not a`, and
-where they stood is kept.
+Units are replaced by blanks, so that columns of the text that Python parses equal those of the original text; each unit
+is
+stored by the column of its number. The keywords of requirements are replaced by Python operators with the right
+precedence: `a implies b` is parsed as `a or b`, `within 0.2 s a` as `not a`, and their positions are stored.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..units import NONE, Quantity, parse_unit, unit_names
 
 _NUMBER = re.compile(r"(?<![\w.])(?:inf\b|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)")
 _WORD = re.compile(r"(\s*)([A-Za-z_]\w*)")
-# `min` before a bracket is the function, as in `1 m/min(front)`.
+# `min` before a bracket is the function, not the unit, as in `1 m/min(front)`.
 _NAME = r"(?!min\s*\()([A-Za-z]+)(?:\^-?\d|\d)?(?!\w)"
 _UNIT = re.compile(_NAME)
 _UNIT_PART = re.compile(rf"[*/]{_NAME}")
@@ -31,14 +31,14 @@ _QUOTED = re.compile(r"""(["'])(.*?)\1""", re.DOTALL)
 
 @dataclass(frozen=True)
 class Folded:
-    """A text without its units.
+    """Text without its units.
 
     Attributes:
-        text: As long as the text that was written, with blanks for units.
-        units: The unit of the number that begins at a 0-based column.
-        ends: Where the unit ends of the number that ends at a 0-based column.
-        implies: Where an `or` stands in for `implies`, 0-based columns.
-        within: The window of each `within`, by the 0-based column where a `not` stands in for it.
+        text: Text with blanks for units, as long as the original.
+        units: Units by the column of the number's first character, counted from 0.
+        ends: End of the unit by the column of the number's end, counted from 0.
+        implies: Columns of `implies`, which the text replaces by `or`, counted from 0.
+        within: Windows of `within`, which the text replaces by `not`, by column counted from 0.
         always: Whether the text began with `always`.
     """
 
@@ -51,25 +51,25 @@ class Folded:
 
 
 def blank_texts(text: str) -> str:
-    """A text with what stands in quotes in it blanked out by `_`, so that nobody reads it as anything else."""
+    """Replace the characters of quoted texts by `_`, so that they are not parsed."""
     return _QUOTED.sub(lambda found: found[1] + "_" * len(found[2]) + found[1], text)
 
 
 def fold_quantities(text: str, texts: bool = False) -> Folded:
-    """Blank the units out.
+    """Replace units by blanks.
 
     Args:
-        text: What was written.
-        texts: Whether it may have texts in quotes; they are blanked out, too.
+        text: Original text.
+        texts: Whether quoted texts are allowed; they are blanked out too.
 
     Raises:
-        InputError: A character that no expression has, or a word behind a number that is no unit.
+        InputError: Invalid character, or a word after a number that is not a unit.
     """
     if texts:
         text = blank_texts(text)
     text = text.replace("\n", " ").replace("\t", " ")
     if strange := _ALLOWED.search(_QUOTED.sub(lambda found: " " * len(found[0]), text) if texts else text):
-        message = f"an expression has no use for {strange[0]!r}."
+        message = f"invalid character {strange[0]!r} in an expression."
         raise InputError(Fault(message, column=strange.start() + 1))
     units: dict[int, Quantity] = {}
     ends: dict[int, int] = {}
@@ -81,7 +81,7 @@ def fold_quantities(text: str, texts: bool = False) -> Folded:
         units[number.start()] = parse_unit(text[number.end() : end])
         text = text[: number.end()] + " " * (end - number.end()) + text[end:]
     if "^" in text:
-        raise InputError(Fault("an expression has no use for '^'.", column=text.index("^") + 1))
+        raise InputError(Fault("invalid character '^' in an expression.", column=text.index("^") + 1))
     always = False
     if word := _ALWAYS.match(text):
         text, always = " " * word.end() + text[word.end() :], True
@@ -93,7 +93,7 @@ def fold_quantities(text: str, texts: bool = False) -> Folded:
 
 
 def _window(word: re.Match[str], units: Mapping[int, Quantity]) -> Quantity | str:
-    """What a `within` has for its window: a quantity, or a name."""
+    """Window of a `within`: a quantity, or a name."""
     if word[1][0].isalpha() or word[1][0] == "_":
         return word[1]
     unit = units.get(word.start(1), Quantity(1.0, NONE))
@@ -101,7 +101,7 @@ def _window(word: re.Match[str], units: Mapping[int, Quantity]) -> Quantity | st
 
 
 def _unit_end(text: str, at: int) -> int | None:
-    """Where the unit behind a number ends; None where there is none."""
+    """End of the unit after a number; None if there is none."""
     word = _WORD.match(text, at)
     if word is None:
         return None
@@ -110,7 +110,7 @@ def _unit_end(text: str, at: int) -> int | None:
         return None
     unit = _UNIT.match(text, word.start(2))
     if unit is None or unit[1] not in unit_names():
-        message = f"'{word[2]}' behind a number is not a unit."
+        message = f"'{word[2]}' after a number is not a unit."
         raise InputError(Fault(message, column=word.start(2) + 1, hint=did_you_mean(word[2], unit_names(), "The list")))
     end = unit.end()
     while (part := _UNIT_PART.match(text, end)) and part[1] in unit_names():

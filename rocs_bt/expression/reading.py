@@ -1,4 +1,4 @@
-"""What an expression saw, in words: `min(front) = 0.21 m, speed = 0.48 m/s`."""
+"""Current values in an expression as text: `min(front) = 0.21 m, speed = 0.48 m/s`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ _WORDS: Mapping[float | bool | None, str] = {True: "true", False: "false", None:
 
 
 def reading(node: Node, x: Sequence[float]) -> str:
-    """The sides of its comparisons that depend on the snapshot alone, with their values.
+    """Operands of the comparisons that depend on the snapshot alone, with their values.
 
-    Of an `or` only what makes it hold is told, or what makes it invalid.
+    Of an `or` only the operands that make it true are included, or else those that make it invalid.
 
     Args:
         node: The expression.
@@ -22,7 +22,7 @@ def reading(node: Node, x: Sequence[float]) -> str:
     """
     found: dict[str, str] = {}
     for comparison in _comparisons(node, x):
-        if comparison.text == comparison.args[0].text:  # a truth value that the rules' table worked out
+        if comparison.text == comparison.args[0].text:  # a truth value computed by the rule table
             truth = evaluate(comparison, x)
             found.setdefault(comparison.text, f"{comparison.text} = {_WORDS[truth]}")
             continue

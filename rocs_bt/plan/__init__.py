@@ -1,19 +1,19 @@
-"""P of MAPE-K: decides what to do next, with a behaviour tree or a user's own planner (paper, 4.2 and 5.2).
+"""Plan block of MAPE-K: decides what to do next, with a behaviour tree or a user's own planner (paper, 4.2 and 5.2).
 
-It binds the trees of `rocs_bt.trees` to an agent. Imported by `agent`, the layers above and missions; the other blocks
+Connects the trees of `rocs_bt.trees` to an agent. Imported by `agent`, the layers above and missions; the other blocks
 never import it.
 """
 
 from .act import Act
 from .action_node import ActionNode, action_nodes
 from .check import check_mission
-from .context import Content, MissionContext, Question, mission_of
+from .context import Content, MissionContext, SignalCondition, mission_of
 from .leaves import Condition, Wait
 from .mission import Mission
 from .parameters import mission_actions, mission_arguments, mission_parameters
 from .plan import Plan
 from .python_planner import Observation, PythonPlan, PythonPlanner, Task, python_mission
-from .route import NoRoute, Point, RoadRoutePlanner, RoutePlanner, off_way
+from .route import NoRoute, Point, RoadRoutePlanner, RoutePlanner, distance_to_path
 from .tree import NodeOutline, TreePlan
 from .vehicle import Vehicle
 from .xml_mission import mission_nodes, shipped_nodes, xml_mission
@@ -32,21 +32,21 @@ __all__ = [
     "Point",
     "PythonPlan",
     "PythonPlanner",
-    "Question",
     "RoadRoutePlanner",
     "RoutePlanner",
+    "SignalCondition",
     "Task",
     "TreePlan",
     "Vehicle",
     "Wait",
     "action_nodes",
     "check_mission",
+    "distance_to_path",
     "mission_actions",
     "mission_arguments",
     "mission_nodes",
     "mission_of",
     "mission_parameters",
-    "off_way",
     "python_mission",
     "shipped_nodes",
     "xml_mission",

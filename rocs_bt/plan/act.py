@@ -1,4 +1,4 @@
-"""Act: the leaf that has an action done."""
+"""Act: leaf that executes an action."""
 
 from __future__ import annotations
 
@@ -16,31 +16,34 @@ from ..trees.xml.write import value_text
 from .context import MissionContext
 
 PROGRESS = 0.05
-"""How much nearer to done an action must have come [m] since the last time it did, to count as progress."""
+"""Reduction of the remaining distance [m] that counts as progress."""
 
 MAX_PREEMPTIONS = 30
-"""How often reflexes may cut in without progress in between before the leaf gives up."""
+"""Maximum number of pre-emptions by reflexes without progress before the leaf fails."""
 
 
 class Act(Leaf):
-    """Submits one action and tells how it fares; it never blocks.
+    """Submits one action to the pipeline and returns its state; it never blocks.
 
-    RUNNING while the action is queued or runs, SUCCESS and FAILURE when it ended so, with the reason in
-    `feedback_message`. When a reflex cancels the action the leaf stays RUNNING, and submits the action anew (with
-    what is known by then, and what its `resume` takes over of the cancelled one) once the reflex is over. A leaf that
-    is halted cancels its own ticket, and only that.
+    RUNNING while the action is queued or runs, SUCCESS or FAILURE when it has ended, with the reason in
+    `feedback_message`.
+    When a reflex cancels the action, the leaf stays RUNNING and submits the action again once the reflex is over. The
+    new
+    submission uses current knowledge and what the action's `resume` takes over from the cancelled one. A leaf that is
+    halted
+    cancels its own ticket, and only that.
 
     Args:
-        name: What displays call it.
-        mission: Whose leaf it is.
-        make: Makes the action, a new one for each submission.
-        max_preemptions: How many pre-emptions without progress are too many.
+        name: Name in displays.
+        mission: Mission of the leaf.
+        make: Function that creates the action, called for each submission.
+        max_preemptions: Maximum number of pre-emptions without progress.
 
     Attributes:
-        make: Makes the action; submits nothing.
-        ticket: The present ticket, or the last one.
-        replans: How often the action was submitted anew after a reflex.
-        failure: Why it failed; None unless it did.
+        make: Function that creates the action without submitting it.
+        ticket: Current ticket, or the last one.
+        replans: Number of submissions after a reflex.
+        failure: Reason of the failure; None if the leaf has not failed.
     """
 
     def __init__(
@@ -57,15 +60,15 @@ class Act(Leaf):
     def written(self) -> tuple[str, dict[str, str]] | None:
         try:
             action = self.make()
-        except InputError:  # told by the check; a picture of the tree is wanted all the same
+        except InputError:  # reported by the check; the tree can still be drawn
             return type(self).__name__, {}
         declared, given = parameters_of(type(action)), action.parameters
-        told = {n: v for n, v in given.items() if n in declared and v is not None and v != declared[n].default}
-        return type(action).__name__, {n: value_text(v, declared[n].dimension) for n, v in told.items()}
+        changed = {n: v for n, v in given.items() if n in declared and v is not None and v != declared[n].default}
+        return type(action).__name__, {n: value_text(v, declared[n].dimension) for n, v in changed.items()}
 
     @property
     def mission(self) -> MissionContext:
-        """Whose leaf it is."""
+        """Mission of the leaf."""
         return self._mission
 
     def _set_up(self, make: Callable[[], Action], max_preemptions: int) -> None:
@@ -93,29 +96,29 @@ class Act(Leaf):
             return Status.SUCCESS
         if ticket.state is TicketState.FAILED:
             failure = ticket.failure or Failure(Reason.OTHER)
-            return self._again(ticket, "its exception") if failure.reason is Reason.RAISED else self._fail(failure)
+            return self._resubmit(ticket, "its exception") if failure.reason is Reason.RAISED else self._fail(failure)
         if ticket.state is TicketState.CANCELLED:
             if ticket.preempted:
-                return self._again(ticket, ticket.cancelled_by)
+                return self._resubmit(ticket, ticket.cancelled_by)
             return self._fail(Failure(Reason.OTHER, f"{ticket.action.name} was cancelled by {ticket.cancelled_by}"))
         self.feedback_message = f"{ticket.action.name} {ticket.state.name.lower()}"
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        # py_trees also terminates leaves with INVALID that ended long ago: those have nothing to cancel.
+        # py_trees also terminates leaves with INVALID that have ended already: those have nothing to cancel.
         if new_status is Status.INVALID and self.status is Status.RUNNING and self.ticket is not None:
             self.mission.pipeline.cancel(self.ticket, by=self.mission.path(self))
-            self._let_go()
+            self._drop_goal()
 
-    def _submit(self, cut_off: Action | None = None) -> None:
+    def _submit(self, interrupted: Action | None = None) -> None:
         self._counted = False
         action = self.make()
-        if cut_off is not None:
-            action.resume(cut_off)
+        if interrupted is not None:
+            action.resume(interrupted)
         self.ticket = self.mission.pipeline.submit(action, Priority.NORMAL, by=self.mission.path(self))
 
-    def _again(self, ticket: Ticket, cause: str) -> Status:
-        """Submit the action again after a reflex or an exception cut it off."""
+    def _resubmit(self, ticket: Ticket, cause: str) -> Status:
+        """Submit the action again after a reflex or an exception interrupted it."""
         if not self._counted and self._stuck(ticket):
             reading = self.mission.rule_reading(cause)
             evidence = f"{self._preemptions} pre-emptions without progress, the last by {cause}"
@@ -125,12 +128,12 @@ class Act(Leaf):
             return Status.RUNNING
         self._submit(ticket.action)
         self.replans += 1
-        self.feedback_message = f"{ticket.action.name} sent again after {cause}"
+        self.feedback_message = f"{ticket.action.name} submitted again after {cause}"
         self.mission.note(Replanned, node=self.mission.path(self), count=self.replans)
         return Status.RUNNING
 
     def _stuck(self, ticket: Ticket) -> bool:
-        """Count this pre-emption, once; progress since the nearest approach so far begins the count anew."""
+        """Count this pre-emption, once; progress beyond the nearest approach so far resets the count."""
         self._counted = True
         left = ticket.action.remaining(self.mission.knowledge)
         if left <= self._nearest - PROGRESS:
@@ -141,13 +144,13 @@ class Act(Leaf):
     def _fail(self, failure: Failure) -> Status:
         self.failure = failure
         self.feedback_message = str(failure)
-        if self.ticket is not None:  # nobody waits for a reflex any more that cut it off
+        if self.ticket is not None:  # also if it waits for the end of a reflex
             self.mission.pipeline.cancel(self.ticket, by=self.mission.path(self))
-        self._let_go()
+        self._drop_goal()
         return Status.FAILURE
 
-    def _let_go(self) -> None:
-        """What is not done any more is not pursued any more: a cancelled action could not say so itself."""
+    def _drop_goal(self) -> None:
+        """Stop pursuing the goal of the action; a cancelled action cannot do so itself."""
         world = self.mission.knowledge.world
         goal = None if self.ticket is None else getattr(self.ticket.action, "goal", None)
         if goal is not None and world.pursued() == goal:

@@ -1,4 +1,4 @@
-"""Actions as nodes that a document may name: `<GoTo goal="dock" cruise="0.5 m/s"/>`."""
+"""Action nodes that a document may name: `<GoTo goal="dock" cruise="0.5 m/s"/>`."""
 
 from __future__ import annotations
 
@@ -17,22 +17,23 @@ from .context import MissionContext, mission_of
 
 
 class ActionNode(Act):
-    """The base of the nodes that have an action done; see `action_nodes`.
+    """Base class of nodes that execute an action; see `action_nodes`.
 
-    Its ports are the action's parameters, read when the action is submitted, and submitted anew after a reflex; those
-    that the action calls live are read in each tick. What the file leaves out is the action's own default.
+    The ports are the action's parameters. They are read when the action is submitted, also after a reflex; parameters
+    that the
+    action declares as live are read in each tick. Omitted ports take the action's defaults.
 
     Attributes:
-        action: The action's name in the action table.
+        action: Name in the action table.
     """
 
     action: ClassVar[str] = ""
-    max_preemptions = Input(int, MAX_PREEMPTIONS, "how many reflexes without progress are too many")
+    max_preemptions = Input(int, MAX_PREEMPTIONS, "maximum number of reflexes without progress")
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         Leaf.__init__(self, name, **attributes)
         self._set_up(self._made, MAX_PREEMPTIONS)
-        self._told: Mapping[str, Any] = {}
+        self._submitted: Mapping[str, Any] = {}
 
     def initialise(self) -> None:
         self._max_preemptions = self.read("max_preemptions")
@@ -42,13 +43,13 @@ class ActionNode(Act):
         ticket = self.ticket
         if ticket is not None and not ticket.state.done:
             for port in ticket.action.live:
-                if port in self.given and (value := self.read(port)) is not self._told.get(port):
-                    self._told = {**self._told, port: value}
+                if port in self.given and (value := self.read(port)) is not self._submitted.get(port):
+                    self._submitted = {**self._submitted, port: value}
                     self.mission.pipeline.update(ticket, {port: value})
         return super().update()
 
     def written(self) -> None:
-        """Its own ports: it was made by its name."""
+        """The node's own ports, because it was created by name."""
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         mission = self.runtime.owner
@@ -65,12 +66,12 @@ class ActionNode(Act):
     def _made(self) -> Action:
         actions = self.mission.actions
         parameters = {port: self.read(port) for port in self.given if port != "max_preemptions"}
-        self._told = parameters
+        self._submitted = parameters
         return make_action(actions, self.action, parameters)
 
 
 def action_nodes(actions: Mapping[str, type[Action]]) -> list[type[ActionNode]]:
-    """A node class for each action of a table, named like it, whose ports are its parameters with their dimensions."""
+    """Create a node class for each action of a table, named like the action, with its parameters as ports."""
     return [_node(name, action) for name, action in sorted(actions.items())]
 
 
@@ -89,7 +90,7 @@ def _port(parameter: Parameter, action: str) -> Input[Any]:
 
 
 def _parsed(parameter: Parameter, action: str, text: str) -> Any:
-    """A quantity, or several separated by `;`, or points whose coordinates are separated by `,`."""
+    """Parse a quantity, several quantities separated by `;`, or points with coordinates separated by `,`."""
     dimension, what = parameter.dimension or NONE, f"{parameter.name} of {action}"
     value: Any
     if parameter.type is float:
@@ -104,5 +105,5 @@ def _parsed(parameter: Parameter, action: str, text: str) -> Any:
 
 
 def _writable(parameter: Parameter) -> bool:
-    """Whether a file can hold a parameter's value."""
+    """Whether a file can contain a parameter's value."""
     return parameter.dimension is not None or parameter.type in (str, int, bool)

@@ -1,4 +1,4 @@
-"""Checking a mission without running it: everything that can be found before the first tick."""
+"""Checks of a mission before the first tick."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from ..trees.nodes.tree import fault_at
 from ..units import SPEED, TURN_RATE, Dimension
 from .act import Act
 from .action_node import ActionNode
-from .context import MissionContext, Survey
-from .mission import Mission, unseen_goal
+from .context import CheckOptions, MissionContext
+from .mission import Mission, unknown_goal
 from .nav2.poses import PoseInput, PosesInput
 from .parameters import mission_parameters
 from .plan import Plan
@@ -36,28 +36,30 @@ _LIMITS: dict[Dimension, tuple[str, str]] = {SPEED: ("speed_limit", "m/s"), TURN
 
 
 def mission_faults(tree: Tree, knowledge: Knowledge, later: Collection[str] | None = None) -> list[Fault]:
-    """What is wrong or doubtful in a mission's tree: as of any tree, and actions that the robot cannot do.
+    """Faults and warnings of a mission's tree: those of any tree, and actions that the robot cannot execute.
 
     Args:
         tree: The tree, bound.
-        knowledge: The robot's, with its limits and places.
-        later: Nodes that may become known during the run; None where any may.
+        knowledge: Knowledge of the robot, with its limits and places.
+        later: Nodes that may become known during the run; None if any node may.
     """
     flow = flow_of(tree)
-    return list(dict.fromkeys((*examine(tree), *unable(tree, flow, knowledge, later))))
+    return list(dict.fromkeys((*examine(tree), *infeasible_actions(tree, flow, knowledge, later))))
 
 
-def unable(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None = None) -> Iterator[Fault]:
-    """Actions beyond the robot's limits, and goals that no place has.
+def infeasible_actions(
+    tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None = None
+) -> Iterator[Fault]:
+    """Faults of actions beyond the robot's limits and of goals without a place.
 
     Args:
         tree: The tree, bound.
-        flow: Uses of its keys; a key that a node changes is not examined.
-        knowledge: The robot's knowledge at the start.
-        later: Nodes that may become known during the run; None where any may.
+        flow: Uses of its keys; keys that a node changes are not checked.
+        knowledge: Knowledge of the robot at the start.
+        later: Nodes that may become known during the run; None if any node may.
     """
     yield from _beyond_limits(tree, knowledge)
-    yield from dict.fromkeys(_unseen(tree, flow, knowledge, later))
+    yield from dict.fromkeys(_unknown_goals(tree, flow, knowledge, later))
 
 
 def _beyond_limits(tree: Tree, knowledge: Knowledge) -> Iterator[Fault]:
@@ -69,22 +71,22 @@ def _beyond_limits(tree: Tree, knowledge: Knowledge) -> Iterator[Fault]:
             attribute, unit = _LIMITS.get(dimension, ("", "")) if dimension else ("", "")
             limit = limits.get(attribute, math.inf)
             if isinstance(value, Real) and isinstance(limit, Real) and abs(float(value)) > float(limit) * (1 + 1e-9):
-                message = f"{name} is {float(value):g} {unit}, and this robot does {float(limit):.3g} {unit} at most."
+                message = f"{name} is {float(value):g} {unit}; the limit of this robot is {float(limit):.3g} {unit}."
                 yield fault_at(node, message, attribute=name)
             if name == "leader" and isinstance(node, ActionNode):
-                yield from _absent(node, str(value), knowledge)
+                yield from _leader_fault(node, str(value), knowledge)
 
 
-def _unseen(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None) -> Iterator[Fault]:
-    """Goals of actions and poses of Nav2's nodes that name no known place, or are no poses."""
+def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None) -> Iterator[Fault]:
+    """Faults of goals of actions and poses of Nav2 nodes that name no known place or are not poses."""
     added = {
         value
         for node in tree.nodes
         if isinstance(node, Node) and not isinstance(node, (Act, SubTree))
         for name, value in node.given.items()
         if isinstance(value, str) and not isinstance(node.ports.get(name), (PoseInput, PosesInput))
-    }  # names that a node such as PlaceGoal may add
-    parameters: set[str] = set()  # one fault for each parameter, however many nodes read it
+    }  # names that a node such as PlaceGoal may add to the world model
+    parameters: set[str] = set()  # one fault per parameter, even if several nodes read it
     for node, port in _pose_ports(tree):
         text = _initial(node, port, flow)
         if text is None or text in parameters or text in added:
@@ -94,7 +96,7 @@ def _unseen(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str]
         if passed:
             parameters.add(text)
         for fault in _pose_faults(node, port, text, knowledge, later):
-            if passed:  # a fault without a place gets that of the parameters
+            if passed:  # a fault without a position gets that of the parameters
                 yield replace(fault, message=f"'{node.name}': {fault.message}")
             else:
                 at = fault_at(node, fault.message, fault.hint, attribute=port.name)
@@ -110,7 +112,7 @@ def _pose_ports(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
 
 
 def _initial(node: Node, port: Port[Any], flow: Flow) -> str | None:
-    """The text that a port reads in the first tick; None for none, or where a node may write another one before."""
+    """Text that a port reads in the first tick; None for none, or if a node may write another one before."""
     key = node.key(port.name)
     if key is None:
         value = node.given.get(port.name)
@@ -128,20 +130,20 @@ def _pose_faults(
     try:
         found = port.value(text)
     except InputError as error:
-        if node.key(port.name) is not None:  # a literal was reported where the node was made
+        if node.key(port.name) is not None:  # a faulty literal was reported when the node was made
             yield from (replace(fault, column=0) for fault in error.faults)
         return
     for pose in found if isinstance(found, list) else [found]:
-        if isinstance(pose, str) and (fault := unseen_goal(knowledge.world, node.tag, pose, later)) is not None:
+        if isinstance(pose, str) and (fault := unknown_goal(knowledge.world, node.tag, pose, later)) is not None:
             yield fault
 
 
 def _values(node: Act) -> dict[str, tuple[Any, Dimension | None]]:
-    """The parameters of a leaf's action that are known before it is ticked, and their dimensions."""
+    """Parameters of a leaf's action that are known before the first tick, with their dimensions."""
     if not isinstance(node, ActionNode):
         try:
             action = node.make()
-        except InputError:  # told where it was made
+        except InputError:  # reported when the node was made
             return {}
         declared = parameters_of(type(action))
         return {n: (v, declared[n].dimension) for n, v in action.parameters.items() if n in declared}
@@ -151,12 +153,12 @@ def _values(node: Act) -> dict[str, tuple[Any, Dimension | None]]:
         if node.key(name) is None:
             try:
                 found[name] = (port.value(given) if isinstance(given, str) else given, port.dimension)
-            except InputError:  # told where it was made
+            except InputError:  # reported when the node was made
                 continue
     return found
 
 
-def _absent(node: ActionNode, leader: str, knowledge: Knowledge) -> Iterator[Fault]:
+def _leader_fault(node: ActionNode, leader: str, knowledge: Knowledge) -> Iterator[Fault]:
     known = knowledge.world.peers()
     if known and leader not in known:
         found = unknown("other robot", leader, known, "The world")
@@ -174,17 +176,17 @@ def check_mission(
     fit: bool = True,
     later: Collection[str] | None = None,
 ) -> list[Fault]:
-    """All faults of a mission; empty when it is fine. Those marked `warning` do not keep it from running.
+    """Faults of a mission; empty if there are none. Faults marked `warning` do not prevent a run.
 
     Args:
-        build: The mission's.
-        actions: The action table.
-        knowledge: What the robot knows at the start; goals are looked for when it knows any place.
-        clock: Time.
-        parameters: The mission's parameters, in SI units.
-        compile_guard: Compiles expressions over the robot's signals.
-        fit: Whether the robot is the one that the mission is for, and not just any.
-        later: Nodes that may become known during the run; None where any may.
+        build: `build` function of the mission.
+        actions: Action table.
+        knowledge: Knowledge of the robot at the start; goals are checked if it contains any place.
+        clock: Time source.
+        parameters: Parameters of the mission, in SI units.
+        compile_guard: Compiler of expressions over the robot's signals.
+        fit: Whether the robot is the mission's own robot.
+        later: Nodes that may become known during the run; None if any node may.
     """
     try:
         declared = mission_parameters(build)
@@ -192,7 +194,12 @@ def check_mission(
         return list(error.faults)
     missing = [n for n, p in declared.items() if p.required and n not in (parameters or {})]
     if missing:
-        return [Fault(f"the mission needs {', '.join(missing)}.", hint="Give them in the scenario, or defaults.")]
+        return [
+            Fault(
+                f"missing parameters of the mission: {', '.join(missing)}.",
+                hint="Set them in the scenario, or give them defaults.",
+            )
+        ]
     sink = NullSink()
     mission = Mission(
         "check",
@@ -200,13 +207,15 @@ def check_mission(
         pipeline=Pipeline(clock, sink),
         actions=actions,
         compile_guard=compile_guard,
-        survey=Survey(fit, [value for value in (parameters or {}).values() if isinstance(value, str)], later),
+        check_options=CheckOptions(
+            fit, [value for value in (parameters or {}).values() if isinstance(value, str)], later
+        ),
     )
     try:
         root = build(mission, **(parameters or {}))
     except InputError as error:
         return [*mission.faults, *error.faults]
-    except Exception as error:  # noqa: BLE001 - a mission is a person's code: whatever it raises is a fault of it
+    except Exception as error:  # noqa: BLE001 - user code may raise anything; it is reported as a fault of the mission
         return [*mission.faults, Fault(f"build raised {type(error).__name__}: {error}.")]
     if isinstance(root, Plan):
         return mission.faults
@@ -217,20 +226,20 @@ def check_mission(
         tree = Tree(root, board=mission.board, clock=clock, owner=mission, faults=misfits)
     except InputError as error:
         return [*mission.faults, *error.faults]
-    return [*mission.faults, *misfits, *_tree_doubts(root, mission), *mission_faults(tree, knowledge, later)]
+    return [*mission.faults, *misfits, *_tree_faults(root, mission), *mission_faults(tree, knowledge, later)]
 
 
-def _tree_doubts(root: Behaviour, mission: Mission) -> list[Fault]:
+def _tree_faults(root: Behaviour, mission: Mission) -> list[Fault]:
     nodes, faults = list(descendants(root)), []
     for node in nodes:
         if isinstance(node, (Timer, Timeout)):
-            hint = "Use mission.wait, or runs will not repeat."
+            hint = "Use mission.wait, so that runs repeat."
             faults.append(Fault(f"'{node.name}' reads the wall clock.", hint=hint, warning=True))
         if node.blackboards:
-            hint = "Keep what is known in mission.knowledge."
+            hint = "Store values in mission.knowledge."
             message = f"'{node.name}' uses py_trees' Blackboard, which all agents of a process share."
             faults.append(Fault(message, hint=hint, warning=True))
     for leaf in mission.leaves:
         if leaf not in nodes:
-            faults.append(fault_at(leaf, "this leaf was made but is not in the tree."))
+            faults.append(fault_at(leaf, "this leaf was created but is not in the tree."))
     return faults

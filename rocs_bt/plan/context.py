@@ -1,4 +1,4 @@
-"""The context of a mission: what its leaves and nodes need of the agent."""
+"""Context of a mission: the agent's interfaces for leaves and nodes."""
 
 from __future__ import annotations
 
@@ -23,70 +23,68 @@ from .route import RoutePlanner
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
-    """Asks one expression, of one snapshot a tick.
+class SignalCondition:
+    """Condition on signals, evaluated on one snapshot per tick.
 
     Attributes:
-        expression: The expression, true or false.
-        snapshot: Gives the snapshot of the tick under way, and its time [s].
+        expression: Expression with a truth value.
+        snapshot: Function that returns the snapshot of the current tick and its time [s].
     """
 
     expression: Expression
     snapshot: Callable[[], tuple[Sequence[float], float]]
 
     def holds(self) -> bool:
-        """Whether it holds now; false where it cannot be told."""
+        """Whether the condition is true; false if its value is invalid."""
         return bool(self.expression(*self.snapshot()))
 
     def reading(self) -> str:
-        """What it reads now, such as `min(front) = 0.21 m`."""
+        """Current values in the expression, such as `min(front) = 0.21 m`."""
         return reading(self.expression.node, self.snapshot()[0])
 
 
 class Content(Protocol):
-    """Node classes and route planners of a project, and those that we ship."""
+    """Node classes and route planners of a project and of this package."""
 
     def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
-        """The node classes of these names that there are, or all."""
+        """Available node classes with these names, or all."""
         ...
 
     def load_route(self, name: str) -> type[RoutePlanner]:
-        """The route planner of a name.
+        """Route planner with a name.
 
         Raises:
-            InputError: There is none.
+            InputError: No route planner has this name.
         """
         ...
 
 
 class NoContent:
-    """The content of a mission that no catalog loaded: there is none."""
+    """Empty content of a mission that was not loaded by a catalog."""
 
     def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
-        """None at all."""
+        """No node classes."""
         return ()
 
     def load_route(self, name: str) -> type[RoutePlanner]:
-        """Refuse.
+        """Raise an error.
 
         Raises:
             InputError: Always.
         """
         hint = "Set `mission.content` to a Catalog, or have the catalog load the mission."
-        raise InputError(
-            Fault(f"the route planner '{name}' was asked for, and this mission has no catalog.", hint=hint)
-        )
+        raise InputError(Fault(f"cannot load the route planner '{name}': this mission has no catalog.", hint=hint))
 
 
 @dataclass(frozen=True)
-class Survey:
-    """Options of a check of a mission: leaves with faults are made all the same, and the faults collected.
+class CheckOptions:
+    """Options of a check of a mission; leaves with faults are created, and their faults are collected.
 
     Attributes:
-        fit: Whether the robot is the one that the mission is for, and not just any: only then actions must fit it.
-        passed: Values of the mission's parameters; a goal or leader among them is reported where the scenario sets the
-            parameter, not at the line of the mission.
-        later: Nodes that may become known during the run; None where any may.
+        fit: Whether the robot is the mission's own robot; only then its actions are checked against the robot.
+        passed: Values of the mission's parameters. A wrong goal or leader among them is reported at the scenario's
+            parameter instead of the mission's line.
+        later: Nodes that may become known during the run; None if any node may.
     """
 
     fit: bool = True
@@ -95,29 +93,29 @@ class Survey:
 
 
 class MissionContext:
-    """What leaves and nodes of one agent's mission need, however they were made.
+    """Interfaces of one agent's mission for leaves and nodes.
 
     Args:
-        name: The mission's name.
-        knowledge: All that the robot knows.
-        pipeline: Where leaves submit their actions.
-        actions: The action table.
-        compile_guard: Compiles an expression over the signals; None where there are no expressions.
-        rule_reading: Tells a rule's guard with its present readings, for the reason of a robot that is stuck.
-        survey: Options of a check of the mission; None in a run.
-        rng: Gives a stream of random numbers for a purpose, such as `samples`; in a run the scenario and the seed key
-            it, so that a planner that draws repeats.
+        name: Name of the mission.
+        knowledge: Knowledge of the agent.
+        pipeline: Pipeline for the actions of the leaves.
+        actions: Action table.
+        compile_guard: Compiler of expressions over the signals; None if there are no signals.
+        rule_reading: Function that returns a rule's guard with its current values, for the reason of a stuck robot.
+        check_options: Options of a check of the mission; None in a run.
+        rng: Function that returns a random stream for a purpose, such as `samples`; in a run the streams are keyed by
+            the scenario and the seed, so that runs repeat.
         privileged: Information for oracle planners only, such as the map of a scene; None for all others.
 
     Attributes:
-        leaves: The leaves that `build` has made, in that order.
-        faults: What was found in a survey.
-        swap: Puts another subtree in the place of a named one while the mission runs (see `TreePlan.swap`).
-        survey: Options of a check; None in a run.
-        passed: Parameters of the mission that are texts; only a check gives them.
-        board: The board of the tree's root, where `build` may put what its nodes read.
-        content: The node classes and route planners that there are by name; the catalog's, where it loaded the mission.
-        shared: What nodes of the tree share, by purpose, such as route planners and what they remember.
+        leaves: Leaves created by `build`, in order.
+        faults: Faults found by a check.
+        swap: Function that replaces a named subtree while the mission runs (see `TreePlan.swap`).
+        check_options: Options of a check; None in a run.
+        passed: Parameters of the mission that are texts; only set in a check.
+        board: Blackboard of the root, where `build` may store values for nodes.
+        content: Node classes and route planners by name, from the catalog if it loaded the mission.
+        shared: Objects shared by nodes of the tree, by purpose, such as route planners with their state.
         privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
     """
 
@@ -130,7 +128,7 @@ class MissionContext:
         actions: Mapping[str, type[Action]],
         compile_guard: Callable[[str], Expression] | None = None,
         rule_reading: Callable[[str], str] = lambda rule: "",
-        survey: Survey | None = None,
+        check_options: CheckOptions | None = None,
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
         privileged: Mapping[str, Any] | None = None,
     ) -> None:
@@ -150,10 +148,10 @@ class MissionContext:
         self.shared: dict[str, Any] = {}
         self.privileged: Mapping[str, Any] = privileged or {}
         self._compile = compile_guard
-        self.survey = survey
-        self.fit = survey is None or survey.fit
-        self.passed: Collection[object] = () if survey is None else survey.passed
-        self._later = None if survey is None else survey.later
+        self.check_options = check_options
+        self.fit = check_options is None or check_options.fit
+        self.passed: Collection[object] = () if check_options is None else check_options.passed
+        self._later = None if check_options is None else check_options.later
         self._paths: Mapping[Any, str] = {}
         self._time = self.clock.now()
         self._snapshot: list[float] | None = None
@@ -163,34 +161,34 @@ class MissionContext:
         """Keyword arguments for a `Plan` of the mission's agent: `Patrol("patrol", **mission.parts)`."""
         return {name: getattr(self, name) for name in ("knowledge", "pipeline", "actions", "clock", "sink")}
 
-    def ask(self, expression: str) -> Question:
-        """An expression over the signals, such as `min(front) > 0.5 m`, to be asked whenever a leaf wants to know.
+    def signal_condition(self, expression: str) -> SignalCondition:
+        """Compile a condition on signals, such as `min(front) > 0.5 m`.
 
         Raises:
-            InputError: It is no expression, it names no signal, or it is not true or false.
+            InputError: The text is not an expression, names an unknown signal, or is not true or false.
         """
-        return Question(self._guard(expression), lambda: (self._seen(), self._time))
+        return SignalCondition(self._guard(expression), lambda: (self._snapshot_of_tick(), self._time))
 
-    def doubt(self, *faults: Fault) -> None:
-        """What a check tells, and a run that goes on all the same does not."""
-        if self.survey:
+    def report(self, *faults: Fault) -> None:
+        """Record faults in a check; no effect in a run."""
+        if self.check_options:
             self.faults.extend(faults)
 
     def note(self, event: type[Event], **values: Any) -> None:
-        """Emit an event of this agent, now."""
+        """Emit an event of this agent with the current time."""
         self.sink.emit(event(t=self.clock.now(), agent=self.knowledge.agent, **values))
 
     def path(self, node: Behaviour) -> str:
-        """A node's path from the root, names joined by `/`; its name while it is in no tree."""
+        """Path of a node from the root, names joined by `/`; its name if it is not in a tree."""
         return self._paths.get(node.id, node.name)
 
     def begin(self, t: float, paths: Mapping[Any, str]) -> None:
-        """A tick begins: conditions see one snapshot, taken when the first of them asks."""
+        """Begin a tick: all conditions use one snapshot, taken when the first of them is evaluated."""
         self._time, self._paths, self._snapshot = t, paths, None
 
     def _guard(self, text: str) -> Expression:
         if self._compile is None:
-            raise InputError(f"'{text}' cannot be asked: this mission was given no signals.")
+            raise InputError(f"cannot evaluate '{text}': this mission has no signals.")
         try:
             guard = self._compile(text)
         except InputError as error:
@@ -204,25 +202,25 @@ class MissionContext:
             )
         return guard
 
-    def _seen(self) -> list[float]:
-        """The snapshot of this tick."""
+    def _snapshot_of_tick(self) -> list[float]:
+        """Snapshot of this tick."""
         if self._snapshot is None:
             self._snapshot = self.knowledge.signals.snapshot(self._time).tolist()
         return self._snapshot
 
 
 def mission_of(node: Node) -> MissionContext:
-    """The mission whose tree a node is in.
+    """Mission of the tree that contains a node.
 
     Raises:
-        TreeError: Its tree works for no mission.
+        TreeError: The tree does not belong to a mission.
     """
     owner = node.runtime.owner
     if not isinstance(owner, MissionContext):
-        raise TreeError(Fault("a node asks for its mission, and its tree was given none."))
+        raise TreeError(Fault("a node needs its mission, but its tree has none."))
     return owner
 
 
 def _no_tree(name: str, new: Behaviour) -> None:
-    """What `swap` is until the mission has a tree."""
-    raise InputError(f"'{name}' was to be swapped, but the mission runs no tree yet.")
+    """Value of `swap` before the mission has a tree."""
+    raise InputError(f"cannot swap '{name}': the mission has no running tree yet.")

@@ -1,4 +1,4 @@
-"""Leaves that are no actions: Condition, Enter and Wait."""
+"""Leaves other than actions: Condition, Enter and Wait."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from ..trees.nodes import Instant, Leaf
 
 
 class Condition(Instant):
-    """SUCCESS while an expression holds, FAILURE while it does not or cannot be told; never RUNNING.
+    """SUCCESS while an expression is true, FAILURE while it is false or invalid; never RUNNING.
 
     Args:
-        name: What displays call it.
-        text: The expression, as it was written.
-        holds: Whether it holds now.
-        reading: What it reads now, such as `min(front) = 0.21 m`; asked where it does not hold.
+        name: Name in displays.
+        text: Text of the expression.
+        holds: Function that returns whether the expression is true.
+        reading: Function that returns the current values, such as `min(front) = 0.21 m`; called if the expression is
+            not true.
     """
 
     def __init__(self, name: str, text: str, holds: Callable[[], bool], reading: Callable[[], str]) -> None:
@@ -39,12 +40,12 @@ class Condition(Instant):
 
 
 class Enter(Instant):
-    """SUCCESS at once: from now on the attribute `mode` of the agent's own node is this.
+    """Sets the attribute `mode` of the agent's own node; returns SUCCESS.
 
     Args:
-        name: What displays call it.
-        mode: The mode, as rules list it.
-        knowledge: The agent's.
+        name: Name in displays.
+        mode: Mode, as listed by rules.
+        knowledge: Knowledge of the agent.
     """
 
     def __init__(self, name: str, mode: str, knowledge: Knowledge) -> None:
@@ -61,12 +62,12 @@ class Enter(Instant):
 
 
 class Wait(Leaf):
-    """RUNNING for some time, then SUCCESS. Unlike py_trees' Timer it reads the injected clock, so runs repeat.
+    """RUNNING for a duration, then SUCCESS. Unlike py_trees' Timer it reads the injected clock, so that runs repeat.
 
     Args:
-        name: What displays call it.
-        duration: For how long [s].
-        clock: Time.
+        name: Name in displays.
+        duration: Duration [s].
+        clock: Time source.
     """
 
     def __init__(self, name: str, duration: float, clock: Clock) -> None:
@@ -82,5 +83,5 @@ class Wait(Leaf):
         self._until = self._clock.now() + self.duration
 
     def update(self) -> Status:
-        # A nanosecond forgives the rounding of k * step.
+        # The tolerance of a nanosecond covers the rounding of k * step.
         return Status.SUCCESS if self._clock.now() >= self._until - 1e-9 else Status.RUNNING

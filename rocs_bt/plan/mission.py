@@ -1,4 +1,4 @@
-"""Mission: what a mission file's `build` is given to make its leaves with."""
+"""Mission: argument of a mission file's `build`, which creates leaves with it."""
 
 from __future__ import annotations
 
@@ -17,87 +17,89 @@ from ..trees.nodes import BUILTIN, Node, Registry, SubTree
 from ..units import NOT_NEGATIVE, TIME, Dimension, convert
 from .act import MAX_PREEMPTIONS, Act
 from .action_node import action_nodes
-from .context import MissionContext, Question
+from .context import MissionContext, SignalCondition
 from .leaves import Condition, Enter, Wait
 from .xml_mission import embedded
 
 
 @dataclass(frozen=True)
 class MissionLine:
-    """The line of a Python mission that made a node; the counterpart of an element of an XML mission.
+    """Line of a Python mission that created a node; the counterpart of an element of an XML mission.
 
     Attributes:
-        location: The line.
+        location: File and line.
     """
 
     location: CodeLocation
 
     @classmethod
     def here(cls) -> MissionLine | None:
-        """The line of content that is being executed; None if none is."""
+        """Line of user content that is being executed; None if there is none."""
         location = called_at()
         return None if location is None else cls(location)
 
     def fault(
         self, message: str, hint: str = "", *, attribute: str = "", column: int | None = None, warning: bool = False
     ) -> Fault:
-        """A fault at the line; attribute and column are not used."""
+        """Fault at the line; attribute and column are not used."""
         return Fault(message, self.location.file, self.location.line, hint=hint, warning=warning)
 
 
-def unseen_goal(world: WorldModel, action: str, goal: str, later: Collection[str] | None) -> Fault | None:
-    """The fault of an action whose goal has no pose at the start; None for none.
+def unknown_goal(world: WorldModel, action: str, goal: str, later: Collection[str] | None) -> Fault | None:
+    """Fault of an action whose goal has no pose at the start, or None.
 
-    Where the robot knows of no place at all, nothing is said.
+    No fault is reported if the robot knows no place at all.
 
     Args:
-        world: What the robot knows at the start.
-        action: The action.
-        goal: Its goal.
-        later: Nodes that may become known during the run; None where any may. The goal is an error where it is none of
-            them, else a warning.
+        world: World model at the start.
+        action: Name of the action.
+        goal: Name of its goal.
+        later: Nodes that may become known during the run; None if any node may. A goal that is not among them is an
+            error, else a warning.
     """
     known = [*world.goals(), *world.places(), *world.objects(), *world.peers()]
     if not known or world.pose_of(goal) is not None:
         return None
     if goal in known:
-        hint = f"{action} fails unless it is found on the way."
+        hint = f"{action} fails unless the position becomes known during the run."
         return Fault(f"the position of '{goal}' is not known at the start.", hint=hint, warning=True)
     found = unknown("place", goal, known, "The world")
     if later is not None and goal not in later and not world.graph.has(goal):
         hint = f"{action} cannot reach it. If it becomes known only during the run, declare it in a [[fact]]."
         return Fault(found.message, hint=f"{found.hint} {hint}")
-    return Fault(found.message, hint=f"{found.hint} {action} fails unless it is found on the way.", warning=True)
+    return Fault(
+        found.message, hint=f"{found.hint} {action} fails unless it becomes known during the run.", warning=True
+    )
 
 
 L = TypeVar("L", bound=Node)
 
 
 class Mission(MissionContext):
-    """What a mission in Python makes its leaves with; the rest is its context (see MissionContext).
+    """Creates the leaves of a Python mission and gives access to its context (see MissionContext).
 
-    A mission file says in its docstring what the mission is for, and holds
+    The docstring of a mission file describes the mission; the file defines
 
         def build(mission: Mission, *, goal: str = "goal", cruise: PositiveMetresPerSecond = 0.5) -> Behaviour:
 
     which returns a py_trees tree. Its keyword-only parameters are the mission's parameters: scenarios set them, and
-    their annotations say in which unit, and which numbers make sense. Composites and decorators are py_trees' own.
-
+    their
+    annotations define units and valid ranges. Composites and decorators are py_trees' own.
     """
 
     _nodes: Registry | None = None
 
     def act(self, action: str, /, *, name: str = "", max_preemptions: int = MAX_PREEMPTIONS, **parameters: Any) -> Act:
-        """A leaf that has an action done.
+        """Create a leaf that executes an action.
 
         Args:
-            action: Its name in the action table, such as `GoTo`.
-            name: What displays call the leaf; the action and its goal where empty.
-            max_preemptions: How many pre-emptions by reflexes without progress are too many.
-            parameters: The action's parameters: SI numbers, or quantities such as `"0.5 m/s"`.
+            action: Name in the action table, such as `GoTo`.
+            name: Name of the leaf in displays; the action and its goal if empty.
+            max_preemptions: Maximum number of pre-emptions by reflexes without progress.
+            parameters: Parameters of the action: SI numbers, or quantities such as `"0.5 m/s"`.
 
         Raises:
-            InputError: The action or a parameter does not exist, one is missing, or a unit or a value is wrong.
+            InputError: Unknown action or parameter, missing parameter, wrong unit or value.
         """
         given = dict(parameters)
         try:
@@ -108,49 +110,49 @@ class Mission(MissionContext):
         except InputError as error:
             self._fault(error)
         goal, leader = given.get("goal"), given.get("leader")
-        if self.survey and isinstance(goal, str):
-            self._look_for(action, goal)
-        if self.survey and isinstance(leader, str):
-            self._look_for_robot(action, leader)
+        if self.check_options and isinstance(goal, str):
+            self._check_goal(action, goal)
+        if self.check_options and isinstance(leader, str):
+            self._check_leader(action, leader)
         shown = name or (f"{action} {goal}" if isinstance(goal, str) else action)
         return self._made(Act(shown, self, lambda: make_action(self.actions, action, given), max_preemptions))
 
     def when(self, expression: str, /, *, name: str = "") -> Condition:
-        """A leaf that asks an expression over the signals, such as `min(front) > 0.5 m`.
+        """Create a leaf that evaluates an expression over the signals, such as `min(front) > 0.5 m`.
 
         Raises:
-            InputError: It is no expression, or it names no signal.
+            InputError: The text is not an expression or names an unknown signal.
         """
-        question: Question | None = None
+        condition: SignalCondition | None = None
         try:
-            question = self.ask(expression)
+            condition = self.signal_condition(expression)
         except InputError as error:
             self._fault(error)
         leaf = Condition(
             name or expression,
             expression,
-            holds=lambda: question is not None and question.holds(),
-            reading=lambda: "" if question is None else question.reading(),
+            holds=lambda: condition is not None and condition.holds(),
+            reading=lambda: "" if condition is None else condition.reading(),
         )
         return self._made(leaf)
 
     def node(self, tag: str, /, *children: Behaviour, name: str = "", **attributes: Any) -> Node:
-        """A node by the name that XML files call it: a built-in one, one of `planners/nodes`, or an action.
+        """Create a node by its name in XML files: a built-in node, one of `planners/nodes`, or an action.
 
             mission.node("Inverter", mission.node("Known", node="dock", _skipIf="blind"))
 
         Args:
-            tag: Its class's name.
-            children: Its children, for a control or a decorator.
-            name: What displays call it; the tag where empty.
-            attributes: Its ports, `"{key}"` for a key of the board, and conditions such as `_skipIf`.
+            tag: Name of the class.
+            children: Children of a control or decorator.
+            name: Name in displays; the tag if empty.
+            attributes: Ports, with `"{key}"` for a key of the blackboard, and conditions such as `_skipIf`.
 
         Raises:
-            InputError: No such node, the wrong number of children, or faulty attributes: all that is wrong.
+            InputError: All faults: unknown node, wrong number of children, faulty attributes.
         """
         if self._nodes is None:
             self._nodes = BUILTIN.with_(action_nodes(self.actions))
-        if tag not in self._nodes:  # where nobody has it, all are loaded, to tell what there is
+        if tag not in self._nodes:  # if unknown, load all, for the list of names in the error
             self._nodes = self._nodes.with_(self.content.load_nodes({tag}) or self.content.load_nodes())
         given = {port.rstrip("_"): value for port, value in attributes.items()}  # `if_` is the port `if`
         made = self._nodes.make(tag, name or tag, children, given)
@@ -158,18 +160,18 @@ class Mission(MissionContext):
         return made
 
     def enter(self, mode: str, /, *, name: str = "") -> Enter:
-        """A leaf that puts the agent in another mode, such as `dock`: rules that list modes live in those alone."""
+        """Create a leaf that sets the agent's mode, such as `dock`; rules that list modes are active only in those."""
         return self._made(Enter(name or f"enter {mode}", mode, self.knowledge))
 
     def wait(self, duration: float | str, /, *, name: str = "") -> Wait:
-        """A leaf that lets time pass, on the agent's own clock.
+        """Create a leaf that waits, on the agent's clock.
 
         Args:
             duration: Seconds, or a quantity such as `"2 s"`.
-            name: What displays call the leaf.
+            name: Name of the leaf in displays.
 
         Raises:
-            InputError: It is no time that can be waited for.
+            InputError: The duration is not a time, or is negative.
         """
         seconds = 0.0
         try:
@@ -183,23 +185,23 @@ class Mission(MissionContext):
     def tree(
         self, source: Path | str, /, *, main: str = "", nodes: Sequence[type[Node]] = (), **values: Any
     ) -> SubTree:
-        """A tree that stands in XML, as a part of a mission in Python.
+        """Load an XML tree as part of a Python mission.
 
             mission.tree(Path(__file__).with_name("dock.xml"), goal="dock", speed="{cruise}")
 
         Args:
-            source: A file, or the text of a document.
-            main: The ID of the tree; the document's main tree by default.
-            nodes: Node classes of one's own that it names; the robot's actions are there anyway.
-            values: Values of the tree's keys, or `"{key}"` for a key of the mission's own board.
+            source: Path of a file, or text of a document.
+            main: ID of the tree; the document's main tree by default.
+            nodes: Additional node classes that it names; the robot's actions are always available.
+            values: Values of the tree's keys, or `"{key}"` for a key of the mission's own blackboard.
 
         Raises:
-            InputError: All that is wrong with it, each at its line and column.
+            InputError: All faults, each with its line and column.
         """
         return embedded(self, source, nodes, main, values)
 
     def _made(self, leaf: L) -> L:
-        """Note a new leaf and the line of the mission that made it."""
+        """Record a new leaf and the line of the mission that created it."""
         leaf.origin = MissionLine.here()
         self.leaves.append(leaf)
         return leaf
@@ -219,11 +221,11 @@ class Mission(MissionContext):
             raise InputError(*faults)
         return given
 
-    def _look_for(self, action: str, goal: str) -> None:
-        if (fault := unseen_goal(self.knowledge.world, action, goal, self._later)) is not None:
+    def _check_goal(self, action: str, goal: str) -> None:
+        if (fault := unknown_goal(self.knowledge.world, action, goal, self._later)) is not None:
             self._warn(fault, about=goal)
 
-    def _look_for_robot(self, action: str, leader: str) -> None:
+    def _check_leader(self, action: str, leader: str) -> None:
         known = self.knowledge.world.peers()
         if known and leader not in known:
             found = unknown("other robot", leader, known, "The world")
@@ -231,25 +233,25 @@ class Mission(MissionContext):
             self._warn(Fault(found.message, hint=hint, warning=True), about=leader)
 
     def _fault(self, error: InputError) -> None:
-        """Raise the faults, or collect them in a survey. Columns that count within an expression are removed."""
+        """Raise the faults, or collect them in a check. Columns within an expression are removed."""
         faults = [replace(fault, column=0) if fault.file is None else fault for fault in error.faults]
-        if not self.survey:
+        if not self.check_options:
             raise type(error)(*faults) from error
         self._warn(*faults)
 
     def _warn(self, *faults: Fault, about: object = None) -> None:
-        """Collect faults of a survey, at the line of the mission that is being executed.
+        """Collect faults of a check, at the line of the mission that is being executed.
 
         Args:
             faults: The faults.
-            about: The value that is wrong; the faults get no line if it is a parameter of the mission.
+            about: Faulty value; the faults get no line if it is a parameter of the mission.
         """
         here = None if about in self.passed else called_at()
         self.faults.extend(faults if here is None else (fault.at(here.file, here.line) for fault in faults))
 
 
 def _converted(value: Any, dimension: Dimension, what: str) -> Any:
-    """A value whose quantities, also those in lists, are SI numbers."""
+    """Value with all quantities, also those in lists, converted to SI numbers."""
     if isinstance(value, str):
         return convert(value, dimension, what)
     if isinstance(value, (list, tuple)):

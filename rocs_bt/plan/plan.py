@@ -20,7 +20,7 @@ RUNNING, SUCCESS, FAILURE = "RUNNING", "SUCCESS", "FAILURE"
 
 
 class Plan(AnalyzeSubscriber, ABC):
-    """One agent's planner. It takes the Changes that Analyze blocks publish and submits NORMAL actions.
+    """Planner of one agent: receives the Changes published by Analyze blocks and submits NORMAL actions.
 
     A user's planner implements `run` (paper, 5.3: a deliberative extension point):
 
@@ -31,17 +31,17 @@ class Plan(AnalyzeSubscriber, ABC):
                     self.ticket = self.submit("GoTo", goal=next(self.round))
 
     Args:
-        name: What messages call it.
-        knowledge: All that the robot knows.
-        pipeline: Where actions are submitted.
-        actions: The action table.
-        clock: Time.
-        sink: Where events go.
+        name: Name for messages.
+        knowledge: Knowledge of the agent.
+        pipeline: Pipeline for submitted actions.
+        actions: Action table.
+        clock: Time source.
+        sink: Sink for events.
 
     Attributes:
         status: `RUNNING`, `SUCCESS` or `FAILURE`.
-        reason: Why it failed; empty unless it did.
-        on_exception: Takes the exceptions of leaves that are ticked on; None to raise them instead.
+        reason: Reason of a failure; empty otherwise.
+        on_exception: Handler of exceptions in leaves, which are then ticked again; None to raise the exceptions.
     """
 
     def __init__(
@@ -69,25 +69,25 @@ class Plan(AnalyzeSubscriber, ABC):
 
     @abstractmethod
     def run(self, t: float) -> None:
-        """One turn; called when its period is due and whenever it is `called`. Must not block.
+        """Execute one turn; called when its period is due and whenever `called` is true. Must not block.
 
         Args:
-            t: Now [s].
+            t: Current time [s].
         """
 
     @property
     def called(self) -> bool:
-        """Whether a Change arrived or somebody asked for a new plan since `changes` was read last."""
+        """Whether a Change arrived or a replan was requested since the last call of `changes`."""
         return bool(self._replan_by) or self.inbox.pending
 
     def replan(self, by: str) -> None:
-        """Ask for a turn soon: the world is not what the plan took it for, as after a reflex. Any thread may."""
+        """Request a turn soon because the plan's assumptions may be wrong, as after a reflex. Thread-safe."""
         with self._lock:
             self._replan_by.append(by)
         self.inbox.wake()
 
     def changes(self) -> Sequence[Stamped[Change]]:
-        """Take the Changes that arrived since the last turn, oldest first; answers the call."""
+        """Take the Changes that arrived since the last turn, oldest first; resets `called`."""
         with self._lock:
             self._replan_by.clear()
         return self.inbox.drain()
@@ -96,20 +96,20 @@ class Plan(AnalyzeSubscriber, ABC):
         """Submit an action with NORMAL priority.
 
         Args:
-            action: Its name in the action table.
-            parameters: Its parameters, in SI units.
+            action: Name in the action table.
+            parameters: Parameters of the action, in SI units.
 
         Raises:
-            InputError: No such action or parameter.
+            InputError: Unknown action or parameter.
         """
         made = make_action(self.actions, action, parameters)
         return self.pipeline.submit(made, Priority.NORMAL, by=self.name)
 
     def close(self) -> None:
-        """Let go of what the planner holds; called once at the end of a run."""
+        """Release the planner's resources; called once at the end of a run."""
 
     def blame(self, error: BaseException) -> Raised | None:
-        """The content that raised an exception in a turn or in `close`; None if only the engine or an actuator did.
+        """Content that raised an exception in a turn or in `close`; None if only the engine or an actuator did.
 
         Args:
             error: The exception, with its traceback.
@@ -122,7 +122,7 @@ class Plan(AnalyzeSubscriber, ABC):
         return None
 
     def content_of(self, owner: object) -> tuple[str, str] | None:
-        """Kind and name of the content that an object is; None if it is none."""
+        """Kind and name of the content that an object belongs to, or None."""
         if isinstance(owner, Action):
             return "action", owner.name
         if isinstance(owner, RoutePlanner):
@@ -132,5 +132,5 @@ class Plan(AnalyzeSubscriber, ABC):
         return None
 
     def definitions_of(self, owner: object) -> tuple[object, ...]:
-        """Where content is defined, for `raised_at`: the object itself, then what else locates it."""
+        """Objects that locate content, for `raised_at`: the object itself first."""
         return (owner,)

@@ -1,4 +1,4 @@
-"""PythonPlanner: a planner that is no tree joins through two functions, `reset` and `act`."""
+"""PythonPlanner: interface of planners that are not trees, with two functions, `reset` and `act`."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ Array = npt.NDArray[np.float64]
 
 
 def no_routes(name: str) -> RoutePlanner:
-    """What a task without content says of every route planner.
+    """Default route planner factory of a task without content.
 
     Raises:
         InputError: Always.
     """
-    raise InputError(Fault(f"there is no route planner '{name}', as no content is at hand."))
+    raise InputError(Fault(f"cannot load the route planner '{name}': this task has no content."))
 
 
 @dataclass(frozen=True)
 class Task:
-    """What a planner is told before it begins.
+    """Task of a planner, given at the beginning of an episode.
 
     Attributes:
-        goals: By name, where each goal is, world frame; yaw is 0 where it does not matter.
-        tolerances: By name, how near counts as there [m].
-        drive: What the wheels do, and their limits.
-        knowledge: All that the robot knows: the graph, its own model, its signals.
+        goals: Goal poses by name, world frame; yaw is 0 if irrelevant.
+        tolerances: Goal tolerances by name [m].
+        drive: Drive of the robot, with its limits.
+        knowledge: Knowledge of the robot: the graph, its own model, its signals.
         privileged: Information for oracle planners only; empty for all others.
-        route: Makes a route planner of planners/routes by its name.
+        route: Function that creates a route planner of planners/routes by name.
     """
 
     goals: Mapping[str, Pose2]
@@ -57,12 +57,12 @@ class Task:
 
 @dataclass(frozen=True)
 class Observation:
-    """What a planner sees at one moment.
+    """Observation at one time.
 
     Attributes:
-        t: The time since the episode began [s].
-        pose: Where the robot takes itself to be, world frame; NaN where it does not know.
-        signals: All of its signals by name, SI units; NaN where a value is stale or broken.
+        t: Time since the beginning of the episode [s].
+        pose: Estimated pose of the robot, world frame; NaN if unknown.
+        signals: All signals by name, SI units; NaN if a value is stale or broken.
     """
 
     t: float
@@ -71,7 +71,7 @@ class Observation:
 
 
 class PythonPlanner(Protocol):
-    """A planner that is no tree. Its class's parameters are keyword-only and annotated, as those of a mission.
+    """Planner that is not a tree. Its class's parameters are keyword-only and annotated, as those of a mission.
 
     @dataclass(kw_only=True)
     class Straight:
@@ -87,32 +87,32 @@ class PythonPlanner(Protocol):
     """
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """An episode begins.
+        """Begin an episode.
 
         Args:
-            task: What is to be done, and with what.
-            rng: Random numbers; the scenario and the seed key them.
+            task: Task of the episode.
+            rng: Random generator, keyed by the scenario and the seed.
         """
         ...
 
     def act(self, observation: Observation) -> Sequence[float] | None:
-        """Decide, once a period of the plan. Must not block.
+        """Decide, once per period of the plan. Must not block.
 
         Returns:
-            Rim speeds in the drive's order [m/s], which hold until the next call; None for one that holds itself to
-            have arrived, after which it is not asked again.
+            Wheel linear speeds in the drive's order [m/s], held until the next call; None once the planner considers
+            the task done, after which it is not called again.
         """
         ...
 
 
 class PythonPlan(Plan):
-    """Plays a PythonPlanner: what it decides becomes SetWheelSpeed, submitted with NORMAL priority.
+    """Runs a PythonPlanner: its decisions become SetWheelSpeed actions with NORMAL priority.
 
-    Reflexes pre-empt it as they pre-empt a tree; while one is active it is not asked.
+    Reflexes pre-empt it as they pre-empt a tree; while a reflex is active the planner is not called.
 
     Args:
         planner: The planner.
-        mission: The context of the agent.
+        mission: Context of the agent.
     """
 
     def __init__(self, planner: PythonPlanner, mission: Mission) -> None:
@@ -129,14 +129,14 @@ class PythonPlan(Plan):
         if not self._begun:
             self._planner.reset(self._task(), self._mission.rng(self.name))
             self._begun = True
-        speeds = self._planner.act(self._look(t))
+        speeds = self._planner.act(self._observe(t))
         if self._ticket is not None:
             self.pipeline.cancel(self._ticket, by=self.name)
             self._ticket = None
         if speeds is None:
             self.status = SUCCESS
         else:
-            self._ticket = self.submit("SetWheelSpeed", speeds=self._rim_speeds(speeds))
+            self._ticket = self.submit("SetWheelSpeed", speeds=self._wheel_speeds(speeds))
 
     def blame(self, error: BaseException) -> Raised | None:
         if from_actuator(error):
@@ -149,11 +149,11 @@ class PythonPlan(Plan):
             return "planner", type(self._planner).__name__
         return super().content_of(owner)
 
-    def _rim_speeds(self, decided: Any) -> list[float]:
-        """Speeds of a decision.
+    def _wheel_speeds(self, decided: Any) -> list[float]:
+        """Wheel linear speeds of a decision [m/s].
 
         Raises:
-            InputError: The drive cannot do it.
+            InputError: The drive cannot execute the decision.
         """
         wheels = self.knowledge.robot.drive.wheels
         try:
@@ -162,8 +162,8 @@ class PythonPlan(Plan):
             speeds = np.zeros(0)
         if speeds.shape == (len(wheels),) and np.isfinite(speeds).all():
             return [float(speed) for speed in speeds]
-        message = f"act of {type(self._planner).__name__} gives {decided!r:.200}, which the drive cannot do."
-        hint = f"It takes {len(wheels)} rim speeds in m/s ({', '.join(wheels)}), or None at the end."
+        message = f"act of {type(self._planner).__name__} returned {decided!r:.200}, which the drive cannot execute."
+        hint = f"Return {len(wheels)} wheel linear speeds in m/s ({', '.join(wheels)}), or None at the end."
         raise InputError(Fault(message, hint=hint))
 
     def _task(self) -> Task:
@@ -178,7 +178,7 @@ class PythonPlan(Plan):
             route=lambda name: self._mission.content.load_route(name)(self.knowledge),
         )
 
-    def _look(self, t: float) -> Observation:
+    def _observe(self, t: float) -> Observation:
         table = self.knowledge.signals
         row = table.snapshot(t)
         signals = {name: row[table.slice_of(name)] for name in table.names}
@@ -186,7 +186,7 @@ class PythonPlan(Plan):
 
 
 def python_mission(cls: type[Any]) -> Callable[..., PythonPlan]:
-    """The `build` of a mission that plays a class's planner, with the class's parameters.
+    """`build` function of a mission that runs a planner class, with the class's parameters.
 
     Raises:
         InputError: The class has no `reset` or no `act`.

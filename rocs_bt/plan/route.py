@@ -1,4 +1,4 @@
-"""Route planners: ways from here to there, around what is known to stand there."""
+"""Route planners: paths to a goal around known obstacles."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from ..knowledge import Knowledge, Roadmap, Route, segment_distance
 Point = tuple[float, float]
 """x and y in the world frame [m]."""
 
-OFF = 0.5
-"""Farther from its way than this a robot is given another [m]."""
+MAX_PATH_DISTANCE = 0.5
+"""Distance from its path at which a robot gets a new one [m]."""
 
 
 class NoRoute(Exception):
-    """There is no way; the message tells what is in it, as a planner raises it."""
+    """There is no path to the goal; the message of the planner gives the reason."""
 
 
 class RoutePlanner(ABC):
-    """Finds ways for one robot. A file in `planners/routes` holds one such class, and missions name the file.
+    """Plans paths for one robot. A file in `planners/routes` contains one such class, and missions name the file.
 
         class Straight(RoutePlanner):
             def route(self, start, goal, clearance):
                 return [start[:2], goal[:2]]
 
     Args:
-        knowledge: All that the robot knows.
+        knowledge: Knowledge of the robot.
     """
 
     def __init__(self, knowledge: Knowledge) -> None:
@@ -39,58 +39,63 @@ class RoutePlanner(ABC):
 
     @abstractmethod
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> Sequence[Point]:
-        """The corners of a way, the first of them the start's position and the last the goal's. Must not block.
+        """Corners of a path from the start's position to the goal's. Must not block.
 
         Args:
-            start: In the world frame.
-            goal: In the world frame.
-            clearance: What to keep at least between the robot's hull, however it turns, and what is known [m].
+            start: Start pose, world frame.
+            goal: Goal pose, world frame.
+            clearance: Minimum gap between the robot's hull at any heading and known obstacles [m].
 
         Raises:
-            NoRoute: There is none.
+            NoRoute: There is no path.
         """
 
 
 class RoadRoutePlanner(RoutePlanner):
-    """Finds ways over the roads that are known and open: the relation `connects` between places, and the doors on them.
+    """Plans paths over known open roads: the relation `connects` between places, and the doors on them.
 
     class Fewest(RoadRoutePlanner):
-        def search(self, graph, start, goal, least):
+        def search(self, graph, start, goal, lower_bound):
             return networkx.shortest_path(graph, start, goal)
     """
 
     @abstractmethod
-    def search(self, graph: Any, start: str, goal: str, least: Callable[[str, str], float]) -> list[str]:
-        """The nodes of the cheapest way.
+    def search(self, graph: Any, start: str, goal: str, lower_bound: Callable[[str, str], float]) -> list[str]:
+        """Nodes of the cheapest path.
 
         Args:
-            graph: A networkx DiGraph; each edge's `weight` is what it costs.
-            start: The node to begin at.
-            goal: The node to end at.
-            least: What the way between two nodes costs at least.
+            graph: networkx DiGraph; the `weight` of an edge is its cost.
+            start: First node.
+            goal: Last node.
+            lower_bound: Function that returns a lower bound of the cost between two nodes.
 
         Raises:
-            networkx.NetworkXNoPath: There is none.
+            networkx.NetworkXNoPath: There is no path.
         """
 
     def __init__(self, knowledge: Knowledge) -> None:
         super().__init__(knowledge)
-        self._kept: tuple[Any, Point, Route] | None = None  # the roads, the goal, the way
+        self._kept: tuple[Any, Point, Route] | None = None  # roads, goal, path
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
-        """The corners of a way over the roads that are as wide as the robot and the clearance on both sides [m].
+        """Corners of a path over roads that are wide enough for the robot and the clearance on both sides [m].
 
-        The way is kept, as the same list, while the roads, their costs and the goal are as they were and the robot is
-        on it; so a mission may ask again and again, and hears of a new way when a road closes, or opens again.
+        The path is reused, as the same list, while the roads, their costs and the goal are unchanged and the robot is
+        on it. A
+        mission may therefore call this repeatedly; it gets a new path when a road closes or opens again.
 
         Raises:
-            NoRoute: No road can be driven, or none leads there; tells which are closed.
+            NoRoute: No road can be driven, or none leads to the goal; the message lists closed roads.
         """
         width = self.knowledge.graph.attributes(self.knowledge.agent).get("width", 0.0)
         roads = Roadmap(self.knowledge, width + 2.0 * clearance)
         if self._kept is not None:
             known, towards, kept = self._kept
-            if known == roads.graph.adj and towards == goal[:2] and off_way(start[:2], kept.points) <= OFF:
+            if (
+                known == roads.graph.adj
+                and towards == goal[:2]
+                and distance_to_path(start[:2], kept.points) <= MAX_PATH_DISTANCE
+            ):
                 return kept.points
         try:
             way = roads.route(start[:2], goal[:2], self.search)
@@ -98,16 +103,16 @@ class RoadRoutePlanner(RoutePlanner):
             raise NoRoute(str(error)) from error
         if way is None:
             closed = f"; closed: {', '.join(roads.closed)}" if roads.closed else ""
-            raise NoRoute(f"no road that is open leads there{closed}")
+            raise NoRoute(f"no open road leads to the goal{closed}")
         self._kept = roads.graph.adj, goal[:2], way
         return way.points
 
     @property
     def way(self) -> Route | None:
-        """The way that `route` has returned last, with its places and its cost; None before the first one."""
+        """Last path returned by `route`, with its places and its cost; None before the first one."""
         return None if self._kept is None else self._kept[2]
 
 
-def off_way(point: Point, way: Sequence[Point]) -> float:
-    """How far a point is from a way's nearest leg [m]."""
-    return min(segment_distance(point, a, b) for a, b in pairwise(way)) if len(way) > 1 else math.dist(point, way[0])
+def distance_to_path(point: Point, path: Sequence[Point]) -> float:
+    """Distance of a point from the nearest leg of a path [m]."""
+    return min(segment_distance(point, a, b) for a, b in pairwise(path)) if len(path) > 1 else math.dist(point, path[0])

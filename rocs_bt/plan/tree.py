@@ -1,4 +1,4 @@
-"""TreePlan: a planner that ticks a behaviour tree."""
+"""TreePlan: planner that ticks a behaviour tree."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from .plan import FAILURE, SUCCESS, Plan
 
 
 def shape_faults(root: object) -> list[Fault]:
-    """Why what `build` returned cannot be ticked; empty when it can."""
+    """Reasons why the result of `build` cannot be ticked; empty if it can."""
     if not isinstance(root, Behaviour):
         hint = "Return the root of a py_trees tree, or a Plan."
-        return [Fault(f"build returned {root!r}, which is no py_trees behaviour.", hint=hint)]
+        return [Fault(f"build returned {root!r}, which is not a py_trees behaviour.", hint=hint)]
     return [
-        Fault(f"'{node.name}' has no children.", hint="Give it some, or leave it out.")
+        Fault(f"'{node.name}' has no children.", hint="Add children, or remove it.")
         for node in descendants(root)
         if isinstance(node, Composite) and not node.children
     ]
@@ -44,7 +44,7 @@ _BETWEEN = "Swap between two ticks: from another thread, or where the tree is ti
 
 
 class _Quiet(Logger):
-    """A logger of py_trees that keeps to itself: what a node has to say is its `feedback_message`."""
+    """Silent py_trees logger; nodes report in `feedback_message` instead."""
 
     def debug(self, msg: str) -> None:
         pass
@@ -57,13 +57,13 @@ QUIET = _Quiet()
 
 @dataclass(frozen=True)
 class NodeOutline:
-    """One node of a tree, for displays and recordings.
+    """Node of a tree, for displays and recordings.
 
     Attributes:
-        path: Names from the root joined by `/`; a second sibling of the same name ends in `#2`.
-        name: Its name.
-        kind: Its class, such as `Sequence`.
-        depth: 0 for the root.
+        path: Names from the root joined by `/`; a second sibling with the same name ends in `#2`.
+        name: Name of the node.
+        kind: Class of the node, such as `Sequence`.
+        depth: Depth in the tree, 0 for the root.
     """
 
     path: str
@@ -73,22 +73,24 @@ class NodeOutline:
 
 
 class TreePlan(Plan):
-    """The shipped planner: a tree, ticked once a turn until its root succeeds or fails.
+    """Planner that ticks a tree once per turn until its root succeeds or fails.
 
-    The tree's nodes are ours, py_trees' own, or both. Their loggers are silenced, since only the command line prints.
+    The tree may contain nodes of this package and stock py_trees nodes. Their loggers are silenced, because only the
+    command
+    line prints.
 
     Args:
-        root: The tree.
-        mission: The context that its leaves were made with.
+        root: Root of the tree.
+        mission: Context that its leaves were created with.
 
     Raises:
-        InputError: It is no tree, has a composite without children, uses a key with two types, or a node refuses.
+        InputError: The root is not a tree, a composite has no children, a key has two types, or a node reports a fault.
 
     Attributes:
-        root: The tree's root.
-        tree: The tree, bound to its board, which `tree.board` is.
-        outline: All its nodes, parents before children.
-        ticks: How often it was ticked.
+        root: Root of the tree.
+        tree: The tree, bound to the blackboard `tree.board`.
+        outline: All nodes, parents before children.
+        ticks: Number of ticks.
     """
 
     def __init__(self, root: Behaviour, mission: Mission) -> None:
@@ -106,13 +108,13 @@ class TreePlan(Plan):
         self._restarts: list[Behaviour] = []
         self.tree.runtime.caught = self._caught
         self._seen: dict[Any, Status] = {}
-        self._look()
+        self._index_nodes()
         for node, _ in self._nodes:
             node.logger = QUIET
             node.setup()
 
     def run(self, t: float) -> None:
-        self.changes()  # what changed stands in Knowledge; here it only calls for a tick
+        self.changes()  # Knowledge already contains the changes; here they only trigger a tick
         if self.status == "RUNNING":
             with self._turn:
                 self._run(t)
@@ -126,63 +128,64 @@ class TreePlan(Plan):
             outcome = self._tick()
         finally:
             self._ticking = False
-            self._tell()
+            self._emit_changes()
             if self._raised:
                 self._report()
         self.ticks += 1
         if outcome is Status.SUCCESS:
             self.status = SUCCESS
         elif outcome is not RUNNING:
-            self.status, self.reason = FAILURE, self._why(outcome)
+            self.status, self.reason = FAILURE, self._failure_reason(outcome)
 
     def swap(self, name: str, new: Behaviour) -> None:
-        """Put another subtree in the place of a named one while the mission runs. Any thread may.
+        """Replace a named subtree while the mission runs. Thread-safe.
 
-        It happens between two ticks: what runs of the old one is halted, once, so that its leaves cancel their
-        actions; the board and all other nodes keep what they have. Of a SubTree the tree in it is exchanged.
+        The swap happens between two ticks. Running nodes of the old subtree are halted, once, so that its leaves cancel
+        their
+        actions; the blackboard and all other nodes keep their state. For a SubTree the tree inside it is replaced.
 
         Args:
-            name: A node's path as in `outline`, or its name where no other node has it.
-            new: The root of a tree that nobody else has.
+            name: Path of a node as in `outline`, or its name if unique.
+            new: Root of a tree that is not part of any other tree.
 
         Raises:
-            InputError: There is no such node, or the new tree cannot take its place; the old one is still in force.
+            InputError: There is no such node, or the new tree is not valid there; the old one remains in use.
         """
         with self._turn:
             if self._ticking:
-                raise TreeError(Fault(f"'{name}' was to be swapped from within a tick of its tree.", hint=_BETWEEN))
+                raise TreeError(Fault(f"cannot swap '{name}' during a tick of its tree.", hint=_BETWEEN))
             if self.status != "RUNNING":
-                raise TreeError(Fault(f"'{name}' was to be swapped, but the mission has ended ({self.status})."))
+                raise TreeError(Fault(f"cannot swap '{name}': the mission has ended ({self.status})."))
             old = swapped_part(find_node(self.tree.nodes, self._paths, name))
             if faults := shape_faults(new):
                 raise InputError(*faults)
             if new.parent is None and new.id not in self._paths:
-                _refuse_faults(Tree(new, clock=self._mission.clock, owner=self._mission))  # on a board of its own
-            leaving, gone = self._paths[old.id], tuple(descendants(old))
+                _refuse_faults(Tree(new, clock=self._mission.clock, owner=self._mission))  # with a separate blackboard
+            leaving, old_nodes = self._paths[old.id], tuple(descendants(old))
             for node in descendants(new):
                 node.logger = QUIET
                 node.setup()
             self.tree.swap(old, new)
-            self._tell()
+            self._emit_changes()
             self.root = self.tree.root
-            self._look()
-            self._mission.note(SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self._told_nodes())
-            for node in gone:
+            self._index_nodes()
+            self._mission.note(SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self._node_rows())
+            for node in old_nodes:
                 node.shutdown()
         self.replan("a swapped subtree")
 
     def close(self) -> None:
-        """Halt what runs, so that leaves let go, and shut the nodes down, each of them whatever another one raises."""
+        """Halt running nodes and shut all nodes down; an exception in one node does not stop the others."""
         with ExitStack() as ends:  # last in, first out
             for node, _ in reversed(self._nodes):
                 ends.callback(node.shutdown)
-            ends.callback(self._tell)
-            # A tick that raised may leave a root behind that does not run over leaves that do.
+            ends.callback(self._emit_changes)
+            # After a tick that raised, leaves may be RUNNING although the root is not.
             for node, _ in self._nodes:
                 halt(node)
 
     def display(self) -> str:
-        """The tree with its present statuses, as text."""
+        """Text drawing of the tree with the current statuses."""
         text: str = unicode_tree(self.root, show_status=True)
         return text
 
@@ -198,26 +201,26 @@ class TreePlan(Plan):
         if isinstance(self.root, Node):
             return self.tree.tick()
         for node in self.root.tick():
-            # Our nodes complain themselves, and one of them that was skipped is idle by right.
+            # Nodes of this package check this themselves, and a skipped one is rightly idle.
             if node.status is Status.INVALID and not isinstance(node, Node):
                 raise InputError(self._no_status(node))
         self.tree.ticked()
         return self.root.status
 
     def _caught(self, leaf: Behaviour, error: BaseException) -> bool:
-        """Have a leaf that raised count as RUNNING in this tick; False where nothing takes its exception."""
+        """Count a leaf that raised as RUNNING in this tick; False if there is no handler for its exception."""
         if self.on_exception is None or from_actuator(error):
             return False
         if leaf.status is not Status.RUNNING:
             self._restarts.append(leaf)
             leaf.status = Status.RUNNING
         raised = self.blame(error) or Raised.of("leaf", self._mission.path(leaf), error, *self.definitions_of(leaf))
-        leaf.feedback_message = f"it raised {raised.detail}"
+        leaf.feedback_message = f"raised {raised.detail}"
         self._raised.append(raised)
         return True
 
     def _restart(self) -> None:
-        """Leaves that raised in their first tick begin again."""
+        """Reset leaves that raised in their first tick, so that they start again."""
         for leaf in self._restarts:
             if leaf.status is Status.RUNNING:
                 leaf.status = Status.INVALID
@@ -229,14 +232,14 @@ class TreePlan(Plan):
             if self.on_exception is not None:
                 self.on_exception(each)
 
-    def _look(self) -> None:
-        """Take in which nodes there are, and where."""
+    def _index_nodes(self) -> None:
+        """Update the list of nodes and their paths."""
         self._nodes: list[tuple[Behaviour, str]] = []
         self.outline = tuple(self._walk(self.root))
         self._paths: dict[Any, str] = {node.id: path for node, path in self._nodes}
         self._seen = {node.id: self._seen.get(node.id, Status.INVALID) for node, _ in self._nodes}
 
-    def _told_nodes(self) -> tuple[tuple[str, str, str], ...]:
+    def _node_rows(self) -> tuple[tuple[str, str, str], ...]:
         paths = self._paths
         return tuple((path, type(n).__name__, paths[n.parent.id] if n.parent else "") for n, path in self._nodes)
 
@@ -257,8 +260,8 @@ class TreePlan(Plan):
             todo += reversed(below)
         return found
 
-    def _tell(self) -> None:
-        """Emit what changed its status, children before their parents."""
+    def _emit_changes(self) -> None:
+        """Emit an event for each changed status, children before their parents."""
         for node, path in reversed(self._nodes):
             if node.status is not self._seen[node.id]:
                 self._seen[node.id] = node.status
@@ -267,18 +270,18 @@ class TreePlan(Plan):
     def _no_status(self, node: Behaviour) -> Fault:
         path, kind = self._paths.get(node.id, node.name), type(node).__name__
         return Fault(
-            f"update of '{path}' ({kind}) gave no status back.", hint="Return Status.RUNNING, SUCCESS or FAILURE."
+            f"update of '{path}' ({kind}) returned no status.", hint="Return Status.RUNNING, SUCCESS or FAILURE."
         )
 
-    def _why(self, outcome: Outcome) -> str:
+    def _failure_reason(self, outcome: Outcome) -> str:
         if outcome is SKIPPED:
-            return f"{self.root.name}: its conditions skip the whole mission"
+            return f"{self.root.name}: the conditions of the root skip the whole mission"
         tip = self.root.tip() or self.root
         return f"{self._paths.get(tip.id, tip.name)}: {tip.feedback_message or tip.status.name}"
 
 
 def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
-    """Have a leaf of py_trees' own kind count as RUNNING when it raises; leaves of ours do so by themselves."""
+    """Count a stock py_trees leaf that raises as RUNNING; leaves of this package do so themselves."""
     if "tick" in vars(leaf):
         return
     plain = leaf.tick
@@ -286,7 +289,7 @@ def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
     def tick() -> Iterator[Behaviour]:
         try:
             yield from plain()
-        except BaseException as error:  # a leaf may raise anything
+        except BaseException as error:  # user code may raise anything
             if interrupts(error):
                 raise
             if not caught(leaf, error):

@@ -1,4 +1,4 @@
-"""Vehicle: what a planner in Python needs of its robot: its outline, its wheels, and what stands around it."""
+"""Vehicle: a robot's outline, wheels and surroundings for Python planners."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from .route import Point
 
 
 class Vehicle:
-    """A robot as its planners see it, whatever its wheels and sensors are.
+    """Planner's view of a robot, independent of its wheels and sensors.
 
     Args:
-        task: What the planner was told.
+        task: Task of the planner.
 
     Attributes:
-        drive: The robot's drive.
-        footprint: Its outline.
-        goal: Where it is to go, world frame.
-        tolerance: How near counts as there [m].
+        drive: Drive of the robot.
+        footprint: Outline of the robot.
+        goal: Goal pose, world frame.
+        tolerance: Goal tolerance [m].
 
     Raises:
-        InputError: There is not exactly one goal, or the robot's length and width are not known.
+        InputError: There is not exactly one goal, or the robot's length and width are unknown.
     """
 
     def __init__(self, task: Task) -> None:
         if len(task.goals) != 1:
             raise InputError(
-                Fault(f"this planner drives to one goal, found {len(task.goals)}: {', '.join(task.goals)}.")
+                Fault(f"this planner needs exactly one goal, found {len(task.goals)}: {', '.join(task.goals)}.")
             )
         ((name, self.goal),) = task.goals.items()
         self.tolerance = task.tolerances[name]
@@ -44,43 +44,45 @@ class Vehicle:
         self._world = task.knowledge.world
         body = task.knowledge.graph.attributes(task.knowledge.agent)
         if not (body.get("length") and body.get("width")):
-            raise InputError(Fault("this planner needs the robot's length and width; write a [body] table."))
+            raise InputError(
+                Fault("this planner needs the robot's length and width; add a [body] table to its robot.toml.")
+            )
         self.footprint = Footprint(body["length"], body["width"])
 
     @property
-    def maps(self) -> bool:
-        """Whether it draws a map of its own."""
+    def has_map(self) -> bool:
+        """Whether the robot builds a map."""
         return self._world.occupancy is not None
 
     def arrived(self, observation: Observation) -> bool:
-        """Whether it is at the goal."""
+        """Whether the robot is at the goal."""
         return observation.pose.distance(self.goal) <= self.tolerance
 
     def to_goal(self, observation: Observation) -> tuple[float, float]:
-        """The goal's distance [m] and bearing [rad], left positive."""
+        """Distance [m] and bearing [rad] of the goal, left positive."""
         pose = observation.pose
         return pose.distance(self.goal), wrap_angle(pose.bearing(self.goal))
 
     def motion(self, observation: Observation) -> tuple[float, float]:
-        """How fast it drives [m/s] and turns [rad/s]; 0 where that is not known."""
+        """Speed [m/s] and turn rate [rad/s] of the robot; 0 if unknown."""
         values = [observation.signals.get(name, np.array([math.nan])) for name in ("speed", "turn_rate")]
         speed, turn = (float(v[0]) for v in values)
         return (0.0 if math.isnan(speed) else speed), (0.0 if math.isnan(turn) else turn)
 
     def wheels(self, speed: float, turn: float) -> list[float]:
-        """Wheel linear speeds [m/s] that drive at `speed` [m/s] and turn at `turn` [rad/s]."""
+        """Wheel linear speeds [m/s] for a speed [m/s] and a turn rate [rad/s] of the robot."""
         speeds: list[float] = self.drive.wheel_speeds(Twist2(speed, turn)).tolist()
         return speeds
 
-    def stand(self) -> list[float]:
-        """Rim speeds of one that stands."""
+    def stop(self) -> list[float]:
+        """Wheel linear speeds of a stationary robot."""
         return [0.0] * len(self.drive.wheels)
 
-    def things(self, pose: Pose2, reach: float) -> Array:
-        """(k, 2) What its own map shows within a reach [m], in its body frame [m].
+    def obstacles(self, pose: Pose2, reach: float) -> Array:
+        """Occupied points of the robot's map within a range [m], body frame [m], shape (k, 2).
 
         Raises:
-            InputError: It draws no map.
+            InputError: The robot builds no map.
         """
         points = self._window(pose, reach).points()
         away = points - (pose.x, pose.y)
@@ -88,19 +90,19 @@ class Vehicle:
         body: Array = away @ np.array([[c, -s], [s, c]])
         return body
 
-    def gaps(self, pose: Pose2, reach: float, poses: Array) -> Array:
-        """(...,) The room beside the hull in poses (..., 3) of its present body frame [m]; +inf where nothing is near.
+    def clearances(self, pose: Pose2, reach: float, poses: Array) -> Array:
+        """Gaps between hull and map at poses (..., 3) in the current body frame [m], shape (...); +inf if free.
 
-        The hull counts as discs that cover it, and the map as its cells, so that this is quick for thousands of poses,
-        and a few centimetres on the safe side.
+        The hull is approximated by discs that cover it, and the map by its cells. This is fast for thousands of poses,
+        and errs by a few centimetres on the safe side.
 
         Args:
-            pose: Where it is, world frame.
-            reach: How far around it the map is looked at [m].
+            pose: Current pose, world frame.
+            reach: Size of the map section around the robot [m].
             poses: x [m], y [m], yaw [rad].
 
         Raises:
-            InputError: It draws no map.
+            InputError: The robot builds no map.
         """
         window = self._window(pose, reach)
         occupied = window.states == OCCUPIED
@@ -113,7 +115,7 @@ class Vehicle:
         count = math.ceil(self.footprint.length / self.footprint.width - 1e-9)
         part = self.footprint.length / (2 * count)
         radius = math.hypot(part, 0.5 * self.footprint.width)
-        least = np.full(poses.shape[:-1], np.inf)
+        smallest = np.full(poses.shape[:-1], np.inf)
         for k in range(count):
             ahead = (2 * k + 1) * part - 0.5 * self.footprint.length
             x, y = poses[..., 0] + ahead * np.cos(poses[..., 2]), poses[..., 1] + ahead * np.sin(poses[..., 2])
@@ -121,18 +123,18 @@ class Vehicle:
             row = ((pose.y + s * x + c * y - window.y) / window.cell).astype(np.intp)
             inside = (row >= 0) & (row < away.shape[0]) & (column >= 0) & (column < away.shape[1])
             at = away[np.where(inside, row, 0), np.where(inside, column, 0)] - radius
-            least = np.minimum(least, np.where(inside, at, np.inf))
-        return least
+            smallest = np.minimum(smallest, np.where(inside, at, np.inf))
+        return smallest
 
-    def ahead(self, pose: Pose2, way: Sequence[Point], look: float) -> tuple[float, float]:
-        """The point of a way that is a distance ahead [m], or its end, in the body frame [m].
+    def lookahead_point(self, pose: Pose2, path: Sequence[Point], look: float) -> tuple[float, float]:
+        """Point of a path at a distance ahead [m], or the end of the path, in the body frame [m].
 
         Args:
-            pose: Where it is, world frame.
-            way: Corners in the world frame [m].
-            look: How far from the robot.
+            pose: Current pose, world frame.
+            path: Corners in the world frame [m].
+            look: Distance from the robot [m].
         """
-        points = _dense(way) - (pose.x, pose.y)
+        points = _resampled(path) - (pose.x, pose.y)
         away = np.hypot(*points.T)
         first = int(away.argmin())
         beyond = np.flatnonzero(away[first:] >= look)
@@ -143,14 +145,14 @@ class Vehicle:
     def _window(self, pose: Pose2, reach: float) -> Window:
         grid = self._world.occupancy
         if grid is None:
-            raise InputError(Fault("this planner needs a map; give the robot the analyser LocalMap."))
+            raise InputError(Fault("this planner needs a map; add the analyser LocalMap to the robot."))
         return grid.window((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach))
 
 
-def _dense(way: Sequence[Point], step: float = 0.05) -> Array:
-    """(k, 2) A way with a point at least every so often [m]."""
-    corners = np.array(way, float)
-    told = [corners[:1]]
+def _resampled(path: Sequence[Point], step: float = 0.05) -> Array:
+    """Path with a maximum distance between points [m], shape (k, 2)."""
+    corners = np.array(path, float)
+    parts = [corners[:1]]
     for a, b in pairwise(corners):
-        told.append(np.linspace(a, b, max(2, math.ceil(float(np.hypot(*(b - a))) / step) + 1))[1:])
-    return np.vstack(told)
+        parts.append(np.linspace(a, b, max(2, math.ceil(float(np.hypot(*(b - a))) / step) + 1))[1:])
+    return np.vstack(parts)

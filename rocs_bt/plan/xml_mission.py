@@ -1,4 +1,4 @@
-"""A mission that stands in an XML file: what a scenario runs like a Python mission's `build`."""
+"""Missions in XML files, with the same interface as a Python mission's `build`."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ Build = Callable[..., Any]
 
 
 def tags_of(document: Document) -> set[str]:
-    """All nodes that a document's trees name, SubTree among them."""
+    """All node classes that a document's trees name, including SubTree."""
     return {e.node_tag for tree in document.trees.values() for e in below(tree.body)}
 
 
 def values_of(document: Document) -> set[str]:
-    """All values of attributes of nodes in a document's trees."""
+    """All attribute values of nodes in a document's trees."""
     return {v for tree in document.trees.values() for e in below(tree.body) for v in e.attributes.values()}
 
 
@@ -48,39 +48,41 @@ def xml_mission(
     beside: Mapping[str, Path] = MappingProxyType({}),
     dialect: str = "",
 ) -> Callable[..., Behaviour]:
-    """The `build` of a mission that stands in an XML file.
+    """`build` function of a mission in an XML file.
 
-    Its parameters are the input ports that the TreeNodesModel gives the main tree, as `<SubTree ID="Main">`: their type
-    is a C++ type, or a unit such as `m/s`, and a default such as `0.5 m/s` tells the unit too. They become keys of the
-    board, SI numbers. The actions of the robot are nodes, whose ports are the actions' parameters.
+    Its parameters are the input ports that the TreeNodesModel declares for the main tree, as `<SubTree ID="Main">`. The
+    type of
+    a port is a C++ type, or a unit such as `m/s`; a default such as `0.5 m/s` also defines the unit. Parameters become
+    keys of
+    the blackboard, as SI numbers. The actions of the robot are nodes, with the actions' parameters as ports.
 
     Args:
-        file: The file, or the text of a document.
-        main: The ID of the tree; what the document says by default.
-        within: The folder that included files must lie in; the file's own by default.
-        nodes: Gives the classes of a project's own nodes among these names.
-        missions: Gives the `build` of another mission, which a SubTree may name; None where there is none.
-        beside: Other files by the trees that they hold, which a SubTree may name.
-        dialect: `nav2` for Nav2's meaning of nodes that have one there.
+        file: Path of the file, or text of the document.
+        main: ID of the tree; the document's main tree by default.
+        within: Folder that must contain included files; the file's own by default.
+        nodes: Function that returns those of a project's node classes that have these names.
+        missions: Function that returns the `build` of another mission, which a SubTree may name, or None.
+        beside: Other files by the IDs of their trees, which a SubTree may name.
+        dialect: `nav2` for Nav2's semantics of nodes that exist in Nav2.
 
     Raises:
-        InputError: The file cannot be read, or does not tell its main tree.
+        InputError: The file cannot be read, or its main tree is ambiguous.
     """
     document = read_document(file, within=within)
     add_siblings(document, beside)
     document.library = len(document.entries()) > 1 if main else False
     own = list(nodes(tags_of(document) - set(shipped_nodes(dialect))))
-    place = file if isinstance(file, Path) else None
+    path = file if isinstance(file, Path) else None
 
     def make(mission: MissionContext) -> Behaviour:
         return mission_tree(document, mission, own, missions, main, dialect)
 
     keys = [key for key in GOAL_KEYS if dialect == "nav2" and f"{{{key}}}" in _read_in(document)]
-    return _Build(place, document, main, make, keys)
+    return _Build(path, document, main, make, keys)
 
 
 def _read_in(document: Document) -> set[Any]:
-    """All values of attributes in a document's trees, and what Nav2's nodes read where nothing is given."""
+    """All attribute values in a document's trees, and the defaults that Nav2's nodes read."""
     found: set[Any] = set(values_of(document))
     for element in document.elements():
         node = NAV2.get(element.node_tag)
@@ -90,7 +92,7 @@ def _read_in(document: Document) -> set[Any]:
 
 
 class _Build:
-    """A document as the function that the rest knows missions by: called with a Mission and the parameters."""
+    """Document with the interface of a `build` function: called with a Mission and the parameters."""
 
     def __init__(
         self,
@@ -129,53 +131,53 @@ def mission_tree(
     main: str = "",
     dialect: str = "",
 ) -> Behaviour:
-    """The main tree of a document, for a mission: with its robot's actions as nodes.
+    """Main tree of a document for a mission, with its robot's actions as nodes.
 
     Raises:
-        InputError: All that is wrong with it.
+        InputError: All faults of the tree.
     """
     registry = mission_nodes(mission.actions, nodes, dialect)
     outside = {name: _outside(mission, build) for name in outer_trees(document) if (build := missions(name))}
     faults = [*document.faults, *verify(document, registry, main=main, outside=outside, elsewhere=ELSEWHERE)]
     wrong = [fault for fault in faults if not fault.warning]
-    if wrong and not mission.survey:
+    if wrong and not mission.check_options:
         raise InputError(*wrong)
-    mission.doubt(*faults)
-    # A check goes on with what is right, and so tells all at once.
+    mission.report(*faults)
+    # A check continues with the valid parts, so that it reports all faults at once.
     return make_nodes(document, registry, main=main, outside=outside, lenient=bool(wrong))
 
 
 def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), dialect: str = "") -> Registry:
-    """All nodes that a mission's file may name: the shipped ones, a robot's actions, and a project's own.
+    """All nodes that a mission's file may name: built-in nodes, a robot's actions, and a project's own nodes.
 
     Args:
-        actions: The action table.
-        nodes: A project's own.
-        dialect: `nav2` for Nav2's meaning of nodes that have one there.
+        actions: Action table.
+        nodes: Node classes of the project.
+        dialect: `nav2` for Nav2's semantics of nodes that exist in Nav2.
     """
     shipped = shipped_nodes(dialect)
     return shipped.with_([*(node for node in action_nodes(actions) if node.tag not in shipped), *nodes])
 
 
 def shipped_nodes(dialect: str = "") -> Registry:
-    """The nodes that every mission of a dialect may name, its robot's actions apart."""
+    """Nodes that every mission of a dialect may name, except its robot's actions."""
     return NAV2 if dialect == "nav2" else BUILTIN
 
 
 def embedded(
     mission: MissionContext, source: Path | str, nodes: Sequence[type[Node]], main: str, values: Any
 ) -> SubTree:
-    """An XML tree as a subtree of a Python mission.
+    """XML tree as a subtree of a Python mission.
 
     Args:
         mission: The mission.
-        source: A file, or the text of a document.
-        nodes: Node classes of one's own that it names.
-        main: The ID of the tree; what the document says by default.
+        source: Path of a file, or text of a document.
+        nodes: Additional node classes that it names.
+        main: ID of the tree; the document's main tree by default.
         values: Remappings and values of the subtree's keys.
 
     Raises:
-        InputError: All that is wrong with it.
+        InputError: All faults of the tree.
     """
     document = read_document(source)
     name = document.main(main).name
@@ -183,14 +185,14 @@ def embedded(
 
 
 def _outside(mission: MissionContext, build: Build) -> Callable[[Element], Behaviour]:
-    """Makes the tree of another mission, with the attributes of a SubTree as its parameters."""
+    """Function that makes the tree of another mission, with the attributes of a SubTree as its parameters."""
 
     def make(element: Element) -> Behaviour:
         declared = mission_parameters(build)
         given = {n: v for n, v in element.node_attributes().items() if n in declared}
         for name, value in given.items():
             if pointer(value) is not None:
-                hint = "Write a value: such a tree is made before the first tick."
+                hint = "Write a value: the tree is created before the first tick."
                 message = f"the parameter '{name}' of a Python mission cannot be a key."
                 raise InputError(element.fault(message, hint, attribute=name))
         try:
@@ -199,24 +201,24 @@ def _outside(mission: MissionContext, build: Build) -> Callable[[Element], Behav
         except InputError as error:
             raise InputError(*(f if f.file else element.fault(f.message, f.hint) for f in error.faults)) from error
         if not isinstance(root, Behaviour):
-            raise InputError(element.fault(f"the mission '{element.attributes['ID']}' gives no tree."))
+            raise InputError(element.fault(f"the mission '{element.attributes['ID']}' returns no tree."))
         return root
 
     return make
 
 
 def _typed(parameter: Parameter, text: str) -> object:
-    """A text of an attribute as a scenario's file would give it."""
+    """Attribute text converted to the type that a scenario's file would have."""
     if parameter.type in (int, bool) or (parameter.type is float and parameter.dimension in (None, NONE)):
         return from_string(text, parameter.type)
     return text
 
 
 def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
-    """The keyword-only parameters that the model of the main tree makes.
+    """Keyword-only parameters from the model of the main tree.
 
     Raises:
-        InputError: A type or a default is none, with every fault.
+        InputError: All ports with an invalid type or default.
     """
     model = document.models.get(main)
     found, faults = [], list[Fault]()

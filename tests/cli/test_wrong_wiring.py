@@ -166,12 +166,12 @@ def test_what_cannot_work_is_refused_with_its_location(project, rocs_bt, command
         (
             LAST,
             "    return None\n",
-            "build returned None, which is no py_trees behaviour. Return the root of a py_trees",
+            "build returned None, which is not a py_trees behaviour. Return the root of a py_trees",
         ),
         (
             LAST,
             '    return py_trees.composites.Sequence("none", memory=True)\n',
-            "'none' has no children. Give it some",
+            "'none' has no children. Add children",
         ),
         (LAST, "    mission.knowledge.world.pursue('nowhere')\n" + LAST, "nowhere"),
         ('mission.act("GoTo"', 'mission.act("Nope"', "no action is named 'Nope'. There are: AvoidCollision"),

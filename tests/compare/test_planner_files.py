@@ -159,7 +159,7 @@ def test_what_the_wheels_cannot_do_fails_and_says_so(project, catalog, planner, 
     record = play(catalog.load_planner(name), project)
     assert record.outcome == "failed"
     assert "act of Told gives" in record.reason
-    assert "It takes 2 rim speeds in m/s (left, right), or None at the end." in record.reason
+    assert "Return 2 wheel linear speeds in m/s (left, right), or None at the end." in record.reason
 
 
 def test_an_error_tells_the_line_of_content_at_which_it_was_raised(project, catalog, planner):

@@ -80,8 +80,8 @@ def test_delays_add_up():
         ("within 2 h b > 0", 1, "a window is 0.001 s to 3600 s"),
         ("within patience b > 0", 1, "no threshold is named 'patience'"),
         ("a > 0 implies b", 1, "'implies' needs true or false, but b is in 1"),
-        ("a + b", 0, "a requirement is true or false, but a + b is in 1"),
-        ("any(g > 0 if within 1 s a > 0 else g < 0)", 5, "cannot stand beside 'within'"),
+        ("a + b", 0, "a requirement must be true or false, but a + b is in 1"),
+        ("any(g > 0 if within 1 s a > 0 else g < 0)", 5, "cannot be combined with 'within'"),
     ],
 )
 def test_mistakes(text, column, message):

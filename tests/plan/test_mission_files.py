@@ -66,7 +66,7 @@ class TestParameters:
     @pytest.mark.parametrize(
         ("given", "messages"),
         [
-            ({}, ["the mission needs goal"]),
+            ({}, ["missing parameters of the mission: goal"]),
             ({"goal": "dock", "cruse": "1 m/s"}, ["no parameter is named 'cruse'. Did you mean 'cruise'"]),
             ({"goal": "dock", "cruise": 0.3}, ["cruise needs a unit"]),
             ({"goal": "dock", "cruise": "0.3 m"}, ["cruise must be in m/s"]),
@@ -110,7 +110,7 @@ class TestCheck:
         assert check(typed, goal="dock") == []
 
     def test_a_required_parameter_that_nobody_gives_is_told(self, check):
-        assert [f.message for f in check(typed)] == ["the mission needs goal."]
+        assert [f.message for f in check(typed)] == ["missing parameters of the mission: goal."]
 
     def test_all_faults_are_found_at_once(self, check):
         def build(mission: Mission):
@@ -144,7 +144,7 @@ class TestCheck:
             return root
 
         (fault,) = check(build)
-        assert "no py_trees behaviour" in str(fault)
+        assert "not a py_trees behaviour" in str(fault)
 
     def test_a_build_that_raises_is_a_fault_and_no_crash(self, check):
         def build(mission: Mission):
@@ -160,7 +160,9 @@ class TestCheck:
 
         (fault,) = check(build)
         assert fault.warning
-        assert "test_mission_files.py:158: warning: 'TurnTo': this leaf was made but is not in the tree." in str(fault)
+        assert "test_mission_files.py:158: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
+            fault
+        )
 
     def test_wall_clocks_and_shared_blackboards_are_warned_of(self, check):
         class Writes(py_trees.behaviours.Running):

@@ -37,7 +37,10 @@ class TestMissions:
     def test_a_mission_that_its_conditions_skip_has_failed(self, mind):
         plan = mind.start(node("AlwaysSuccess", _skipIf="true"))
         mind.run(1)
-        assert (plan.status, plan.reason) == ("FAILURE", "AlwaysSuccess: its conditions skip the whole mission")
+        assert (plan.status, plan.reason) == (
+            "FAILURE",
+            "AlwaysSuccess: the conditions of the root skip the whole mission",
+        )
 
     def test_a_leaf_without_an_outcome_is_named(self, mind):
         plan = mind.start(node("Sequence", Success("fine"), type("Bad", (Instant,), {"update": lambda self: 7})("bad")))

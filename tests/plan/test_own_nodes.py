@@ -38,7 +38,7 @@ class TestAsk:
         tree = grow("""<Ask query='object where moves order by distance(pose, "far")' found="{who}" count="{n}"/>""")
         begin(mind)
         assert tree.tick() is FAILURE
-        assert tree.root.feedback_message == """nothing answers 'object where moves order by distance(pose, "far")'"""
+        assert tree.root.feedback_message == """no answer to 'object where moves order by distance(pose, "far")'"""
         graph.add("far", "place", pose=Pose2(9.0, 0.0))
         graph.add("cart", "object", pose=Pose2(1.0, 0.0), moves=True)
         graph.add("dog", "object", pose=Pose2(8.0, 0.0), moves=True)
@@ -122,7 +122,7 @@ class TestKnown:
         [
             ('<Known node="dock"/>', SUCCESS, ""),
             ('<Known node="dock" attribute="pose"/>', SUCCESS, ""),
-            ('<Known node="dok"/>', FAILURE, "nothing named 'dok' is known"),
+            ('<Known node="dok"/>', FAILURE, "no node named 'dok' is known"),
             ('<Known node="crate" attribute="pose"/>', FAILURE, "the pose of 'crate' is not known"),
             ('<Known node="dock" attribute="mass"/>', FAILURE, "the mass of 'dock' is not known"),
             ('<Known node="dock" max_age="1 s"/>', FAILURE, "'dock' is 2.0 s old"),
@@ -235,7 +235,7 @@ class TestPlaceGoal:
     @pytest.mark.parametrize(
         ("line", "why"),
         [
-            ('<PlaceGoal goal="g" at="nowhere"/>', "NO_GOAL: nobody knows where 'nowhere' is"),
+            ('<PlaceGoal goal="g" at="nowhere"/>', "NO_GOAL: the position of 'nowhere' is unknown"),
             ('<PlaceGoal goal="shelf"/>', "CANNOT: cannot place 'shelf' as goal"),
         ],
     )
@@ -271,7 +271,8 @@ class TestComputeRoute:
         assert 4.0 < mind.mission.board["far"] < 4.6
 
     @pytest.mark.parametrize(
-        ("goal", "why"), [("nowhere", "NO_GOAL: nobody knows where 'nowhere' is"), ("c", "BLOCKED: the goal is too")]
+        ("goal", "why"),
+        [("nowhere", "NO_GOAL: the position of 'nowhere' is unknown"), ("c", "BLOCKED: the goal is too")],
     )
     def test_no_way_has_a_reason(self, mind, grow, goal, why):
         mind.rig.knowledge.world.place("c", Pose2(2.0, 0.0), kind="object", radius=0.5)

@@ -87,7 +87,7 @@ def test_when_none_is_left_it_fails_with_all_the_reasons(tree, mind):
     assert until_done(tree, mind) is FAILURE
     assert [use[:2] for use in uses(mind)] == [("through", "failure"), ("around", "failure")]
     told = tree.root.feedback_message
-    assert told.startswith("CANNOT: no strategy serves.")
+    assert told.startswith("CANNOT: no strategy is applicable.")
     assert "through: no, it has just failed" in told
     tree.board["open"] = 1
     assert until_done(tree, mind) is SUCCESS, "the next time it begins anew"
@@ -105,7 +105,7 @@ def test_a_halt_is_kept_as_such_and_counts_neither_way(tree, mind, strategies):
 def test_without_strategies_it_fails(grow):
     tree = grow(LINE)
     assert tree.tick() is FAILURE
-    assert tree.root.feedback_message.startswith("CANNOT: no strategy serves")
+    assert tree.root.feedback_message.startswith("CANNOT: no strategy is applicable")
 
 
 class TestSelectStrategy:
@@ -120,7 +120,7 @@ class TestSelectStrategy:
         assert tree.tick() is SUCCESS
         assert (strategies.used(), tree.board["way"]) == ("wait", "wait")
         assert tree.tick() is FAILURE
-        assert tree.root.feedback_message == "CANNOT: 'wait' falls back to nothing"
+        assert tree.root.feedback_message == "CANNOT: 'wait' has no fallback"
 
     def test_where_none_is_in_force_it_takes_the_best(self, mind, grow):
         strategies = mind.rig.knowledge.strategy

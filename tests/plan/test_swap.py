@@ -240,7 +240,7 @@ def test_what_cannot_take_the_place_is_refused_and_the_mission_goes_on(mind):
     empty = py_trees.composites.Sequence("empty", memory=True)
     for wrong, words in (
         (empty, "has no children"),
-        ("text", "no py_trees behaviour"),
+        ("text", "not a py_trees behaviour"),
         (plan.root, "belongs to a tree"),
     ):
         with pytest.raises(InputError, match=words):

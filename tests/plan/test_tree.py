@@ -229,7 +229,7 @@ def test_a_leaf_that_gives_no_status_back_is_named_and_nothing_is_printed(mind, 
     leaf = Rotten("b", lambda: wrong)
     root = composite("root", memory=True, children=[leaf, Running("c")])
     plan = mind.start(root)
-    with pytest.raises(InputError, match=r"update of 'root/b' \(Rotten\) gave no status back. Return Status.RUNNING"):
+    with pytest.raises(InputError, match=r"update of 'root/b' \(Rotten\) returned no status. Return Status.RUNNING"):
         plan.run(0.0)
     assert "".join(capfd.readouterr()) == ""
 

@@ -88,7 +88,7 @@ def test_a_robot_that_stands_too_near_drives_off():
                 (Pose2(3.0, 1.5), {"length": 3.0, "width": 0.2}),
                 (Pose2(3.0, -1.5), {"length": 3.0, "width": 0.2}),
             ],
-            "no way leads between 'thing0', 'thing1', 'thing2', 'thing3' with 0.1 m to spare",
+            "there is no path between 'thing0', 'thing1', 'thing2', 'thing3' with a clearance of 0.1 m",
         ),
     ],
 )

@@ -49,7 +49,7 @@ class TestParameters:
 
     def test_a_scenarios_values_are_checked_and_become_keys(self, write, mind):
         build = xml_mission(write("a.xml", text('<GoTo goal="{goal}" cruise="{cruise}"/>', PORTS)))
-        with pytest.raises(InputError, match="the mission needs goal"):
+        with pytest.raises(InputError, match="missing parameters of the mission: goal"):
             mission_arguments(build, {"cruise": "1 m/s"})
         with pytest.raises(InputError, match="cruise must be in m/s"):
             mission_arguments(build, {"goal": "dock", "cruise": "1 m"})
@@ -84,7 +84,7 @@ class TestMixing:
         [
             ('goal="{key}"', "the parameter 'goal' of a Python mission cannot be a key"),
             ('goal="dock" cruise="2 m"', "cruise must be in m/s"),
-            ("", "the mission needs goal"),
+            ("", "missing parameters of the mission: goal"),
         ],
     )
     def test_its_parameters_are_checked_at_their_place(self, write, mind, attributes, message):
@@ -150,7 +150,7 @@ class TestProject:
         told = [str(f) for f in check_content([file]).faults]
         assert len(told) == 3
         assert "the key 'x' is read" in told[0]
-        assert "cruise is 9 m/s, and this robot does" in told[1]
+        assert "cruise is 9 m/s; the limit of this robot is" in told[1]
         assert "no node is named 'Nope'" in told[2]
 
     def test_a_scenario_runs_the_shipped_one(self):

@@ -38,7 +38,7 @@ def test_it_plays_repeats_and_is_told_only_what_it_may_be_told(name):
     assert record.reproducible
     if Catalog().load_planner(name).oracle:
         blind = played(name, privileged=False)
-        assert (blind.outcome, "needs a scene that tells its ground" in blind.reason) == ("failed", True)
+        assert (blind.outcome, "needs a scene with a ground-truth map" in blind.reason) == ("failed", True)
         assert played(name).trajectory_hash == record.trajectory_hash
     else:
         assert played(name, privileged=False).trajectory_hash == record.trajectory_hash

@@ -129,7 +129,7 @@ def test_a_margin_without_bound_is_none():
         (('agent = "R2"', 'agent = "R9"'), "req.toml:10:1: no agent is named 'R9'"),
         (('name = "arrives"', 'name = "keeps clear"'), "the name 'keeps clear' is taken"),
         (('require = "always min_clearance > 0.18 m"', ""), "require"),
-        (("always min_clearance > 0.18 m", "speed"), "a requirement is true or false, but speed is in m/s"),
+        (("always min_clearance > 0.18 m", "speed"), "a requirement must be true or false, but speed is in m/s"),
     ],
 )
 def test_mistakes_are_told_at_their_place_before_anything_is_written(edit, message, tmp_path):

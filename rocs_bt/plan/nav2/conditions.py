@@ -1,4 +1,4 @@
-"""Nav2's conditions (nav2_behavior_tree, plugins/condition) that need nothing of ROS."""
+"""Conditions of Nav2 (nav2_behavior_tree, plugins/condition) that do not need ROS."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from ...trees.board import from_string
 from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
 from ..context import mission_of
 from .decorators import goals_of, value_of
-from .keeping import KeepingCondition
 from .poses import PoseInput, PosesInput, pose_of, robot_pose, same
+from .run_aware import RunAwareCondition
 
 
 class _Condition(Instant):
@@ -21,12 +21,12 @@ class _Condition(Instant):
         return SUCCESS if self.holds() else FAILURE
 
     def holds(self) -> bool:
-        """Whether it holds."""
+        """Whether the condition is true."""
         raise NotImplementedError
 
 
-class _Kept(KeepingCondition):
-    """A condition that compares with what was at the beginning of the run, or when it last held."""
+class _Kept(RunAwareCondition):
+    """Condition relative to the beginning of the run, or to the last time it was true."""
 
     def update(self) -> Outcome:
         if self.begins():
@@ -38,16 +38,16 @@ class _Kept(KeepingCondition):
         return SUCCESS
 
     def restart(self) -> None:
-        """Compare with now from now on."""
+        """Store the current state as the reference."""
         raise NotImplementedError
 
     def holds(self) -> bool:
-        """Whether it holds."""
+        """Whether the condition is true."""
         raise NotImplementedError
 
 
 class GoalUpdated(_Kept):
-    """SUCCESS when the goal changed since the last tick; FAILURE in the first tick."""
+    """SUCCESS if the goal has changed since the last tick; FAILURE in the first tick."""
 
     goal = PoseInput(None, "the goal; the key `goal` by default")
     goals = PosesInput(None, "the goals; the key `goals` by default")
@@ -60,7 +60,7 @@ class GoalUpdated(_Kept):
 
 
 class GlobalUpdatedGoal(_Condition):
-    """SUCCESS in the first tick of all and when the goal changed since; other than GoalUpdated it is never reset."""
+    """SUCCESS in the very first tick and if the goal has changed since; unlike GoalUpdated it is never reset."""
 
     goal = PoseInput(None, "the goal; the key `goal` by default")
     goals = PosesInput(None, "the goals; the key `goals` by default")
@@ -74,9 +74,9 @@ class GlobalUpdatedGoal(_Condition):
 
 
 class TimeExpired(_Kept):
-    """SUCCESS when a time has passed since the first tick, or since it last held."""
+    """SUCCESS if a time has passed since the first tick, or since the condition was last true."""
 
-    seconds = Input(float, 1.0, "the time [s]")
+    seconds = Input(float, 1.0, "time [s]")
 
     def restart(self) -> None:
         self._since = self.runtime.now()
@@ -86,9 +86,9 @@ class TimeExpired(_Kept):
 
 
 class DistanceTraveled(_Kept):
-    """SUCCESS when the robot is a distance from where it was at the first tick, or when it last held."""
+    """SUCCESS if the robot has moved a distance since the first tick, or since the condition was last true."""
 
-    distance = Input(float, 1.0, "the distance [m]")
+    distance = Input(float, 1.0, "distance [m]")
     global_frame = Input(str, "map", "frame in Nav2; here the world frame")
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
@@ -100,10 +100,10 @@ class DistanceTraveled(_Kept):
 
 
 class PathExpiringTimer(_Kept):
-    """SUCCESS when a path has been the same for a time."""
+    """SUCCESS if a path has been the same for a time."""
 
-    seconds = Input(float, 1.0, "the time [s]")
-    path = Input(list, "{path}", "the path")
+    seconds = Input(float, 1.0, "time [s]")
+    path = Input(list, "{path}", "path")
 
     def restart(self) -> None:
         self._since, self._path = self.runtime.now(), value_of(self, "path")
@@ -115,9 +115,9 @@ class PathExpiringTimer(_Kept):
 
 
 class GoalReached(_Condition):
-    """SUCCESS when the robot is at the goal, within the tolerance of its node."""
+    """SUCCESS if the robot is at the goal, within the tolerance of its node."""
 
-    goal = PoseInput("{goal}", "the goal")
+    goal = PoseInput("{goal}", "goal")
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def holds(self) -> bool:
@@ -129,16 +129,16 @@ class GoalReached(_Condition):
 
 
 TOLERANCE = 0.25
-"""Distance from a goal without a tolerance of its own at which it is reached [m]."""
+"""Tolerance of a goal that declares none [m]."""
 
 
 class ArePosesNear(_Condition):
-    """SUCCESS when two poses are within a distance of each other."""
+    """SUCCESS if two poses are within a distance of each other."""
 
-    ref_pose = PoseInput(None, "one pose; where the robot is by default")
-    target_pose = PoseInput("{goal}", "the other one")
+    ref_pose = PoseInput(None, "first pose; the robot's pose by default")
+    target_pose = PoseInput("{goal}", "second pose")
     global_frame = Input(str, "map", "frame in Nav2; here the world frame")
-    tolerance = Input(float, 0.5, "the distance [m]")
+    tolerance = Input(float, 0.5, "distance [m]")
 
     def holds(self) -> bool:
         mission, given = mission_of(self), self.ref_pose
@@ -147,8 +147,8 @@ class ArePosesNear(_Condition):
         return one is not None and other is not None and one.distance(other) <= self.tolerance
 
 
-class IsStuck(KeepingCondition):
-    """SUCCESS when the robot has moved less than 0.1 m in 3 s of ticks."""
+class IsStuck(RunAwareCondition):
+    """SUCCESS if the robot has moved less than 0.1 m in 3 s of ticks."""
 
     _at: Pose2
     _since: float
@@ -161,11 +161,11 @@ class IsStuck(KeepingCondition):
         return SUCCESS if now - self._since >= 3.0 else FAILURE
 
 
-class IsStopped(KeepingCondition):
-    """SUCCESS when the robot has been slower than a threshold for a time."""
+class IsStopped(RunAwareCondition):
+    """SUCCESS if the robot has been slower than a threshold for a time."""
 
-    velocity_threshold = Input(float, 0.01, "[m/s]")
-    duration_stopped = Input(int, 1000, "the time [ms]")
+    velocity_threshold = Input(float, 0.01, "speed threshold [m/s]")
+    duration_stopped = Input(int, 1000, "time [ms]")
 
     def update(self) -> Outcome:
         mission, now = mission_of(self), self.runtime.now()
@@ -176,23 +176,23 @@ class IsStopped(KeepingCondition):
 
 
 class InitialPoseReceived(_Condition):
-    """SUCCESS when the robot knows where it is."""
+    """SUCCESS if the robot's pose is known."""
 
-    initial_pose_received = Input(bool, False, "key of Nav2; here the pose itself counts")
+    initial_pose_received = Input(bool, False, "key of Nav2; here the pose itself is used")
 
     def holds(self) -> bool:
         return not math.isnan(robot_pose(mission_of(self)).x)
 
 
 class TransformAvailable(InitialPoseReceived):
-    """SUCCESS when the robot knows where it is: the one transform that there is here."""
+    """SUCCESS if the robot's pose is known, which is the only transform here."""
 
     child = Input(str, "", "frame in Nav2; not used")
     parent_frame = Input(str, "", "frame in Nav2; not used", name="parent")
 
 
 class _Codes(_Condition):
-    """A missing error code is FAILURE: the node that writes it has not run yet."""
+    """Condition on an error code. FAILURE if the code is missing: the node that writes it has not run yet."""
 
     helped: ClassVar[tuple[int, ...]] = ()
     error_code = Input(int, None, "error code of the node that failed")
@@ -227,8 +227,8 @@ class WouldARouteRecoveryHelp(_Codes):
 class AreErrorCodesPresent(_Condition):
     """SUCCESS if an error code is one of several."""
 
-    error_code = Input(int, None, "the error code; a missing one is FAILURE")
-    error_codes_to_check = Input(list[int], doc="the others, separated by `;` or `,`", parse=_numbers)
+    error_code = Input(int, None, "error code; FAILURE if missing")
+    error_codes_to_check = Input(list[int], doc="error codes to look for, separated by `;` or `,`", parse=_numbers)
 
     def holds(self) -> bool:
         return self.error_code in self.error_codes_to_check

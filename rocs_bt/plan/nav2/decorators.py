@@ -1,4 +1,4 @@
-"""Nav2's decorators (nav2_behavior_tree, plugins/decorator), which decide how often their child is ticked."""
+"""Decorators of Nav2 (nav2_behavior_tree, plugins/decorator), which decide how often their child is ticked."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from ...trees.board import from_string
 from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
 from ...trees.nodes.family import Decorator
 from ..context import mission_of
-from .keeping import KeepingDecorator
 from .poses import PoseInput, PosesInput, poses_of, robot_pose, same
+from .run_aware import RunAwareDecorator
 
 
 def _rate(text: str) -> float:
-    """A rate [Hz].
+    """Rate [Hz].
 
     Raises:
-        InputError: It is no number, or not above zero.
+        InputError: The text is not a number above zero.
     """
     rate: float = from_string(text, float)
     if not 0.0 < rate < math.inf:
@@ -28,8 +28,8 @@ def _rate(text: str) -> float:
     return rate
 
 
-class _Throttled(KeepingDecorator):
-    """Ticks the child at the beginning, while it is RUNNING, and when it is due again; else RUNNING."""
+class _Throttled(RunAwareDecorator):
+    """Ticks the child at the beginning of a run, while it is RUNNING, and when it is due again; otherwise RUNNING."""
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -51,7 +51,7 @@ class _Throttled(KeepingDecorator):
         return outcome
 
     def restart(self) -> None:
-        """Count from now on."""
+        """Restart the interval."""
         raise NotImplementedError
 
     def due(self) -> bool:
@@ -60,7 +60,7 @@ class _Throttled(KeepingDecorator):
 
 
 class RateController(_Throttled):
-    """Ticks its child at most at a rate; once RUNNING the child is ticked until it ends. RUNNING in between."""
+    """Ticks its child at most at a rate; a RUNNING child is ticked until it ends. RUNNING in between."""
 
     hz = Input(float, 10.0, "rate [Hz], above 0", parse=_rate)
 
@@ -74,7 +74,7 @@ class RateController(_Throttled):
 class DistanceController(_Throttled):
     """Ticks its child each time the robot has moved by a distance. RUNNING in between."""
 
-    distance = Input(float, 1.0, "how far from where the child was ticked last [m]")
+    distance = Input(float, 1.0, "distance from the position of the child's last tick [m]")
     global_frame = Input(str, "map", "frame in Nav2; here the world frame")
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
@@ -87,12 +87,12 @@ class DistanceController(_Throttled):
 
 
 class SpeedController(_Throttled):
-    """Ticks its child at a rate that grows with the robot's speed, and at once when the goal changes."""
+    """Ticks its child at a rate that increases with the robot's speed, and at once when the goal changes."""
 
     min_rate = Input(float, 0.1, "rate at `min_speed` [Hz], above 0", parse=_rate)
     max_rate = Input(float, 1.0, "rate at `max_speed` [Hz], above 0", parse=_rate)
-    min_speed = Input(float, 0.0, "[m/s]")
-    max_speed = Input(float, 0.5, "[m/s]")
+    min_speed = Input(float, 0.0, "speed for `min_rate` [m/s]")
+    max_speed = Input(float, 0.5, "speed for `max_rate` [m/s]")
     goal = PoseInput(None, "goal whose change makes the child due; the key `goal` by default")
     goals = PosesInput(None, "goals whose change makes the child due; the key `goals` by default")
 
@@ -113,8 +113,8 @@ class SpeedController(_Throttled):
 class GoalUpdatedController(_Throttled):
     """Ticks its child at the beginning and each time the goal changes. RUNNING in between."""
 
-    goal = PoseInput(None, "the goal; the key `goal` by default")
-    goals = PosesInput(None, "the goals; the key `goals` by default")
+    goal = PoseInput(None, "goal; the key `goal` by default")
+    goals = PosesInput(None, "goals; the key `goals` by default")
 
     def restart(self) -> None:
         self._goals = goals_of(self)
@@ -123,7 +123,7 @@ class GoalUpdatedController(_Throttled):
         return not same(goals_of(self), self._goals)
 
 
-class SingleTrigger(KeepingDecorator):
+class SingleTrigger(RunAwareDecorator):
     """Ticks its child until it ends, once; FAILURE afterwards."""
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
@@ -145,12 +145,12 @@ class SingleTrigger(KeepingDecorator):
 
 
 class GoalUpdater(Decorator):
-    """Hands the goal on and ticks its child. There is no topic here: who moves the goal moves its node."""
+    """Copies the goal to its outputs and ticks its child. There is no topic here: to move the goal, move its node."""
 
-    input_goal = PoseInput(None, "the goal")
-    input_goals = PosesInput(None, "the goals")
-    output_goal = Output(object, "the same goal")
-    output_goals = Output(object, "the same goals")
+    input_goal = PoseInput(None, "goal")
+    input_goals = PosesInput(None, "goals")
+    output_goal = Output(object, "same goal")
+    output_goals = Output(object, "same goals")
 
     def tick_once(self) -> Outcome:
         self.status = RUNNING
@@ -163,12 +163,12 @@ class GoalUpdater(Decorator):
         return outcome
 
 
-class PathLongerOnApproach(KeepingDecorator):
-    """Ticks its child when a new path close to the goal is much longer than the old one; else SUCCESS."""
+class PathLongerOnApproach(RunAwareDecorator):
+    """Ticks its child if a new path close to the goal is much longer than the old one; otherwise SUCCESS."""
 
-    path = Input(list, "{path}", "the path")
-    prox_len = Input(float, 3.0, "length that counts as close [m]")
-    length_factor = Input(float, 2.0, "how many times as long is much longer")
+    path = Input(list, "{path}", "path")
+    prox_len = Input(float, 3.0, "maximum length of the old path [m]")
+    length_factor = Input(float, 2.0, "minimum ratio of the lengths")
 
     def tick_once(self) -> Outcome:
         if self.begins():
@@ -192,7 +192,7 @@ class PathLongerOnApproach(KeepingDecorator):
 
 
 def value_of(node: Any, port: str) -> Any:
-    """The value of a port, or of the key of its name if the file gives none; None if there is none."""
+    """Value of a port, or of the key of the same name if the file gives none; None if there is none."""
     key = node.key(port) or ("" if port in node.given else port)
     if key:
         entry = node.board.entry(key)
@@ -201,7 +201,7 @@ def value_of(node: Any, port: str) -> Any:
 
 
 def goals_of(node: Any) -> list[Pose2 | None]:
-    """The present poses of a node's ports `goal` and `goals`."""
+    """Current poses of a node's ports `goal` and `goals`."""
     mission = mission_of(node)
     goal, goals = value_of(node, "goal"), value_of(node, "goals")
     return poses_of(mission, [goal] if goal is not None else []) + poses_of(mission, goals or [])

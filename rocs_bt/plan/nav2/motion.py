@@ -1,4 +1,4 @@
-"""Nav2's actions that move the robot, on the actions of the robot."""
+"""Motion actions of Nav2, implemented with the robot's actions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SPIN_RATE = 1.0
 """Turn rate of Spin [rad/s]."""
 
 PATH_END = " path_end"
-"""Place at the end of a path that leads to no goal of the world model; names in files have no space before them."""
+"""Name of the place at a path's end that is no goal of the world model; names in files cannot begin with a space."""
 
 _CODES = {Reason.TIMEOUT: 1, Reason.LOST_POSE: 2, Reason.BLOCKED: 3, Reason.STUCK: 3}
 
@@ -33,11 +33,11 @@ class TrackingFeedback:
     """Tracking of a path, as in nav2_msgs/TrackingFeedback.
 
     Attributes:
-        robot_pose: Pose of the robot in the world frame.
+        robot_pose: Pose of the robot, world frame.
         position_tracking_error: Distance from the path, left positive [m].
         heading_tracking_error: Heading relative to the nearest leg of the path, left positive [rad].
-        current_path_index: Index of the corner where the nearest leg begins.
-        remaining_path_length: Length of the path from the nearest point on [m].
+        current_path_index: Index of the corner at the beginning of the nearest leg.
+        remaining_path_length: Length of the path from the nearest point to its end [m].
         distance_to_goal: Straight distance to the end of the path [m].
         speed: Speed of the robot [m/s].
     """
@@ -52,11 +52,11 @@ class TrackingFeedback:
 
 
 def track(path: Sequence[Sequence[float]], pose: Pose2, speed: float) -> TrackingFeedback:
-    """The tracking of a path by a robot.
+    """Tracking of a path by a robot.
 
     Args:
         path: Corners, (x, y) in the world frame [m].
-        pose: Pose of the robot in the world frame.
+        pose: Pose of the robot, world frame.
         speed: Speed of the robot [m/s].
     """
     corners = [(point[0], point[1]) for point in path]
@@ -79,7 +79,7 @@ def track(path: Sequence[Sequence[float]], pose: Pose2, speed: float) -> Trackin
 
 
 class _Move(ActionNode):
-    """Has one action of the robot done and tells its failure as an error code of nav2_msgs."""
+    """Executes one action of the robot and reports its failure as an error code of nav2_msgs."""
 
     base: ClassVar[int] = 0
     codes: ClassVar[dict[Reason, int]] = _CODES
@@ -87,7 +87,7 @@ class _Move(ActionNode):
     server_name = Input(str, "", "address of the server in Nav2; not used")
     server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
     error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
-    error_msg = Output(str, "what went wrong")
+    error_msg = Output(str, "error message")
 
     def parameters(self) -> dict[str, Any]:
         """Parameters of the action, in SI units."""
@@ -101,18 +101,18 @@ class _Move(ActionNode):
     def update(self) -> Any:
         return super().update() if self._refused is None else self._fail(self._refused)
 
-    def _submit(self, cut_off: Action | None = None) -> None:
+    def _submit(self, interrupted: Action | None = None) -> None:
         try:
-            super()._submit(cut_off)
-        except InputError as error:  # a server rejects such a goal: the node fails, the mission goes on
+            super()._submit(interrupted)
+        except InputError as error:  # as when a Nav2 server rejects a goal: the node fails, the mission continues
             self.ticket, self._refused = None, Failure.cannot(error)
 
     def bound_faults(self) -> Any:
-        return ()  # the parameters are known when the action is made
+        return ()  # the parameters are known only when the action is created
 
     def _made(self) -> Action:
-        self._told = self.parameters()
-        return make_action(self.mission.actions, self.action, self._told)
+        self._submitted = self.parameters()
+        return make_action(self.mission.actions, self.action, self._submitted)
 
     def _fail(self, failure: Failure) -> Any:
         self.error_code_id = self.base + self.codes.get(failure.reason, 0)
@@ -121,10 +121,10 @@ class _Move(ActionNode):
 
 
 class _Allowed(_Move):
-    """Gives up after `time_allowance`."""
+    """Fails after `time_allowance`."""
 
-    time_allowance = Input(float, 10.0, "how long it may take [s]")
-    disable_collision_checks = Input(bool, False, "not used: the robot's reflexes check, whoever drives")
+    time_allowance = Input(float, 10.0, "maximum duration [s]")
+    disable_collision_checks = Input(bool, False, "not used: the robot's reflexes are always active")
 
     def initialise(self) -> None:
         self._until = self.runtime.now() + self.time_allowance
@@ -138,7 +138,7 @@ class _Allowed(_Move):
 
 
 class FollowPath(_Move):
-    """Drives along a path, and along each new one that appears under the key while it drives."""
+    """Follows a path, and each new path that is written to the key meanwhile."""
 
     action = "FollowRoute"
     base = 100
@@ -151,7 +151,7 @@ class FollowPath(_Move):
     goal_checker_id = Input(str, "", "name of a goal checker in Nav2; not used")
     progress_checker_id = Input(str, "", "name of a progress checker in Nav2; not used")
     path_handler_id = Input(str, "", "name of a path handler in Nav2; not used")
-    tracking_feedback = Output(TrackingFeedback, "where the robot is on the path, in each tick")
+    tracking_feedback = Output(TrackingFeedback, "position on the path, in each tick")
 
     def parameters(self) -> dict[str, Any]:
         path = self._path = self.path
@@ -166,7 +166,7 @@ class FollowPath(_Move):
             self.tracking_feedback = track(path, robot_pose(mission), robot.speed(mission.clock.now()))
         if ticket is not None and not ticket.state.done and path and path is not self._path:
             if math.dist(path[-1][:2], self._path[-1][:2]) > 1e-6:
-                self._let_go()
+                self._drop_goal()
                 self.mission.pipeline.cancel(ticket, by=self.mission.path(self))
                 self._submit()
                 return RUNNING
@@ -179,7 +179,7 @@ class FollowPath(_Move):
         return float(known.get("speed_limit", math.inf))
 
     def _goal(self, path: Any) -> str:
-        """The node of the world model at the end of a path; a place is put there if there is none."""
+        """Node of the world model at the end of a path; a place is added there if there is none."""
         x, y = path[-1][:2]
         world, end = self.mission.knowledge.world, Pose2(x, y, 0.0)
         for name in world.goals():
@@ -203,12 +203,12 @@ class Spin(_Allowed):
 
 
 class DriveOnHeading(_Allowed):
-    """Drives straight on by a distance, backward if distance and speed are negative."""
+    """Drives straight for a distance, backward if distance and speed are negative."""
 
     action = "Flinch"
     base = 720
-    dist_to_travel = Input(float, 0.15, "how far [m]")
-    speed = Input(float, 0.025, "how fast [m/s]")
+    dist_to_travel = Input(float, 0.15, "distance [m]")
+    speed = Input(float, 0.025, "speed [m/s]")
 
     def parameters(self) -> dict[str, Any]:
         speed = math.copysign(self.speed, self.dist_to_travel)
@@ -216,12 +216,12 @@ class DriveOnHeading(_Allowed):
 
 
 class BackUp(_Allowed):
-    """Drives backward by a distance, whatever the signs of distance and speed."""
+    """Drives backward for a distance, regardless of the signs of distance and speed."""
 
     action = "Flinch"
     base = 710
-    backup_dist = Input(float, 0.15, "how far [m]")
-    backup_speed = Input(float, 0.025, "how fast [m/s]")
+    backup_dist = Input(float, 0.15, "distance [m]")
+    backup_speed = Input(float, 0.025, "speed [m/s]")
 
     def parameters(self) -> dict[str, Any]:
         speed = -abs(self.backup_speed)
@@ -229,9 +229,9 @@ class BackUp(_Allowed):
 
 
 class Wait(Leaf):
-    """RUNNING for a time, then SUCCESS."""
+    """RUNNING for a duration, then SUCCESS."""
 
-    wait_duration = Input(float, 1.0, "how long [s]")
+    wait_duration = Input(float, 1.0, "duration [s]")
     server_name = Input(str, "", "address of the server in Nav2; not used")
     server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
     error_code_id = Output(int, "always 0")

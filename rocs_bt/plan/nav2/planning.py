@@ -1,4 +1,4 @@
-"""Nav2's actions that compute and edit paths, on the route planners of `planners/routes` and on known roads."""
+"""Path planning actions of Nav2, implemented with the route planners of `planners/routes` and known roads."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from ..route import NoRoute, Point, RoadRoutePlanner, RoutePlanner
 from .poses import PoseInput, PosesInput, pose_of, poses_of, read_poses, robot_pose
 
 CLEARANCE = 0.1
-"""Least gap between the hull and what is known [m]."""
+"""Minimum gap between hull and known obstacles [m]."""
 
 GENERIC = ("", "GridBased")
-"""Values of `planner_id` that name no planner: a grid where the robot draws a map, else around the known objects."""
+"""Values of `planner_id` without a planner's name: a grid planner if the robot builds a map, else visibility."""
 
 UNKNOWN, INVALID_PLANNER, TF_ERROR, NO_VALID_PATH, NO_VIAPOINTS = 0, 1, 2, 8, 9
-"""Error codes of the planner server, from 200 for one goal and from 300 for several."""
+"""Error codes of the planner server, relative to 200 for one goal and 300 for several."""
 
 
 class Server(Instant):
-    """A node that calls a server in Nav2; here there is none, and its address means nothing."""
+    """Node that calls a server in Nav2; there is none here, and its address is not used."""
 
     server_name = Input(str, "", "address of the server in Nav2; not used")
     server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
     error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
-    error_msg = Output(str, "what went wrong")
+    error_msg = Output(str, "error message")
 
 
 class Planning(Server):
-    """Computes a path with a route planner that is kept, with what it remembers, until a costmap is cleared."""
+    """Computes a path with a route planner; the planner and its state are kept until a costmap is cleared."""
 
     base = 200
     tf_error: ClassVar[int] = TF_ERROR
     invalid_planner: ClassVar[int] = INVALID_PLANNER
 
-    start = PoseInput(None, "where the path begins, if not where the robot is")
-    planner_id = Input(str, "", "name of a file in planners/routes; `GridBased` or nothing chooses one")
+    start = PoseInput(None, "start of the path; the robot's pose by default")
+    planner_id = Input(str, "", "name of a file in planners/routes; chosen automatically if `GridBased` or empty")
     path = Output(list, "corners of the path, (x, y) in the world frame [m]")
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
@@ -54,7 +54,7 @@ class Planning(Server):
             except InputError as error:
                 yield from (("planner_id", fault) for fault in error.faults)
 
-    def _begins(self) -> Pose2 | None:
+    def _start(self) -> Pose2 | None:
         mission = mission_of(self)
         given = self.start
         if given is None:
@@ -62,8 +62,8 @@ class Planning(Server):
             return None if math.isnan(here.x) else here
         return pose_of(mission, given)
 
-    def _through(self, goals: Sequence[Any]) -> Outcome:
-        start = self._begins()
+    def _compute(self, goals: Sequence[Any]) -> Outcome:
+        start = self._start()
         if start is None:
             return self._fail(self.tf_error, Failure(Reason.LOST_POSE))
         corners: list[Point] = []
@@ -81,7 +81,7 @@ class Planning(Server):
         return SUCCESS
 
     def no_route(self) -> int:
-        """Error code where the planner has found no route."""
+        """Error code if the planner found no route."""
         return NO_VALID_PATH
 
     def _planner(self) -> RoutePlanner:
@@ -100,7 +100,7 @@ class Planning(Server):
 
 
 def route_planners(mission: Any) -> dict[str, RoutePlanner]:
-    """The route planners of a mission by name, which all of its nodes share as they share a planner server."""
+    """Route planners of a mission by name, shared by all of its nodes as by a planner server."""
     found: dict[str, RoutePlanner] = mission.shared.setdefault("nav2 planners", {})
     return found
 
@@ -108,29 +108,29 @@ def route_planners(mission: Any) -> dict[str, RoutePlanner]:
 class ComputePathToPose(Planning):
     """Computes a path from the robot to a goal; FAILURE with an error code if there is none."""
 
-    goal = PoseInput("{goal}", "where to")
-    use_start = Input(bool, True, "whether `start` counts if it is given")
+    goal = PoseInput("{goal}", "goal")
+    use_start = Input(bool, True, "whether to use `start` if given")
 
     def update(self) -> Outcome:
         goal = self.goal
         found = pose_of(mission_of(self), goal)
         if found is None:
-            return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"nothing knows where '{goal}' is"))
-        return self._through([found])
+            return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"the position of '{goal}' is unknown"))
+        return self._compute([found])
 
-    def _begins(self) -> Pose2 | None:
+    def _start(self) -> Pose2 | None:
         if not self.use_start:
             mission = mission_of(self)
             here = robot_pose(mission)
             return None if math.isnan(here.x) else here
-        return super()._begins()
+        return super()._start()
 
 
 class ComputePathThroughPoses(Planning):
     """Computes a path from the robot through several goals to the last one."""
 
     base = 300
-    goals = PosesInput("{goals}", "where to, in order")
+    goals = PosesInput("{goals}", "goals in order")
 
     def update(self) -> Outcome:
         given = self.goals
@@ -140,12 +140,12 @@ class ComputePathThroughPoses(Planning):
         goals = poses_of(mission_of(self), names)
         if None in goals:
             unknown = names[goals.index(None)]
-            return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"nothing knows where '{unknown}' is"))
-        return self._through(goals)
+            return self._fail(UNKNOWN, Failure(Reason.NO_GOAL, f"the position of '{unknown}' is unknown"))
+        return self._compute(goals)
 
 
 class ClearEntireCostmap(Server):
-    """Makes the route planners forget what they remember: there is no costmap here."""
+    """Resets the route planners' state; there is no costmap here."""
 
     service_name = Input(str, "", "address of the service in Nav2; not used")
 
@@ -155,21 +155,21 @@ class ClearEntireCostmap(Server):
 
 
 class ClearCostmapExceptRegion(ClearEntireCostmap):
-    """The same as ClearEntireCostmap."""
+    """Same as ClearEntireCostmap."""
 
     reset_distance = Input(float, 1.0, "size of the region in Nav2 [m]; not used")
 
 
 class ClearCostmapAroundRobot(ClearCostmapExceptRegion):
-    """The same as ClearEntireCostmap."""
+    """Same as ClearEntireCostmap."""
 
 
 class TruncatePath(Instant):
-    """Cuts the last part off a path."""
+    """Removes the last part of a path."""
 
-    input_path = Input(list, doc="the path")
-    output_path = Output(list, "the path without its end")
-    distance = Input(float, 1.0, "how much to cut off [m]")
+    input_path = Input(list, doc="path")
+    output_path = Output(list, "path without its end")
+    distance = Input(float, 1.0, "length to remove [m]")
 
     def update(self) -> Outcome:
         left, path = self.distance, list(self.input_path)
@@ -186,11 +186,11 @@ class TruncatePath(Instant):
 
 
 class ConcatenatePaths(Instant):
-    """Puts two paths together."""
+    """Concatenates two paths."""
 
-    input_path1 = Input(list, doc="the first path")
-    input_path2 = Input(list, doc="the second path")
-    output_path = Output(list, "both")
+    input_path1 = Input(list, doc="first path")
+    input_path2 = Input(list, doc="second path")
+    output_path = Output(list, "both paths")
 
     def update(self) -> Outcome:
         first, second = list(self.input_path1), list(self.input_path2)
@@ -199,11 +199,11 @@ class ConcatenatePaths(Instant):
 
 
 class GetPoseFromPath(Instant):
-    """A pose of a path, heading along it."""
+    """Pose at a corner of a path, heading along the path."""
 
-    path = Input(list, doc="the path")
-    index = Input(int, 0, "which corner; negative ones count from the end")
-    pose = Output(Pose2, "the pose")
+    path = Input(list, doc="path")
+    index = Input(int, 0, "index of the corner; negative ones count from the end")
+    pose = Output(Pose2, "pose")
 
     def update(self) -> Outcome:
         path, index = list(self.path), self.index
@@ -218,11 +218,11 @@ class GetPoseFromPath(Instant):
 
 
 class GetCurrentPose(Instant):
-    """The pose of the robot; FAILURE while it is not known."""
+    """Pose of the robot; FAILURE while it is unknown."""
 
     global_frame = Input(str, "map", "frame in Nav2; here the world frame")
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
-    current_pose = Output(Pose2, "the pose")
+    current_pose = Output(Pose2, "pose")
 
     def update(self) -> Outcome:
         mission = mission_of(self)
@@ -234,11 +234,11 @@ class GetCurrentPose(Instant):
 
 
 class RemovePassedGoals(Instant):
-    """Removes the goals from the beginning of a list that the robot is near."""
+    """Removes goals that the robot is near from the beginning of a list."""
 
     input_goals = PosesInput("{goals}", "goals in order")
-    output_goals = Output(list, "the goals that are left")
-    radius = Input(float, 0.5, "how near counts as passed [m]")
+    output_goals = Output(list, "remaining goals")
+    radius = Input(float, 0.5, "distance at which a goal counts as passed [m]")
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def update(self) -> Outcome:
@@ -255,7 +255,7 @@ class RemovePassedGoals(Instant):
 
 
 class _Selector(Instant):
-    """Writes the default: there is no topic here that a person could choose by."""
+    """Writes the default value; there is no topic here for a user's choice."""
 
     topic_name = Input(str, "", "topic in Nav2; not used")
 
@@ -295,7 +295,7 @@ class ProgressCheckerSelector(_Selector):
 
 
 NO_VALID_GRAPH, INDETERMINANT_NODES, NO_VALID_ROUTE = 2, 3, 5
-"""Error codes of the route server, from 400, beside `UNKNOWN`."""
+"""Error codes of the route server, relative to 400, in addition to `UNKNOWN`."""
 
 
 @dataclass(frozen=True)
@@ -314,19 +314,19 @@ class Route:
 
 
 class ComputeRoute(Planning):
-    """Computes a route over the roads that the robot knows, by `planners/routes/dijkstra.py`."""
+    """Computes a route over known roads with `planners/routes/dijkstra.py`."""
 
     base = 400
     tf_error: ClassVar[int] = 1
     invalid_planner: ClassVar[int] = UNKNOWN
 
     planner_id = Input(str, "dijkstra", "name of a route planner over roads in planners/routes; not a port of Nav2")
-    start = PoseInput(None, "where the route begins, if `use_poses` and `use_start`")
-    goal = PoseInput("{goal}", "where to, if `use_poses`")
-    goal_id = PoseInput("", "name of the place to go to, if not `use_poses`")
-    start_id = PoseInput("", "name of the place to begin at, if not `use_poses`; where the robot is by default")
-    use_poses = Input(bool, False, "whether `start` and `goal` count, not `start_id` and `goal_id`")
-    use_start = Input(bool, False, "whether `start` counts; else the route begins where the robot is")
+    start = PoseInput(None, "start of the route if `use_poses` and `use_start`")
+    goal = PoseInput("{goal}", "goal if `use_poses`")
+    goal_id = PoseInput("", "name of the goal place if not `use_poses`")
+    start_id = PoseInput("", "name of the start place if not `use_poses`; the robot's position by default")
+    use_poses = Input(bool, False, "whether to use `start` and `goal` instead of `start_id` and `goal_id`")
+    use_start = Input(bool, False, "whether to use `start`; otherwise the route begins at the robot")
     route = Output(Route, "places and roads of the route")
     planning_time = Output(float, "always 0 s: planning takes no simulated time")
 
@@ -336,13 +336,13 @@ class ComputeRoute(Planning):
         self.planning_time = 0.0
         found = pose_of(mission, goal)
         if found is None:
-            failure = Failure(Reason.NO_GOAL, f"nothing knows where '{goal}' is")
+            failure = Failure(Reason.NO_GOAL, f"the position of '{goal}' is unknown")
             return self._fail(INDETERMINANT_NODES, failure)
         start = self._given_start()
         if start is not None and pose_of(mission, start) is None:
-            failure = Failure(Reason.NO_GOAL, f"nothing knows where the start '{start}' is")
+            failure = Failure(Reason.NO_GOAL, f"the position of the start '{start}' is unknown")
             return self._fail(INDETERMINANT_NODES, failure)
-        outcome = self._through([found])
+        outcome = self._compute([found])
         if outcome is SUCCESS:
             self.route = self._route()
         return outcome
@@ -352,12 +352,12 @@ class ComputeRoute(Planning):
         return NO_VALID_ROUTE if roads.graph.edges or roads.closed else NO_VALID_GRAPH
 
     def _given_start(self) -> object:
-        """The start that the ports give; None where the route begins at the robot."""
+        """Start given by the ports; None if the route begins at the robot."""
         if self.use_poses:
             return self.start if self.use_start else None
         return self.start_id or None
 
-    def _begins(self) -> Pose2 | None:
+    def _start(self) -> Pose2 | None:
         mission, start = mission_of(self), self._given_start()
         if start is not None:
             return pose_of(mission, start)
@@ -365,7 +365,7 @@ class ComputeRoute(Planning):
         return None if math.isnan(here.x) else here
 
     def _route(self) -> Route:
-        """The route that the planner has found last; empty for a planner that uses no roads."""
+        """Last route of the planner; empty for a planner that does not use roads."""
         planner = self._planner()
         way = planner.way if isinstance(planner, RoadRoutePlanner) else None
         if way is None:

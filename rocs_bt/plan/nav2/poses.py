@@ -1,4 +1,4 @@
-"""Poses as Nav2's nodes read them from files and boards: names of nodes of the world model, or PoseStamped texts."""
+"""Poses in ports of Nav2's nodes: names of nodes of the world model, or texts of a PoseStamped."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ if TYPE_CHECKING:
     from ..context import MissionContext
 
 STAMPED = 9
-"""Fields of Nav2's text of a PoseStamped: stamp, frame, position x y z, orientation x y z w, separated by `;`."""
+"""Number of fields of Nav2's PoseStamped text: stamp, frame, position x y z, orientation x y z w, separated by `;`."""
 
 
 class PoseInput(Input[Any]):
-    """A port that reads a pose: the name of a node of the world model, or Nav2's text of a PoseStamped."""
+    """Port that reads a pose: the name of a node of the world model, or Nav2's text of a PoseStamped."""
 
     def __init__(self, default: Any, doc: str) -> None:
         super().__init__(object, default, doc, parse=read_pose)
 
 
 class PosesInput(Input[Any]):
-    """A port that reads several poses: a list, or names of nodes of the world model separated by `;`."""
+    """Port that reads several poses: a list, or names of nodes of the world model separated by `;`."""
 
     def __init__(self, default: Any, doc: str) -> None:
         super().__init__(object, default, doc, parse=read_poses)
 
 
 def read_pose(text: str) -> str | Pose2:
-    """The pose that a text holds, or the name of a node.
+    """Pose in a text, or the name of a node.
 
     Raises:
-        InputError: A field of a PoseStamped is no number, or not finite.
+        InputError: A field of a PoseStamped is not a finite number.
     """
     parts = text.split(";")
     if len(parts) != STAMPED:
@@ -43,17 +43,17 @@ def read_pose(text: str) -> str | Pose2:
     fields = [from_string(part.strip(), float) for part in parts[2:]]
     if not all(map(math.isfinite, fields)):
         raise InputError(
-            Fault(f"the pose '{text}' has a field that is not finite.", hint="Write seven finite numbers.")
+            Fault(f"the pose '{text}' contains a field that is not finite.", hint="Write seven finite numbers.")
         )
     x, y, _, qx, qy, qz, qw = fields
     return Pose2(x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
 
 
 def read_poses(text: str) -> list[str | Pose2]:
-    """The poses or names in a text.
+    """Poses or names in a text.
 
     Raises:
-        InputError: A text of PoseStamped fields does not have nine for each pose.
+        InputError: The text has PoseStamped fields, but not nine per pose.
     """
     parts = [part.strip() for part in text.split(";") if part.strip()]
     if len(parts) % STAMPED == 0 and parts and parts[0].lstrip("-").isdigit():
@@ -62,19 +62,19 @@ def read_poses(text: str) -> list[str | Pose2]:
 
 
 def robot_pose(mission: MissionContext) -> Pose2:
-    """The present pose of the robot in the world frame; its coordinates are NaN while it is not known."""
+    """Current pose of the robot, world frame; its coordinates are NaN while unknown."""
     return mission.knowledge.robot.pose(mission.clock.now())
 
 
 def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
-    """Where a value is, in the world frame; None if nothing knows.
+    """Pose of a value, world frame; None if unknown.
 
     Args:
-        mission: The mission, whose knowledge is asked.
+        mission: Mission whose knowledge is used.
         value: A pose, its text, or the name of a node of the world model.
 
     Raises:
-        InputError: The value is neither.
+        InputError: The value is none of these.
     """
     if isinstance(value, str):
         value = read_pose(value)
@@ -82,15 +82,15 @@ def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
         return value
     if isinstance(value, str):
         return mission.knowledge.world.pose_of(value)
-    raise InputError(Fault(f"{value!r} is no pose.", hint="Write the name of a place, or a PoseStamped."))
+    raise InputError(Fault(f"{value!r} is not a pose.", hint="Write the name of a place, or a PoseStamped."))
 
 
 def poses_of(mission: MissionContext, value: Any) -> list[Pose2 | None]:
-    """Where several values are."""
+    """Poses of several values."""
     values = read_poses(value) if isinstance(value, str) else value
     return [pose_of(mission, each) for each in values or ()]
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether two lists of poses are equal; a heading that does not matter (NaN) equals itself."""
+    """Whether two lists of poses are equal; an irrelevant heading (NaN) equals itself."""
     return repr(one) == repr(other)

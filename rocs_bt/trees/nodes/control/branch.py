@@ -80,10 +80,10 @@ class WhileDoElse(_Branch):
     while a branch is RUNNING.
 
     Attributes:
-        keepers: Children whose state outlasts their end; they are notified when the node begins another run.
+        run_aware_children: Children whose state outlasts their end; they are notified when the node begins another run.
     """
 
-    keepers: Sequence[Any] = ()
+    run_aware_children: Sequence[Any] = ()
 
     def __init__(
         self, name: str, children: tuple[Behaviour, ...] | list[Behaviour] = (), /, **attributes: object
@@ -97,8 +97,8 @@ class WhileDoElse(_Branch):
 
     def tick_once(self) -> Outcome:
         children = self.children
-        for keeper in self.keepers if self.status is not RUNNING else ():
-            keeper.begin()
+        for node in self.run_aware_children if self.status is not RUNNING else ():
+            node.begin()
         self.status = RUNNING
         condition: Any = children[0]
         outcome = self._answer or condition.tick_once() or condition.status

@@ -14,12 +14,12 @@ from ..port import InOut, Input
 
 
 class _Nav(Control):
-    keepers: Many[Any] = ()
+    run_aware_children: Many[Any] = ()
 
     def _begin(self) -> None:
         """Notify children that keep state between ticks of a new run."""
-        for keeper in self.keepers if self.status is not RUNNING else ():
-            keeper.begin()
+        for node in self.run_aware_children if self.status is not RUNNING else ():
+            node.begin()
 
     def _tick(self, child: Any, skippable: bool = False) -> Outcome:
         outcome: Outcome = child.tick_once() or child.status

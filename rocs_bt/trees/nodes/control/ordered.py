@@ -81,11 +81,11 @@ class Reactive(Control):
     """Ticks all children in each tick; if one is RUNNING, all other children are halted, also those before it.
 
     Attributes:
-        keepers: Children whose state outlasts their end; they are notified when the node begins another run.
+        run_aware_children: Children whose state outlasts their end; they are notified when the node begins another run.
     """
 
     memory = False
-    keepers: Many[Any] = ()
+    run_aware_children: Many[Any] = ()
 
 
 def reactive(passing: Status) -> Callable[[Any], Outcome]:
@@ -98,8 +98,8 @@ def reactive(passing: Status) -> Callable[[Any], Outcome]:
             runs_on = self.current_child
         else:
             self.status = RUNNING
-            for keeper in self.keepers:
-                keeper.begin()
+            for node in self.run_aware_children:
+                node.begin()
         skipped = 0
         for child in children:
             outcome = child.tick_once()

@@ -1,4 +1,4 @@
-"""What lasts while a parent ticks a node again and again, also after the node has ended."""
+"""Nodes that keep state between ticks of one run of their parent, also after they have ended."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ...trees.nodes.control.ordered import Reactive
 from ...trees.nodes.node import Node
 from ...trees.status import RUNNING
 
-_AGAIN = (Reactive, PipelineSequence, NonblockingSequence, WhileDoElse)
-"""Parents that tick children that have ended again, and reset them when they end themselves."""
+_RETICKING = (Reactive, PipelineSequence, NonblockingSequence, WhileDoElse)
+"""Parents that tick ended children again, and reset them when they end themselves."""
 
 
-class Keeping(Node):
-    """Tells the first tick of a run from later ones, as a node of BehaviorTree.CPP does by being IDLE.
+class RunAware(Node):
+    """Distinguishes the first tick of a run from later ones, as a node of BehaviorTree.CPP does by being IDLE.
 
-    Under a parent of another kind every tick of a node that is not RUNNING begins a run.
+    Under any other parent each tick of a node that is not RUNNING begins a run.
     """
 
     _fresh = True
@@ -29,17 +29,17 @@ class Keeping(Node):
 
     def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
         parent = self.parent
-        if isinstance(parent, _AGAIN):
+        if isinstance(parent, _RETICKING):
             self._kept = True
-            parent.keepers = [*(k for k in parent.keepers if k is not self), self]
+            parent.run_aware_children = [*(k for k in parent.run_aware_children if k is not self), self]
         return super().bind(board, runtime)
 
     def begin(self) -> None:
-        """Called by the parent when it begins."""
+        """Called by the parent when it begins a run."""
         self._fresh = True
 
     def begins(self) -> bool:
-        """Whether this tick begins a run; to be asked once in each tick."""
+        """Whether this tick begins a run; call it once per tick."""
         first = self.status is not RUNNING and (self._fresh or not self._kept)
         self._fresh = False
         return first
@@ -49,11 +49,11 @@ class Keeping(Node):
         super().halted()
 
 
-class KeepingDecorator(Keeping, Decorator):
-    """The base of decorators that keep something between ticks."""
+class RunAwareDecorator(RunAware, Decorator):
+    """Base class of decorators that keep state between ticks."""
 
 
-class KeepingCondition(Keeping, Instant):
-    """The base of conditions that keep something between ticks."""
+class RunAwareCondition(RunAware, Instant):
+    """Base class of conditions that keep state between ticks."""
 
     kind = "Condition"
