@@ -157,10 +157,10 @@ def aimed(
     """Lookahead point in the body frame [m]: ahead on the path, or toward the goal if there is no path."""
     pose = observation.pose
     try:
-        way = routes.route(pose, robot.goal, clearance)
+        path = routes.route(pose, robot.goal, clearance)
     except NoRoute:
-        way = [pose[:2], robot.goal[:2]]
-    return robot.lookahead_point(pose, way, look)
+        path = [pose[:2], robot.goal[:2]]
+    return robot.lookahead_point(pose, path, look)
 
 
 def facing(aim: tuple[float, float], ends: np.ndarray) -> np.ndarray:

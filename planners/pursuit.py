@@ -44,10 +44,10 @@ class PurePursuit:
         if np.isnan(pose.x):
             return robot.stop()
         try:
-            way = self._routes.route(pose, robot.goal, self.clearance)
+            path = self._routes.route(pose, robot.goal, self.clearance)
         except NoRoute:
             return robot.stop()
-        return steered(robot, observation, way, self.look, self.cruise, self.turn_rate)
+        return steered(robot, observation, path, self.look, self.cruise, self.turn_rate)
 
 
 @dataclass(kw_only=True)
@@ -75,7 +75,7 @@ class Oracle:
             raise InputError(
                 Fault("an oracle needs a scene with a ground-truth map, found none.", hint="Use a scene of a family.")
             )
-        self._robot, self._grid, self._way = Vehicle(task), task.privileged["ground"].grid(0.05), None
+        self._robot, self._grid, self._path = Vehicle(task), task.privileged["ground"].grid(0.05), None
 
     def act(self, observation: Observation) -> list[float] | None:
         """Steer along the path, which is computed at the first call."""
@@ -84,33 +84,38 @@ class Oracle:
             return None
         if np.isnan(observation.pose.x):
             return robot.stop()
-        if self._way is None:
-            self._way = self._shortest(observation)
-        return steered(robot, observation, self._way, self.look, self.cruise, self.turn_rate)
+        if self._path is None:
+            self._path = self._shortest(observation)
+        return steered(robot, observation, self._path, self.look, self.cruise, self.turn_rate)
 
     def _shortest(self, observation: Observation) -> list[tuple[float, float]]:
         """Shortest path for the largest of five radii for which there is one."""
         robot, start = self._robot, observation.pose[:2]
         widest, narrowest = robot.footprint.outer + self.clearance, robot.footprint.inner
         for radius in np.linspace(widest, narrowest, 5):
-            way = self._grid.shortest(start, robot.goal[:2], float(radius))
-            if way is not None:
-                return list(way.points)
+            path = self._grid.shortest(start, robot.goal[:2], float(radius))
+            if path is not None:
+                return list(path.points)
         return [start, robot.goal[:2]]
 
 
 def steered(
-    robot: Vehicle, observation: Observation, way: list[tuple[float, float]], look: float, cruise: float, fastest: float
+    robot: Vehicle,
+    observation: Observation,
+    path: list[tuple[float, float]],
+    look: float,
+    cruise: float,
+    turn_rate: float,
 ) -> list[float]:
     """Wheel linear speeds [m/s] on an arc to the point of a path at a lookahead distance [m]."""
     pose = observation.pose
-    ahead, aside = robot.lookahead_point(pose, way, look)
+    ahead, aside = robot.lookahead_point(pose, path, look)
     distance = hypot(ahead, aside)
     if ahead <= 0.3 * distance:  # the point is beside or behind the robot
-        return robot.wheels(0.0, float(np.copysign(min(fastest, 1.0), aside)))
+        return robot.wheels(0.0, float(np.copysign(min(turn_rate, 1.0), aside)))
     curvature = 2.0 * aside / max(distance, 1e-6) ** 2
     straight = np.column_stack([np.linspace(0.0, 1.2, 7), np.zeros(7), np.zeros(7)])
     gaps = robot.clearances(pose, 2.0, straight) if robot.has_map else np.full(7, inf)
     room = straight[:, 0][gaps < 0.05]
-    speed = min(cruise, max(0.15, float(room[0]) if len(room) else inf), fastest / max(abs(curvature), 1e-6))
+    speed = min(cruise, max(0.15, float(room[0]) if len(room) else inf), turn_rate / max(abs(curvature), 1e-6))
     return robot.wheels(speed, speed * curvature)

@@ -12,7 +12,7 @@ from rocs_bt.units import Metres, MetresPerSecond, PositiveMetres, PositiveMetre
 
 @dataclass(kw_only=True)
 class Braitenberg:
-    """Vehicle whose wheels are driven by near obstacles, and by the goal as by a light.
+    """Vehicle with wheels that are driven directly by near obstacles, and by the goal as by a light.
 
     Source: Braitenberg, Vehicles (1984), vehicles 2 and 3: each sensor drives a wheel directly.
 

@@ -44,13 +44,13 @@ class Ask(Instant):
         knowledge, text = mission_of(self).knowledge, self.query
         parameters = {name: getattr(self, name) for name in ("path", "it") if name in self.given}
         if not {"found", "names", "count"} & self.given.keys():
-            return self._told(knowledge.holds(text, **parameters), text)
+            return self._outcome(knowledge.holds(text, **parameters), text)
         answers = knowledge.ask(text, **parameters)
         self.names, self.count = answers.names, len(answers)
         if answers.first is not None:
             self.found = answers.first
-        return self._told(bool(answers), text)
+        return self._outcome(bool(answers), text)
 
-    def _told(self, holds: bool, text: str) -> Outcome:
+    def _outcome(self, holds: bool, text: str) -> Outcome:
         self.feedback_message = "" if holds else f"no answer to '{text}'"
         return SUCCESS if holds else FAILURE

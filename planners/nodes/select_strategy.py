@@ -52,6 +52,6 @@ class SelectStrategy(Instant):
             self._fail(f"'{used}' has no fallback")
         return fallbacks[0] if fallbacks else ""
 
-    def _fail(self, told: str) -> Outcome:
-        self.feedback_message = str(Failure(Reason.CANNOT, told))
+    def _fail(self, evidence: str) -> Outcome:
+        self.feedback_message = str(Failure(Reason.CANNOT, evidence))
         return FAILURE

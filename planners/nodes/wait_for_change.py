@@ -25,7 +25,7 @@ class WaitForChange(Leaf):
 
     def __init__(self, name: str = "", /, **attributes):
         super().__init__(name, **attributes)
-        self._heard = deque()
+        self._changes = deque()
         self._subscription = None
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
@@ -35,16 +35,16 @@ class WaitForChange(Leaf):
                 yield port, unknown(what, name, known, "Knowledge")
 
     def initialise(self) -> None:
-        self._heard.clear()
+        self._changes.clear()
         graph = mission_of(self).knowledge.graph
         self._subscription = graph.subscribe(
-            self._heard.append, kind=self.kind_ or None, node=self.node or None, relation=self.relation or None
+            self._changes.append, kind=self.kind_ or None, node=self.node or None, relation=self.relation or None
         )
 
     def update(self) -> Outcome:
         wanted = self.attribute
-        while self._heard:
-            change = self._heard.popleft()
+        while self._changes:
+            change = self._changes.popleft()
             if not wanted or (change.what == "attribute" and change.name == wanted):
                 self.subject = change.subject
                 self.feedback_message = f"{change.what}: {change.subject} {change.name}"

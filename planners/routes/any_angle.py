@@ -15,7 +15,7 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NoRoute, Point, RoutePlanner
 
-AROUND = 8.0  # [m] Margin of the map section around start and goal.
+MARGIN = 8.0  # [m] Margin of the map section around start and goal.
 STEPS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
 
 
@@ -33,8 +33,8 @@ class AnyAngle(RoutePlanner):
         room = (
             0.5 * min(body.get("length", 0.0), body.get("width", 0.0)) + clearance
         )  # radius of the hull's inner circle, plus clearance
-        low = tuple(min(a, b) - AROUND for a, b in zip(start[:2], goal[:2], strict=True))
-        high = tuple(max(a, b) + AROUND for a, b in zip(start[:2], goal[:2], strict=True))
+        low = tuple(min(a, b) - MARGIN for a, b in zip(start[:2], goal[:2], strict=True))
+        high = tuple(max(a, b) + MARGIN for a, b in zip(start[:2], goal[:2], strict=True))
         window = grid.window(low, high)
         here, there = (_cell(window, p[:2]) for p in (start, goal))
         free = _free(window, room)

@@ -37,17 +37,17 @@ TIGHT = 100.0  # Cost of a metre (1 if free) where the grid cannot decide whethe
 BACK, NEAR = 3.0, 1.0  # Additional cost of a metre straight back, within NEAR [m] of the robot, for the turn.
 FIRST = 0.8  # Cost bound of the first search, relative to a free straight line; each next bound is 4 times larger.
 
-TRIES = 6  # Maximum number of candidate paths per search until the hull fits everywhere.
-SHUT = 0.15  # [m] Radius of the cells that are closed around a point where the hull does not fit.
+MAX_CANDIDATES = 6  # Maximum number of candidate paths per search until the hull fits everywhere.
+CLOSED_RADIUS = 0.15  # [m] Radius of the cells that are closed around a point where the hull does not fit.
 AHEAD = 0.25  # [s] The distance driven in this time, plus the braking distance, follows the old path.
 BESIDE = 0.2  # [m] Additional margin of the map section beside a path.
-LOOK = 0.15  # [s] Minimum interval between checks of a path against a changed map.
-CHANGED = 0.3  # Increase of a metre's cost that causes a path to be bent again.
-DEARER = 1.2  # A path is replaced when its cost exceeds the original cost by this factor,
-LESS = 0.01  # [m] or when the clearance is violated by this distance.
+CHECK_INTERVAL = 0.15  # [s] Minimum interval between checks of a path against a changed map.
+COST_CHANGE = 0.3  # Increase of a metre's cost that causes a path to be bent again.
+COST_RATIO = 1.2  # A path is replaced when its cost exceeds the original cost by this factor,
+CLEARANCE_TOLERANCE = 0.01  # [m] or when the clearance is violated by this distance.
 ALIGNED = 0.2  # [m] Length constant (1/e) over which a robot aligns with the path;
 TURN_FIRST = 0.6  # [rad] for larger angles it turns on the spot, as in FollowRoute.
-OFF = 0.3  # [m] Maximum distance between the robot and its path.
+MAX_PATH_DISTANCE = 0.3  # [m] Maximum distance between the robot and its path.
 TURN = 6  # A path turns back if this many cells from its beginning it is behind the robot.
 SHORT = 3.0  # [m] Remaining length at which a path that ends before the goal is replaced.
 
@@ -66,31 +66,31 @@ class GridAstar(RoutePlanner):
         body = knowledge.graph.attributes(knowledge.agent)
         self._footprint = Footprint(body.get("length", 0.0), body.get("width", 0.0))
         self._brake = 0.8 * body.get("wheel_acceleration_limit", inf)
-        self._way = None
-        self._looked = -inf
-        self._shut = []
+        self._planned = None
+        self._checked = -inf
+        self._closed = []
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         grid = self.knowledge.world.occupancy
         if grid is None:
             raise NoRoute("the robot builds no map; add the analyser LocalMap")
-        kept = self._way if self._way is not None and self._way.serves(start, goal) else None
+        kept = self._planned if self._planned is not None and self._planned.serves(start, goal) else None
         now = self.knowledge.clock.now()
-        if kept is not None and (kept.revision == grid.revision or now - self._looked < LOOK - 1e-6):
+        if kept is not None and (kept.revision == grid.revision or now - self._checked < CHECK_INTERVAL - 1e-6):
             return kept.path
-        self._looked = now
-        self._way = None
+        self._checked = now
+        self._planned = None
         if kept is not None:
-            beside = self._beside(grid, kept.points[kept.nearest(start) :])
-            self._way = kept.bent(beside, self._footprint, start, self._ahead(), clearance)
-            if self._way is not None:
-                return self._way.path
+            beside = self._section_beside(grid, kept.points[kept.nearest(start) :])
+            self._planned = kept.bent(beside, self._footprint, start, self._ahead(), clearance)
+            if self._planned is not None:
+                return self._planned.path
         for around in WINDOWS:
             field = self._field(grid, start, goal, around)
-            self._way = self._new(field, start, goal, clearance, kept)
-            if self._way is not None:
-                return self._way.path
-        self._shut.clear()  # the next call searches without closed cells
+            self._planned = self._plan(field, start, goal, clearance, kept)
+            if self._planned is not None:
+                return self._planned.path
+        self._closed.clear()  # the next call searches without closed cells
         raise NoRoute("the map contains no path to the goal")
 
     def _field(self, grid, start, goal, around):
@@ -102,34 +102,36 @@ class GridAstar(RoutePlanner):
         low = np.floor(low / grid.cell) * grid.cell + 0.25 * grid.cell
         return Field.of(grid.window(tuple(low), tuple(low + size)), self._footprint.inner)
 
-    def _beside(self, grid, points):
+    def _section_beside(self, grid, points):
         """Map section beside a path, large enough for its costs and clearances."""
         reach = self._footprint.inner + EASE + BESIDE
         window = grid.window(tuple(points.min(axis=0) - reach), tuple(points.max(axis=0) + reach))
         return Field.of(window, self._footprint.inner)
 
-    def _new(self, field, start, goal, clearance, kept):
+    def _plan(self, field, start, goal, clearance, kept):
         """Path on which the hull fits everywhere; None if there is none."""
-        begun = self._begin(kept, field, start)
+        committed = self._committed(kept, field, start)
         cost = field.cost.copy()
-        _let_out(field, cost, begun[-1])
-        _turning(field, cost, start)
-        for place in self._shut:
-            field.close(cost, place)
-        for _ in range(TRIES):
-            cells = _search(field, cost, begun[-1], goal)
+        _allow_departure(field, cost, committed[-1])
+        _add_turn_cost(field, cost, start)
+        for point in self._closed:
+            field.close(cost, point)
+        for _ in range(MAX_CANDIDATES):
+            cells = _search(field, cost, committed[-1], goal)
             if cells is None:
                 return None
-            if _turns_back(begun, cells):  # a robot that turns round stops first, so the path begins at its position
-                begun = np.array([start[:2]])
-                _let_out(field, cost, begun[-1])
+            if _turns_back(
+                committed, cells
+            ):  # the robot stops before it turns round, so the path begins at its position
+                committed = np.array([start[:2]])
+                _allow_departure(field, cost, committed[-1])
                 continue
-            way = _drawn(field, self._footprint, begun, cells, goal)
-            place = _too_tight(field, self._footprint, way.points, start, clearance)
-            if place is None:
-                return way
-            field.close(cost, place)
-            self._shut.append(place)
+            planned = _smoothed(field, self._footprint, committed, cells, goal)
+            point = _too_tight(field, self._footprint, planned.points, start, clearance)
+            if point is None:
+                return planned
+            field.close(cost, point)
+            self._closed.append(point)
         return None
 
     def _ahead(self):
@@ -138,7 +140,7 @@ class GridAstar(RoutePlanner):
         speed = 0.0 if isnan(speed) else max(speed, 0.0)
         return speed * AHEAD + speed * speed / (2.0 * self._brake)
 
-    def _begin(self, kept, field, start):
+    def _committed(self, kept, field, start):
         """Points driven before a new path can begin, from the robot's position on [m], shape (k, 2)."""
         ahead, here = self._ahead(), np.array(start[:2])
         if kept is not None:
@@ -176,22 +178,22 @@ class Field(NamedTuple):
         around = DistanceField(window.x, window.y, window.cell, away, window.points())
         return cls(around, cost, inner, window.revision)
 
-    def close(self, cost, place):
+    def close(self, cost, point):
         """Close the cells around a point [m]."""
-        away = self.around.centres() - place
-        cost[(away * away).sum(axis=-1) < SHUT * SHUT] = inf
+        away = self.around.centres() - point
+        cost[(away * away).sum(axis=-1) < CLOSED_RADIUS * CLOSED_RADIUS] = inf
 
-    def prices(self, points):
+    def costs(self, points):
         """Cost of a metre at points (k, 2) [m], shape (k,); at most TIGHT."""
         return self.around.sample(np.minimum(self.cost, TIGHT), points)
 
 
-class Way(NamedTuple):
+class PlannedPath(NamedTuple):
     """Planned path."""
 
     points: np.ndarray  # (k, 2) [m]
     path: list[Point]  # the same points, as returned to missions
-    prices: np.ndarray  # (k,) cost of a metre when the path was last bent
+    costs: np.ndarray  # (k,) cost of a metre when the path was last bent
     found: np.ndarray  # (k,) cost of a metre when the path was found
     goal: Point
     complete: bool  # whether it ends at the goal
@@ -205,7 +207,7 @@ class Way(NamedTuple):
         nearest = self.nearest(start)
         off = hypot(*(self.points[nearest] - start[:2]))
         left = STEP * (len(self.points) - nearest)
-        return self.goal == goal[:2] and off < OFF and (self.complete or left > SHORT)
+        return self.goal == goal[:2] and off < MAX_PATH_DISTANCE and (self.complete or left > SHORT)
 
     def bent(self, field, footprint, start, ahead, clearance):
         """Path in a changed map: unchanged, or bent around new obstacles; None if it must be replaced.
@@ -213,16 +215,19 @@ class Way(NamedTuple):
         The part that is driven within `ahead` [m] is not changed.
         """
         first = max(self.nearest(start) - 1, 0)
-        way, now = self, field.prices(self.points[first:])
-        if (now > self.prices[first:] + CHANGED).any():
+        planned, now = self, field.costs(self.points[first:])
+        if (now > self.costs[first:] + COST_CHANGE).any():
             points = relaxed(field.around, footprint, self.points[first:], 2 + int(ahead / STEP))
-            now, found = field.prices(points), self.found[first:]
-            way = self._replace(points=points, path=[tuple(p) for p in points.tolist()], prices=now, found=found)
+            now, found = field.costs(points), self.found[first:]
+            planned = self._replace(points=points, path=[tuple(p) for p in points.tolist()], costs=now, found=found)
             first = 0
-        dearer = now.sum() > DEARER * way.found[first:].sum() + SHORT / STEP
-        if dearer or _too_tight(field, footprint, way.points[first:], start, clearance - LESS) is not None:
+        costlier = now.sum() > COST_RATIO * planned.found[first:].sum() + SHORT / STEP
+        if (
+            costlier
+            or _too_tight(field, footprint, planned.points[first:], start, clearance - CLEARANCE_TOLERANCE) is not None
+        ):
             return None
-        return way._replace(revision=field.revision)
+        return planned._replace(revision=field.revision)
 
     def ahead(self, start, distance):
         """Next part of the path [m], shape (k, 2); only the robot's position if it is nearly stationary."""
@@ -251,15 +256,15 @@ def _search(field, cost, start, goal):
         if limit > cost.size * TIGHT:
             return None
         limit *= 4.0
-    way = [best]
-    while way[-1] != first:
-        way.append(before[way[-1]])
-    return field.around.centres().reshape(-1, 2)[way[::-1]]
+    nodes = [best]
+    while nodes[-1] != first:
+        nodes.append(before[nodes[-1]])
+    return field.around.centres().reshape(-1, 2)[nodes[::-1]]
 
 
-def _let_out(field, cost, place):
+def _allow_departure(field, cost, point):
     """Change the costs so that a robot too near to an obstacle can drive off, at a high cost."""
-    around, here = int(0.5 / field.around.cell_size), field.around.cell(place)
+    around, here = int(0.5 / field.around.cell_size), field.around.cell(point)
     if cost[here] == inf:
         part = tuple(slice(max(at - around, 0), at + around + 1) for at in here)
         cost[part] = np.where(
@@ -268,7 +273,7 @@ def _let_out(field, cost, place):
         cost[here] = TIGHT
 
 
-def _turning(field, cost, start):
+def _add_turn_cost(field, cost, start):
     """Add the cost of the initial turn to the cells near the robot."""
     reach = int(NEAR / field.around.cell_size)
     row, column = field.around.cell(start)
@@ -311,21 +316,21 @@ def _edge(rows, columns, aim):
     return np.concatenate([edge for edge, is_beyond in beyond if is_beyond])
 
 
-def _turns_back(begun, cells):
+def _turns_back(committed, cells):
     """Whether a path leads back over the part that is driven before it begins."""
-    if len(begun) < 2:
+    if len(committed) < 2:
         return False
-    first, ahead = begun[-1] - begun[-2], cells[min(TURN, len(cells) - 1)] - cells[0]
+    first, ahead = committed[-1] - committed[-2], cells[min(TURN, len(cells) - 1)] - cells[0]
     return float(first @ ahead) < -0.3 * hypot(*first) * hypot(*ahead)
 
 
-def _drawn(field, footprint, begun, cells, goal):
-    """Smoothed path over cells, after the part that has begun."""
+def _smoothed(field, footprint, committed, cells, goal):
+    """Smoothed path over cells, after the committed part."""
     complete = field.around.cell(goal) is not None
-    rough = np.vstack([begun, cells[1:], *([np.array([goal[:2]])] if complete else [])])
-    points = relaxed(field.around, footprint, _resampled(rough, len(begun)), len(begun))
-    prices = field.prices(points)
-    return Way(points, [tuple(p) for p in points.tolist()], prices, prices, goal[:2], complete, field.revision)
+    rough = np.vstack([committed, cells[1:], *([np.array([goal[:2]])] if complete else [])])
+    points = relaxed(field.around, footprint, _resampled(rough, len(committed)), len(committed))
+    costs = field.costs(points)
+    return PlannedPath(points, [tuple(p) for p in points.tolist()], costs, costs, goal[:2], complete, field.revision)
 
 
 def _too_tight(field, footprint, points, start, clearance):
@@ -344,9 +349,9 @@ def _too_tight(field, footprint, points, start, clearance):
         yaws += off * np.exp(-np.hypot(*(points - start[:2]).T) / ALIGNED)
     poses = np.column_stack([points, yaws])[near]
     low, high = points[near].min(axis=0) - 0.5, points[near].max(axis=0) + 0.5
-    things = field.around.points[((field.around.points > low) & (field.around.points < high)).all(axis=1)]
-    now, *gaps = footprint.clearance(np.vstack([start, poses]), things)
-    least = min(clearance, max(now - LESS, min(now, 0.0)))
+    obstacles = field.around.points[((field.around.points > low) & (field.around.points < high)).all(axis=1)]
+    now, *gaps = footprint.clearance(np.vstack([start, poses]), obstacles)
+    least = min(clearance, max(now - CLEARANCE_TOLERANCE, min(now, 0.0)))
     here = np.hypot(*(points[near] - start[:2]).T) < footprint.outer
     lack = np.where(here, least, clearance) - gaps
     return None if lack.max() <= 0.0 else tuple(points[near[lack.argmax()]])

@@ -17,12 +17,12 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NoRoute, Point, RoutePlanner, distance_to_path
 
-SIDE = 0.2  # [m] Spacing of the lattice.
-AROUND = 3.0  # [m] Margin of the map section around start and goal.
+SPACING = 0.2  # [m] Spacing of the lattice.
+MARGIN = 3.0  # [m] Margin of the map section around start and goal.
 REACH = 8.0  # [m] Maximum range of the map section around the robot.
 EASE, SLOWEST = 0.5, 0.15  # [m] Clearance beyond which the speed is not reduced; fraction of it at zero clearance.
 TURN = 0.4  # [m] Cost of a turn of 45 deg on the spot.
-OFF = 0.3  # [m] Maximum distance between the robot and its path.
+MAX_PATH_DISTANCE = 0.3  # [m] Maximum distance between the robot and its path.
 
 STEPS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (rows, columns) by heading
 HEADINGS = len(STEPS)
@@ -42,21 +42,21 @@ class Lattice(RoutePlanner):
         if grid is None:
             raise NoRoute("the robot builds no map; add the analyser LocalMap")
         if self._kept is not None:
-            way, towards, revision = self._kept
-            if towards == goal[:2] and distance_to_path(start[:2], way) < OFF:
+            path, towards, revision = self._kept
+            if towards == goal[:2] and distance_to_path(start[:2], path) < MAX_PATH_DISTANCE:
                 if revision == grid.revision:
-                    return way
-                if _clear(grid, way, 0.5 * self._width + clearance):
-                    self._kept = way, towards, grid.revision
-                    return way
+                    return path
+                if _clear(grid, path, 0.5 * self._width + clearance):
+                    self._kept = path, towards, grid.revision
+                    return path
         revision, field = grid.revision, _Field(grid, start, goal, self._length, self._width, clearance)
         cells = field.search(start, goal)
         if cells is None:
             raise NoRoute("the map contains no path to the goal")
-        end = [goal[:2]] if field.holds(goal) else []
-        way = [start[:2], *cells[1:], *end]
-        self._kept = way, goal[:2], revision
-        return way
+        end = [goal[:2]] if field.contains(goal) else []
+        path = [start[:2], *cells[1:], *end]
+        self._kept = path, goal[:2], revision
+        return path
 
 
 class _Field:
@@ -64,35 +64,35 @@ class _Field:
 
     def __init__(self, grid, start, goal, length, width, clearance):
         here, there = np.array(start[:2]), np.array(goal[:2])
-        self._low = np.maximum(np.minimum(here, there) - AROUND, here - REACH)
-        high = np.minimum(np.maximum(here, there) + AROUND, here + REACH)
-        self._columns, self._rows = (ceil(n) + 1 for n in ((high - self._low) / SIDE).tolist())
+        self._low = np.maximum(np.minimum(here, there) - MARGIN, here - REACH)
+        high = np.minimum(np.maximum(here, there) + MARGIN, here + REACH)
+        self._columns, self._rows = (ceil(n) + 1 for n in ((high - self._low) / SPACING).tolist())
         window = grid.window(tuple(self._low - 1.0), tuple(high + 1.0))
         occupied = window.states == OCCUPIED
         self._away = np.full(occupied.shape, inf)
         if occupied.any():
             self._away = distance_transform_edt(~occupied) * window.cell
         self._window = window
-        self._x = self._low[0] + SIDE * np.arange(self._columns)[None, :] + np.zeros((self._rows, 1))
-        self._y = self._low[1] + SIDE * np.arange(self._rows)[:, None] + np.zeros((1, self._columns))
-        self._room = np.stack([self._beside(k, length, width) for k in range(HEADINGS)], axis=-1) - clearance
+        self._x = self._low[0] + SPACING * np.arange(self._columns)[None, :] + np.zeros((self._rows, 1))
+        self._y = self._low[1] + SPACING * np.arange(self._rows)[:, None] + np.zeros((1, self._columns))
+        self._room = np.stack([self._gaps(k, length, width) for k in range(HEADINGS)], axis=-1) - clearance
 
-    def _beside(self, heading, length, width):
+    def _gaps(self, heading, length, width):
         """Gap beside the hull, approximated by discs, at a heading [m], shape (rows, columns)."""
         count = max(1, ceil(length / width - 1e-9))
         part, yaw = length / (2 * count), heading * pi / 4.0
-        radius, least = hypot(part, 0.5 * width), np.full(self._x.shape, inf)
+        radius, smallest = hypot(part, 0.5 * width), np.full(self._x.shape, inf)
         for k in range(count):
             ahead = (2 * k + 1) * part - 0.5 * length
             column = ((self._x + ahead * cos(yaw) - self._window.x) / self._window.cell).astype(np.intp)
             row = ((self._y + ahead * sin(yaw) - self._window.y) / self._window.cell).astype(np.intp)
             row, column = np.clip(row, 0, self._away.shape[0] - 1), np.clip(column, 0, self._away.shape[1] - 1)
-            least = np.minimum(least, self._away[row, column] - radius)
-        return least
+            smallest = np.minimum(smallest, self._away[row, column] - radius)
+        return smallest
 
-    def holds(self, goal):
+    def contains(self, goal):
         """Whether a point is on the lattice."""
-        column, row = (np.array(goal[:2]) - self._low) / SIDE
+        column, row = (np.array(goal[:2]) - self._low) / SPACING
         return -0.5 <= column <= self._columns - 0.5 and -0.5 <= row <= self._rows - 0.5
 
     def search(self, start, goal):
@@ -110,13 +110,13 @@ class _Field:
         return [(float(self._x.flat[c]), float(self._y.flat[c])) for c in cells]
 
     def _node(self, pose, heading):
-        column, row = np.round((np.array(pose[:2]) - self._low) / SIDE).astype(int)
+        column, row = np.round((np.array(pose[:2]) - self._low) / SPACING).astype(int)
         row, column = np.clip(row, 0, self._rows - 1), np.clip(column, 0, self._columns - 1)
         return int((row * self._columns + column) * HEADINGS + heading % HEADINGS)
 
     def _ends(self, goal):
         """Target nodes: the goal at any heading, or the lattice's border nearest to it."""
-        if self.holds(goal):
+        if self.contains(goal):
             return self._node(goal, 0) + np.arange(HEADINGS)
         away = np.hypot(self._x - goal.x, self._y - goal.y)
         rows, columns = np.nonzero(away <= away.min() + 2.0)
@@ -133,7 +133,7 @@ class _Field:
             for turn in (-1, 0, 1):
                 m = (k + turn) % HEADINGS
                 di, dj = (i, j) if turn == 0 else (i + STEPS[m][0], j + STEPS[m][1])
-                self._moves(can, price, (k, m), (di, dj), SIDE * hypot(di, dj), sources, targets, costs)
+                self._moves(can, price, (k, m), (di, dj), SPACING * hypot(di, dj), sources, targets, costs)
                 if turn:
                     self._moves(can, price, (k, m), (0, 0), TURN, sources, targets, costs)
         size = self._rows * self._columns * HEADINGS
@@ -154,12 +154,12 @@ class _Field:
         costs.append(length * 0.5 * (price[here][..., k] + price[there][..., m])[allowed])
 
 
-def _clear(grid, way, room):
+def _clear(grid, path, room):
     """Whether a path found earlier is still free."""
-    points = np.vstack([np.linspace(a, b, max(2, ceil(dist(a, b) / 0.1))) for a, b in pairwise(way)])
+    points = np.vstack([np.linspace(a, b, max(2, ceil(dist(a, b) / 0.1))) for a, b in pairwise(path)])
     window = grid.window(tuple(points.min(axis=0) - 1.0), tuple(points.max(axis=0) + 1.0))
-    things = window.points()
-    if not len(things):
+    obstacles = window.points()
+    if not len(obstacles):
         return True
-    gaps = np.hypot(things[:, 0] - points[:, :1], things[:, 1] - points[:, 1:]).min(axis=1)
+    gaps = np.hypot(obstacles[:, 0] - points[:, :1], obstacles[:, 1] - points[:, 1:]).min(axis=1)
     return bool((gaps > 0.9 * room).all())

@@ -62,7 +62,7 @@ class Environment:
 
     @staticmethod
     def of(table: SignalLayout) -> Environment:
-        """Environment of a signal table whose layout is final."""
+        """Environment of a signal table with a final layout."""
         names = list(table.names)
         return Environment(
             signals={name: table.spec(name) for name in names},

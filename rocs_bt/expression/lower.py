@@ -26,9 +26,9 @@ def lower(nodes: Sequence[Node], also: Sequence[Node] = (), margins: int = 0) ->
 
     Args:
         nodes: Expressions without `within`.
-        also: Expressions whose temporal parts the program must update for other users.
-        margins: Number of expressions, from the first of `nodes`, whose margins are computed too; they must be single
-            truth values.
+        also: Expressions with temporal parts that the program must update for other users.
+        margins: Number of expressions, from the first of `nodes`, to compute margins for; they must be single truth
+            values.
     """
     return _Lowering([*nodes, *also]).program(nodes, also, margins)
 

@@ -58,7 +58,7 @@ The others keep a *ring buffer*: `[head, count, t0, v0, t1, v1, ...]` for `capac
 is the larger of 10 ms and T / 256; `head` is the index of the oldest pair, and the others follow modulo `capacity`. A
 sample is merged into the newest pair if its time is less than `grain` after that pair's, and otherwise begins a new
 pair, so a ring never overflows; at steps of w or more the pairs are the samples. At every step, in this order: *drop*
-the oldest pair while there is a second one whose time s has t - s >= window; (SINCE_MARGIN: every v = WORST(v, A));
+the oldest pair while there is a second one, of time s, with t - s >= window; (SINCE_MARGIN: every v = WORST(v, A));
 *push* t and the value, which is merged into the newest pair's v (RATE, DELAY: v is kept; LOWEST: WORST(v, value);
 SINCE_MARGIN: BEST(v, value)) or begins a pair. Then with (s, v) the oldest pair, which *covers* the window if
 t - s >= window:

@@ -40,7 +40,7 @@ def _comparisons(node: Node, x: Sequence[float]) -> Iterator[Node]:
         return
     parts = node.args
     if node.op == "or":
-        told = [(part, evaluate(part, x)) for part in parts if not part.temporal]
-        parts = tuple(p for p, truth in told if truth) or tuple(p for p, truth in told if truth is None) or parts
+        values = [(part, evaluate(part, x)) for part in parts if not part.temporal]
+        parts = tuple(p for p, truth in values if truth) or tuple(p for p, truth in values if truth is None) or parts
     for part in parts:
         yield from _comparisons(part, x)

@@ -56,7 +56,7 @@ def horizon(node: Node) -> float:
 
 
 def look_back(node: Node, delay: float) -> Node:
-    """Expression whose value at time t is that of `node` at t - delay.
+    """Delayed form of an expression: its value at time t is that of `node` at t - delay.
 
     Args:
         node: The expression, possibly with `within`.

@@ -196,7 +196,7 @@ def check_mission(
     if missing:
         return [
             Fault(
-                f"missing parameters of the mission: {', '.join(missing)}.",
+                f"the mission needs {', '.join(missing)}.",
                 hint="Set them in the scenario, or give them defaults.",
             )
         ]

@@ -46,7 +46,7 @@ class MissionLine:
 
 
 def unknown_goal(world: WorldModel, action: str, goal: str, later: Collection[str] | None) -> Fault | None:
-    """Fault of an action whose goal has no pose at the start, or None.
+    """Fault of an action with a goal that has no pose at the start, or None.
 
     No fault is reported if the robot knows no place at all.
 

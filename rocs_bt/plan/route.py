@@ -98,17 +98,17 @@ class RoadRoutePlanner(RoutePlanner):
             ):
                 return kept.points
         try:
-            way = roads.route(start[:2], goal[:2], self.search)
+            found = roads.route(start[:2], goal[:2], self.search)
         except KnowledgeError as error:
             raise NoRoute(str(error)) from error
-        if way is None:
+        if found is None:
             closed = f"; closed: {', '.join(roads.closed)}" if roads.closed else ""
             raise NoRoute(f"no open road leads to the goal{closed}")
-        self._kept = roads.graph.adj, goal[:2], way
-        return way.points
+        self._kept = roads.graph.adj, goal[:2], found
+        return found.points
 
     @property
-    def way(self) -> Route | None:
+    def last_route(self) -> Route | None:
         """Last path returned by `route`, with its places and its cost; None before the first one."""
         return None if self._kept is None else self._kept[2]
 

@@ -33,7 +33,7 @@ class Entry:
         self.alive = True
 
     def store(self, value: Any) -> None:
-        """Write a value whose type is already known to fit."""
+        """Write a value of a type that is known to fit."""
         self.value = value
         self.sequence += 1
 

@@ -92,7 +92,7 @@ def test_mistakes(text, column, message):
 
 
 @pytest.mark.parametrize(
-    ("text", "message"), [("within 1 s a > 0", "only requirements may"), ("always a > 0", "always")]
+    ("text", "message"), [("within 1 s a > 0", "allowed only in requirements"), ("always a > 0", "always")]
 )
 def test_a_guard_looks_at_the_past_alone(text, message):
     with pytest.raises(InputError, match=message):

@@ -65,7 +65,7 @@ def test_a_goal_that_is_walled_in_has_no_way():
 
 
 def test_without_a_map_it_says_what_to_do():
-    with pytest.raises(NoRoute, match="give the robot the analyser LocalMap"):
+    with pytest.raises(NoRoute, match="add the analyser LocalMap"):
         route(Knowledge("R1", SimulatedClock(0.05), NullSink()), (0.0, 0.0), (1.0, 0.0))
 
 

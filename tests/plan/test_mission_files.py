@@ -66,7 +66,7 @@ class TestParameters:
     @pytest.mark.parametrize(
         ("given", "messages"),
         [
-            ({}, ["missing parameters of the mission: goal"]),
+            ({}, ["the mission needs goal"]),
             ({"goal": "dock", "cruse": "1 m/s"}, ["no parameter is named 'cruse'. Did you mean 'cruise'"]),
             ({"goal": "dock", "cruise": 0.3}, ["cruise needs a unit"]),
             ({"goal": "dock", "cruise": "0.3 m"}, ["cruise must be in m/s"]),
@@ -110,7 +110,7 @@ class TestCheck:
         assert check(typed, goal="dock") == []
 
     def test_a_required_parameter_that_nobody_gives_is_told(self, check):
-        assert [f.message for f in check(typed)] == ["missing parameters of the mission: goal."]
+        assert [f.message for f in check(typed)] == ["the mission needs goal."]
 
     def test_all_faults_are_found_at_once(self, check):
         def build(mission: Mission):

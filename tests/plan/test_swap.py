@@ -261,7 +261,7 @@ def test_a_tick_cannot_swap_its_own_tree(mind):
             return Status.SUCCESS
 
     plan = mind.start(Sequence("mission", [Rash("rash")]))
-    with pytest.raises(TreeError, match="from within a tick"):
+    with pytest.raises(TreeError, match="during a tick"):
         plan.run(0.0)
 
 

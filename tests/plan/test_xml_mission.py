@@ -49,7 +49,7 @@ class TestParameters:
 
     def test_a_scenarios_values_are_checked_and_become_keys(self, write, mind):
         build = xml_mission(write("a.xml", text('<GoTo goal="{goal}" cruise="{cruise}"/>', PORTS)))
-        with pytest.raises(InputError, match="missing parameters of the mission: goal"):
+        with pytest.raises(InputError, match="the mission needs goal"):
             mission_arguments(build, {"cruise": "1 m/s"})
         with pytest.raises(InputError, match="cruise must be in m/s"):
             mission_arguments(build, {"goal": "dock", "cruise": "1 m"})
@@ -84,7 +84,7 @@ class TestMixing:
         [
             ('goal="{key}"', "the parameter 'goal' of a Python mission cannot be a key"),
             ('goal="dock" cruise="2 m"', "cruise must be in m/s"),
-            ("", "missing parameters of the mission: goal"),
+            ("", "the mission needs goal"),
         ],
     )
     def test_its_parameters_are_checked_at_their_place(self, write, mind, attributes, message):

@@ -93,8 +93,8 @@ class SpeedController(_Throttled):
     max_rate = Input(float, 1.0, "rate at `max_speed` [Hz], above 0", parse=_rate)
     min_speed = Input(float, 0.0, "speed for `min_rate` [m/s]")
     max_speed = Input(float, 0.5, "speed for `max_rate` [m/s]")
-    goal = PoseInput(None, "goal whose change makes the child due; the key `goal` by default")
-    goals = PosesInput(None, "goals whose change makes the child due; the key `goals` by default")
+    goal = PoseInput(None, "goal; a change makes the child due; the key `goal` by default")
+    goals = PosesInput(None, "goals; a change makes the child due; the key `goals` by default")
 
     def restart(self) -> None:
         self._since, self._goals = self.runtime.now(), goals_of(self)

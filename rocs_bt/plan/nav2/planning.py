@@ -367,7 +367,7 @@ class ComputeRoute(Planning):
     def _route(self) -> Route:
         """Last route of the planner; empty for a planner that does not use roads."""
         planner = self._planner()
-        way = planner.way if isinstance(planner, RoadRoutePlanner) else None
-        if way is None:
+        found = planner.last_route if isinstance(planner, RoadRoutePlanner) else None
+        if found is None:
             return Route(0.0, (), ())
-        return Route(way.cost, tuple(way.places), tuple(pairwise(way.places)))
+        return Route(found.cost, tuple(found.places), tuple(pairwise(found.places)))

@@ -70,7 +70,7 @@ def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
     """Pose of a value, world frame; None if unknown.
 
     Args:
-        mission: Mission whose knowledge is used.
+        mission: Mission with the knowledge to use.
         value: A pose, its text, or the name of a node of the world model.
 
     Raises:

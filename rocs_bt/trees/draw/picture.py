@@ -45,7 +45,7 @@ class Card:
         kind: Control, Decorator, Action, Condition or SubTree.
         lines: Ports and conditions.
         depth: Depth in the tree, 0 for the root.
-        stub: Whether the node replaces one whose class is unknown.
+        stub: Whether the node replaces one of an unknown class.
         location: Position in its file, such as `patrol.xml:12`.
         doc: Description of its class.
         children: Child nodes.

@@ -97,7 +97,7 @@ def _error(script: Script, expression: Expression) -> tuple[Fault, ...]:
 
 
 def _type_faults(node: Node, attribute: str, script: Script, board: Board) -> Iterator[Fault]:
-    """Faults of texts assigned to keys whose port type is a number."""
+    """Faults of texts assigned to keys that a port declares as numbers."""
     for a in script.writes():
         if a.target.name.count("@") > 1 or not isinstance(a.value, Literal) or not isinstance(a.value.value, str):
             continue

@@ -59,8 +59,8 @@ class SetBlackboard(Instant):
             key = self.given["output_key"]
         else:
             named = board.entry(key)
-            # With braces, BehaviorTree.CPP writes to the key whose name the named key holds. Most users mean the named
-            # key itself, as in older versions, so this applies only if it holds text.
+            # With braces, BehaviorTree.CPP uses the named key's value as the name of the key to write. Most users mean
+            # the named key itself, as in older versions, so this applies only if the value is text.
             if named is not None and named.value.__class__ is str:
                 key = named.value
         target = board.entry(key)
@@ -188,14 +188,14 @@ class Sleep(Leaf):
 class TestNode(Leaf):
     """Returns `return_status` after `async_delay` milliseconds and runs a script that depends on the outcome.
 
-    `return_status_script`, if given, is a script whose value is the status: a number (1 RUNNING, 2 SUCCESS, 3 FAILURE,
+    `return_status_script`, if given, is a script that returns the status: a number (1 RUNNING, 2 SUCCESS, 3 FAILURE,
     4 SKIPPED) or a name.
     """
 
     __test__ = False  # not pytest's
 
     return_status = Input(str, "SUCCESS", "outcome")
-    return_status_script = Code("", "script whose value is the outcome")
+    return_status_script = Code("", "script that returns the outcome")
     success_script = Code("", "script run on SUCCESS")
     failure_script = Code("", "script run on FAILURE")
     post_script = Code("", "script run after any outcome")

@@ -70,7 +70,7 @@ class Control(Node, Composite):
         return outcome
 
     def no_outcome(self, child: Behaviour, outcome: object) -> TreeError:
-        """Error for a child whose tick returned no outcome."""
+        """Error for a child that returned no outcome."""
         return no_outcome(child, outcome)
 
 
@@ -222,6 +222,6 @@ def only(name: str, children: Many[Behaviour]) -> Behaviour:
 
 
 def no_outcome(node: Behaviour, outcome: object) -> TreeError:
-    """Error for a node whose tick returned no outcome."""
+    """Error for a node that returned no outcome."""
     hint = "Return Status.RUNNING, SUCCESS or FAILURE."
     return TreeError(Fault(f"'{node.name}' ({type(node).__name__}) returned {outcome} instead of a status.", hint=hint))

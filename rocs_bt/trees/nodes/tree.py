@@ -298,7 +298,7 @@ def fault_at(
 
     Args:
         node: The node.
-        message: What is wrong; the node's name is put before it.
+        message: Description of the fault; the node's name is put before it.
         hint: Suggested remedy.
         attribute: Name of the attribute.
         column: Position in the attribute's value, counted from 0.

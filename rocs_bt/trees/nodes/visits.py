@@ -60,7 +60,7 @@ class Visits:
             todo += node.children
 
     def _collected(self, node: Behaviour) -> Callable[[], None]:
-        """Tick of a stock py_trees node, whose generator yields the ticked nodes."""
+        """Tick of a stock py_trees node; its generator yields the ticked nodes."""
 
         def collected() -> None:
             for visited in node.tick():

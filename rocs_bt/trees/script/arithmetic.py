@@ -26,7 +26,7 @@ class Refused(Exception):
 
 
 def number_of(text: str, enums: Enums) -> float:
-    """Number that a string stands for in a comparison with a number."""
+    """Numeric value of a string in a comparison with a number."""
     if text in ("true", "false"):
         return float(text == "true")
     if text in enums:

@@ -80,7 +80,7 @@ class Script:
         return self._statements
 
     def reads(self) -> list[Name]:
-        """Names whose values are read, in the order of the text; `x += 1` reads `x`."""
+        """Names that the script reads, in the order of the text; `x += 1` reads `x`."""
         return [e for s in self.statements for e in _reads(s)]
 
     def writes(self) -> list[Assignment]:

@@ -17,7 +17,7 @@ class ScriptError(TreeError):
     Args:
         text: The script.
         at: Position in the script, counted from 0.
-        fault: What is wrong.
+        faults: Descriptions of the faults.
     """
 
     def __init__(self, text: str, at: int, *faults: Fault | str) -> None:

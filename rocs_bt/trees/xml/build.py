@@ -21,7 +21,7 @@ Outside = Mapping[str, Callable[[Element], Behaviour]]
 
 
 class _Frame:
-    """Node whose children are being made.
+    """Node with children that are being made.
 
     Args:
         element: Element of the node.

@@ -68,7 +68,7 @@ def _converted(element: Element) -> Iterator[Fault]:
 
 
 def _subtree(element: Element) -> Iterator[Fault]:
-    """Convert a SubTree, whose port values are names of keys in version 3."""
+    """Convert a SubTree; in version 3 its port values are names of keys."""
     for name in list(element.attributes):
         value = element.attributes[name]
         if name == "__shared_blackboard":

@@ -134,7 +134,7 @@ class Element:
         """Fault at this element, at one of its attributes, or within an attribute's value.
 
         Args:
-            message: What is wrong.
+            message: Description of the fault.
             hint: Suggested remedy.
             attribute: Name of the attribute; the fault is at the element itself if it has no such attribute.
             column: Position in the attribute's value, counted from 0.

@@ -52,7 +52,7 @@ def lenient_stub(element: Element, document: Document) -> type[Node]:
 
     Args:
         element: The element.
-        document: Its document, whose TreeNodesModel may declare the ports.
+        document: Its document; the TreeNodesModel may declare the ports.
     """
     tag = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
     model = document.models.get(tag)

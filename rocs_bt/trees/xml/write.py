@@ -168,7 +168,7 @@ def write_tree(root: Behaviour, *, main: str = "", document: Document | None = N
     Args:
         root: Root of the tree.
         main: ID of the tree; that of the document's main tree by default.
-        document: Document that the tree was read from, whose subtree models are written too.
+        document: Document that the tree was read from; its models of subtrees are written too.
     """
     name = main or (document.main().name if document is not None else MAIN)
     return Writer(document).document(root, name)
@@ -225,7 +225,7 @@ class Writer:
         return made[root.id]
 
     def subtree(self, node: SubTree, body: Element) -> Element:
-        """Element of a SubTree, whose body becomes a tree; a different body under the same ID gets a new ID."""
+        """Element of a SubTree; its body becomes a tree, with a new ID if the ID belongs to a different tree."""
         text, name, count = to_text(body), node.tree, 1
         while self.written.get(name, text) != text or (name in self.trees and name not in self.written):
             count += 1

@@ -80,7 +80,7 @@ class WhileDoElse(_Branch):
     while a branch is RUNNING.
 
     Attributes:
-        run_aware_children: Children whose state outlasts their end; they are notified when the node begins another run.
+        run_aware_children: Children that keep state after they have ended; notified when a new run begins.
     """
 
     run_aware_children: Sequence[Any] = ()

@@ -79,7 +79,7 @@ class NonblockingSequence(_Nav, StockSequence):
 
 
 class PersistentSequence(_Nav, StockSequence):
-    """Sequence whose current index is a key of the blackboard, so that a halt does not reset it."""
+    """Sequence that keeps its current index in a key of the blackboard, so that a halt does not reset it."""
 
     memory = True
     current_child_idx = InOut(int, doc="key that holds the index of the current child")

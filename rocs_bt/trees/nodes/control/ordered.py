@@ -81,7 +81,7 @@ class Reactive(Control):
     """Ticks all children in each tick; if one is RUNNING, all other children are halted, also those before it.
 
     Attributes:
-        run_aware_children: Children whose state outlasts their end; they are notified when the node begins another run.
+        run_aware_children: Children that keep state after they have ended; notified when a new run begins.
     """
 
     memory = False
