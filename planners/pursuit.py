@@ -72,9 +72,7 @@ class Oracle:
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Get the ground-truth map."""
         if "ground" not in task.privileged:
-            raise InputError(
-                Fault("an oracle needs a scene with a ground-truth map, found none.", hint="Use a scene of a family.")
-            )
+            raise InputError(Fault("an oracle needs a scene with a ground-truth map.", hint="Use a family."))
         self._robot, self._grid, self._path = Vehicle(task), task.privileged["ground"].grid(0.05), None
 
     def act(self, observation: Observation) -> list[float] | None:

@@ -90,9 +90,7 @@ class PotentialField:
         strength = self.repulsion * (1.0 / gaps[near] - 1.0 / self.reach) / gaps[near] ** 2
         if near.any():
             away = points[near] / np.hypot(*points[near].T)[:, None]
-            push = (
-                -(strength[:, None] * away).sum(axis=0) / near.sum()
-            )  # the mean: the number of a wall's cells must not matter
+            push = -(strength[:, None] * away).sum(axis=0) / near.sum()  # the mean: independent of the cell size
             x, y = x + float(push[0]), y + float(push[1])
         heading = float(np.arctan2(y, x))
         speed = self.cruise * max(cos(heading), 0.0) * min(hypot(x, y), 1.0)

@@ -30,9 +30,7 @@ class AnyAngle(RoutePlanner):
         if grid is None:
             raise NoRoute("the robot builds no map; add the analyser LocalMap")
         body = self.knowledge.graph.attributes(self.knowledge.agent)
-        room = (
-            0.5 * min(body.get("length", 0.0), body.get("width", 0.0)) + clearance
-        )  # radius of the hull's inner circle, plus clearance
+        room = 0.5 * min(body.get("length", 0.0), body.get("width", 0.0)) + clearance  # inner radius of the hull
         low = tuple(min(a, b) - MARGIN for a, b in zip(start[:2], goal[:2], strict=True))
         high = tuple(max(a, b) + MARGIN for a, b in zip(start[:2], goal[:2], strict=True))
         window = grid.window(low, high)

@@ -219,8 +219,6 @@ FUNCTIONS: Mapping[str, Function] = {
     "since": Function(
         "since(a, b, 2 s)", "whether b was true in the last 2 s, and a has been true since then", _past(2, TRUTH), True
     ),
-    "time_since": Function(
-        "time_since(test)", "the time since the test was last true; inf: never", _past(1, Kind(TIME))
-    ),
+    "time_since": Function("time_since(test)", "the time since the test last held; inf: never", _past(1, Kind(TIME))),
     "rate": Function("rate(a, 0.5 s)", "the mean rate of change of a over the last 0.5 s", _rate, True),
 }

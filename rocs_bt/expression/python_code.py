@@ -261,9 +261,7 @@ def sum_code(program: Program) -> str:
 def define(source: str, name: str, extra: Mapping[str, Any] | None = None) -> Callable[..., Any]:
     """Function with this name in generated source; `extra` are additional names besides the helpers."""
     names = {**HELPERS, **(extra or {})}
-    exec(
-        compile(source, "<generated>", "exec"), names
-    )  # generated source without user text: see the module's docstring
+    exec(compile(source, "<generated>", "exec"), names)  # contains no user text: see the module's docstring
     function: Callable[..., Any] = names[name]
     return function
 

@@ -68,9 +68,9 @@ def fold_quantities(text: str, texts: bool = False) -> Folded:
     if texts:
         text = blank_texts(text)
     text = text.replace("\n", " ").replace("\t", " ")
-    if strange := _ALLOWED.search(_QUOTED.sub(lambda found: " " * len(found[0]), text) if texts else text):
-        message = f"invalid character {strange[0]!r} in an expression."
-        raise InputError(Fault(message, column=strange.start() + 1))
+    if invalid := _ALLOWED.search(_QUOTED.sub(lambda found: " " * len(found[0]), text) if texts else text):
+        message = f"invalid character {invalid[0]!r} in an expression."
+        raise InputError(Fault(message, column=invalid.start() + 1))
     units: dict[int, Quantity] = {}
     ends: dict[int, int] = {}
     for number in list(_NUMBER.finditer(text)):

@@ -194,12 +194,7 @@ def check_mission(
         return list(error.faults)
     missing = [n for n, p in declared.items() if p.required and n not in (parameters or {})]
     if missing:
-        return [
-            Fault(
-                f"the mission needs {', '.join(missing)}.",
-                hint="Set them in the scenario, or give them defaults.",
-            )
-        ]
+        return [Fault(f"the mission needs {', '.join(missing)}.", hint="Set them in the scenario, or give defaults.")]
     sink = NullSink()
     mission = Mission(
         "check",

@@ -56,7 +56,7 @@ def test_what_is_wrong_is_told_at_its_line(project, catalog, text, fault):
     write(project, f'format = "planner/1"\n{text}')
     with pytest.raises(InputError, match=fault):
         catalog.load_planner("mine")
-    assert check_content([project / "planners" / "mine.toml"]).wrong
+    assert check_content([project / "planners" / "mine.toml"]).has_errors
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ def test_content_is_described_and_in_its_folders_table(entry):
 
 def test_nothing_that_is_shipped_is_wrong():
     found = check_content([CATALOG.shipped / kind for kind in ("robots", "rules", "scenarios", "planners")])
-    assert not found.wrong, found.faults
+    assert not found.has_errors, found.faults
     assert len(found.files) >= len(ENTRIES) - len(CATALOG.list("world"))
 
 

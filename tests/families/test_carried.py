@@ -129,7 +129,7 @@ def hall(tmp_path: Path, *movers: dict[str, object], x: str = "1 m") -> Catalog:
 def test_a_robot_sees_a_thing_come_and_is_told_to_have_run_into_it(tmp_path: Path) -> None:
     box = {"name": "P1", "script": "slide", "x": "4 m", "y": "5 m", "to_x": "4 m", "to_y": "2 m", "at": "1 s"}
     catalog = hall(tmp_path, box)
-    assert not check_content([tmp_path]).wrong
+    assert not check_content([tmp_path]).has_errors
     summary, again = (run("hall", catalog, seed=1, report=False).summary for _ in range(2))
     assert summary.agents["R"].outcome == "collision"
     assert "P1" in summary.agents["R"].reason

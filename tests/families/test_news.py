@@ -38,7 +38,7 @@ MOVES = {"node": "goal", "at": "2 s", "pose": {"x": "3 m", "y": "1 m"}}
 
 def test_a_goal_that_moves_is_where_it_is_told_to_be(tmp_path: Path) -> None:
     catalog = field(tmp_path, MOVES)
-    assert not check_content([tmp_path]).wrong
+    assert not check_content([tmp_path]).has_errors
     summary = run("field", catalog, seed=1, report=False).summary.agents["R"]
     assert summary.outcome == "success"
     assert summary.goals_reached >= 1
@@ -79,4 +79,4 @@ def test_what_will_be_told_is_checked_before_the_run(tmp_path: Path, fact: dict[
         run("field", catalog, seed=1, duration=0.5, report=False)
     assert all(fault.line > 0 for fault in caught.value.faults)
     found = check_content([tmp_path])
-    assert found.wrong
+    assert found.has_errors

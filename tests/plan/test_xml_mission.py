@@ -132,7 +132,7 @@ class TestProject:
 
     def test_a_file_whose_nodes_nobody_names_is_not_run(self, project, write):
         write("planners/nodes/broken.py", NODE.replace("Greet", "Other") + "\nraise RuntimeError\n")
-        assert not check_content([project.find("mission", "meet").path]).wrong
+        assert not check_content([project.find("mission", "meet").path]).has_errors
 
     def test_what_is_included_counts_for_the_hash(self, project, write, tmp_path):
         write("planners/missions/parts/a.xml", "<root BTCPP_format='4'/>")

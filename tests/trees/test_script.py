@@ -16,11 +16,11 @@ from rocs_bt.trees.script.arithmetic import (
     BINARY,
     Refused,
     assigned,
-    chosen,
+    choice_truth,
     compared,
-    existing,
-    known,
+    existing_entry,
     negated,
+    required_value,
     truth,
 )
 from rocs_bt.trees.script.parser import Assignment, Binary, Comparison, Conditional, Literal, Name, Unary
@@ -276,7 +276,7 @@ def worth(expression, board):
             return float(board.enums[name])
         case Name(name):
             entry = board.entry(name)
-            return known(entry and entry.value, name)
+            return required_value(entry and entry.value, name)
         case Unary():
             return negated(expression.operator, of(expression.operand))
         case Binary("&&" | "||"):
@@ -293,9 +293,9 @@ def worth(expression, board):
                     return 0.0
             return 1.0
         case Conditional():
-            return of(expression.then if chosen(of(expression.condition)) else expression.otherwise)
+            return of(expression.then if choice_truth(of(expression.condition)) else expression.otherwise)
         case Assignment(operator, target):
-            entry = board.declare(target.name) if operator == ":=" else existing(board, target.name)
+            entry = board.declare(target.name) if operator == ":=" else existing_entry(board, target.name)
             value = of(expression.value)
             entry.store(assigned(board, target.name, entry, operator, value))
             return entry.value

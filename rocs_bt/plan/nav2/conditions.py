@@ -25,7 +25,7 @@ class _Condition(Instant):
         raise NotImplementedError
 
 
-class _Kept(RunAwareCondition):
+class _RelativeCondition(RunAwareCondition):
     """Condition relative to the beginning of the run, or to the last time it was true."""
 
     def update(self) -> Outcome:
@@ -46,7 +46,7 @@ class _Kept(RunAwareCondition):
         raise NotImplementedError
 
 
-class GoalUpdated(_Kept):
+class GoalUpdated(_RelativeCondition):
     """SUCCESS if the goal has changed since the last tick; FAILURE in the first tick."""
 
     goal = PoseInput(None, "the goal; the key `goal` by default")
@@ -73,7 +73,7 @@ class GlobalUpdatedGoal(_Condition):
         return changed
 
 
-class TimeExpired(_Kept):
+class TimeExpired(_RelativeCondition):
     """SUCCESS if a time has passed since the first tick, or since the condition was last true."""
 
     seconds = Input(float, 1.0, "time [s]")
@@ -85,7 +85,7 @@ class TimeExpired(_Kept):
         return self.runtime.now() - self._since >= self.seconds - 1e-9
 
 
-class DistanceTraveled(_Kept):
+class DistanceTraveled(_RelativeCondition):
     """SUCCESS if the robot has moved a distance since the first tick, or since the condition was last true."""
 
     distance = Input(float, 1.0, "distance [m]")
@@ -99,7 +99,7 @@ class DistanceTraveled(_Kept):
         return robot_pose(mission_of(self)).distance(self._at) >= self.distance
 
 
-class PathExpiringTimer(_Kept):
+class PathExpiringTimer(_RelativeCondition):
     """SUCCESS if a path has been the same for a time."""
 
     seconds = Input(float, 1.0, "time [s]")
@@ -191,7 +191,7 @@ class TransformAvailable(InitialPoseReceived):
     parent_frame = Input(str, "", "frame in Nav2; not used", name="parent")
 
 
-class _Codes(_Condition):
+class _ErrorCodeCondition(_Condition):
     """Condition on an error code. FAILURE if the code is missing: the node that writes it has not run yet."""
 
     helped: ClassVar[tuple[int, ...]] = ()
@@ -201,13 +201,13 @@ class _Codes(_Condition):
         return self.error_code in self.helped
 
 
-class WouldAPlannerRecoveryHelp(_Codes):
+class WouldAPlannerRecoveryHelp(_ErrorCodeCondition):
     """SUCCESS if a recovery may help after this error code of ComputePathToPose or ComputePathThroughPoses."""
 
     helped = (200, 207, 208, 300, 307, 308)
 
 
-class WouldAControllerRecoveryHelp(_Codes):
+class WouldAControllerRecoveryHelp(_ErrorCodeCondition):
     """SUCCESS if a recovery may help after this error code of FollowPath."""
 
     helped = (100, 104, 105, 106)
@@ -218,7 +218,7 @@ def _numbers(text: str) -> list[int]:
     return [from_string(part.strip(), int) for part in parts if part.strip()]
 
 
-class WouldARouteRecoveryHelp(_Codes):
+class WouldARouteRecoveryHelp(_ErrorCodeCondition):
     """SUCCESS if a recovery may help after this error code of ComputeRoute."""
 
     helped = (400, 404, 405)

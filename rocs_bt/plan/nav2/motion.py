@@ -120,7 +120,7 @@ class _Move(ActionNode):
         return super()._fail(failure)
 
 
-class _Allowed(_Move):
+class _TimeLimited(_Move):
     """Fails after `time_allowance`."""
 
     time_allowance = Input(float, 10.0, "maximum duration [s]")
@@ -190,7 +190,7 @@ class FollowPath(_Move):
         return PATH_END
 
 
-class Spin(_Allowed):
+class Spin(_TimeLimited):
     """Turns on the spot."""
 
     action = "TurnAngle"
@@ -202,7 +202,7 @@ class Spin(_Allowed):
         return {"angle": self.spin_dist, "rate": SPIN_RATE}
 
 
-class DriveOnHeading(_Allowed):
+class DriveOnHeading(_TimeLimited):
     """Drives straight for a distance, backward if distance and speed are negative."""
 
     action = "Flinch"
@@ -215,7 +215,7 @@ class DriveOnHeading(_Allowed):
         return {"speed": speed, "distance": abs(self.dist_to_travel), "timeout": self.time_allowance}
 
 
-class BackUp(_Allowed):
+class BackUp(_TimeLimited):
     """Drives backward for a distance, regardless of the signs of distance and speed."""
 
     action = "Flinch"

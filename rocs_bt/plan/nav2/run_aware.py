@@ -24,28 +24,28 @@ class RunAware(Node):
     Under any other parent each tick of a node that is not RUNNING begins a run.
     """
 
-    _fresh = True
-    _kept = False
+    _new_run = True
+    _parent_notifies = False
 
     def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
         parent = self.parent
         if isinstance(parent, _RETICKING):
-            self._kept = True
+            self._parent_notifies = True
             parent.run_aware_children = [*(k for k in parent.run_aware_children if k is not self), self]
         return super().bind(board, runtime)
 
     def begin(self) -> None:
         """Called by the parent when it begins a run."""
-        self._fresh = True
+        self._new_run = True
 
     def begins(self) -> bool:
         """Whether this tick begins a run; call it once per tick."""
-        first = self.status is not RUNNING and (self._fresh or not self._kept)
-        self._fresh = False
+        first = self.status is not RUNNING and (self._new_run or not self._parent_notifies)
+        self._new_run = False
         return first
 
     def halted(self) -> None:
-        self._fresh = True
+        self._new_run = True
         super().halted()
 
 

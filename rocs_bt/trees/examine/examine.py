@@ -66,8 +66,8 @@ def script_faults(tree: Tree) -> Iterator[Fault]:
         for attribute, script in scripts_of(node):
             yield from _failing_parts(node, attribute, script)
             yield from _type_faults(node, attribute, script, tree.boards[node])
-            asked = attribute in CONDITIONS or node.tag == "ScriptCondition"
-            if asked and (value := constant(script)) is not None:
+            is_condition = attribute in CONDITIONS or node.tag == "ScriptCondition"
+            if is_condition and (value := constant(script)) is not None:
                 message = f"the condition '{script.text}' is always {str(value).lower()}."
                 yield fault_at(node, message, "Use a key in it, or remove it.", attribute=attribute)
 

@@ -52,9 +52,7 @@ class _Counted(Decorator):
                 return self._finish(outcome)
             self._count += 1
             if outcome is FAILURE:
-                limit = self.read(
-                    self.limit
-                )  # the child may have changed it; as in BehaviorTree.CPP only RetryUntilSuccessful rereads it
+                limit = self.read(self.limit)  # the child may have changed it; only RetryUntilSuccessful rereads it
             if at_once and (limit == -1 or self._count < limit):
                 self.runtime.woken = True
                 return RUNNING

@@ -18,11 +18,11 @@ class Visits:
     wraps the ticks of its descendants, once, and records them only while its generator runs.
 
     Args:
-        ours: Whether a behaviour is a node of this package.
+        is_own: Whether a behaviour is a node of this package.
     """
 
-    def __init__(self, ours: Callable[[Any], bool]) -> None:
-        self._ours = ours
+    def __init__(self, is_own: Callable[[Any], bool]) -> None:
+        self._is_own = is_own
         self._seen: list[Behaviour] | None = None
 
     def of(self, root: Behaviour) -> Iterator[Behaviour]:
@@ -51,7 +51,7 @@ class Visits:
         todo: list[Any] = [root]
         while todo:
             node = todo.pop()
-            if not self._ours(node):
+            if not self._is_own(node):
                 node.__dict__["tick_once"] = self._collected(node)
                 continue
             if node.visits is not self:

@@ -50,7 +50,7 @@ def truth(value: Any) -> bool:
     raise Refused(f"{shown(value)} is neither true nor false")
 
 
-def known(value: Any, name: str) -> Any:
+def required_value(value: Any, name: str) -> Any:
     """Value of a key.
 
     Raises:
@@ -61,7 +61,7 @@ def known(value: Any, name: str) -> Any:
     return value
 
 
-def chosen(value: Any) -> bool:
+def choice_truth(value: Any) -> bool:
     """Truth of the condition of `?`.
 
     Raises:
@@ -72,7 +72,7 @@ def chosen(value: Any) -> bool:
     return bool(value)
 
 
-def real(value: float) -> float:
+def as_double(value: float) -> float:
     """Literal as a double, infinite if it is too large."""
     try:
         return float(value)
@@ -188,7 +188,7 @@ BITS = 2.0**63
 """Upper limit of an integer's magnitude."""
 
 
-def existing(board: Board, name: str) -> Entry:
+def existing_entry(board: Board, name: str) -> Entry:
     """Entry of a key.
 
     Raises:

@@ -12,7 +12,19 @@ from typing import Any
 
 from ...errors import Fault
 from ..board import Board, Entry
-from .arithmetic import BINARY, EPSILON, Refused, assigned, chosen, compared, existing, known, negated, real, truth
+from .arithmetic import (
+    BINARY,
+    EPSILON,
+    Refused,
+    as_double,
+    assigned,
+    choice_truth,
+    compared,
+    existing_entry,
+    negated,
+    required_value,
+    truth,
+)
 from .form import Script
 from .parser import (
     Assignment,
@@ -60,15 +72,15 @@ def compile_script(script: Script, board: Board) -> Run:
     cannot
     continue. Compilation is deferred to the first call, because most scripts of a large document rarely run.
     """
-    return _stopping(script, board, condition=False)
+    return _with_script_errors(script, board, condition=False)
 
 
 def compile_condition(script: Script, board: Board) -> Callable[[], bool]:
     """Compile a script to a function that returns true or false."""
-    return _stopping(script, board, condition=True)
+    return _with_script_errors(script, board, condition=True)
 
 
-def _stopping(script: Script, board: Board, condition: bool) -> Run:
+def _with_script_errors(script: Script, board: Board, condition: bool) -> Run:
     """Compiled function that converts refusals to ScriptErrors."""
     run: Run | None = None
 
@@ -152,7 +164,7 @@ class _Compiler:
         if isinstance(condition, Comparison):
             return self._comparison(condition)
         value = self._value(condition)
-        return lambda: chosen(value())
+        return lambda: choice_truth(value())
 
     def _logic(self, expression: Binary) -> Run:
         """Function of `a && b && c` or `a || b || c`; all operands are evaluated, as in BehaviorTree.CPP."""
@@ -189,7 +201,7 @@ class _Compiler:
             if not entry.alive:
                 entry = board.entry(name) or _UNRESOLVED
             value = entry.value
-            return known(value, name) if value is None else value
+            return required_value(value, name) if value is None else value
 
         return get
 
@@ -220,7 +232,7 @@ class _Compiler:
         enums, (sign, *signs) = self._board.enums, expression.operators
         first, (operand, *operands) = self._value(expression.operands[0]), expression.operands[1:]
         if isinstance(operand, Literal) and not operands:
-            return _limited(first, sign, next(self._slots), enums)
+            return _compared_with_literal(first, sign, next(self._slots), enums)
         right, unless = self._value(operand), _UNLESS[sign]
         rest = [(sign, self._value(operand)) for sign, operand in zip(signs, operands, strict=True)]
 
@@ -248,7 +260,7 @@ class _Compiler:
         def assign() -> Any:
             nonlocal entry
             if not entry.alive:
-                entry = (board.entry(name) or board.declare(name)) if sign == ":=" else existing(board, name)
+                entry = (board.entry(name) or board.declare(name)) if sign == ":=" else existing_entry(board, name)
             given = value()
             old = entry.value
             if sets and old.__class__ is given.__class__ and old is not None:
@@ -267,7 +279,7 @@ class _Compiler:
 def _number(expression: Expression, value: Run) -> float | None:
     """Number of a literal; None for any other expression."""
     if isinstance(expression, Literal) and not isinstance(expression.value, str):
-        return real(value())
+        return as_double(value())
     return None
 
 
@@ -291,13 +303,13 @@ def _sum(sign: str, left: Run, right: Run, number: float | None) -> Run:
     return of_one
 
 
-def _limited(left: Run, sign: str, limit: float | str, enums: Mapping[str, int]) -> Run:
+def _compared_with_literal(left: Run, sign: str, limit: float | str, enums: Mapping[str, int]) -> Run:
     """Function of a comparison with a literal."""
     text = isinstance(limit, str)
     one, other = (str, str) if text else (float, int)
     unless = _TEXT_UNLESS[sign] if text else _UNLESS[sign]
     if not isinstance(limit, str):
-        limit = real(limit)
+        limit = as_double(limit)
 
     def holds() -> bool:
         value = left()

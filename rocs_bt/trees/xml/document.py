@@ -26,9 +26,9 @@ _CHECKS = 'Write <Precondition if="key == value" else="FAILURE"> around the chil
 
 def is_version_3(root: Element) -> bool:
     """Whether a document declares version 3, or declares none and uses features of version 3 only."""
-    said = root.attributes.get("BTCPP_format", "")
-    if said:
-        return said == "3"
+    version = root.attributes.get("BTCPP_format", "")
+    if version:
+        return version == "3"
     return any(e.node_tag in _ONLY_3 or any(a in e.attributes for a in _ONLY_3_ATTRIBUTES) for e in below(root))
 
 
@@ -229,15 +229,15 @@ class _Reader:
         self._children(root, included)
 
     def _version(self, root: Element) -> None:
-        faults, said = self.found.faults, root.attributes.get("BTCPP_format", "")
+        faults, version = self.found.faults, root.attributes.get("BTCPP_format", "")
         if is_version_3(root):
             faults += convert(root)
-        elif not said:
+        elif not version:
             message = "BTCPP_format is missing: the document is read as version 4."
             faults.append(root.fault(message, 'Write <root BTCPP_format="4">.', warning=True))
-        elif said != "4":
+        elif version != "4":
             hint = "Supported versions: 4 and 3."
-            faults.append(root.fault(f"the version {said!r} is unknown.", hint, attribute="BTCPP_format"))
+            faults.append(root.fault(f"the version {version!r} is unknown.", hint, attribute="BTCPP_format"))
 
     def _children(self, root: Element, included: bool) -> None:
         models = 0

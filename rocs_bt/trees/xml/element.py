@@ -165,13 +165,7 @@ def _attribute_positions(text: str, at: int) -> Iterator[tuple[str, AttributePos
             return
 
 
-_ENTITIES = {
-    "lt": "<",
-    "gt": ">",
-    "quot": '"',
-    "apos": "'",
-    "amp": "&",
-}  # `amp` is last, so that its result is not resolved again
+_ENTITIES = {"lt": "<", "gt": ">", "quot": '"', "apos": "'", "amp": "&"}  # `amp` last: its result is not resolved again
 
 
 def unescape(text: str) -> str:

@@ -65,9 +65,7 @@ def lenient_stub(element: Element, document: Document) -> type[Node]:
             ports[name] = InOut(object, None, name=name)
     base = LenientStubWithChildren if element.children else LenientStub
     kind = "Control" if len(element.children) > 1 else "Decorator" if element.children else "Action"
-    members = {
-        f"port {name}": port for name, port in ports.items()
-    }  # not a Python identifier, so no clash with class attributes
+    members = {f"port {name}": port for name, port in ports.items()}  # no identifier, so no clash with attributes
     return type(tag or "Unnamed", (base,), {**members, "tag": tag or "Unnamed", "kind": kind, "__module__": __name__})
 
 

@@ -202,10 +202,10 @@ class PauseResumeController(_Nav):
         if self.status is not RUNNING:
             self._state = _State.RESUMED
             self.status = RUNNING
-        asked = self.paused
-        if asked and self._state in (_State.RESUMED, _State.ON_RESUME):
+        pause = self.paused
+        if pause and self._state in (_State.RESUMED, _State.ON_RESUME):
             self._turn(_State.ON_PAUSE)
-        elif not asked and self._state in (_State.PAUSED, _State.ON_PAUSE):
+        elif not pause and self._state in (_State.PAUSED, _State.ON_PAUSE):
             self._turn(_State.ON_RESUME)
         if self._state >= len(self.children):
             self._next()

@@ -19,7 +19,7 @@ from ..port import Input
 from ..runtime import Runtime
 
 
-class _Together(Control, StockParallel):
+class _ParallelBase(Control, StockParallel):
     """Base of both parallel nodes: a child that has ended is not ticked again until the parallel node has ended."""
 
     def __init__(self, name: str, children: Many[Behaviour] = (), /, **attributes: Any) -> None:
@@ -71,7 +71,7 @@ class _Together(Control, StockParallel):
         return limits
 
 
-class Parallel(_Together):
+class Parallel(_ParallelBase):
     """Ticks its children in order and decides after each of them, so that a tick may not reach the last ones.
 
     SUCCESS when `success_count` children have succeeded, FAILURE when `failure_count` have failed or success has become
@@ -115,7 +115,7 @@ class Parallel(_Together):
         return SKIPPED if skipped == count else RUNNING
 
 
-class ParallelAll(_Together):
+class ParallelAll(_ParallelBase):
     """Ticks all children until all have ended; FAILURE if at least `max_failures` of them failed, else SUCCESS."""
 
     max_failures = Input(int, 1, "number of failures that make it fail; negative counts are from the end")
