@@ -14,10 +14,9 @@ class DynamicWindow:
     """Evaluates the arcs that the wheels can reach within a period, and drives the best one without contact.
 
     Source: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (IEEE RAM 4, 1997): heading to
-    the goal,
-    clearance and speed, each normalised, with the paper's weights 0.8, 0.1 and 0.1. The target is a point ahead on the
-    path of
-    a route planner, as is common practice since: by itself the method stops before each wall on the way to the goal.
+    the goal, clearance and speed, each normalised, with the paper's weights 0.8, 0.1 and 0.1. The target is a point
+    ahead on the path of a route planner, as is common practice since. By itself the method stops before each wall on
+    the way to the goal.
 
     Attributes:
         cruise: Maximum speed.
@@ -87,8 +86,7 @@ class Mppi:
     """Samples perturbed trajectories around the last one and drives their mean, weighted by their costs.
 
     Source: Williams, Aldrich and Theodorou, Model predictive path integral control (J. Guidance, Control, and Dynamics
-    40,
-    2017). The cost of a trajectory is the remaining time at its end, plus a high penalty for small gaps.
+    40, 2017). The cost of a trajectory is the remaining time at its end, plus a high penalty for small gaps.
 
     Attributes:
         cruise: Maximum speed.

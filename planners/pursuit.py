@@ -15,8 +15,7 @@ class PurePursuit:
     """Replans the path with a route planner at each step and steers toward a lookahead point on it.
 
     Source: Coulter, Implementation of the pure pursuit path tracking algorithm (CMU-RI-TR-92-01, 1992). It slows down
-    for
-    obstacles ahead and stops if there is no path.
+    for obstacles ahead and stops if there is no path.
 
     Attributes:
         planner: Name of a file in planners/routes.

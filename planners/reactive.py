@@ -55,8 +55,7 @@ class PotentialField:
     """Follows the gradient of a field with an attractive goal and repulsive obstacles.
 
     Source: Khatib, Real-time obstacle avoidance for manipulators and mobile robots (IJRR 5, 1986): the attraction grows
-    with
-    the distance up to a limit, the repulsion acts only within `reach`. The robot gets stuck in each local minimum.
+    with the distance up to a limit, the repulsion acts only within `reach`. The robot gets stuck in each local minimum.
 
     Attributes:
         cruise: Speed without near obstacles.
@@ -102,8 +101,7 @@ class FiniteStateMachine:
     """Drives toward the goal; at an obstacle, follows its edge until the way to the goal is free and nearer.
 
     Source: Bug 2 of Lumelsky and Stepanov, Path-planning strategies for a point mobile automaton (Algorithmica 2,
-    1987), with a
-    turn rate in proportion to the gap at the side. The obstacle is always kept to the right.
+    1987), with a turn rate in proportion to the gap at the side. The obstacle is always kept to the right.
 
     Attributes:
         cruise: Speed toward the goal.

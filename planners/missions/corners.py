@@ -1,8 +1,7 @@
 """Visit four corners in order, replanning at each.
 
 The corners are goals of the world model, which the scenario places. Each leg is planned when the previous one has
-ended,
-from the robot's current position; reflexes on the way do not reset the progress.
+ended, from the robot's current position; reflexes on the way do not reset the progress.
 """
 
 from py_trees.behaviour import Behaviour

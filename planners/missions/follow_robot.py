@@ -1,12 +1,10 @@
 """Follow another robot at a safe distance, for as long as it can be found.
 
 The leader is observed by the robot sensor only. The mission succeeds when the leader has been stationary for `rest`,
-which
-never happens by default, and fails with LOST_LEADER when the leader cannot be found.
+which never happens by default, and fails with LOST_LEADER when the leader cannot be found.
 
 The follow band is `distance` +- (`distance` - `safety`), between the centres of the two bases. Below `room` the robot
-backs
-off; nearer than `safety` it stops.
+backs off; nearer than `safety` it stops.
 """
 
 from math import inf

@@ -2,10 +2,8 @@
 
 The goal is a node of the world model, which the scenario places. The robot drives straight at it with the follower;
 obstacles are handled only by reflexes, and after each reflex the mission replans from the current position. A mission
-that
-holds never ends: run it with `--for`, in a scenario with the success `at = "end"`. The goal is pursued only on the way,
-so
-that the reflexes of a robot that has arrived may push it off.
+that holds never ends: run it with `--for`, in a scenario with the success `at = "end"`. The goal is pursued only on the
+way, so that the reflexes of a robot that has arrived may push it off.
 """
 
 from math import isnan, nan

@@ -1,8 +1,7 @@
 """Go to the origin of the world frame, with the paper's own macro-actions (Table 2).
 
 GoToOrigin = TurnToPosition; SetWheelSpeed. No follower: the robot turns toward the origin, drives straight, and turns
-again
-when it has drifted off the line.
+again when it has drifted off the line.
 """
 
 from py_trees.behaviour import Behaviour

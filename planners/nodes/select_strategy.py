@@ -13,8 +13,7 @@ class SelectStrategy(Instant):
         <SelectStrategy selected="{way}"/>
 
     Without a name: the best strategy in the present situation if none is active, else the fallback of the active one.
-    FAILURE
-    if there is no such strategy, no applicable one, or no fallback. Only `UseStrategy` records the outcomes of
+    FAILURE if there is no such strategy, no applicable one, or no fallback. Only `UseStrategy` records the outcomes of
     strategies.
     """
 

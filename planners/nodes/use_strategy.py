@@ -14,12 +14,9 @@ class UseStrategy(Decorator):
             ...
 
     SUCCESS if the child succeeds. If the child fails, the next strategy is the fallback of the active one, or the best
-    of the
-    other applicable ones, until one succeeds or none is left: FAILURE. Each use is recorded in the robot's Knowledge
-    with the
-    situation and the outcome, so that a strategy that has worked in a similar situation is preferred. `rocs-bt
-    knowledge why`
-    explains each choice.
+    of the other applicable ones, until one succeeds or none is left: FAILURE. Each use is recorded in the robot's
+    Knowledge with the situation and the outcome, so that a strategy that has worked in a similar situation is
+    preferred. `rocs-bt knowledge why` explains each choice.
     """
 
     role = Input(str, "", "role that the strategy must suit; the robot's own if empty")

@@ -1,8 +1,7 @@
 """Shortest path in the robot's own map, with straight legs in any direction.
 
-Lazy Theta* (Nash, Koenig and Tovey, AAAI 2010) on the eight neighbours of each cell: the parent of a cell is any cell
-in
-line of sight, which is verified when the cell is expanded. Unobserved cells count as free.
+Lazy Theta* (Nash, Koenig and Tovey, AAAI 2010) on the eight neighbours of each cell. The parent of a cell is any cell
+in line of sight, which is verified when the cell is expanded. Unobserved cells count as free.
 """
 
 from heapq import heappop, heappush

@@ -1,8 +1,7 @@
 """Cheapest path over known roads, by A*.
 
 A* (Hart, Nilsson and Raphael, IEEE Transactions on Systems Science and Cybernetics 4, 1968); the heuristic is the
-straight
-distance times the cost of the cheapest road.
+straight distance times the cost of the cheapest road.
 """
 
 import networkx as nx

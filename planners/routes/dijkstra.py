@@ -1,8 +1,7 @@
 """Cheapest path over known roads, by Dijkstra's algorithm.
 
 Dijkstra, A note on two problems in connexion with graphs, Numerische Mathematik 1, 1959. For roadmaps in which costs
-are
-not related to length; otherwise `astar` finds the same path faster.
+are not related to length; otherwise `astar` finds the same path faster.
 """
 
 import networkx as nx

@@ -1,14 +1,11 @@
 """Fastest path in the robot's own map, where near obstacles reduce the speed.
 
 The path runs over the cells of `knowledge.world.occupancy`, from each cell to its eight neighbours; unobserved cells
-count
-as free. The cost of a metre is the travel time at the speed that its clearance allows, so that the path stays in the
-middle
-of gaps and avoids tight ones if the detour is short. It is found by A* (Hart, Nilsson and Raphael, IEEE Transactions on
-Systems Science and Cybernetics 4, 1968), computed as SciPy's Dijkstra on reduced costs, and then smoothed as an elastic
-band (Quinlan and Khatib, ICRA 1993). A path is kept while no new obstacle comes near it, and bent around one that does.
-A
-new path begins with the part of the old one that is driven before the robot can turn.
+count as free. The cost of a metre is the travel time at the speed that its clearance allows. The path therefore stays
+in the middle of gaps and avoids tight ones if the detour is short. It is found by A* (Hart, Nilsson and Raphael, IEEE
+Transactions on Systems Science and Cybernetics 4, 1968), computed as SciPy's Dijkstra on reduced costs. It is then
+smoothed as an elastic band (Quinlan and Khatib, ICRA 1993). A path is kept while no new obstacle comes near it, and
+bent around one that does. A new path begins with the part of the old one that is driven before the robot can turn.
 """
 
 from functools import lru_cache

@@ -1,11 +1,9 @@
 """Shortest path around known obstacles: straight lines between corners in line of sight.
 
 Obstacles are objects of the world model with a pose and a size: a `radius`, or a `length` and a `width`. Each is grown
-by
-the robot's radius around its base and the clearance, to a convex polygon. The graph's nodes are the polygons' corners,
-its
-edges the lines between them that cross no polygon. Its shortest path is optimal among such polygons (Lozano-Perez and
-Wesley, Communications of the ACM 22, 1979).
+by the robot's radius around its base and the clearance, to a convex polygon. The graph's nodes are the polygons'
+corners, its edges the lines between them that cross no polygon. Its shortest path is optimal among such polygons
+(Lozano-Perez and Wesley, Communications of the ACM 22, 1979).
 """
 
 from itertools import combinations

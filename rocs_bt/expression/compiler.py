@@ -24,8 +24,7 @@ class Expression:
     """Compiled expression of a single value.
 
     An expression with temporal operations keeps state between calls: its samples are the calls, and a call with an
-    earlier
-    time than the last one resets it.
+    earlier time than the last one resets it.
 
     Args:
         node: Typed tree of the expression.

@@ -1,8 +1,7 @@
 """Functions of the language: their arguments and the kind of their results.
 
 A group is a signal, a slice of one, or a value-by-value computation on one. A single number is accepted as a group of
-one,
-because the same rule must load on a robot with one rear sonar and with six.
+one, because the same rule must load on a robot with one rear sonar and with six.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Reference interpreter: value of an expression on one snapshot; `compiler` computes the same values faster.
 
 None is *invalid*, for numbers and truth values; a NaN is invalid. Truth is three-valued (Kleene): `False and invalid`
-is
-False.
+is False.
 """
 
 from __future__ import annotations

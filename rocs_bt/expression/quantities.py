@@ -1,8 +1,7 @@
 """Pre-tokeniser: handles quantities such as `0.5 m` and `60 deg`, which Python's grammar does not know.
 
 Units are replaced by blanks, so that columns of the text that Python parses equal those of the original text; each unit
-is
-stored by the column of its number. The keywords of requirements are replaced by Python operators with the right
+is stored by the column of its number. The keywords of requirements are replaced by Python operators with the right
 precedence: `a implies b` is parsed as `a or b`, `within 0.2 s a` as `not a`, and their positions are stored.
 """
 

@@ -1,9 +1,8 @@
 """Requirements on a whole run, such as `always (near implies within 0.2 s slow)`.
 
-`within` depends on later values, so its verdict is delayed: `look_back` converts a requirement at time t to an
-expression
-over the past that has the same value a fixed `delay` after t (O. Maler, D. Nickovic, "Monitoring Temporal Properties of
-Continuous Signals", 2004: a bounded future formula can be monitored by its delayed past form).
+`within` depends on later values, so its verdict is delayed. `look_back` converts a requirement at time t to an
+expression over the past that has the same value a fixed `delay` after t (O. Maler, D. Nickovic, "Monitoring Temporal
+Properties of Continuous Signals", 2004: a bounded future formula can be monitored by its delayed past form).
 """
 
 from __future__ import annotations

@@ -26,12 +26,9 @@ class Act(Leaf):
     """Submits one action to the pipeline and returns its state; it never blocks.
 
     RUNNING while the action is queued or runs, SUCCESS or FAILURE when it has ended, with the reason in
-    `feedback_message`.
-    When a reflex cancels the action, the leaf stays RUNNING and submits the action again once the reflex is over. The
-    new
-    submission uses current knowledge and what the action's `resume` takes over from the cancelled one. A leaf that is
-    halted
-    cancels its own ticket, and only that.
+    `feedback_message`. When a reflex cancels the action, the leaf stays RUNNING and submits the action again once the
+    reflex is over. The new submission uses current knowledge and what the action's `resume` takes over from the
+    cancelled one. A leaf that is halted cancels its own ticket, and only that.
 
     Args:
         name: Name in displays.

@@ -20,8 +20,7 @@ class ActionNode(Act):
     """Base class of nodes that execute an action; see `action_nodes`.
 
     The ports are the action's parameters. They are read when the action is submitted, also after a reflex; parameters
-    that the
-    action declares as live are read in each tick. Omitted ports take the action's defaults.
+    that the action declares as live are read in each tick. Omitted ports take the action's defaults.
 
     Attributes:
         action: Name in the action table.

@@ -83,8 +83,7 @@ class Mission(MissionContext):
         def build(mission: Mission, *, goal: str = "goal", cruise: PositiveMetresPerSecond = 0.5) -> Behaviour:
 
     which returns a py_trees tree. Its keyword-only parameters are the mission's parameters: scenarios set them, and
-    their
-    annotations define units and valid ranges. Composites and decorators are py_trees' own.
+    their annotations define units and valid ranges. Composites and decorators are py_trees' own.
     """
 
     _nodes: Registry | None = None

@@ -81,8 +81,7 @@ class RoadRoutePlanner(RoutePlanner):
         """Corners of a path over roads that are wide enough for the robot and the clearance on both sides [m].
 
         The path is reused, as the same list, while the roads, their costs and the goal are unchanged and the robot is
-        on it. A
-        mission may therefore call this repeatedly; it gets a new path when a road closes or opens again.
+        on it. A mission may therefore call this repeatedly; it gets a new path when a road closes or opens again.
 
         Raises:
             NoRoute: No road can be driven, or none leads to the goal; the message lists closed roads.

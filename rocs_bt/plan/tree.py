@@ -76,8 +76,7 @@ class TreePlan(Plan):
     """Planner that ticks a tree once per turn until its root succeeds or fails.
 
     The tree may contain nodes of this package and stock py_trees nodes. Their loggers are silenced, because only the
-    command
-    line prints.
+    command line prints.
 
     Args:
         root: Root of the tree.
@@ -141,8 +140,8 @@ class TreePlan(Plan):
         """Replace a named subtree while the mission runs. Thread-safe.
 
         The swap happens between two ticks. Running nodes of the old subtree are halted, once, so that its leaves cancel
-        their
-        actions; the blackboard and all other nodes keep their state. For a SubTree the tree inside it is replaced.
+        their actions; the blackboard and all other nodes keep their state. For a SubTree the tree inside it is
+        replaced.
 
         Args:
             name: Path of a node as in `outline`, or its name if unique.

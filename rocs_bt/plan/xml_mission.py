@@ -51,10 +51,9 @@ def xml_mission(
     """`build` function of a mission in an XML file.
 
     Its parameters are the input ports that the TreeNodesModel declares for the main tree, as `<SubTree ID="Main">`. The
-    type of
-    a port is a C++ type, or a unit such as `m/s`; a default such as `0.5 m/s` also defines the unit. Parameters become
-    keys of
-    the blackboard, as SI numbers. The actions of the robot are nodes, with the actions' parameters as ports.
+    type of a port is a C++ type, or a unit such as `m/s`; a default such as `0.5 m/s` also defines the unit. Parameters
+    become keys of the blackboard, as SI numbers. The actions of the robot are nodes, with the actions' parameters as
+    ports.
 
     Args:
         file: Path of the file, or text of the document.

@@ -1,8 +1,7 @@
 """Behaviour-tree engine: nodes, blackboards, scripts, XML, drawing, checks and the log for Groot2.
 
 The package has no dependency on robots, missions or agents; `plan` connects its trees to an agent. Any module that
-needs
-trees may import it: `plan`, `record`, `check`, the command line, and programs without a robot.
+needs trees may import it: `plan`, `record`, `check`, the command line, and programs without a robot.
 
     from rocs_bt.trees import Tree, load_xml
 

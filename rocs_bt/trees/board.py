@@ -120,10 +120,8 @@ class Board:
     """Values by key, after BehaviorTree.CPP's blackboard.
 
     A key is looked up in this blackboard first. If it is remapped or `autoremap` is on, it is then looked up in the
-    parent's,
-    under its name there. Keys that begin with `_` are private and never found by `autoremap`. `@key` is always `key` of
-    the
-    root.
+    parent's, under its name there. Keys that begin with `_` are private and never found by `autoremap`. `@key` is
+    always `key` of the root.
 
     Args:
         parent: Blackboard of the tree that contains this subtree; None for a root.

@@ -158,7 +158,7 @@ def test_what_the_wheels_cannot_do_fails_and_says_so(project, catalog, planner, 
     name = planner("odd", f"return {decided}")
     record = play(catalog.load_planner(name), project)
     assert record.outcome == "failed"
-    assert "act of Told gives" in record.reason
+    assert "act of Told returned" in record.reason
     assert "Return 2 wheel linear speeds in m/s (left, right), or None at the end." in record.reason
 
 

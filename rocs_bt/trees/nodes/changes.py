@@ -19,8 +19,7 @@ class Changes:
     """Reports changes of status to a callback.
 
     Nodes that have ended keep their status in the tree. This class reports them as IDLE after the first tick of the
-    tree that
-    does not reach them, so that a display shows the last tick only.
+    tree that does not reach them, so that a display shows the last tick only.
 
     Args:
         tree: Observed tree.

@@ -90,8 +90,7 @@ class _Loop(Decorator):
     """Per tick: takes one item off the queue, writes it to `value` and ticks the child; `if_empty` if no item is left.
 
     RUNNING while there are items, FAILURE as soon as the child fails. A list on the blackboard is emptied in place; a
-    text
-    is a new queue in each run.
+    text is a new queue in each run.
     """
 
     item: ClassVar[Any] = str

@@ -125,8 +125,7 @@ class Leaf(Node):
     """Base class of actions and conditions, which have no children.
 
     As in py_trees, `initialise` starts a leaf, `update` gives the outcome of each tick, and `terminate` is called when
-    the
-    leaf ends or is halted. None of them may block.
+    the leaf ends or is halted. None of them may block.
 
     Args:
         name: Name in displays.

@@ -37,8 +37,7 @@ def guarded(node: Guarded, conditions: Mapping[str, Script], board: Board) -> tu
 
     Before a node starts, `_failureIf`, `_successIf` and `_skipIf` are evaluated, then `_while`, which skips the node if
     false. While the node runs, only `_while` is evaluated; it halts the node if false. After SUCCESS or FAILURE, also
-    one
-    decided by a condition, `_onSuccess` or `_onFailure` runs, then `_post`. A halt runs `_onHalted` once, and not
+    one decided by a condition, `_onSuccess` or `_onFailure` runs, then `_post`. A halt runs `_onHalted` once, and not
     `_post`.
 
     Args:

@@ -66,9 +66,8 @@ class Node(Behaviour):
 
     `tick_once` ticks a node, returns the outcome and stores it in `status`, except SKIPPED. A node that is not RUNNING
     restarts on its next tick, so parents never reset finished children, and a node's last outcome remains visible until
-    its
-    next tick. `tick`, py_trees' generator, does the same and then yields the ticked nodes, so that these nodes work in
-    py_trees' composites and with its visitors.
+    its next tick. `tick`, py_trees' generator, does the same and then yields the ticked nodes, so that these nodes work
+    in py_trees' composites and with its visitors.
 
     Attributes:
         kind: Control, Decorator, Action, Condition or SubTree.

@@ -20,8 +20,7 @@ class Registry(Mapping[str, type[Node]]):
     """Node classes by their name in files.
 
     Classes are found in the modules given here; they do not register themselves. The name is `tag`, by default the
-    class
-    name.
+    class name.
 
     Args:
         classes: Node classes.

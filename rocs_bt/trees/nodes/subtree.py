@@ -24,8 +24,7 @@ class SubTree(Decorator):
     `goal="{dock}"` makes the subtree's key `goal` the key `dock` of this tree, `goal="{=}"` the key `goal`.
     `goal="home"`
     gives the subtree a value of its own, and so does `goal="="`. `_autoremap="true"` maps all other keys to this tree's
-    keys
-    of the same name, except private ones, which begin with `_`.
+    keys of the same name, except private ones, which begin with `_`.
 
     Args:
         name: Name in displays.

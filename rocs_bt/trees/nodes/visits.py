@@ -14,8 +14,7 @@ class Visits:
     """Records which nodes below a root are ticked, children before parents.
 
     Nodes of this package are ticked by direct calls, which yield nothing. A root that is ticked as a generator
-    therefore
-    wraps the ticks of its descendants, once, and records them only while its generator runs.
+    therefore wraps the ticks of its descendants, once, and records them only while its generator runs.
 
     Args:
         is_own: Whether a behaviour is a node of this package.

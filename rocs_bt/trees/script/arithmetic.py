@@ -1,8 +1,7 @@
 """Operators of scripts, equivalent to those of BehaviorTree.CPP (scripting/operators.hpp, utils/safe_any.hpp).
 
 Computed numbers are doubles; an integer literal is an integer until it is computed with. A comparison is 1.0 or 0.0.
-The
-result is infinite where that of C++ is. An assigned value keeps the representation of the entry's value
+The result is infinite where that of C++ is. An assigned value keeps the representation of the entry's value
 (`Any::copyInto`).
 """
 

@@ -1,6 +1,6 @@
 """Compiler from a parsed script to functions on one blackboard: one closure per operator, calling its operands'.
 
-Common operations on numbers (comparisons, sums, products) have a fast path for floats and ints; all others use the
+Common operations on numbers (comparisons, sums, products) have a fast path for floats and ints. All others use the
 functions of `arithmetic`, which accept any value and raise Refused with the reason.
 """
 
@@ -69,8 +69,7 @@ def compile_script(script: Script, board: Board) -> Run:
     """Compile a script to a function that returns the value of its last statement, None for an empty script.
 
     Names refer to enums of the blackboard first, then to its keys. The function raises a ScriptError if the script
-    cannot
-    continue. Compilation is deferred to the first call, because most scripts of a large document rarely run.
+    cannot continue. Compilation is deferred to the first call, because most scripts of a large document rarely run.
     """
     return _with_script_errors(script, board, condition=False)
 
@@ -102,8 +101,7 @@ class _Compiler:
     """Compiler of one script.
 
     The statements may be those of another script with the same form. Names and literals are taken from the script's
-    slots in
-    order, so expressions are compiled from left to right.
+    slots in order, so expressions are compiled from left to right.
     """
 
     def __init__(self, script: Script, board: Board) -> None:

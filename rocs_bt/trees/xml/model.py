@@ -106,8 +106,7 @@ def annotation(port: ModelPort) -> Any:
     """Python annotation of a port: its type and dimension.
 
     C++ classes such as `geometry_msgs::msg::PoseStamped` or `std::vector<double>` are texts, which the nodes that read
-    them
-    parse.
+    them parse.
 
     Raises:
         InputError: The type is neither a C++ type nor a unit.

@@ -160,10 +160,8 @@ def write_tree(root: Behaviour, *, main: str = "", document: Document | None = N
     """Write a tree as a document that BehaviorTree.CPP and Groot2 can read.
 
     Each subtree becomes a tree of its own; nodes that BehaviorTree.CPP does not have are declared in the
-    TreeNodesModel.
-    Attributes have a fixed order: ID, name, ports as declared by the class, conditions, others. Stock py_trees
-    behaviours
-    without a counterpart are written with the name of their class.
+    TreeNodesModel. Attributes have a fixed order: ID, name, ports as declared by the class, conditions, others. Stock
+    py_trees behaviours without a counterpart are written with the name of their class.
 
     Args:
         root: Root of the tree.

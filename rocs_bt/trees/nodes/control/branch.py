@@ -48,8 +48,7 @@ class IfThenElse(_Branch):
     """Ticks its first child once, then the second child if that succeeded, the third if it failed, until that one ends.
 
     Without a third child the result is FAILURE if the condition fails. The condition is not ticked again while a branch
-    is
-    RUNNING.
+    is RUNNING.
     """
 
     def tick_once(self) -> Outcome:
@@ -74,10 +73,8 @@ class WhileDoElse(_Branch):
     """Ticks its first child in each tick, then the second child while that succeeds, the third while it fails.
 
     When the condition changes, the RUNNING branch is halted. Without a third child the result is FAILURE if the
-    condition
-    fails. As in BehaviorTree.CPP, a condition with a state is ticked only once per run of the node, because nothing
-    resets it
-    while a branch is RUNNING.
+    condition fails. As in BehaviorTree.CPP, a condition with a state is ticked only once per run of the node, because
+    nothing resets it while a branch is RUNNING.
 
     Attributes:
         run_aware_children: Children that keep state after they have ended; notified when a new run begins.
@@ -132,8 +129,7 @@ class _Switch(Control):
     """Ticks the child of the first case that equals `variable`, or the last child if no case does.
 
     The last child is ticked too if the variable has no value. Cases are compared as text, then as integers or enum
-    names,
-    then as numbers. If the case changes, the RUNNING child is halted. If the child is skipped, so is the switch.
+    names, then as numbers. If the case changes, the RUNNING child is halted. If the child is skipped, so is the switch.
     """
 
     cases: ClassVar[int] = 0

@@ -177,8 +177,7 @@ class Sequence(Ordered, StockSequence):
     """Ticks its children in order and stops at the first failure: FAILURE if a child fails, SUCCESS if none does.
 
     A RUNNING child makes the sequence RUNNING and is resumed by the next tick. Skipped children are passed over; the
-    sequence
-    is SKIPPED if all are. Fallback is the same with SUCCESS and FAILURE exchanged.
+    sequence is SKIPPED if all are. Fallback is the same with SUCCESS and FAILURE exchanged.
     """
 
     tick_once = ordered(SUCCESS)
@@ -219,8 +218,7 @@ class ReactiveSequence(Reactive, StockSequence):
     """Ticks its children from the first one in each tick: conditions first, then the action that they permit.
 
     FAILURE if a child fails, SUCCESS if none does, SKIPPED if all are skipped. If a child is RUNNING or ends the
-    sequence, all
-    other RUNNING children are halted. ReactiveFallback is the same with SUCCESS and FAILURE exchanged.
+    sequence, all other RUNNING children are halted. ReactiveFallback is the same with SUCCESS and FAILURE exchanged.
     """
 
     tick_once = reactive(SUCCESS)
