@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,6 +28,7 @@ MAX_DEPTH = 100
 
 _SHORT = 100_000  # maximum length of a text whose parsed data is cached [characters]
 _INTEGERS = range(-(2**63), 2**63)
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 _KEY_PART = re.compile(r"""[ \t]*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')[ \t]*""")
 _LONG_NUMBER = re.compile(r"(?<![0-9_])[0-9_]{4301,}")  # digits that int() refuses
@@ -86,7 +88,7 @@ def as_toml(document: Mapping[str, Any]) -> str:
     lines = _assignments({name: value for name, value in document.items() if name not in tables})
     for name, each in tables.items():
         for table in each:
-            lines += ["", f"[[{name}]]", *_assignments(table)]
+            lines += ["", f"[[{_as_key(name)}]]", *_assignments(table)]
     return "\n".join([*lines, ""])
 
 
@@ -98,11 +100,15 @@ def as_data(value: Any) -> Any:
 
 
 def _are_tables(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(each, dict) for each in value)
+    return isinstance(value, list) and bool(value) and all(isinstance(each, dict) for each in value)
 
 
 def _assignments(table: Mapping[str, Any]) -> list[str]:
-    return [f"{name} = {_as_value(value)}" for name, value in table.items() if value is not None]
+    return [f"{_as_key(name)} = {_as_value(value)}" for name, value in table.items() if value is not None]
+
+
+def _as_key(name: str) -> str:
+    return name if _BARE_KEY.fullmatch(name) else _as_value(name)
 
 
 def _as_value(value: object) -> str:
@@ -111,6 +117,8 @@ def _as_value(value: object) -> str:
         return f"{{ {inner} }}" if inner else "{}"
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(_as_value, value))}]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
     # TOML writes strings, numbers and booleans as JSON does, except surrogate pairs and the character DEL.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 

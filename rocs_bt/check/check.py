@@ -171,8 +171,8 @@ def _kind_inside(path: Path) -> str | None:
 
 
 def _layout() -> str:
-    patterns = ", ".join(pattern for patterns in KINDS.values() for pattern in patterns)
-    return f"Paths of content: {patterns}."
+    patterns = [pattern for patterns in KINDS.values() for pattern in patterns]
+    return f"Paths of content: {', '.join([*patterns, 'rules/tests/*.toml'])}."
 
 
 def check_planner_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:

@@ -36,7 +36,7 @@ def read_documents(file: Path | Table) -> list[Document]:
     """
     top = file if isinstance(file, Table) else read_toml(file)
     found: dict[Path, Document] = {}
-    _gather(top, [], found, _project(top.file))
+    _gather(top, [], found, project_of(top.file))
     return list(found.values())
 
 
@@ -49,7 +49,7 @@ def included_files(file: Path) -> list[Path]:
     return [document.table.file for document in documents[:-1]]
 
 
-def _project(file: Path) -> Path:
+def project_of(file: Path) -> Path:
     """The folder that nothing may be included from outside of: the project, where the file stands in its `rules/`."""
     folder = file.resolve().parent
     return folder.parent if folder.name == "rules" else folder

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,11 +20,13 @@ from typing import Any
 import numpy as np
 
 from ..action import Action, Parameter, parameters_of
+from ..confine import confined, is_file
 from ..document import Table, read_toml
 from ..errors import Fault, InputError, unknown
 from ..expression import Environment
 from ..signal import Signal
 from ..units import TIME, convert
+from .include import project_of
 from .reactive_model import Reflex
 from .rule import Expected, Place, Rule, RuleSet, RuleTest
 from .rule_model import RuleModel, describe
@@ -80,10 +81,12 @@ def add_test_files(
     """
     added: dict[str, tuple[RuleTest, ...]] = {}
     faults: list[Fault] = []
-    for path in (file.parent / "tests" / file.name for file in rules.files):
-        if not os.path.isfile(path):
+    for file in rules.files:
+        path = file.parent / "tests" / file.name
+        if not is_file(path):
             continue
         try:
+            confined(f"tests/{file.name}", file.parent, (project_of(file),))
             table = read_toml(path)
             table.choice("format", [FORMAT])
             table.text("doc", "")
@@ -99,7 +102,7 @@ def add_test_files(
                 table.done()
             faults += table.faults
         except InputError as error:
-            faults += error.faults
+            faults += error.at(file).faults
     tested = tuple(replace(rule, tests=rule.tests + added.get(rule.name, ())) for rule in rules.rules)
     return replace(rules, rules=tested), faults
 

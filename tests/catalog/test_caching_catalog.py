@@ -41,17 +41,15 @@ def test_what_is_wrong_in_a_scene_that_a_program_made_is_an_input_error():
     assert {str(fault.file) for fault in caught.value.faults} == {"odd.toml"}
 
 
-VALUES = st.one_of(
-    st.booleans(), st.integers(-(2**60), 2**60), st.floats(allow_nan=False, allow_infinity=False), st.text(max_size=8)
-)
+VALUES = st.one_of(st.booleans(), st.integers(-(2**60), 2**60), st.floats(allow_nan=False), st.text(max_size=8))
 TABLES = st.dictionaries(
-    st.from_regex(r"\A[a-z_]{1,6}\Z"),
+    st.text(max_size=6),
     st.one_of(VALUES, st.none(), st.lists(VALUES, max_size=3).map(tuple), st.dictionaries(st.just("k"), VALUES)),
     max_size=4,
 )
 
 
-@given(TABLES, st.lists(TABLES, min_size=1, max_size=3))
+@given(TABLES, st.lists(TABLES, max_size=3))
 def test_a_document_is_read_from_its_text_as_it_is_as_a_value(root, tables):
     document = root | {"table": tables}
     assert parse_toml(as_toml(document), Path("made.toml"))[0] == as_data(document)

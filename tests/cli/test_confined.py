@@ -130,6 +130,16 @@ def test_a_rule_file_includes_nothing_by_a_link_out_of_the_project(project, outs
     refused(rocs_bt("check", project / "rules" / "near.toml"), "near.toml:2:1: 'far.toml', which leads to ")
 
 
+def test_tests_of_rules_are_not_read_by_a_link_out_of_the_project(project, outside, rocs_bt):
+    (outside / "secret.toml").write_text("[database]\npassword = 1\n")
+    (project / "rules" / "tests").mkdir(exist_ok=True)
+    (project / "rules" / "tests" / "keep_clear.toml").symlink_to(outside / "secret.toml")
+    for command in (("check", "rules/keep_clear.toml"), ("rules", "test", "keep_clear")):
+        told = rocs_bt(*command)
+        refused(told, "keep_clear.toml", "which leads to")
+        assert "database" not in told.text
+
+
 MJCF = {
     "include": '<include file="{far}.xml"/>',
     "include of an include": '<include file="near.xml"/>',

@@ -270,4 +270,7 @@ def _check(connection: sqlite3.Connection, path: Path, empty_is_valid: bool = Fa
             f"'{path}' is not a rocs_bt journal but {found}. Give a file that `run --knowledge` wrote."
         )
     if version != FORMAT:
-        raise RecordingError(f"'{path}' has format {version}; this version of rocs_bt reads format {FORMAT}.")
+        raise RecordingError(
+            f"'{path}' has format {version}; this version of rocs_bt reads format {FORMAT}. Export it with the version "
+            "that wrote it (rocs-bt knowledge export), then import the export (rocs-bt knowledge import)."
+        )
