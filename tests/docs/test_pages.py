@@ -1,8 +1,10 @@
 """Pages of docs/: their code is that of the examples, their topics are those of the recorder."""
 
 import ast
+import itertools
 import re
 import textwrap
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -70,6 +72,16 @@ def test_the_folders_of_the_house_are_those_that_exist():
     assert named == folders
     modules = {p.stem for p in (ROOT / "rocs_bt").glob("*.py")} - {"__init__"}
     assert {w for w in re.findall(r"\b[a-z_]+\b", house) if w in modules} == modules
+
+
+def test_the_house_has_the_order_of_the_import_contract():
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    layers = next(reversed(contract["layers"]) for contract in contracts if contract["type"] == "layers")
+    text = (DOCS / "architecture.md").read_text("utf-8")
+    lines = re.search(r"## The house\n\n```text\n(.*?)```", text, re.DOTALL)[1].splitlines()[2:]
+    line_of = {name: i for i, line in reversed([*enumerate(lines)]) for name in re.findall(r"[a-z_]+", line[:90])}
+    order = [[line_of[name] for name in layer.split(" | ")] for layer in layers]
+    assert all(max(lower) <= min(upper) for lower, upper in itertools.pairwise(order)), order
 
 
 def test_every_python_block_of_every_page_is_python():
