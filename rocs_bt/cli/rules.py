@@ -46,8 +46,8 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
                 count += 1
                 if not result.passed:
                     failed += 1
-                    place = f"{result.place.file}:{result.place.line}:{result.place.column}"
-                    told = f"{place}: {styled('failed', fg='red', bold=True)}: {result.rule}, '{result.test}'"
+                    position = f"{result.position.file}:{result.position.line}:{result.position.column}"
+                    told = f"{position}: {styled('failed', fg='red', bold=True)}: {result.rule}, '{result.test}'"
                     echo(f"{told}, on {name}: {result.message}", err=True)
         done += count
         if not count:

@@ -1,6 +1,6 @@
-"""The reflex route: rules, Python models that ask for reflexes, and the arc that acts on them (paper, 4.2).
+"""Reflex route: rules, reactive models in Python, and the reflex arc that runs their actions (paper, 4.2).
 
-Imported by `agent` and the layers above; the other blocks never import it.
+Imported by `agent` and the layers above; other blocks never import it.
 """
 
 from .arc import ReflexArc
@@ -11,7 +11,7 @@ from .include import included_files
 from .kernel_backend import kernel_missing
 from .python_backend import python_source
 from .reactive_model import ReactiveModel, Reflex
-from .rule import Argument, OnInvalid, Place, Rule, RuleSet, RuleTest
+from .rule import Argument, OnInvalid, Position, Rule, RuleSet, RuleTest
 from .rule_file import check_rules, load_rules
 from .rule_model import RuleModel
 from .rule_table import RuleTable, lower_rules
@@ -24,7 +24,7 @@ __all__ = [
     "Machine",
     "OnInvalid",
     "Override",
-    "Place",
+    "Position",
     "ReactiveModel",
     "Reflex",
     "ReflexArc",

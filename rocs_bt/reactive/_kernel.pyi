@@ -1,4 +1,4 @@
-"""The compiled table machine, `_kernel.c`; absent where there was no C compiler when rocs_bt was installed."""
+"""Compiled table machine, `_kernel.c`; absent if rocs_bt was installed without a C compiler."""
 
 from typing import final
 

@@ -1,7 +1,8 @@
-"""The reflex arc: one agent's one reflex slot (docs/architecture.md; paper, 4.3).
+"""Reflex arc: the single reflex slot of an agent (docs/architecture.md; paper, 4.3).
 
-A reflex is active from firing until its action has ended and its latch is clear. While one is active the NORMAL
-actions wait; a strictly higher one takes the slot, every other waits and starts only if it is still wanted then.
+A reflex is active from firing until its action has ended and its latch is clear. While a reflex is active, NORMAL
+actions wait. A rule with strictly higher priority takes over the slot; every other rule waits and starts only if it is
+still latched when the slot is free.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from ..raised import Raised, from_actuator
 from .reactive_model import ReactiveModel, Reflex
 from .rule_model import RuleModel
 
-OVERTAKEN = 0.5  # [s]; a snapshot this much older than the last one was overtaken on another thread; older: a new time
-MATERIAL = 0.05  # a parameter that changed by less than this share is not worth an event
+OVERTAKEN = 0.5  # [s]; a snapshot older than the last one by up to this is skipped (threads); older: time was reset
+MATERIAL = 0.05  # relative change of a parameter below which no event is emitted
 
 
 class _Active:
-    """The reflex in the slot; `stopping` once its action raised: Stop until its latch is clear."""
+    """Reflex in the slot; `stopping` if its action raised, and Stop replaces it until its latch is clear."""
 
     __slots__ = ("reflex", "reported", "stopping", "ticket")
 
@@ -42,23 +43,23 @@ class _Active:
 
 
 class ReflexArc:
-    """Evaluates the reactive models of an agent on a snapshot and acts on what they want; safe under threads.
+    """Evaluates the reactive models of an agent on each snapshot and runs their reflexes; thread-safe.
 
     Args:
-        models: Whoever may ask for a reflex.
-        pipeline: Where HIGH actions go, and which holds NORMAL ones meanwhile.
-        actions: The agent's actions by name.
-        sink: Where RuleChanged events go.
-        agent: The agent's name, for the events.
-        clock: Where time is read, for the events.
+        models: Reactive models.
+        pipeline: Pipeline that takes HIGH actions and holds NORMAL ones during a reflex.
+        actions: Actions of the agent, keyed by name.
+        sink: Sink of the RuleChanged events.
+        agent: Name of the agent, for the events.
+        clock: Clock of the events.
 
     Attributes:
-        on_end: Called with the last rule's name when the slot has become free, outside of the arc's lock, so that the
-            plan looks again from where the robot is now.
-        on_exception: Takes the exceptions of reactive models and of reflexes' actions; None to raise them instead.
-        activations: Number of activations of each rule; re-firings are not among them.
+        on_end: Called with the last rule's name when the slot becomes free, outside the arc's lock, so that the plan
+            continues from the present state.
+        on_exception: Handler of exceptions of reactive models and of reflexes' actions; None to raise them.
+        activations: Number of activations of each rule, without re-firings.
         refirings: Number of times that each rule fired again because its action ended while the rule was latched.
-        switches: How often the route changed between deliberative and reactive.
+        switches: Number of switches between the deliberative and the reactive route.
     """
 
     def __init__(
@@ -75,7 +76,7 @@ class ReflexArc:
         self.activations: Counter[str] = Counter()
         self.refirings: Counter[str] = Counter()
         self.switches = 0
-        self._models = models  # not a copy: a mission may add its own to Knowledge's
+        self._models = models  # not a copy: a mission may add models to Knowledge
         self._pipeline = pipeline
         self._actions = actions
         self._sink = sink
@@ -86,45 +87,45 @@ class ReflexArc:
         self._wanted: dict[str, Reflex] = {}
         self._waiting: set[str] = set()
         self._readings: dict[str, str] = {}
-        self._ranks: dict[str, int] = {}  # highest priority that each model in Python has asked for
+        self._ranks: dict[str, int] = {}  # highest priority requested by each model in Python
         self._again: Counter[str] = Counter()  # re-firings of each rule's present activation
         self._t = -math.inf
 
     @property
     def active(self) -> str | None:
-        """The rule in the slot; None while the deliberative route is on."""
+        """Name of the rule in the slot; None while the deliberative route is active."""
         slot = self._slot
         return slot.reflex.rule if slot else None
 
     def reading(self, rule: str) -> str:
-        """What the rule saw when it last fired, such as `min(front) = 0.21 m`; empty where it never has."""
+        """Guard values of a rule when it last fired, such as `min(front) = 0.21 m`; empty if it never fired."""
         return self._readings.get(rule, "")
 
     def run(self, x: NDArray[np.float64], t: float) -> None:
-        """Evaluate all models on a fresh snapshot, and act.
+        """Evaluate all models on a new snapshot and update the slot.
 
         Args:
-            x: The snapshot of all signals, (size,) in SI units.
-            t: The snapshot's time [s].
+            x: Snapshot of all signals, SI units, shape (size,).
+            t: Time of the snapshot [s].
         """
         with self._lock:
             if self._t - OVERTAKEN <= t < self._t:
                 return
             self._t = t
-            told = [reflex for model in self._models for reflex in self._react(model, x, t)]
-            if not told and not self._wanted and self._slot is None:
+            reflexes = [reflex for model in self._models for reflex in self._react(model, x, t)]
+            if not reflexes and not self._wanted and self._slot is None:
                 return
-            self._latch(told)
+            self._latch(reflexes)
             ended = self._settle()
         if ended is not None:
             self.on_end(ended)
 
     def _react(self, model: ReactiveModel, x: NDArray[np.float64], t: float) -> Sequence[Reflex]:
-        """Reflexes that a model wants. While a model in Python raises, that is Stop with the model's own priority."""
-        if isinstance(model, RuleModel):  # the engine's own: its exception ends the run
+        """Reflexes of a model; while a model in Python raises, a Stop with the model's highest priority."""
+        if isinstance(model, RuleModel):  # engine code: its exception ends the run
             return model.react(x, t)
         try:
-            told = [_checked(reflex) for reflex in model.react(x, t)]
+            reflexes = [_checked(reflex) for reflex in model.react(x, t)]
         except BaseException as error:  # content may raise anything
             if interrupts(error):
                 raise
@@ -135,15 +136,15 @@ class ReflexArc:
             if (rule := f"{name}/Raised") not in self._wanted:
                 self.on_exception(raised)
             return [Reflex(rule, self._ranks.get(name, 0), "Stop", broken=True, reading=str(raised))]
-        if told:
-            name, rank = type(model).__name__, max(reflex.priority for reflex in told)
+        if reflexes:
+            name, rank = type(model).__name__, max(reflex.priority for reflex in reflexes)
             self._ranks[name] = max(rank, self._ranks.get(name, rank))
-        return told
+        return reflexes
 
-    def _latch(self, told: Sequence[Reflex]) -> None:
-        """Note what is wanted now; tell what began and what ended."""
-        before, self._wanted = self._wanted, {r.rule: r for r in told if r.latched}
-        readings = {r.rule: r for r in told if not r.latched}
+    def _latch(self, reflexes: Sequence[Reflex]) -> None:
+        """Update the latched rules and emit what was latched or released."""
+        before, self._wanted = self._wanted, {r.rule: r for r in reflexes if r.latched}
+        readings = {r.rule: r for r in reflexes if not r.latched}
         for rule, reflex in before.items():
             if rule not in self._wanted:
                 self._waiting.discard(rule)
@@ -155,7 +156,7 @@ class ReflexArc:
                 self._emit(reflex, "latched")
 
     def _settle(self) -> str | None:
-        """Decide who has the slot; gives the last rule's name where that left it free."""
+        """Assign the slot; return the last rule's name if the slot has become free, else None."""
         before = self.active
         self._arbitrate()
         for rule, reflex in self._wanted.items():
@@ -177,7 +178,7 @@ class ReflexArc:
                 self._start(best)
         elif best is not None and best.rule != slot.reflex.rule and best.priority > slot.reflex.priority:
             self._start(best)
-            # Submitted before cancelled: at no moment is there nothing to act on.
+            # Submit before cancelling, so that there is always an action to execute.
             self._pipeline.cancel(slot.ticket, by=best.rule)
             self._end(slot.reflex)
         elif slot.reflex.rule in self._wanted:
@@ -189,7 +190,7 @@ class ReflexArc:
                 self._start(best)
 
     def _start(self, reflex: Reflex) -> None:
-        """Give the slot to a rule, whoever has it."""
+        """Give the slot to a rule, also from another one."""
         self._pipeline.hold(True)
         self._waiting.discard(reflex.rule)
         self.activations[reflex.rule] += 1
@@ -201,7 +202,7 @@ class ReflexArc:
         del self._again[reflex.rule]
 
     def _continue(self, slot: _Active, own: Reflex) -> None:
-        """The rule in the slot is still wanted."""
+        """Continue the rule in the slot, which is still latched: update or re-fire its action."""
         if slot.stopping:
             return
         if (failure := slot.ticket.failure) is not None and failure.reason is Reason.RAISED:
@@ -234,7 +235,7 @@ class ReflexArc:
         action: Action
         try:
             action = make_action(self._actions, reflex.action, reflex.parameters)
-        except InputError as error:  # what it cannot do must stop the robot, and not the arc
+        except InputError as error:  # an invalid action must stop the robot, not the arc
             action = InvalidAction(reflex.action, reflex.parameters, error)
         except BaseException as error:  # content may raise anything
             if interrupts(error):
@@ -244,7 +245,7 @@ class ReflexArc:
         return _Active(reflex, self._pipeline.submit(action, Priority.HIGH, by=reflex.rule))
 
     def _stop(self, reflex: Reflex) -> _Active:
-        """Stop in place of a rule's action that raised: made anew, it would raise in every period."""
+        """Submit Stop instead of an action that raised, because a new one would raise in every period."""
         self._emit(reflex, "stopped")
         return _Active(reflex, self._pipeline.submit(Stop(), Priority.HIGH, by=reflex.rule), stopping=True)
 
@@ -277,14 +278,14 @@ class ReflexArc:
 
 
 def _checked(reflex: Any) -> Reflex:
-    """What a model in Python returned, if it is a Reflex."""
+    """An item that a model in Python returned; raises if it is no Reflex."""
     if not isinstance(reflex, Reflex):
-        raise TypeError(f"react must return a list of Reflex, but it holds {reflex!r:.60}")
+        raise TypeError(f"react must return a list of Reflex, found an item {reflex!r:.60}")
     return reflex
 
 
 def _material(before: Mapping[str, Value], now: Mapping[str, Value]) -> bool:
-    """Whether a parameter changed so much that a person would call it another one."""
+    """Whether a parameter changed enough for an event."""
     return any(_differs(before.get(name), value) for name, value in now.items())
 
 

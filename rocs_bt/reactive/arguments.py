@@ -1,4 +1,4 @@
-"""Expressions and action parameters inside a rule file, with faults at the column where they are written."""
+"""Expressions and action parameters of a rule file, with faults at their line and column."""
 
 from __future__ import annotations
 
@@ -13,16 +13,19 @@ from ..errors import Fault, InputError, unknown
 from ..expression import TRUTH, Environment, Expression, Node, compile_node, evaluate, parse
 from ..knowledge import Knowledge
 from ..units import TIME, Dimension, convert
-from .rule import Argument, Place, Rule
+from .rule import Argument, Position, Rule
 
 
-class Placed:
-    """The expressions of one document.
+class ExpressionReader:
+    """Parser of the expressions of one document.
 
     Args:
-        root: The document.
-        environment: What names mean; grows with the document's aliases.
-        lines: The document's lines; empty where its text is not at hand.
+        root: Root table of the document.
+        environment: Names and their types; extended by the document's aliases.
+        lines: Lines of the document; empty if its text is not available.
+
+    Attributes:
+        never: Expression that is always false, for rules without a valid guard.
     """
 
     def __init__(self, root: Table, environment: Environment, lines: list[str]) -> None:
@@ -35,7 +38,7 @@ class Placed:
         self._numbers: dict[Node, Expression] = {}
 
     def guard(self, table: Table, key: str) -> Expression | None:
-        """The true-or-false expression at a key; None, and a fault, where it is none."""
+        """The boolean expression at a key; None, with a fault, if it is not one."""
         text = table.text(key)
         node = self.node(table, key, text) if key in table and isinstance(table.raw(key), str) else None
         if node is None:
@@ -48,7 +51,7 @@ class Placed:
         return compile_node(node)
 
     def number(self, table: Table, key: str, text: str, dimension: Dimension) -> Expression | None:
-        """The expression of one number of a dimension; None, and a fault, where it is none."""
+        """The expression of one number of a dimension; None, with a fault, if it is not one."""
         node = self.node(table, key, text)
         if node is None:
             return None
@@ -59,7 +62,7 @@ class Placed:
         return compile_node(node) if node.temporal else self._numbers.setdefault(node, compile_node(node))
 
     def node(self, table: Table, key: str, text: str) -> Node | None:
-        """The typed tree of a text at a key; None, and faults, where it has none."""
+        """Typed tree of a text at a key; None, with faults, if it cannot be parsed."""
         try:
             return self._parsed(text)
         except InputError as error:
@@ -67,19 +70,19 @@ class Placed:
                 self._note(table, key, text, fault)
             return None
 
-    def place(self, table: Table, key: str, text: str = "") -> Place:
-        """Where a key stands, or the first character of the expression that is its value."""
+    def position(self, table: Table, key: str, text: str = "") -> Position:
+        """Position of a key, or of the first character of its expression if `text` is given."""
         line, column = table.position(key)
         if text and 0 < line <= len(self._lines):
             written = self._lines[line - 1]
-            # An escape or a text of many lines is not found as it stands; then the key must do as the place.
+            # A text with escapes or several lines is not found literally; then the position of the key is used.
             found = [at for quote in "\"'" if (at := written.find(f"{quote}{text}{quote}", column)) >= 0]
             if found:
-                return Place(table.file, line, min(found) + 2)
-        return Place(table.file, line, column)
+                return Position(table.file, line, min(found) + 2)
+        return Position(table.file, line, column)
 
     def duration(self, table: Table, key: str) -> float:
-        """A length of time [s]: a quantity, or a threshold's name; 0 where there is none."""
+        """Duration at a key [s]: a quantity or the name of a threshold; 0 if missing."""
         named = self.environment.aliases.get(table.raw(key)) if key in table and type(table.raw(key)) is str else None
         if named is None or named.op != "number":
             return table.quantity(key, TIME, 0.0, low=0.0)
@@ -90,7 +93,7 @@ class Placed:
         return float(named.value)
 
     def _parsed(self, text: str) -> Node:
-        """The typed tree of a text; rules of a file often share an expression."""
+        """Typed tree of a text, cached because rules of a file often share expressions."""
         if self._parsed_with is not self.environment:
             self._parsed_with, self._trees = self.environment, {}
         if text not in self._trees:
@@ -98,25 +101,25 @@ class Placed:
         return self._trees[text]
 
     def _note(self, table: Table, key: str, text: str, fault: Fault) -> None:
-        place = self.place(table, key, text)
-        column = place.column
-        if place != self.place(table, key):
+        position = self.position(table, key, text)
+        column = position.column
+        if position != self.position(table, key):
             column += max(1, fault.column) - 1
-        table.faults.append(replace(fault, file=table.file, line=place.line, column=column))
+        table.faults.append(replace(fault, file=table.file, line=position.line, column=column))
 
 
 _PLAIN = {str: "a text", bool: "true or false", int: "a whole number"}
 
 
 def read_arguments(
-    placed: Placed, table: Table, actions: Mapping[str, type[Action]]
+    reader: ExpressionReader, table: Table, actions: Mapping[str, type[Action]]
 ) -> tuple[str, dict[str, Argument]]:
-    """The action's name and its arguments; faults are noted in the table.
+    """Name and arguments of a rule's action; faults are added to the table.
 
     Args:
-        placed: The document.
-        table: The rule's `action` table.
-        actions: The agent's actions by name.
+        reader: Expressions of the document.
+        table: `action` table of the rule.
+        actions: Actions of the agent, keyed by name.
     """
     name = table.text("name")
     fallbacks = table.table("on_invalid")
@@ -124,7 +127,7 @@ def read_arguments(
     keys = [key for key in written if key not in ("name", "on_invalid")]
     for owner, used in ((table, keys), (fallbacks, fallbacks.keys())):
         for key in used:
-            owner.raw(key)  # asked for: what is wrong with it is said here, not by Table
+            owner.raw(key)  # marks the key as read: its faults are reported here, not by Table
     if name not in actions:
         if name:
             table.adopt("name", InputError(unknown("action", name, actions)))
@@ -139,47 +142,47 @@ def read_arguments(
     arguments = {}
     for key, parameter in declared.items():
         if key in keys:
-            arguments[key] = _argument(placed, table, fallbacks, parameter, name)
+            arguments[key] = _argument(reader, table, fallbacks, parameter, name)
         elif key in fallbacks:
             arguments[key] = Argument(parameter.default, _constant(fallbacks, parameter, name), blind=True)
     return name, arguments
 
 
-def _argument(placed: Placed, table: Table, fallbacks: Table, parameter: Parameter, action: str) -> Argument:
+def _argument(reader: ExpressionReader, table: Table, fallbacks: Table, parameter: Parameter, action: str) -> Argument:
     key = parameter.name
     blind = key in fallbacks
     fallback = _constant(fallbacks, parameter, action) if blind else None
     if parameter.dimension is None:
         return Argument(_plain(table, parameter), fallback, blind)
-    value = _value(placed, table, parameter, parameter.dimension)
+    value = _value(reader, table, parameter, parameter.dimension)
     _hold(table, parameter, value, action)
     if isinstance(value, (Expression, tuple)) and not blind:
         fallback = parameter.default
         if fallback is None:
             table.fault(
                 key,
-                f"'{key}' reads signals, so it can be invalid when the rule fires, and has no default.",
+                f"'{key}' reads signals, so it can be invalid when the rule fires, but it has no default value.",
                 hint=f'Add a value for that case: [{fallbacks.label}] {key} = "...".',
             )
     return Argument(value, fallback, blind)
 
 
-def _value(placed: Placed, table: Table, parameter: Parameter, dimension: Dimension) -> Any:
-    """The parameter's number, its expression, or a list of either."""
+def _value(reader: ExpressionReader, table: Table, parameter: Parameter, dimension: Dimension) -> Any:
+    """Number of a parameter, its expression, or a list of either."""
     value = table.raw(parameter.name)
     if parameter.type is float:
-        return _number(placed, table, parameter.name, value, dimension)
+        return _number(reader, table, parameter.name, value, dimension)
     if not isinstance(value, list):
         table.fault(parameter.name, f"'{parameter.name}' must be a list of numbers in {dimension}, found {value!r}.")
         return None
-    parts = [_number(placed, table, parameter.name, part, dimension) for part in value]
+    parts = [_number(reader, table, parameter.name, part, dimension) for part in value]
     if any(isinstance(part, Expression) for part in parts):
         return tuple(parts)
     return parts
 
 
 def _hold(table: Table, parameter: Parameter, value: Any, action: str) -> None:
-    """Note what is out of bounds whatever is sensed; what is not known before is held when the action is made."""
+    """Report constants out of bounds; values that depend on signals are checked when the action is made."""
     parts = value if isinstance(value, (list, tuple)) else [value]
     for part in parts:
         if part is None or isinstance(part, Expression):
@@ -188,21 +191,21 @@ def _hold(table: Table, parameter: Parameter, value: Any, action: str) -> None:
             table.adopt(parameter.name, InputError(*faults))
 
 
-def _number(placed: Placed, table: Table, key: str, value: Any, dimension: Dimension) -> Any:
-    """A number in SI units, or the expression of one that depends on the snapshot; None, and a fault, for neither."""
+def _number(reader: ExpressionReader, table: Table, key: str, value: Any, dimension: Dimension) -> Any:
+    """Number in SI units, or an expression that depends on signals; None, with a fault, if it is neither."""
     if not isinstance(value, str):
         return _converted(table, key, value, dimension)
-    expression = placed.number(table, key, value, dimension)
+    expression = reader.number(table, key, value, dimension)
     if expression is None or not expression.node.constant:
         return expression
-    constant = evaluate(expression.node, ())  # no function is compiled for a single use
+    constant = evaluate(expression.node, ())  # interpreted: compiling does not pay for a single evaluation
     if constant is None:
         table.fault(key, f"'{key}' has no value: {value} cannot be computed.")
     return constant
 
 
 def _constant(table: Table, parameter: Parameter, action: str) -> Any:
-    """A fallback: a plain value, which nothing can make invalid."""
+    """Fallback value: a constant, which cannot become invalid."""
     value: Any = table.raw(parameter.name)
     if parameter.dimension is None:
         return _plain(table, parameter)
@@ -232,23 +235,23 @@ def _plain(table: Table, parameter: Parameter) -> Any:
 
 
 def rule_misfits(rules: Iterable[Rule], actions: Mapping[str, type[Action]], knowledge: Knowledge) -> Iterator[Fault]:
-    """Faults of constant parameters of rules' actions that a robot cannot carry out.
+    """Faults of constant action parameters that do not fit the robot.
 
     Args:
         rules: Rules without other faults.
-        actions: The agent's actions by name.
+        actions: Actions of the agent, keyed by name.
         knowledge: Knowledge of the robot.
     """
     for rule in rules:
         known = {n: _known(a) for n, a in rule.arguments.items() if not isinstance(a.value, Expression)}
         for name, reason in misfits_of(actions[rule.action], known, knowledge):
-            places = (rule.places.get(key) for key in (f"action.{name}", "action", ""))
-            place = next(p for p in places if p is not None)
-            yield Fault(f"{name} of {rule.action}: {reason}.", place.file, place.line, place.column)
+            positions = (rule.positions.get(key) for key in (f"action.{name}", "action", ""))
+            position = next(p for p in positions if p is not None)
+            yield Fault(f"{name} of {rule.action}: {reason}.", position.file, position.line, position.column)
 
 
 def _known(argument: Argument) -> Any:
-    """An argument's value, with NaN for what of a list depends on signals."""
+    """Value of an argument, with NaN for list items that depend on signals."""
     value = argument.value
     if isinstance(value, tuple):
         return [math.nan if isinstance(part, Expression) else part for part in value]

@@ -1,7 +1,7 @@
-"""Back ends: what runs a RuleTable. All give the same, bit for bit; `rule_table` says what.
+"""Interfaces of the back ends that run a RuleTable. Their results are bit-identical, as specified in `rule_table`.
 
-A Machine is one robot's rules, live. The batch methods serve recordings (one robot over time) and fleets (many robots
-at one time).
+A Machine runs the rules of one robot step by step. The batch methods are for recordings (one robot over time) and
+fleets (many robots at one time).
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """What n steps gave.
+    """Results of n steps.
 
     Attributes:
-        winner: The winner's index in the table, -1 for none, int32, (n,).
-        mask: Which rules were latched, bool, (n, R).
-        margin: The guards' margins, float64, (n, R), NaN where not known; (n, 0) from a table without margins.
+        winner: Index of the winner in the table, -1 for none, int32, shape (n,).
+        mask: Whether each rule was latched, bool, shape (n, R).
+        margin: Margins of the guards, NaN if unknown, float64, shape (n, R); (n, 0) from a table without margins.
     """
 
     winner: NDArray[np.int32]
@@ -34,97 +34,97 @@ class Steps:
 
 
 class Machine(Protocol):
-    """One robot's rules, live. What is read of it is of the last step, and valid until the next."""
+    """Rules of one robot, run step by step. Results are those of the last step, valid until the next one."""
 
     @property
     def table(self) -> RuleTable:
-        """What it runs."""
+        """Table that the machine runs."""
         ...
 
     @property
     def mask(self) -> Sequence[float]:
-        """Which rules are latched, (R,): not 0 where one is."""
+        """Latches of the rules, nonzero if latched, shape (R,)."""
         ...
 
     @property
     def blind(self) -> Sequence[float]:
-        """Where the guard, or what decided, was invalid, (R,)."""
+        """Nonzero for rules whose guard or release was invalid, shape (R,)."""
         ...
 
     @property
     def margins(self) -> Sequence[float]:
-        """The guards' margins, (R,), NaN where not known; empty without margins."""
+        """Margins of the guards, NaN if unknown, shape (R,); empty without margins."""
         ...
 
     def step(self, x: Floats, t: float) -> int:
-        """Advance every rule.
+        """Advance all rules.
 
         Args:
-            x: The snapshot, (size,) in SI units, NaN where invalid.
-            t: Its time [s], finite.
+            x: Snapshot, SI units, NaN for invalid values, shape (size,).
+            t: Time of the snapshot, finite [s].
 
         Returns:
-            The winner's index in the table; -1 for none.
+            Index of the winner in the table; -1 for none.
         """
         ...
 
     def register(self, index: int) -> float:
-        """A register of the program; a truth value is 1.0 or 0.0, NaN is invalid."""
+        """Value of a register of the program; truth values are 1.0 or 0.0, invalid ones NaN."""
         ...
 
     def values(self) -> Floats:
-        """A copy of the state, (width,)."""
+        """Copy of the state, shape (width,)."""
         ...
 
     def restore(self, values: Floats) -> None:
-        """Go on from a state, (width,)."""
+        """Continue from a state, shape (width,)."""
         ...
 
     def enable(self, rule: int, on: bool) -> None:
-        """Let a rule live, or not, from the next step on."""
+        """Enable or disable a rule from the next step on."""
         ...
 
 
 class Backend(Protocol):
-    """A way to run tables."""
+    """Implementation that runs tables."""
 
     @property
     def name(self) -> str:
-        """Such as `python`."""
+        """Name of the back end, such as `python`."""
         ...
 
     def machine(self, table: RuleTable) -> Machine:
-        """A machine at the beginning."""
+        """Machine in the initial state."""
         ...
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """One robot over time.
+        """Run the rules of one robot over time.
 
         Args:
-            table: The rules.
-            x: The snapshots, (n, size).
-            t: Their times [s], (n,).
-            values: The state at the beginning, (width,); it is advanced in place.
+            table: Table of the rules.
+            x: Snapshots, shape (n, size).
+            t: Times of the snapshots, shape (n,) [s].
+            values: Initial state, shape (width,); advanced in place.
         """
         ...
 
     def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Many robots at one time.
+        """Run the rules of many robots at one time.
 
         Args:
-            table: The rules.
-            x: The snapshots, (n, size).
-            t: Their time [s].
-            values: Their states, (n, width); they are advanced in place.
+            table: Table of the rules.
+            x: Snapshots, one per robot, shape (n, size).
+            t: Time of the snapshots [s].
+            values: States, shape (n, width); advanced in place.
         """
         ...
 
 
-class OneByOne:
-    """The batch methods of a back end that has nothing better than its machine."""
+class SequentialBatch:
+    """Batch methods that step a machine row by row, for back ends without faster ones."""
 
     def machine(self, table: RuleTable) -> Machine:
-        """A machine at the beginning."""
+        """Machine in the initial state."""
         raise NotImplementedError
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:

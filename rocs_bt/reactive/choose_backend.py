@@ -1,4 +1,4 @@
-"""The choice of a back end for rules."""
+"""Choice of the back end for rules."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from .python_backend import PythonBackend
 
 
 def choose_backend(name: str = "auto") -> Backend:
-    """A back end by name; `auto` is the fastest that is installed.
+    """Back end by name; `auto` is the fastest that is installed.
 
     Raises:
-        InputError: No such back end.
+        InputError: No such back end, or the kernel is not installed.
     """
     if name not in ("auto", "kernel", "python"):
         raise InputError(unknown("back end", name, ["auto", "kernel", "python"]))
     missing = "" if name == "python" else kernel_missing()
     if name == "kernel" and missing:
-        raise InputError(f"back end 'kernel' was asked for: {missing}, or ask for 'python'")
+        raise InputError(f"back end 'kernel' is not available: {missing}, or choose 'python'")
     return PythonBackend() if name == "python" or missing else KernelBackend()

@@ -1,4 +1,4 @@
-"""Rule files that include others: `include = ["common.toml"]`."""
+"""Rule files that include other rule files: `include = ["common.toml"]`."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ MAX_FILES = 50
 
 @dataclass(frozen=True)
 class Document:
-    """One of the files that make a rule set.
+    """One of the files of a rule set.
 
     Attributes:
-        table: Its root.
-        lines: Its lines; empty where its text is not at hand.
+        table: Root table.
+        lines: Lines of the file; empty if its text is not available.
     """
 
     table: Table
@@ -26,10 +26,10 @@ class Document:
 
 
 def read_documents(file: Path | Table) -> list[Document]:
-    """A rule file and all that it includes, each once; what is included stands before what includes it.
+    """A rule file and its included files, each once, included files first.
 
-    An included file is named by its path from the one that includes it, and lies in the same project. What is wrong
-    with an `include` is noted where it stands.
+    Paths are relative to the including file and must lie in the same project. Faults of an `include` are added to the
+    table that contains it.
 
     Raises:
         InputError: The file itself cannot be read.
@@ -41,7 +41,7 @@ def read_documents(file: Path | Table) -> list[Document]:
 
 
 def included_files(file: Path) -> list[Path]:
-    """The files that a rule file includes, directly or not, without itself; as many as can be read."""
+    """Files that a rule file includes, directly or indirectly, as far as they can be read."""
     try:
         documents = read_documents(file)
     except InputError:
@@ -50,7 +50,7 @@ def included_files(file: Path) -> list[Path]:
 
 
 def project_of(file: Path) -> Path:
-    """The folder that nothing may be included from outside of: the project, where the file stands in its `rules/`."""
+    """Folder that contains all includable files: the project if the file is in its `rules/`, else the file's folder."""
     folder = file.resolve().parent
     return folder.parent if folder.name == "rules" else folder
 
@@ -75,7 +75,7 @@ def _gather(table: Table, above: list[Path], found: dict[Path, Document], projec
 
 def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, Document], project: Path) -> None:
     if len(chain) + len(found) >= MAX_FILES:
-        table.fault("include", f"a rule file is made of at most {MAX_FILES} files.")
+        table.fault("include", f"a rule file can consist of at most {MAX_FILES} files.")
         return
     try:
         included = read_toml(target)
@@ -83,7 +83,7 @@ def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, Do
         if is_file(target):
             table.faults.extend(error.faults)
         else:
-            table.fault("include", f"there is no file '{target}' to include.", "Give its path from this file.")
+            table.fault("include", f"no file '{target}' to include.", "Give its path relative to this file.")
         return
     _gather(included, chain, found, project)
 

@@ -1,4 +1,4 @@
-"""Rules in the compiled table machine, `_kernel.c`: at the speed of hand-written C, and in batches without the GIL."""
+"""Back end with the compiled table machine `_kernel.c`: as fast as hand-written C; batches release the GIL."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
 
 
 def kernel_missing() -> str:
-    """Why the compiled kernel cannot be used here; empty where it can."""
+    """Reason why the compiled kernel is not available; empty if it is."""
     try:
-        from ._kernel import Table  # noqa: F401 - only whether it can be loaded is asked
+        from ._kernel import Table  # noqa: F401 - tests only whether it can be loaded
     except ImportError as error:
         if any(Path(__file__).parent.glob("_kernel*.so")):
-            return f"the compiled kernel cannot be loaded ({error}); install rocs_bt again"
+            return f"the compiled kernel cannot be loaded ({error}); reinstall rocs_bt"
         return (
-            "the kernel was not compiled when rocs_bt was installed, which takes a C compiler and Python's headers; "
-            "install those, then rocs_bt again"
+            "the kernel was not compiled when rocs_bt was installed, which needs a C compiler and Python's headers; "
+            "install these, then reinstall rocs_bt"
         )
     return ""
 
 
 class KernelBackend:
-    """Runs tables in the compiled kernel, which is there where `kernel_missing()` is empty."""
+    """Back end that runs tables in the compiled kernel; available if `kernel_missing()` is empty."""
 
     name = "kernel"
 
@@ -42,11 +42,11 @@ class KernelBackend:
         return KernelMachine(table, self._compiled(table))
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """One robot over time; see Backend. Other threads go on meanwhile."""
+        """One robot over time; see Backend. Releases the GIL."""
         return self._batch(table, x, t, values[np.newaxis])
 
     def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Many robots at one time; see Backend. Other threads go on meanwhile."""
+        """Many robots at one time; see Backend. Releases the GIL."""
         return self._batch(table, x, np.full(len(x), t, float), values)
 
     def _batch(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
@@ -64,7 +64,7 @@ class KernelBackend:
         return steps
 
     def _compiled(self, table: RuleTable) -> Table:
-        """The table as the kernel has it, made once."""
+        """Kernel table, cached."""
         found = self._tables.get(table)
         if found is None:
             found = self._tables[table] = compiled(table)
@@ -72,10 +72,10 @@ class KernelBackend:
 
 
 def compiled(table: RuleTable) -> Table:
-    """A table, checked and copied into the kernel.
+    """Check a table and copy it into the kernel.
 
     Raises:
-        ValueError: It names a register, cell or column that does not exist, or is no table at all.
+        ValueError: The table is malformed, or refers to a register, cell or column that does not exist.
     """
     from ._kernel import Table
 
@@ -96,7 +96,7 @@ def compiled(table: RuleTable) -> Table:
 
 
 class KernelMachine:
-    """One robot's rules; see Machine. The kernel works on the state itself, which is looked at but not copied here."""
+    """Rules of one robot in the kernel; see Machine. The kernel updates the state in place; columns are views of it."""
 
     def __init__(self, table: RuleTable, handle: Table) -> None:
         self.table = table
@@ -109,16 +109,16 @@ class KernelMachine:
         self.margins = self._column("margin")
 
     def values(self) -> Floats:
-        """A copy of the state."""
+        """Copy of the state."""
         return self._values.copy()
 
     def restore(self, values: Floats) -> None:
-        """Go on from a state."""
+        """Continue from a state."""
         self._values[:] = values
         self._machine.wake()
 
     def enable(self, rule: int, on: bool) -> None:
-        """Let a rule live, or not."""
+        """Enable or disable a rule."""
         self._values[self.table.part("enabled")][rule] = on
 
     def _column(self, name: str) -> Sequence[float]:

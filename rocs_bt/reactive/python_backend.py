@@ -1,4 +1,4 @@
-"""Rules as one generated Python function: always there, and readable (`rocs-bt show RULES --compiled`)."""
+"""Back end with one generated Python function: always available and readable (`rocs-bt show RULES --compiled`)."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 
 from ..expression.program import TOLERANCE
 from ..expression.python_code import PythonCode, define, sum_code
-from .backend import Floats, Machine, OneByOne
+from .backend import Floats, Machine, SequentialBatch
 from .rule_table import COLUMNS, RuleTable
 
 _CLEAR, _TRIP, _HOLD = 0, 1, 2
 
 
-class PythonBackend(OneByOne):
-    """Generates Python for a table."""
+class PythonBackend(SequentialBatch):
+    """Back end that generates Python code for a table."""
 
     name = "python"
 
@@ -26,7 +26,7 @@ class PythonBackend(OneByOne):
 
 
 class PythonMachine:
-    """One robot's rules; see Machine. The state lives in plain lists, which generated code reads fastest."""
+    """Rules of one robot; see Machine. The state is stored in plain lists, the fastest for generated code."""
 
     def __init__(self, table: RuleTable) -> None:
         self.table = table
@@ -34,14 +34,14 @@ class PythonMachine:
         self.mask: list[bool] = [False] * count
         self.blind: list[bool] = [False] * count
         self.margins: list[float] = []
-        self._busy = [False] * count  # whether a guard that is false may still change something
+        self._busy = [False] * count  # whether a rule must be advanced although its guard is false
         self._risen = [math.inf] * count
         self._ready = [-math.inf] * count
         self._unknown = [math.inf] * count
         self._enabled = [True] * count
         self._cells: list[float] = []
         self._registers: dict[int, Any] = {}
-        self._latched: dict[int, int] = {}  # the priority of each rule that is
+        self._latched: dict[int, int] = {}  # priorities of the latched rules
         self._time = -math.inf
         self._columns: dict[str, list[Any]] = {
             "latched": self.mask, "risen": self._risen, "ready": self._ready, "unknown": self._unknown,
@@ -57,7 +57,7 @@ class PythonMachine:
         self.restore(table.initial)
 
     def step(self, x: Floats, t: float) -> int:
-        """Advance every rule; see Machine."""
+        """Advance all rules; see Machine."""
         if t < self._time:
             self._begin(self.table.initial)
         self._time = t
@@ -67,33 +67,33 @@ class PythonMachine:
         return min(self._latched, key=lambda rule: (-self._latched[rule], rule))
 
     def register(self, index: int) -> float:
-        """A register of the program; of temporal nodes alone."""
+        """Value of a register of the program; only registers of temporal nodes are available."""
         value = self._registers.get(index, math.nan)
         return math.nan if value is None else float(value)
 
     def values(self) -> Floats:
-        """A copy of the state."""
+        """Copy of the state."""
         columns = [self._columns[name] for name in COLUMNS]
         return np.array([self._time, *self._cells, *(v for column in columns for v in column), *self.margins], float)
 
     def restore(self, values: Floats) -> None:
-        """Go on from a state."""
+        """Continue from a state."""
         self._enabled[:] = map(bool, values[self.table.part("enabled")].tolist())
         self._begin(values)
         self._time = float(values[0])
 
     def enable(self, rule: int, on: bool) -> None:
-        """Let a rule live, or not."""
+        """Enable or disable a rule."""
         self._enabled[rule] = on
         self._busy[rule] = True
 
     def _begin(self, values: Floats) -> None:
-        """Take everything over but `enabled` and the time."""
+        """Set the state, except `enabled` and the time."""
         part = self.table.part
         for name in COLUMNS:
             if name != "enabled":
-                told = values[part(name)].tolist()
-                self._columns[name][:] = map(bool, told) if name in ("latched", "blind") else told
+                column = values[part(name)].tolist()
+                self._columns[name][:] = map(bool, column) if name in ("latched", "blind") else column
         self._cells[:] = values[part("cells")].tolist()
         self.margins = values[part("margin")].tolist()
         self._latched.clear()
@@ -101,7 +101,7 @@ class PythonMachine:
         self._busy[:] = [True] * len(self._busy)
 
     def _advance(self, i: int, guard: bool | None, until: bool | None, t: float) -> None:
-        """One rule's step; `until` counts only where the rule has one and is latched."""
+        """Advance one rule; `until` is used only if the rule has one and is latched."""
         latched = self.mask[i]
         if not self._enabled[i]:
             self._risen[i] = self._unknown[i] = math.inf
@@ -131,7 +131,7 @@ class PythonMachine:
         self._busy[i] = self.mask[i] or self.blind[i] or self._risen[i] != math.inf or self._unknown[i] != math.inf
 
     def _policy(self, i: int, latched: bool, t: float) -> bool | None:
-        """What an invalid guard decides; None: the rule stays as it is."""
+        """Decision for an invalid guard or release; None keeps the state of the rule."""
         if self._unknown[i] == math.inf:
             self._unknown[i] = t
         meaning = self._on_invalid[i]
@@ -156,17 +156,16 @@ class PythonMachine:
 
 
 def python_source(table: RuleTable) -> str:
-    """The generated source of a table: `step(x, t, cells)`, and `careful` for snapshots that hold NaN.
+    """Generated source of a table: `step(x, t, cells)`, and `careful` for snapshots with NaN.
 
-    `advance(rule, guard, until, t)` lives a rule's life; `busy[rule]` tells that it must, even where the guard is
-    false.
+    `advance(rule, guard, until, t)` updates the state of a rule; it is also called with a false guard if `busy[rule]`.
     """
     program = table.program
     lines = ["def step(x, t, cells):"]
     if program.reads:
         lines += [
             f"    s = {sum_code(program)}",
-            "    if s != s:  # something is invalid",
+            "    if s != s:  # an input is invalid",
             "        return careful(x, t, cells)",
         ]
     return "\n".join(
@@ -182,7 +181,7 @@ def _body(table: RuleTable, fast: bool) -> list[str]:
     for i, name in enumerate(table.names):
         guard = code.value(when[i])
         release = f"{code.value(until[i])} if latched[{i}] else None" if until[i] >= 0 else "None"
-        lines += [f"# {' '.join(name.split())}", f"g = {guard}"]  # a file's name may hold anything
+        lines += [f"# {' '.join(name.split())}", f"g = {guard}"]  # a file name may contain line breaks
         held = "g" if code.sure(when[i]) else "g is not False"
         lines += [f"if {held} or busy[{i}]:", f"    advance({i}, g, {release}, t)"]
     lines.append(f"return [{', '.join(code.value(register) for register in margins)}]")

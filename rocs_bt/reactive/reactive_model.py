@@ -1,4 +1,4 @@
-"""The ReactiveModel: a known deterministic mapping from what is sensed to an action (paper, 5.1 and 5.3)."""
+"""ReactiveModel: a known, deterministic mapping from signals to an action (paper, 5.1 and 5.3)."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ from ..raised import Raised
 
 @dataclass(frozen=True)
 class Reflex:
-    """One rule that wants its action now; told anew for every snapshot as long as it wants it.
+    """Request of one rule for its action, returned for every snapshot on which the rule is latched.
 
     Attributes:
-        rule: Whose wish it is, unique in the agent, such as `avoid_collision/Flinch`.
-        priority: A strictly higher one pre-empts.
-        action: The action's name in the agent's action table.
-        parameters: The action's parameters, SI units, from this snapshot.
-        level: True: the action is cancelled when the wish ends. False: it runs to its own end.
-        latched: False tells that the wish has ended, with the reading that ended it; leaving a rule out says the same.
-        reading: What was seen, such as `min(front) = 0.21 m`, or a function that builds it, called only for events.
-        broken: Whether it stands for a model that raised: Stop in place of an action until it no longer raises.
+        rule: Name of the rule, unique in the agent, such as `avoid_collision/Flinch`.
+        priority: Priority; a strictly higher one pre-empts.
+        action: Name of the action in the agent's action table.
+        parameters: Parameters of the action, SI units, from this snapshot.
+        level: Whether the action is cancelled when the rule is released; otherwise it runs to its own end.
+        latched: Whether the rule is latched; False reports its release with the releasing `reading`. A rule that is not
+            returned is released, too.
+        reading: Guard values, such as `min(front) = 0.21 m`, or a function that builds this text, called only for
+            events.
+        broken: Whether the model raised, and Stop replaces its action until it no longer raises.
     """
 
     rule: str
@@ -39,23 +41,23 @@ class Reflex:
     broken: bool = False
 
     def describe(self) -> str:
-        """What was seen, in words."""
+        """Guard values as text."""
         return self._described
 
     @cached_property
-    def _described(self) -> str:  # once, for as many events as tell it
+    def _described(self) -> str:  # cached, because several events contain it
         if isinstance(self.reading, str):
             return self.reading
         try:
             return str(self.reading())
-        except Exception as error:  # noqa: BLE001 - a text for people must not keep a reflex from acting
+        except Exception as error:  # noqa: BLE001 - a failing text must not prevent the reflex
             return str(Raised.of("reading", self.rule, error, self.reading))
 
 
 class ReactiveModel(ABC):
-    """One aspect of reactive behaviour, such as not to fall; an agent may have several.
+    """One aspect of reactive behaviour, such as fall prevention; an agent may have several models.
 
-    A user's own model needs one method, and gets what it reads from Knowledge in its constructor or from the snapshot:
+    A user's model implements one method. It reads the snapshot, or Knowledge if its constructor takes it:
 
         class DoNotFall(ReactiveModel):
             def react(self, x, t):
@@ -66,14 +68,14 @@ class ReactiveModel(ABC):
 
     @property
     def name(self) -> str:
-        """What reports call it."""
+        """Name in reports."""
         return type(self).__name__
 
     @abstractmethod
     def react(self, x: NDArray[np.float64], t: float) -> Sequence[Reflex]:
-        """The reflexes that are wanted now. Called for every fresh snapshot; must not block.
+        """Return the requested reflexes; called for every new snapshot, must not block.
 
         Args:
-            x: The snapshot of all signals, (size,) in SI units, NaN where stale or invalid; not to be changed.
-            t: The snapshot's time [s].
+            x: Snapshot of all signals, SI units, NaN for stale or invalid values, read-only, shape (size,).
+            t: Time of the snapshot [s].
         """

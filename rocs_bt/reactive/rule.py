@@ -1,4 +1,4 @@
-"""Rules as frozen values."""
+"""Reflex rules, rule sets and rule tests as frozen values."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ..expression import Expression, Node
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where something stands that a person wrote.
+class Position:
+    """Position in a source file.
 
     Attributes:
-        file: The file.
-        line: 1-based; 0 where unknown.
-        column: 1-based, of the first character of an expression's text where it is one; 0 where unknown.
+        file: File.
+        line: Line, 1-based; 0 if unknown.
+        column: Column, 1-based, of the key or of the first character of an expression; 0 if unknown.
     """
 
     file: Path
@@ -29,56 +29,56 @@ class Place:
 
 @dataclass(frozen=True)
 class Expected:
-    """What a test expects after one of its samples.
+    """Expectation of a test after one of its samples.
 
     Attributes:
-        sample: The index of the sample.
-        fires: Whether the rule is latched; None: either.
-        parameters: Some of the action's parameters, as they were written: quantities, texts, numbers, truth values.
-        place: Where it stands.
+        sample: Index of the sample.
+        fires: Whether the rule must be latched; None for either.
+        parameters: Expected parameters of the action, numbers in SI units; others are not checked.
+        position: Position in the file.
     """
 
     sample: int
     fires: bool | None
     parameters: Mapping[str, Any]
-    place: Place
+    position: Position
 
 
 @dataclass(frozen=True)
 class RuleTest:
-    """A test that a rule file has for a rule.
+    """Test of a rule.
 
     Attributes:
-        name: What messages call it.
-        samples: The snapshots and their times [s].
-        expected: What is expected after them.
-        mode: The agent's mode.
-        place: Where it stands.
+        name: Name in messages.
+        samples: Times [s] and snapshots.
+        expected: Expectations.
+        mode: Mode of the agent during the test.
+        position: Position in the file.
     """
 
     name: str
     samples: tuple[tuple[float, tuple[float, ...]], ...]
     expected: tuple[Expected, ...]
     mode: str
-    place: Place
+    position: Position
 
 
 class OnInvalid(Enum):
-    """What a rule does while its guard has no value, since a signal that it reads is stale or broken."""
+    """Behaviour of a rule while its guard is invalid because a signal is stale or broken."""
 
-    TRIP = "trip"  # as if there were danger: it latches, and stays latched
-    HOLD = "hold"  # it stays as it is, for max_hold at most; then it trips
-    CLEAR = "clear"  # as if there were none: it does not latch, and releases
+    TRIP = "trip"  # assume danger: the rule latches and stays latched
+    HOLD = "hold"  # keep the latch for at most max_hold, then trip
+    CLEAR = "clear"  # assume no danger: the rule does not latch, and releases
 
 
 @dataclass(frozen=True)
 class Argument:
-    """A parameter of a rule's action.
+    """Parameter of a rule's action.
 
     Attributes:
-        value: An expression, several of them for a list, or a plain value.
-        fallback: What stands in while the value is invalid; None where it cannot be.
-        blind: Whether the fallback stands in while the guard is invalid, too; so it is where the file gives it.
+        value: Expression, tuple of expressions and numbers for a list, or constant.
+        fallback: Value that replaces an invalid one; None if the value cannot be invalid.
+        blind: Whether the fallback is also used while the guard is invalid; true if the file declares it.
     """
 
     value: Expression | tuple[Expression | float, ...] | Any
@@ -88,26 +88,27 @@ class Argument:
 
 @dataclass(frozen=True)
 class Rule:
-    """A reflex rule.
+    """Reflex rule.
 
     Attributes:
-        name: `file/Rule`.
+        name: Name, as `file/Rule`.
         doc: One sentence for people.
-        when: The guard: once it has held for `hold`, the rule latches.
-        until: While latched, what releases it; None: as soon as the guard does not hold.
-        hold: How long the guard must hold [s], on the snapshots' time.
-        cooldown: How long after it fired (edge) or released (level) it cannot latch anew [s].
-        level: True: the action is cancelled on release. False (edge): it runs to its own end.
-        priority: A strictly higher one pre-empts.
-        on_invalid: What an invalid guard means.
-        max_hold: How long HOLD may last [s].
-        action: The action's name.
-        arguments: The action's parameters.
-        keep: Those of them that stay, while it is latched, as they were when it latched, or its guard was first valid.
-        tags: Such as `safety`.
-        modes: The modes of the agent in which it lives; all of them where empty.
-        tests: Its tests.
-        places: Where its keys stand, such as `when`; the rule itself at the empty key.
+        when: Guard; the rule latches once it has held for `hold`.
+        until: Release condition of a latched rule; None to release as soon as the guard does not hold.
+        hold: Time for which the guard must hold, by the snapshots' time stamps [s].
+        cooldown: Minimum time from firing (edge) or release (level) to the next latch [s].
+        level: Whether the action is cancelled on release; otherwise (edge) it runs to its own end.
+        priority: Priority; a strictly higher one pre-empts.
+        on_invalid: Behaviour while the guard is invalid.
+        max_hold: Maximum duration of HOLD [s].
+        action: Name of the action.
+        arguments: Parameters of the action, keyed by name.
+        keep: Names of parameters that keep their values while the rule is latched: those when it latched, or when its
+            guard was first valid.
+        tags: Tags such as `safety`.
+        modes: Modes of the agent in which the rule is active; empty for all.
+        tests: Tests of the rule.
+        positions: Positions of its keys, such as `when`; the rule itself at the empty key.
     """
 
     name: str
@@ -126,10 +127,10 @@ class Rule:
     modes: tuple[str, ...] = ()
     doc: str = ""
     tests: tuple[RuleTest, ...] = field(default=(), compare=False)
-    places: Mapping[str, Place] = field(default_factory=dict, compare=False)
+    positions: Mapping[str, Position] = field(default_factory=dict, compare=False)
 
     def nodes(self) -> Iterator[Node]:
-        """The typed trees of all its expressions: the guards, then the action's parameters."""
+        """Typed trees of all its expressions: the guards, then the action's parameters."""
         yield self.when.node
         if self.until is not None:
             yield self.until.node
@@ -139,32 +140,32 @@ class Rule:
                     yield part.node
 
     def prepare(self) -> None:
-        """Compile the action's parameters, so that the control period in which the rule fires need not."""
+        """Compile the action's parameters in advance, not in the control period in which the rule fires."""
         for argument in self.arguments.values():
             for part in argument.value if isinstance(argument.value, tuple) else (argument.value,):
                 if isinstance(part, Expression):
                     part.prepare()
 
     def parameters(self, x: Sequence[float], blind: bool) -> dict[str, Any]:
-        """The action's parameters for a snapshot, SI units.
+        """Parameters of the action for a snapshot, SI units.
 
         Args:
-            x: The snapshot.
-            blind: Whether the guard is invalid, so that the fallbacks of the file stand in.
+            x: Snapshot.
+            blind: Whether the guard is invalid, so that the file's fallbacks are used.
         """
         return {name: _value(argument, x, blind) for name, argument in self.arguments.items()}
 
 
 @dataclass(frozen=True)
 class RuleSet:
-    """The rules of one file.
+    """Rules of one file.
 
     Attributes:
-        name: The file's name without its ending.
-        doc: What the file says of itself.
-        rules: In the order of the file, those of included files first.
-        files: The files that it was read from, the including one last.
-        thresholds: Its named thresholds, in SI units, as they are in force.
+        name: Name of the file without suffix.
+        doc: Documentation text of the file.
+        rules: Rules in the order of the file, those of included files first.
+        files: Files that it was read from, the including one last.
+        thresholds: Effective values of its named thresholds, SI units.
     """
 
     name: str
@@ -174,43 +175,43 @@ class RuleSet:
     thresholds: Mapping[str, float] = field(default_factory=dict)
 
 
-MOST_TIES = 4  # with which one rule is told to be tied
+MOST_TIES = 4  # maximum number of reported ties per rule
 
 
 def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, list[int]]]:
-    """Where it would be chance which rule acts: one priority, different actions, a mode that both live in.
+    """Find rules with equal priority, different actions and a common mode, of which an arbitrary one would act.
 
     Args:
-        rules: The rules.
+        rules: Rules.
 
     Yields:
-        For each rule that is tied with earlier ones its index and theirs, MOST_TIES of them at most.
+        Index of a rule that is tied with earlier ones, and indices of at most MOST_TIES of these.
     """
     ranks: dict[int, dict[Hashable, list[int]]] = {}
     for k, rule in enumerate(rules):
-        rank, own = ranks.setdefault(rule.priority, {}), _deed(rule)
-        others = (i for deed, same in rank.items() if deed != own for i in same)
-        tied = islice((i for i in others if not _apart(rules[i], rule)), MOST_TIES)
+        rank, own = ranks.setdefault(rule.priority, {}), _effect(rule)
+        others = (i for effect, same in rank.items() if effect != own for i in same)
+        tied = islice((i for i in others if not _exclusive(rules[i], rule)), MOST_TIES)
         if found := sorted(tied):
             yield k, found
         rank.setdefault(own, []).append(k)
 
 
 def tie(rule: Rule, others: Sequence[Rule]) -> str:
-    """A sentence about a rule and those that it is tied with."""
+    """Message about a rule and the rules that it is tied with."""
     names = [other.name.rpartition("/")[2] for other in others[: MOST_TIES - 1]]
     names += ["others"] * (len(others) >= MOST_TIES)
     listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
     return f"{rule.name.rpartition('/')[2]} has the same priority {rule.priority} as {listed}, but another action."
 
 
-def _apart(a: Rule, b: Rule) -> bool:
-    """Whether no mode has both rules."""
+def _exclusive(a: Rule, b: Rule) -> bool:
+    """Whether two rules have no common mode."""
     return bool(a.modes and b.modes) and set(a.modes).isdisjoint(b.modes)
 
 
-def _deed(rule: Rule) -> Hashable:
-    """What a rule does: equal for rules that do the same."""
+def _effect(rule: Rule) -> Hashable:
+    """Action and parameters of a rule, for comparison."""
     values = [(name, _fixed(a.value), _fixed(a.fallback), a.blind) for name, a in rule.arguments.items()]
     return rule.action, frozenset(values), frozenset(rule.keep)
 

@@ -1,4 +1,4 @@
-"""Rule files: TOML to a RuleSet, with every fault at its place.
+"""Reader of rule files: from TOML to a RuleSet, with the position of every fault.
 
 ::
 
@@ -34,16 +34,16 @@ from ..action import Action
 from ..document import Table
 from ..errors import Fault, InputError, unknown
 from ..expression import Environment, Node
-from .arguments import Placed, read_arguments
+from .arguments import ExpressionReader, read_arguments
 from .include import Document, read_documents
-from .rule import Argument, OnInvalid, Place, Rule, RuleSet, tie, ties
+from .rule import Argument, OnInvalid, Position, Rule, RuleSet, tie, ties
 from .rule_test import read_tests
 from .threshold import NAME, Override, override, read_thresholds, usable
 
 FORMAT = "reflex/1"
 MAX_PRIORITY = 1_000_000
-MAX_RULES = 5000  # of a file and all that it includes
-_PLACED = ("until", "for", "cooldown", "trigger", "priority", "on_invalid", "max_hold", "modes", "tags", "action")
+MAX_RULES = 5000  # with included files
+_KEYS = ("until", "for", "cooldown", "trigger", "priority", "on_invalid", "max_hold", "modes", "tags", "action")
 
 
 def load_rules(
@@ -53,17 +53,17 @@ def load_rules(
     name: str = "",
     overrides: Mapping[str, Override] | None = None,
 ) -> RuleSet:
-    """The rules of a file, checked against what a robot has.
+    """Load the rules of a file and check them against a robot.
 
     Args:
-        file: The file, or its table where it was read already (columns then point at keys, not into expressions).
-        environment: The robot's signals.
-        actions: The agent's actions by name.
-        name: What the set is called; the file's name without its ending by default.
-        overrides: The robot's own values of thresholds, by name.
+        file: File, or its table if it is already parsed (columns then refer to keys, not into expressions).
+        environment: Signals of the robot.
+        actions: Actions of the agent, keyed by name.
+        name: Name of the rule set; by default the name of the file without suffix.
+        overrides: The robot's own values of thresholds, keyed by name.
 
     Raises:
-        InputError: Every fault of the file at once, each with line and column.
+        InputError: All faults of the file, each with line and column.
     """
     rules, faults = read_rules(file, environment, actions, name, overrides or {})
     if wrong := [f for f in faults if not f.warning]:
@@ -77,7 +77,7 @@ def check_rules(
     actions: Mapping[str, type[Action]],
     overrides: Mapping[str, Override] | None = None,
 ) -> list[Fault]:
-    """All that is wrong or doubtful in a rule file; takes what `load_rules` takes, and raises nothing."""
+    """Errors and warnings of a rule file; arguments as in `load_rules`, raises nothing."""
     try:
         return read_rules(file, environment, actions, "", overrides or {})[1]
     except InputError as error:
@@ -91,7 +91,7 @@ def read_rules(
     name: str,
     overrides: Mapping[str, Override],
 ) -> tuple[RuleSet, list[Fault]]:
-    """As much of a file as can be read, and all that is wrong or doubtful in it; takes what `load_rules` takes.
+    """The valid rules of a file, and its errors and warnings; arguments as in `load_rules`.
 
     Raises:
         InputError: The file itself cannot be read.
@@ -114,7 +114,7 @@ def read_rules(
     _refuse_ties(rules)
     for document in documents:
         document.table.raw("doc", "")
-        with contextlib.suppress(InputError):  # the faults stay in the table, warnings too
+        with contextlib.suppress(InputError):  # the table keeps its faults, with warnings
             document.table.done()
         faults.extend(document.table.faults)
     found = RuleSet(
@@ -134,42 +134,42 @@ def _read_document(
     actions: Mapping[str, type[Action]],
     rules: list[tuple[Rule | None, Table]],
 ) -> Environment:
-    """Add a document's rules; gives the environment with its aliases."""
-    table, placed = document.table, Placed(document.table, environment, document.lines)
-    _aliases(placed)
+    """Add the rules of a document; return the environment with its aliases."""
+    table, reader = document.table, ExpressionReader(document.table, environment, document.lines)
+    _aliases(reader)
     before = {rule.name for rule, _ in rules if rule is not None}
     for key, child in table.named_tables("rule").items():
         if len(rules) >= MAX_RULES:
-            child.fault(None, f"a rule file has at most {MAX_RULES} rules with those it includes.")
+            child.fault(None, f"a rule file can have at most {MAX_RULES} rules, with its included files.")
             break
         if f"{label}/{key}" in before:
-            child.fault(None, f"a rule named '{key}' is in an included file already.", hint="Name this one otherwise.")
-        rules.append((_rule(placed, child, f"{label}/{key}", actions), child))
-    return placed.environment
+            child.fault(None, f"an included file already has a rule named '{key}'.", hint="Use another name.")
+        rules.append((_rule(reader, child, f"{label}/{key}", actions), child))
+    return reader.environment
 
 
-def _aliases(placed: Placed) -> None:
-    table = placed.root.table("alias")
-    for key in table.keys():  # noqa: SIM118 - a Table's keys are asked for by name
+def _aliases(reader: ExpressionReader) -> None:
+    table = reader.root.table("alias")
+    for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
         text = table.text(key)
-        if not usable(key, placed.environment.names):
-            table.fault(key, f"'{key}' cannot be an alias.", hint="It must be a new word, no signal, function or unit.")
-        elif (node := placed.node(table, key, text)) is not None:
-            placed.environment = placed.environment.with_alias(key, node)
+        if not usable(key, reader.environment.names):
+            table.fault(key, f"'{key}' cannot be an alias.", hint="It must be a new word: no signal, function or unit.")
+        elif (node := reader.node(table, key, text)) is not None:
+            reader.environment = reader.environment.with_alias(key, node)
 
 
-def _rule(placed: Placed, table: Table, name: str, actions: Mapping[str, type[Action]]) -> Rule | None:
-    """A rule; None where it has no guard that could be compiled."""
+def _rule(reader: ExpressionReader, table: Table, name: str, actions: Mapping[str, type[Action]]) -> Rule | None:
+    """A rule; None without a valid guard."""
     short = name.rpartition("/")[2]
     if not NAME.fullmatch(short):
         table.fault(None, f"'{short}' cannot be a rule's name.", hint="Use letters, digits and '_'.")
     tags = tuple(table.texts("tags", []))
-    when = placed.guard(table, "when")
-    until = placed.guard(table, "until") if "until" in table else None
-    on_invalid, max_hold = _on_invalid(placed, table, short, tags)
+    when = reader.guard(table, "when")
+    until = reader.guard(table, "until") if "until" in table else None
+    on_invalid, max_hold = _on_invalid(reader, table, short, tags)
     action, arguments = "", dict[str, Argument]()
     if isinstance(table.raw("action"), dict):
-        action, arguments = read_arguments(placed, table.table("action"), actions)
+        action, arguments = read_arguments(reader, table.table("action"), actions)
     elif "action" in table:
         table.fault("action", f"action must be a table, found {table.raw('action')!r}.", hint="Write [rule.X.action].")
     rule = Rule(
@@ -177,10 +177,10 @@ def _rule(placed: Placed, table: Table, name: str, actions: Mapping[str, type[Ac
         doc=table.text("doc", ""),
         tags=tags,
         modes=_modes(table),
-        when=when or placed.never,
+        when=when or reader.never,
         until=until,
-        hold=placed.duration(table, "for"),
-        cooldown=placed.duration(table, "cooldown"),
+        hold=reader.duration(table, "for"),
+        cooldown=reader.duration(table, "cooldown"),
         level=table.choice("trigger", ["edge", "level"], "edge") == "level",
         priority=_priority(table),
         on_invalid=on_invalid,
@@ -188,30 +188,30 @@ def _rule(placed: Placed, table: Table, name: str, actions: Mapping[str, type[Ac
         action=action,
         arguments=arguments,
         keep=_kept(table, arguments),
-        tests=read_tests(table, short, placed.environment, actions.get(action)),
-        places=_places(placed, table),
+        tests=read_tests(table, short, reader.environment, actions.get(action)),
+        positions=_positions(reader, table),
     )
     return rule if when else None
 
 
-def _places(placed: Placed, table: Table) -> dict[str, Place]:
-    places = {"": Place(table.file, *table.position())}
-    for key in ("when", *_PLACED):
+def _positions(reader: ExpressionReader, table: Table) -> dict[str, Position]:
+    positions = {"": Position(table.file, *table.position())}
+    for key in ("when", *_KEYS):
         if key in table:
             value = table.raw(key) if key in ("when", "until") else ""
-            places[key] = placed.place(table, key, value if isinstance(value, str) else "")
+            positions[key] = reader.position(table, key, value if isinstance(value, str) else "")
     if isinstance(table.raw("action", None), dict):
         action = table.table("action")
-        for key in action.keys():  # noqa: SIM118 - a Table's keys are asked for by name
+        for key in action.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
             value = action.raw(key)
-            places[f"action.{key}"] = placed.place(action, key, value if isinstance(value, str) else "")
-    return places
+            positions[f"action.{key}"] = reader.position(action, key, value if isinstance(value, str) else "")
+    return positions
 
 
 def _priority(table: Table) -> int:
     priority = table.integer("priority")
     if abs(priority) > MAX_PRIORITY:
-        table.fault("priority", f"a priority is between -{MAX_PRIORITY} and {MAX_PRIORITY}, found {priority}.")
+        table.fault("priority", f"priority must be between -{MAX_PRIORITY} and {MAX_PRIORITY}, found {priority}.")
         return 0
     return priority
 
@@ -219,10 +219,10 @@ def _priority(table: Table) -> int:
 def _modes(table: Table) -> tuple[str, ...]:
     modes = table.texts("modes", [])
     if "modes" in table and not modes:
-        table.fault("modes", "modes lists no mode, so the rule would never live.", hint="Leave it out for all modes.")
+        table.fault("modes", "modes is empty, so the rule would never be active.", hint="Omit it for all modes.")
     for mode in modes:
         if not NAME.fullmatch(mode):
-            table.fault("modes", f"'{mode}' cannot be a mode.", hint="Use letters, digits and '_'.")
+            table.fault("modes", f"'{mode}' cannot be the name of a mode.", hint="Use letters, digits and '_'.")
     return tuple(modes)
 
 
@@ -234,31 +234,31 @@ def _kept(table: Table, arguments: Mapping[str, Argument]) -> tuple[str, ...]:
     return tuple(keep)
 
 
-def _on_invalid(placed: Placed, table: Table, name: str, tags: tuple[str, ...]) -> tuple[OnInvalid, float]:
+def _on_invalid(reader: ExpressionReader, table: Table, name: str, tags: tuple[str, ...]) -> tuple[OnInvalid, float]:
     options = [option.value for option in OnInvalid]
     if "on_invalid" not in table and "safety" in tags:
         table.fault(
             None,
-            f"{name} is tagged safety, so it must say what an invalid guard means, but has no 'on_invalid'.",
-            hint='Add on_invalid = "trip" (act), "hold" (stay, for max_hold) or "clear" (do not act).',
+            f"{name} has the tag safety, so it must declare 'on_invalid', its behaviour with an invalid guard.",
+            hint='Add on_invalid = "trip" (act), "hold" (keep the latch for max_hold) or "clear" (do not act).',
         )
     text = table.choice("on_invalid", options, "clear")
     meaning = OnInvalid(text) if text in options else OnInvalid.CLEAR
-    max_hold = placed.duration(table, "max_hold")
+    max_hold = reader.duration(table, "max_hold")
     if meaning is OnInvalid.HOLD and "max_hold" not in table:
         table.fault(
             "on_invalid",
             f"{name} holds while its guard is invalid, but has no 'max_hold'.",
-            hint='A rule must not freeze for ever: add for example max_hold = "0.5 s"; after it the rule trips.',
+            hint='A rule must not hold for ever: add for example max_hold = "0.5 s", after which the rule trips.',
         )
     if meaning is not OnInvalid.HOLD and "max_hold" in table:
-        table.fault("max_hold", f"{name} has no use for max_hold, since on_invalid is '{meaning.value}'.")
+        table.fault("max_hold", f"max_hold of {name} has no effect, because on_invalid is '{meaning.value}'.")
     return meaning, max_hold
 
 
 def _refuse_ties(rules: list[tuple[Rule | None, Table]]) -> None:
-    """Two rules of one priority may only do the same, or never live at once; else it would be chance which acts."""
-    ranked = [(rule, place) for rule, place in rules if rule is not None and "priority" in place]
+    """Report ties: rules of equal priority must have equal actions or no common mode."""
+    ranked = [(rule, table) for rule, table in rules if rule is not None and "priority" in table]
     for k, others in ties([rule for rule, _ in ranked]):
-        rule, place = ranked[k]
-        place.fault("priority", tie(rule, [ranked[i][0] for i in others]), hint="Give each of them its own priority.")
+        rule, table = ranked[k]
+        table.fault("priority", tie(rule, [ranked[i][0] for i in others]), hint="Give each of them its own priority.")

@@ -1,12 +1,12 @@
 """RuleModel: a rule file as a ReactiveModel.
 
-A rule's life. *Open*: when its guard has held for `for`, and no cooldown runs, it latches, which is when it wants its
-action. *Latched*: `until` decides alone (hysteresis), and releases it. All rules advance on every snapshot, whichever
-of them acts. The parameters that a rule keeps stay as they were when it latched. Time is the snapshots' own; where it
-goes backwards everything begins anew.
+States of a rule: an *inactive* rule latches when its guard has held for `for` and no cooldown is running; it then
+requests its action. A *latched* rule is released by `until` alone (hysteresis). All rules advance on every snapshot,
+also those that do not act. Parameters in `keep` have their values of the time of latching. Time is that of the
+snapshots; if it goes backwards, all states are reset.
 
-The action's parameters and the reading for people are evaluated outside of the table, and only when they are wanted.
-Temporal operations in them are not: the table keeps those up to date, and their values follow the snapshot's.
+Parameters of actions and guard values for people are evaluated outside the table, and only when needed. Their temporal
+operations are updated by the table in every step, and their values are appended to the snapshot's.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from .rule import Argument, Rule, RuleSet
 from .rule_table import RuleTable, carry, lower_rules
 
 
-def without_time(rule: Rule, places: Mapping[Node, int]) -> Rule:
-    """The rule with its temporal operations read from where their values stand.
+def stateless_rule(rule: Rule, indices: Mapping[Node, int]) -> Rule:
+    """A rule whose temporal operations are replaced by reads from an extended snapshot.
 
     Args:
-        rule: The rule.
-        places: The index of each temporal operation's value in the snapshot that has them.
+        rule: Rule.
+        indices: Index of each temporal operation's value in the extended snapshot.
     """
     if not any(node.temporal for node in rule.nodes()):
         return rule
 
     def of(expression: Expression) -> Expression:
-        return compile_node(_read(expression.node, places))
+        return compile_node(_read(expression.node, indices))
 
     def part(value: Any) -> Any:
         return of(value) if isinstance(value, Expression) else value
@@ -55,12 +55,12 @@ def without_time(rule: Rule, places: Mapping[Node, int]) -> Rule:
     )
 
 
-def _read(node: Node, places: Mapping[Node, int]) -> Node:
+def _read(node: Node, indices: Mapping[Node, int]) -> Node:
     if not node.temporal:
         return node
-    if node not in places:
-        return replace(node, args=tuple(_read(arg, places) for arg in node.args))
-    start = places[node]
+    if node not in indices:
+        return replace(node, args=tuple(_read(arg, indices) for arg in node.args))
+    start = indices[node]
     kind = Kind() if node.kind.boolean else node.kind
     read = Node("read", kind, start=start, stop=start + 1, text=node.text)
     half = Node("number", Kind(), value=0.5, text="0.5")
@@ -68,46 +68,46 @@ def _read(node: Node, places: Mapping[Node, int]) -> Node:
 
 
 def describe(rule: Rule, latched: bool, values: Sequence[float]) -> Callable[[], str]:
-    """What a rule saw, to be built when it is asked for."""
+    """Function that builds the text of a rule's guard values."""
     node = rule.when.node if latched or rule.until is None else rule.until.node
     return lambda: reading(node, values)
 
 
 @dataclass(frozen=True)
 class _Prepared:
-    """A rule set that is ready to be put in force.
+    """A compiled rule set, ready to use.
 
     Attributes:
-        rules: The rule set.
-        table: Its table.
-        machine: The machine that runs the table.
-        told: The rules with temporal values read from behind the first `size` values of a snapshot.
+        rules: Rule set.
+        table: Table of the rules.
+        machine: Machine that runs the table.
+        stateless: Rules that read temporal values after the first `size` values of a snapshot.
         size: Number of values of a snapshot that the rules read.
     """
 
     rules: RuleSet
     table: RuleTable
     machine: Machine
-    told: Sequence[Rule]
+    stateless: Sequence[Rule]
     size: int
 
 
 class RuleModel(ReactiveModel):
-    """The reflexes of one rule file.
+    """Reflexes of one rule file.
 
     Args:
-        rules: From `load_rules`.
-        backend: What runs them; the fastest there is by default.
+        rules: Rule set from `load_rules`.
+        backend: Back end; by default the fastest available one.
     """
 
     def __init__(self, rules: RuleSet, backend: Backend | None = None) -> None:
         self._backend = backend or choose_backend()
         self._mode = self._entered = ""
         self._next: _Prepared | None = None
-        self._was: list[bool] = []
+        self._before: list[bool] = []  # latches after the last snapshot
         self._kept: dict[str, Mapping[str, Any]] = {}
         self._time = -math.inf
-        self._take(self._prepared(rules))
+        self._install(self._prepared(rules))
 
     @property
     def name(self) -> str:
@@ -115,54 +115,54 @@ class RuleModel(ReactiveModel):
 
     @property
     def mode(self) -> str:
-        """The agent's mode; rules that list modes live in those alone."""
+        """Mode of the agent; rules with `modes` are active only in these."""
         return self._mode
 
     @property
     def latched(self) -> tuple[str, ...]:
-        """The rules that are latched."""
+        """Names of the latched rules."""
         return tuple(rule.name for rule, on in zip(self.rules.rules, self._machine.mask, strict=True) if on)
 
     def reset(self) -> None:
-        """Forget everything but the mode, as at the beginning of an episode."""
+        """Reset all state except the mode, as at the start of an episode."""
         self._kept.clear()
-        self._take(self._prepared(self.rules))
+        self._install(self._prepared(self.rules))
 
     def enter(self, mode: str) -> None:
-        """The agent is in another mode from the next snapshot on; safe to call from any thread."""
+        """Switch to another mode from the next snapshot on; thread-safe."""
         self._mode = mode
 
     def replace(self, rules: RuleSet) -> None:
-        """Put other rules in force from the next snapshot on; safe to call from any thread.
+        """Replace the rules from the next snapshot on; thread-safe.
 
-        Rules of the same name stay latched, and keep their timers; windows begin anew.
+        Rules of the same name keep their latch and timers; windows of temporal operations are reset.
         """
-        self._next = self._prepared(rules)  # here, so that no reflex waits for it
+        self._next = self._prepared(rules)  # compiled here, so that no reflex waits for it
 
     def react(self, x: NDArray[np.float64], t: float) -> Sequence[Reflex]:
         if (prepared := self._next) is not None:
             self._next = None
-            self._go_on_with(prepared)
+            self._switch_to(prepared)
         if self._mode != self._entered:
             self._enable()
         if t < self._time:
-            self._was = [False] * len(self._was)
+            self._before = [False] * len(self._before)
             self._kept.clear()
         self._time = t
         machine = self._machine
-        if machine.step(x, t) < 0 and True not in self._was:
+        if machine.step(x, t) < 0 and True not in self._before:
             return ()
-        was, self._was = self._was, [bool(on) for on in machine.mask]
+        was, self._before = self._before, [bool(on) for on in machine.mask]
         values = x[: self._size].tolist()
         values += [machine.register(register) for register in self._temporal]
-        wanted = zip(self._told, was, self._was, machine.blind, strict=True)
-        return [self._reflex(rule, now, values, bool(blind)) for rule, before, now, blind in wanted if before or now]
+        states = zip(self._stateless, was, self._before, machine.blind, strict=True)
+        return [self._reflex(rule, now, values, bool(blind)) for rule, before, now, blind in states if before or now]
 
     def _reflex(self, rule: Rule, latched: bool, values: Sequence[float], blind: bool) -> Reflex:
         parameters = rule.parameters(values, blind) if latched else {}
         if not latched:
             self._kept.pop(rule.name, None)
-        elif rule.keep and not blind:  # while it is blind the fallbacks stand in
+        elif rule.keep and not blind:  # while the guard is invalid, the fallbacks apply
             parameters |= self._kept.setdefault(rule.name, {name: parameters[name] for name in rule.keep})
         return Reflex(
             rule=rule.name,
@@ -179,31 +179,31 @@ class RuleModel(ReactiveModel):
         for i, rule in enumerate(self.rules.rules):
             self._machine.enable(i, not rule.modes or mode in rule.modes)
 
-    def _go_on_with(self, prepared: _Prepared) -> None:
+    def _switch_to(self, prepared: _Prepared) -> None:
         table, values, time = self.table, self._machine.values(), self._time
-        was = {rule.name for rule, on in zip(self.rules.rules, self._was, strict=True) if on}
+        was = {rule.name for rule, on in zip(self.rules.rules, self._before, strict=True) if on}
         same = {(rule.name, rule.action, rule.keep) for rule in self.rules.rules}
         still = {rule.name for rule in prepared.rules.rules if (rule.name, rule.action, rule.keep) in same}
         self._kept = {name: kept for name, kept in self._kept.items() if name in still}
-        self._take(prepared)
+        self._install(prepared)
         self._machine.restore(carry(values, table, self.table))
-        self._was = [rule.name in was for rule in self.rules.rules]
+        self._before = [rule.name in was for rule in self.rules.rules]
         self._time = time
         self._enable()
 
     def _prepared(self, rules: RuleSet) -> _Prepared:
         table = lower_rules(rules.rules)
         size = max((stop for _, stop in table.program.reads), default=0)
-        places = {node: size + i for i, node in enumerate(table.program.temporal)}
-        told = [without_time(rule, places) for rule in rules.rules]
-        for rule in told:
+        indices = {node: size + i for i, node in enumerate(table.program.temporal)}
+        stateless = [stateless_rule(rule, indices) for rule in rules.rules]
+        for rule in stateless:
             rule.prepare()
-        return _Prepared(rules, table, self._backend.machine(table), told, size)
+        return _Prepared(rules, table, self._backend.machine(table), stateless, size)
 
-    def _take(self, prepared: _Prepared) -> None:
+    def _install(self, prepared: _Prepared) -> None:
         self.rules, self.table, self._machine = prepared.rules, prepared.table, prepared.machine
-        self._told, self._size = prepared.told, prepared.size
+        self._stateless, self._size = prepared.stateless, prepared.size
         self._temporal = list(self.table.program.temporal.values())
-        self._was = [False] * len(self.rules.rules)
+        self._before = [False] * len(self.rules.rules)
         self._time = -math.inf
         self._enable()

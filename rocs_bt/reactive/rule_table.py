@@ -1,40 +1,40 @@
-"""The one lowered table of a rule set: a register program, and each rule's life as columns of numbers.
+"""Lowered table of a rule set: a register program, and parameters and state of the rules as columns of numbers.
 
-All back ends run this table and give the same winners, masks, margins and state, bit for bit.
+All back ends run this table and give bit-identical winners, masks, margins and states.
 
-**State** of one robot is one float64 array, `values` of shape (width,), so that N robots are an array (N, width), and a
-rule's part can be carried into another table by its name. With C cells and R rules it holds, one after the other:
+**State** of one robot: one float64 array `values` of shape (width,), so N robots are an array (N, width), and the part
+of a rule can be copied to another table by its name. With C cells and R rules it contains, in this order:
 
 ==============  ======  ========================================================================================
-`time`          1       the time of the last step; -inf before the first
-`cells`         C       the state of the temporal operations, as expression/program.py has it
-`latched`       R       1.0 while the rule wants its action; the mask
-`risen`         R       since when the guard of an open rule holds; +inf: it does not
-`ready`         R       when its cooldown is over; -inf at first
-`unknown`       R       since when what decides is invalid; +inf: it is valid
-`enabled`       R       1.0 where the agent's mode lets the rule live; written from outside, never by a step
-`blind`         R       result: 1.0 where the guard, or what decided, was invalid at this step
-`margin`        R       result: how far the guard is from changing, NaN where invalid; R = 0 in a table without margins
+`time`          1       time of the last step; -inf before the first
+`cells`         C       state of the temporal operations, see expression/program.py
+`latched`       R       1.0 while the rule is latched; the mask
+`risen`         R       time since which the guard of an inactive rule holds; +inf: it does not hold
+`ready`         R       end of the cooldown; -inf at first
+`unknown`       R       time since which the deciding expression is invalid; +inf: it is valid
+`enabled`       R       1.0 if the rule is active in the agent's mode; written from outside, never by a step
+`blind`         R       result: 1.0 if the guard or the deciding expression was invalid in this step
+`margin`        R       result: robustness margin of the guard, NaN if invalid; R = 0 in a table without margins
 ==============  ======  ========================================================================================
 
 **A step** of (x, t), rule by rule in the order of the table, after the program has run:
 
-0. If t < time, everything but `enabled` becomes as it was at first. time = t.
-1. If the rule is not enabled: unknown = +inf, risen = +inf, blind = 0; if it was latched it is released (5). Done.
-2. guard = r[when]. decided = guard if the rule is open; else r[until], or NOT guard where until is -1.
+0. If t < time, everything except `enabled` is reset to its initial value. time = t.
+1. If the rule is not enabled: unknown = +inf, risen = +inf, blind = 0; if it was latched, it is released (5). Done.
+2. guard = r[when]. decided = guard if the rule is inactive; else r[until], or NOT guard if until is -1.
    blind = 1 if guard or decided is NaN, else 0.
-3. If decided is NaN: unknown = t if it is +inf. Where on_invalid is HOLD and t - unknown < max_hold: the rule stays
-   as it is (risen too); done. decided = 1 if (on_invalid is not CLEAR) differs from (latched), else 0: TRIP and a
-   HOLD that is over latch an open rule and keep a latched one, CLEAR does neither. If decided is not NaN:
+3. If decided is NaN: unknown = t if it is +inf. If on_invalid is HOLD and t - unknown < max_hold: the rule keeps its
+   state (with risen); done. decided = 1 if (on_invalid is not CLEAR) differs from (latched), else 0: TRIP and an
+   expired HOLD latch an inactive rule and keep a latched one; CLEAR does neither. If decided is not NaN:
    unknown = +inf.
-4. Open: decided 0: risen = +inf. Decided 1: risen = t if it is +inf; if t - risen >= hold and t >= ready: latched = 1,
-   risen = +inf, and for an edge rule ready = t + cooldown.
+4. Inactive: decided 0: risen = +inf. Decided 1: risen = t if it is +inf; if t - risen >= hold and t >= ready:
+   latched = 1, risen = +inf, and for an edge rule ready = t + cooldown.
 5. Latched and decided 1: latched = 0, and for a level rule ready = t + cooldown.
-   `hold` and `max_hold` of the table have the tolerance of 1e-9 s taken off already; `ready` is compared as
+   In `hold` and `max_hold` of the table the tolerance of 1e-9 s is already subtracted; `ready` is compared as
    t >= ready - 1e-9.
 6. margin = r[margins[i]] of every rule.
 
-The winner is the latched rule of the greatest priority, the first of them in the table; -1 if none is latched.
+The winner is the latched rule with the highest priority, the first of them in the table; -1 if none is latched.
 """
 
 from __future__ import annotations
@@ -56,21 +56,21 @@ _FIRST = {"latched": 0.0, "risen": np.inf, "ready": -np.inf, "unknown": np.inf, 
 
 @dataclass(frozen=True, eq=False)
 class RuleTable:
-    """A rule set, lowered; see the module.
+    """Lowered rule set; see the module.
 
     Attributes:
-        names: The rules' names, R of them.
-        program: What computes the guards; `program.temporal` are the values that parameters and readings may need.
-        when: The guard's register, int32, (R,).
-        until: The release's register, int32, (R,); -1: as soon as the guard does not hold.
-        margins: The margin's register, int32, (R,), or (0,) without margins.
-        hold: How long the guard must hold, less the tolerance [s], float64, (R,).
-        cooldown: [s], float64, (R,).
-        max_hold: How long HOLD may last, less the tolerance [s], float64, (R,).
-        level: 1 for level rules, 0 for edge rules, uint8, (R,).
-        on_invalid: 0 CLEAR, 1 TRIP, 2 HOLD, uint8, (R,).
-        priority: int64, (R,).
-        initial: The state at first, float64, (width,).
+        names: Names of the R rules.
+        program: Register program of the guards; `program.temporal` are the values for parameters and readings.
+        when: Registers of the guards, int32, shape (R,).
+        until: Registers of the releases, int32, shape (R,); -1: release as soon as the guard does not hold.
+        margins: Registers of the margins, int32, shape (R,), or (0,) without margins.
+        hold: Times for which the guards must hold, minus the tolerance [s], float64, shape (R,).
+        cooldown: Cooldowns [s], float64, shape (R,).
+        max_hold: Maximum durations of HOLD, minus the tolerance [s], float64, shape (R,).
+        level: 1 for level rules, 0 for edge rules, uint8, shape (R,).
+        on_invalid: 0 CLEAR, 1 TRIP, 2 HOLD, uint8, shape (R,).
+        priority: Priorities, int64, shape (R,).
+        initial: Initial state, float64, shape (width,).
     """
 
     names: tuple[str, ...]
@@ -88,11 +88,11 @@ class RuleTable:
 
     @property
     def width(self) -> int:
-        """How many numbers the state of one robot has."""
+        """Size of the state of one robot."""
         return self.initial.size
 
     def part(self, name: str) -> slice:
-        """Where a part of the state stands: `time`, `cells`, `latched` ... `margin`."""
+        """Slice of a part of the state: `time`, `cells`, `latched` ... `margin`."""
         cells, rules = self.program.cells.size, len(self.names)
         if name == "time":
             return slice(0, 1)
@@ -104,16 +104,16 @@ class RuleTable:
         return slice(start, start + rules)
 
     def start(self, lanes: int | None = None) -> NDArray[np.float64]:
-        """A fresh state: (width,), or (lanes, width) for that many robots."""
+        """Initial state, shape (width,), or (lanes, width) for several robots."""
         return self.initial.copy() if lanes is None else np.tile(self.initial, (lanes, 1))
 
 
 def lower_rules(rules: Sequence[Rule], margins: bool = False) -> RuleTable:
-    """The table of some rules.
+    """Lower rules to a table.
 
     Args:
-        rules: In the order of the table.
-        margins: Whether every step also computes how far each guard is from changing (robustness).
+        rules: Rules, in the order of the table.
+        margins: Whether every step also computes the robustness margin of each guard.
     """
     guards = [rule.when.node for rule in rules]
     releases = [rule.until.node for rule in rules if rule.until is not None]
@@ -140,23 +140,23 @@ def lower_rules(rules: Sequence[Rule], margins: bool = False) -> RuleTable:
 
 
 def carry(values: NDArray[np.float64], old: RuleTable, new: RuleTable) -> NDArray[np.float64]:
-    """The state of a table that takes another's place: rules of the same name go on as they are.
+    """State of a new table in which rules of the same name keep their state.
 
-    Temporal operations begin anew, so a window must be covered again.
+    Temporal operations are reset, so their windows must fill again.
 
     Args:
-        values: The old table's state, (width,).
-        old: The old table.
-        new: The new one.
+        values: State of the old table, shape (width,).
+        old: Old table.
+        new: New table.
 
     Returns:
-        The new table's state, (width,).
+        State of the new table, shape (width,).
     """
-    fresh = new.start()
-    fresh[new.part("time")] = values[old.part("time")]
-    places = {name: i for i, name in enumerate(old.names)}
+    state = new.start()
+    state[new.part("time")] = values[old.part("time")]
+    indices = {name: i for i, name in enumerate(old.names)}
     for i, name in enumerate(new.names):
-        if name in places:
+        if name in indices:
             for column in COLUMNS:
-                fresh[new.part(column)][i] = values[old.part(column)][places[name]]
-    return fresh
+                state[new.part(column)][i] = values[old.part(column)][indices[name]]
+    return state

@@ -1,8 +1,8 @@
-"""Tests of rules, in the rule file itself or in `tests/` beside it; each is run on its rule alone.
+"""Tests of rules, in the rule file or in `tests/` beside it; each test runs its rule alone.
 
 [[rule.BackOff.test]]
-name = "not while it stands"
-given = { front = "0.3 m", speed = "0 m/s" }        # what is not given is invalid
+name = "not while the robot is stationary"
+given = { front = "0.3 m", speed = "0 m/s" }        # all other signals are invalid
 at = [{ t = "0 s" }, { t = "0.1 s", speed = "0.2 m/s", "front[2]" = "nan" }]
 expect = [{ t = "0 s", fires = false }, { t = "0.1 s", fires = true, speed = "-0.35 m/s" }]
 """
@@ -28,7 +28,7 @@ from ..signal import Signal
 from ..units import TIME, convert
 from .include import project_of
 from .reactive_model import Reflex
-from .rule import Expected, Place, Rule, RuleSet, RuleTest
+from .rule import Expected, Position, Rule, RuleSet, RuleTest
 from .rule_model import RuleModel, describe
 
 FORMAT = "reflex-tests/1"
@@ -37,13 +37,13 @@ _KEY = re.compile(r"(\w+)(?:\[(-?\d+)?(:)?(-?\d+)?\])?")
 
 
 def read_tests(table: Table, rule: str, environment: Environment, action: type[Action] | None) -> tuple[RuleTest, ...]:
-    """The `[[rule.X.test]]` tables of a rule; faults are noted in them.
+    """Read the `[[rule.X.test]]` tables of a rule; faults are added to the tables.
 
     Args:
-        table: The rule's table.
-        rule: Its name.
-        environment: The robot's signals.
-        action: The class of its action, where there is one.
+        table: Table of the rule.
+        rule: Name of the rule.
+        environment: Signals of the robot.
+        action: Class of its action, or None.
     """
     tests = []
     for i, written in enumerate(table.tables("test")):
@@ -60,9 +60,9 @@ def read_tests(table: Table, rule: str, environment: Environment, action: type[A
         times = [t for t, _ in samples]
         expected = [_expected(each, times, action) for each in written.tables("expect")]
         if not expected:
-            written.fault(None, "the test expects nothing.", hint='Add expect = [{ t = "0 s", fires = true }].')
-        place = Place(written.file, *written.position())
-        tests.append(RuleTest(name, tuple(samples), tuple(expected), written.text("mode", ""), place))
+            written.fault(None, "the test has no 'expect'.", hint='Add expect = [{ t = "0 s", fires = true }].')
+        position = Position(written.file, *written.position())
+        tests.append(RuleTest(name, tuple(samples), tuple(expected), written.text("mode", ""), position))
     return tuple(tests)
 
 
@@ -74,7 +74,7 @@ def add_test_files(
     Args:
         rules: Rules, as read from their files.
         environment: Signals of the robot.
-        actions: Actions of the agent by name.
+        actions: Actions of the agent, keyed by name.
 
     Returns:
         The rules with their tests, and the faults of the test files.
@@ -98,7 +98,7 @@ def add_test_files(
                     child.adopt(None, InputError(unknown("rule", name, names, rules.files[-1].name)))
                 else:
                     added[rule.name] = added.get(rule.name, ()) + tests
-            with contextlib.suppress(InputError):  # the faults stay in the table
+            with contextlib.suppress(InputError):  # the table keeps its faults
                 table.done()
             faults += table.faults
         except InputError as error:
@@ -108,7 +108,7 @@ def add_test_files(
 
 
 def tested_file(path: Path) -> Path:
-    """The rule file that a file of tests is about, `rules/NAME.toml` for `rules/tests/NAME.toml`; others unchanged."""
+    """Rule file of a test file: `rules/NAME.toml` for `rules/tests/NAME.toml`; other paths are unchanged."""
     folder = path.absolute().parent
     if path.suffix == ".toml" and (folder.name, folder.parent.name) == ("tests", "rules"):
         return folder.parent / path.name
@@ -123,14 +123,14 @@ def _expected(table: Table, times: Sequence[float], action: type[Action] | None)
     fires = table.flag("fires") if "fires" in table else None
     declared = parameters_of(action) if action else {}
     parameters = {}
-    for key in table.keys():  # noqa: SIM118 - a Table's keys are asked for by name
+    for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
         if key not in ("t", "fires"):
             value = table.raw(key)
             if key in declared:
                 parameters[key] = _parameter(table, declared[key], value)
             elif action:
                 table.adopt(key, InputError(unknown(f"parameter of {action.__name__}", key, declared, action.__name__)))
-    return Expected(found[-1] if found else -1, fires, parameters, Place(table.file, *table.position()))
+    return Expected(found[-1] if found else -1, fires, parameters, Position(table.file, *table.position()))
 
 
 def _parameter(table: Table, parameter: Parameter, value: Any) -> Any:
@@ -146,39 +146,39 @@ def _parameter(table: Table, parameter: Parameter, value: Any) -> Any:
 
 
 def _give(table: Table, known: Sequence[str], row: list[float], environment: Environment) -> None:
-    """Put a table's values of signals into a snapshot."""
-    for key in table.keys():  # noqa: SIM118 - a Table's keys are asked for by name
+    """Write the signal values of a table into a snapshot."""
+    for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
         if key in known:
             continue
         value = table.raw(key)
         try:
-            places, signal = _places(key, environment)
-            values = value if isinstance(value, list) else [value] * len(places)
-            if len(values) != len(places):
-                raise InputError(f"{key} has {len(places)} values, found {len(values)}.")
-            for at, part in zip(places, values, strict=True):
+            indices, signal = _indices(key, environment)
+            values = value if isinstance(value, list) else [value] * len(indices)
+            if len(values) != len(indices):
+                raise InputError(f"{key} has {len(indices)} values, found {len(values)}.")
+            for at, part in zip(indices, values, strict=True):
                 row[environment.offsets[signal.name] + at] = _number(key, part, signal, at)
         except InputError as error:
             table.adopt(key, error)
 
 
-def _places(key: str, environment: Environment) -> tuple[range, Signal]:
-    """Which values of which signal a key such as `front[1:3]` means."""
+def _indices(key: str, environment: Environment) -> tuple[range, Signal]:
+    """Indices and signal of a key such as `front[1:3]`."""
     match = _KEY.fullmatch(key)
     if match is None or match[1] not in environment.signals:
         raise InputError(unknown("signal", key if match is None else match[1], environment.signals))
     signal = environment.signals[match[1]]
     every = range(signal.size)
     if match[3]:
-        places = every[slice(*(int(n) if n else None for n in (match[2], match[4])))]
+        indices = every[slice(*(int(n) if n else None for n in (match[2], match[4])))]
     elif match[2]:
         at = int(match[2])
-        places = every[at : at + 1] if at >= 0 else every[signal.size + at :][:1]
+        indices = every[at : at + 1] if at >= 0 else every[signal.size + at :][:1]
     else:
-        places = every
-    if not places or (match[2] is None and match[3] is None and "[" in key):
+        indices = every
+    if not indices or (match[2] is None and match[3] is None and "[" in key):
         raise InputError(Fault(f"'{key}' is empty or beyond the {signal.size} values of {signal.name}."))
-    return places, signal
+    return indices, signal
 
 
 def _number(key: str, value: Any, signal: Signal, at: int) -> float:
@@ -190,33 +190,33 @@ def _number(key: str, value: Any, signal: Signal, at: int) -> float:
     return convert(value, dimensions[0 if len(dimensions) == 1 else at], f"'{key}'")
 
 
-_SAME = 1e-6  # parameters are as expected when they differ by no more than this share
+_SAME = 1e-6  # relative tolerance of expected parameters
 
 
 @dataclass(frozen=True)
 class RuleTestResult:
-    """What became of a rule's test.
+    """Result of a rule's test.
 
     Attributes:
-        rule: The rule's name.
-        test: The test's name.
-        message: What was not as expected; empty where it passed.
-        place: Where the test, or what it expects, stands.
+        rule: Name of the rule.
+        test: Name of the test.
+        message: Difference from the expectation; empty if the test passed.
+        position: Position of the test, or of the expectation that failed.
     """
 
     rule: str
     test: str
     message: str
-    place: Place
+    position: Position
 
     @property
     def passed(self) -> bool:
-        """Whether all was as expected."""
+        """Whether the test passed."""
         return not self.message
 
 
 def run_tests(rules: RuleSet) -> list[RuleTestResult]:
-    """Run every test of a rule set; each on its rule alone, from the beginning of its life."""
+    """Run all tests of a rule set, each with its rule alone, in the initial state."""
     return [_run(rule, test) for rule in rules.rules for test in rule.tests]
 
 
@@ -224,27 +224,26 @@ def _run(rule: Rule, test: RuleTest) -> RuleTestResult:
     model = RuleModel(RuleSet(rule.name, (rule,)))
     model.enter(test.mode)
     for k, (t, x) in enumerate(test.samples):
-        told = [reflex for reflex in model.react(np.array(x), t) if reflex.latched]
+        reflexes = [reflex for reflex in model.react(np.array(x), t) if reflex.latched]
         for expected in test.expected:
-            if expected.sample == k and (message := _difference(rule, expected, told, x)):
+            if expected.sample == k and (message := _difference(rule, expected, reflexes, x)):
                 message = f"at t = {t:g} s {message}{_mode_hint(rule, test)}"
-                return RuleTestResult(rule.name, test.name, message, expected.place)
-    return RuleTestResult(rule.name, test.name, "", test.place)
+                return RuleTestResult(rule.name, test.name, message, expected.position)
+    return RuleTestResult(rule.name, test.name, "", test.position)
 
 
-def _difference(rule: Rule, expected: Expected, told: Sequence[Reflex], x: Sequence[float]) -> str:
-    """How what the rule told differs from what is expected; empty where it does not."""
-    fires = bool(told)
+def _difference(rule: Rule, expected: Expected, reflexes: Sequence[Reflex], x: Sequence[float]) -> str:
+    """Difference between the reflexes of a rule and an expectation; empty if there is none."""
+    fires = bool(reflexes)
     if expected.fires is not None and fires is not expected.fires:
-        words = {True: "it fires", False: "it does not fire"}
-        saw = told[0].describe() if told else describe(rule, True, x)()
-        return (
-            f"{words[fires]}, but '{'fires = true' if expected.fires else 'fires = false'}' is expected; it saw {saw}."
-        )
+        words = {True: "the rule fires", False: "the rule does not fire"}
+        values = reflexes[0].describe() if reflexes else describe(rule, True, x)()
+        wanted = "fires = true" if expected.fires else "fires = false"
+        return f"{words[fires]}, but '{wanted}' is expected; guard values: {values}."
     for name, value in expected.parameters.items():
-        if not told:
-            return f"{name} = {value!r} is expected, but it does not fire."
-        if not _same(found := told[0].parameters.get(name), value):
+        if not reflexes:
+            return f"{name} = {value!r} is expected, but the rule does not fire."
+        if not _same(found := reflexes[0].parameters.get(name), value):
             return f"{name} is {found!r}, but {value!r} is expected (SI units)."
     return ""
 
@@ -260,4 +259,4 @@ def _same(found: Any, expected: Any) -> bool:
 def _mode_hint(rule: Rule, test: RuleTest) -> str:
     if not rule.modes or test.mode in rule.modes:
         return ""
-    return f" The test's mode is '{test.mode}', but the rule lives in {', '.join(rule.modes)} alone."
+    return f" The test's mode is '{test.mode}', but the rule is active only in {', '.join(rule.modes)}."

@@ -1,4 +1,4 @@
-"""Named thresholds: numbers of a rule file that a robot may have its own values for.
+"""Named thresholds: numbers of a rule file that a robot may override.
 
 [threshold]                     # in rules/avoid_collision.toml
 near = "0.40 m"
@@ -27,13 +27,13 @@ WORDS = frozenset({"inf", "always", "within", "implies"})
 
 @dataclass(frozen=True)
 class Override:
-    """A threshold that somebody else sets.
+    """Value that overrides a threshold of a rule file.
 
     Attributes:
-        value: As it was written, such as `0.5 m`.
-        file: Where.
-        line: 1-based; 0 where unknown.
-        column: 1-based; 0 where unknown.
+        value: Value as written, such as `0.5 m`.
+        file: File of the value.
+        line: Line, 1-based; 0 if unknown.
+        column: Column, 1-based; 0 if unknown.
     """
 
     value: Any
@@ -43,25 +43,25 @@ class Override:
 
 
 def usable(name: str, taken: Collection[str]) -> bool:
-    """Whether something can be called so in expressions."""
+    """Whether a word can be a new name in expressions."""
     words = {*FUNCTIONS, *unit_names(), *keyword.kwlist, *WORDS, *taken}
     return NAME.fullmatch(name) is not None and name not in words
 
 
 def read_thresholds(table: Table, known: Mapping[str, Node], signals: Collection[str]) -> dict[str, Node]:
-    """The `[threshold]` table of a file, on top of those of the files that it includes.
+    """Read the `[threshold]` table of a file and add it to the thresholds of its included files.
 
     Args:
-        table: The document's root.
-        known: The thresholds of included files, which a file may set anew.
-        signals: Names that are taken.
+        table: Root table of the document.
+        known: Thresholds of included files, which the file may override.
+        signals: Names that are already used.
     """
     thresholds = dict(known)
     written = table.table("threshold")
-    for name in written.keys():  # noqa: SIM118 - a Table's keys are asked for by name
+    for name in written.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
         value = written.raw(name)
         if not usable(name, signals):
-            hint = "It must be a new word, no signal, function or unit."
+            hint = "It must be a new word: no signal, function or unit."
             written.fault(name, f"'{name}' cannot be a threshold.", hint=hint)
             continue
         try:
@@ -74,12 +74,12 @@ def read_thresholds(table: Table, known: Mapping[str, Node], signals: Collection
 def override(
     thresholds: Mapping[str, Node], given: Mapping[str, Override], rules: str
 ) -> tuple[dict[str, Node], list[Fault]]:
-    """The thresholds with a robot's own values, and what is wrong with those.
+    """Thresholds with a robot's own values, and the faults of these.
 
     Args:
-        thresholds: Of the rule file.
-        given: The robot's.
-        rules: The rule file's name.
+        thresholds: Thresholds of the rule file.
+        given: Values of the robot, keyed by threshold.
+        rules: Name of the rule file.
     """
     result, faults = dict(thresholds), list[Fault]()
     for name, own in given.items():
@@ -96,7 +96,7 @@ def override(
 
 
 def _node(name: str, value: Any, before: Node | None) -> Node:
-    """A threshold's node; of the same dimension as the one whose place it takes."""
+    """Node of a threshold; its dimension must be that of the overridden one."""
     if before is not None and before.kind.dimension is not None:
         number = convert(value, before.kind.dimension, what=f"'{name}'")
         quantity = Quantity(number, before.kind.dimension)

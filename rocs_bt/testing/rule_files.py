@@ -42,7 +42,7 @@ class RuleFileTests(pytest.File):
             raise self.CollectError(str(error)) from error
         for robot, rules in fitted:
             for result in run_tests(rules):
-                if (result.place.file.parent == apart) != (self.path.parent == apart):
+                if (result.position.file.parent == apart) != (self.path.parent == apart):
                     continue
                 name = f"{result.rule.rpartition('/')[2]}: {result.test} [{robot}]"
                 yield RuleFileTest.from_parent(self, name=name, result=result)
@@ -58,9 +58,9 @@ class RuleFileTest(pytest.Item):
     def runtest(self) -> None:
         """Fail where it did."""
         if not self.result.passed:
-            place = self.result.place
-            pytest.fail(f"{place.file}:{place.line}:{place.column}: {self.result.message}", pytrace=False)
+            position = self.result.position
+            pytest.fail(f"{position.file}:{position.line}:{position.column}: {self.result.message}", pytrace=False)
 
     def reportinfo(self) -> tuple[Path, int, str]:
         """Where it stands."""
-        return self.path, max(self.result.place.line - 1, 0), self.name
+        return self.path, max(self.result.position.line - 1, 0), self.name

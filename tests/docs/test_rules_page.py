@@ -109,7 +109,7 @@ def test_a_file_of_the_course_is_fine_and_passes_its_own_tests(title, text, sign
     file.write_text(text, "utf-8")
     environment = Environment.of(signals)
     doubts = [fault.message for fault in examine_rules(file, environment, ACTIONS) if not fault.note]
-    words = ("goes on and off", "can hold the robot for ever") if title == "Stop" else ()
+    words = ("chatters with noise", "can hold the robot for ever") if title == "Stop" else ()
     assert [word in doubt for word, doubt in zip(words, doubts, strict=True)] == [True] * len(words)
     rules = load_rules(file, environment, ACTIONS)
     results = run_tests(rules)

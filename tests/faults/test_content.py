@@ -397,7 +397,7 @@ def calls_for_an_exit():
         (unsound, "Rotten: a worm"),
         (calls_for_an_exit, "SystemExit: it called for an exit (3)"),
         (lambda: None, "TypeError: 'NoneType' object is not iterable"),
-        (lambda: ["Stop"], "TypeError: react must return a list of Reflex, but it holds 'Stop'"),
+        (lambda: ["Stop"], "TypeError: react must return a list of Reflex, found an item 'Stop'"),
     ],
 )
 def test_a_reactive_model_that_raises_stops_the_robot_until_it_no_longer_raises(raises, detail, broken, tmp_path):

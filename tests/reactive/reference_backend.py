@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from rocs_bt.reactive.backend import OneByOne
+from rocs_bt.reactive.backend import SequentialBatch
 from rocs_bt.reactive.rule import OnInvalid
 from rocs_bt.reactive.rule_table import COLUMNS
 
@@ -13,7 +13,7 @@ from ..expression.trace import Trace
 _TOLERANCE = 1e-9  # [s]
 
 
-class ReferenceBackend(OneByOne):
+class ReferenceBackend(SequentialBatch):
     """Interprets the rules themselves; of the table it uses no more than the layout.
 
     Its state holds no history, so a machine that is restored to a state with temporal operations in use begins those

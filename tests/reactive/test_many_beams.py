@@ -120,7 +120,7 @@ def compare(seeds, beams, milliseconds):
         a, b = (parse(writer.guard(), known) for _ in range(2))
         prover = Prover(known, [a, b])
         for node in (a, negation(a), conjunction([a, b]), conjunction([a, negation(b)])):
-            answer, possible = prover.ask(node), oracle.satisfiable(node)
+            answer, possible = prover.decide(node), oracle.satisfiable(node)
             assert not (answer.never and possible), f"{seed}: said to be never true: {node.text}"
             assert answer.example is None or possible is not False, f"{seed}: z3 knows no example of {node.text}"
             counts["unknown" if answer.unknown else "never" if answer.never else "example", possible] += 1

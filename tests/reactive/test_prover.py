@@ -29,12 +29,12 @@ FOREVER = [
 @pytest.mark.parametrize("text", FOREVER)
 def test_what_the_past_rules_out_is_proved(text):
     node = parse(text, ENVIRONMENT)
-    assert Prover(ENVIRONMENT, [node]).ask(node).never
+    assert Prover(ENVIRONMENT, [node]).decide(node).never
 
 
 def test_an_example_of_the_past_stands_for_a_while():
     node = parse("held(min(front) < 0.4 m, 0.5 s) and time_since(speed > 1 m/s) < 1 s", ENVIRONMENT)
-    x = Prover(ENVIRONMENT, [node]).ask(node).example
+    x = Prover(ENVIRONMENT, [node]).decide(node).example
     trace = Trace()
     for k in range(20):
         trace.append(x.tolist(), 0.1 * k)
@@ -178,7 +178,7 @@ def test_drawn_and_proved_answers_agree():
     nodes = [parse(text, ENVIRONMENT) for text in texts]
     prover = Prover(ENVIRONMENT, nodes)
     for node in [*nodes, *map(negation, nodes), conjunction([nodes[0], nodes[-1]])]:
-        drawn, proved = prover._drawn(node), prover._proved(node)
+        drawn, proved = prover._sampled(node), prover._proved(node)
         assert not (drawn and proved.never), node.text
 
 

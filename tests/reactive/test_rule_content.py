@@ -133,7 +133,7 @@ class TestInclude:
             ("none.toml", "there is no file"),
             ("bad.toml", "bad.toml:2:5: not valid TOML"),
             ("strange.toml", "strange.toml:2:1: unknown key 'zzz' in the file"),
-            ("twice.toml", "a rule named 'A' is in an included file already"),
+            ("twice.toml", "an included file already has a rule named 'A'"),
             ("tie.toml", "A has the same priority 1 as B, but another action"),
         ],
     )
@@ -195,8 +195,11 @@ class TestInline:
     @pytest.mark.parametrize(
         ("expect", "message"),
         [
-            ("fires = true", "at t = 0 s it does not fire, but 'fires = true' is expected; it saw min(front) = 0.5 m"),
-            ('speed = "1 m/s"', "speed = 1.0 is expected, but it does not fire"),
+            (
+                "fires = true",
+                "the rule does not fire, but 'fires = true' is expected; guard values: min(front) = 0.5",
+            ),
+            ('speed = "1 m/s"', "speed = 1.0 is expected, but the rule does not fire"),
         ],
     )
     def test_what_fails_says_what_was_seen(self, tmp_path, expect, message):
@@ -206,7 +209,7 @@ class TestInline:
             f'expect = [{{ t = "0 s", {expect} }}]\n',
         )
         assert message in result.message
-        assert (result.test, result.passed, result.place.line) == ("A, test 1", False, 9)
+        assert (result.test, result.passed, result.position.line) == ("A, test 1", False, 9)
 
     def test_a_parameter_that_differs(self, tmp_path):
         (result,) = self.results(
@@ -229,7 +232,7 @@ class TestInline:
             ("at = [{ t = '1 s' }]\nexpect = [{ t = '2 s' }]", "the test has no sample at 2 s"),
             ("at = [{ t = '1 s' }]\nexpect = [{ t = '1 s', sped = '1 m/s' }]", "no parameter of Move is named 'sped'"),
             ("at = [{ t = '1 s' }]\nexpect = [{ t = '1 s', speed = '1 m' }]", "'speed' must be in m/s, found '1 m'"),
-            ("at = [{ t = '1 s' }]", "the test expects nothing"),
+            ("at = [{ t = '1 s' }]", "the test has no 'expect'"),
             ("name = 'x'", "the test has no 'at'"),
             ("zzz = 1", "unknown key 'zzz'"),
         ],

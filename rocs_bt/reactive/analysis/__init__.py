@@ -1,4 +1,4 @@
-"""Static checks: what is wrong with rules that load, with an example for each finding."""
+"""Static analysis of rules that load without errors, with an example for each finding."""
 
 from .examine import analyse_fit, analyse_rules, examine_fit, examine_rules
 

@@ -1,4 +1,4 @@
-"""What the checks of a rule set share: the rules, the prover, and how findings are told."""
+"""Common state of the checks of a rule set: rules, prover and findings."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .sample import Array
 
 
 class Case:
-    """A rule set under examination.
+    """A rule set under analysis.
 
     Args:
-        rules: The rules.
-        environment: The robot's signals.
+        rules: Rules.
+        environment: Signals of the robot.
 
     Attributes:
-        faults: What was found.
+        faults: Findings.
     """
 
     def __init__(self, rules: Sequence[Rule], environment: Environment) -> None:
@@ -35,10 +35,10 @@ class Case:
 
     @cached_property
     def prover(self) -> Prover:
-        """Made when it is first asked."""
+        """Prover for all expressions of the rules, created on first use."""
         return Prover(self.environment, [node for rule in self.rules for node in rule.nodes()])
 
-    def tell(
+    def warn(
         self,
         rule: Rule,
         key: str,
@@ -48,54 +48,54 @@ class Case:
         column: int = 0,
         note: bool = False,
     ) -> None:
-        """Note a finding.
+        """Add a warning.
 
         Args:
-            rule: Whose.
-            key: Which of its keys; the rule itself where it has none.
-            message: What was found, with an example.
-            hint: What to do.
-            node: What of the key's expression is meant.
-            column: Where that stands in the expression, 1-based; the node's own column by default.
-            note: Whether nothing is known to be wrong.
+            rule: Rule.
+            key: Key of the rule; its position is that of the rule if the key is missing.
+            message: Finding, with an example.
+            hint: Advice.
+            node: Part of the key's expression that is meant.
+            column: Column of that part in the expression, 1-based; by default the column of the node.
+            note: Whether it is only a note: nothing is known to be wrong.
         """
-        place = rule.places.get(key) or rule.places.get("")
+        position = rule.positions.get(key) or rule.positions.get("")
         found = Fault(message, hint=hint, warning=True, note=note)
-        if place is not None:
-            inside = max(0, (column or (node.column if node else 0)) - 1) if _in_expression(place.column, key) else 0
-            found = replace(found, file=place.file, line=place.line, column=place.column + inside)
+        if position is not None:
+            inside = max(0, (column or (node.column if node else 0)) - 1) if _in_expression(position.column, key) else 0
+            found = replace(found, file=position.file, line=position.line, column=position.column + inside)
         self.faults.append(found)
 
-    def tell_wrong(self, rule: Rule, key: str, message: str, hint: str) -> None:
-        """Note what keeps the rules from being loaded."""
-        self.tell(rule, key, message, hint)
+    def error(self, rule: Rule, key: str, message: str, hint: str) -> None:
+        """Add an error, which prevents the rules from being loaded."""
+        self.warn(rule, key, message, hint)
         self.faults[-1] = replace(self.faults[-1], warning=False)
 
     def signals_of(self, node: Node) -> list[str]:
-        """The signals that an expression reads."""
+        """Names of the signals that an expression reads."""
         return list(dict.fromkeys(self._owner(i)[0] for i in sorted(node.reads())))
 
     def undecided(self, rule: Rule, key: str, question: str, why: str) -> None:
-        """Say that a question could not be decided."""
-        self.tell(rule, key, f"cannot decide {question}: {why}.", "", note=True)
+        """Add a note that a question could not be decided."""
+        self.warn(rule, key, f"cannot decide {question}: {why}.", "", note=True)
 
     def shown(self, x: Array, nodes: Iterable[Node]) -> str:
-        """The signals that expressions read, with their values: `front[2] = 0.3 m, all other front = 1 m`."""
-        places: dict[str, list[int]] = {}
+        """Text of the signals that expressions read and their values: `front[2] = 0.3 m, each other front = 1 m`."""
+        indices: dict[str, list[int]] = {}
         for index in sorted(set().union(*(node.reads() for node in nodes))):
             name, i = self._owner(index)
-            places.setdefault(name, []).append(i)
-        return ", ".join(self._signal(name, x, read) for name, read in places.items()) or "every snapshot"
+            indices.setdefault(name, []).append(i)
+        return ", ".join(self._signal(name, x, read) for name, read in indices.items()) or "every snapshot"
 
     def value_at(self, x: Array, index: int) -> str:
-        """One value of a snapshot: `front[2] = 0.3 m`."""
+        """Text of one value of a snapshot: `front[2] = 0.3 m`."""
         name, i = self._owner(index)
         signal = self.environment.signals[name]
         which = name if signal.size == 1 else f"{name}[{i}]"
         return f"{which} = {_quantity(float(x[index]), signal.dimension or signal.dimensions[i])}"
 
     def bounds(self, nodes: Iterable[Node]) -> str:
-        """The bounds of the signals that expressions read."""
+        """Text of the bounds of the signals that expressions read."""
         shown = []
         for name in dict.fromkeys(name for node in nodes for name in self.signals_of(node)):
             signal = self.environment.signals[name]
@@ -121,17 +121,17 @@ class Case:
 
 
 def short(rule: Rule) -> str:
-    """A rule's name without its file's."""
+    """Name of a rule without the name of its file."""
     return rule.name.rpartition("/")[2]
 
 
-def placed(node: Node, column: int = 0) -> Iterator[tuple[Node, int]]:
-    """A tree's nodes, each with the column where it, or the alias that it stands in, was written."""
+def nodes_with_columns(node: Node, column: int = 0) -> Iterator[tuple[Node, int]]:
+    """Nodes of a tree, each with its column, or with that of the alias that contains it."""
     here = column or node.column
     yield node, here
     inside = here if column or (node.op != "read" and node.text.isidentifier()) else 0
     for arg in node.args:
-        yield from placed(arg, inside)
+        yield from nodes_with_columns(arg, inside)
 
 
 def _index(values: dict[int, float], value: float) -> int:
@@ -144,5 +144,5 @@ def _quantity(value: float, dimension: Dimension | None) -> str:
 
 
 def _in_expression(column: int, key: str) -> bool:
-    """Whether a place is that of an expression's text, and not of its key, which has to do for texts of many lines."""
+    """Whether a column is that of the expression and not of its key, which is used for texts of several lines."""
     return key in ("when", "until") and column > len(key) + 3

@@ -1,4 +1,4 @@
-"""What can be wrong with rules: guards, parameters, pairs of rules, and how they fit their agent."""
+"""Checks of rules: guards, parameters, pairs of rules, and their fit to the agent."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...expression.node import TEMPORAL_OPS
 from ...raised import describe
 from ...units import NONE, TIME
 from ..rule import OnInvalid, Rule, tie, ties
-from .case import Case, placed, short
+from .case import Case, nodes_with_columns, short
 from .sample import Array, Samples
 from .translate import conjunction, negation
 
@@ -24,40 +24,40 @@ _SLACK = 1e-9  # [s]
 
 
 def check_times(case: Case, rule: Rule) -> None:
-    """A cooldown that is over before the guard could fire anew."""
+    """Report a cooldown that ends before the guard could fire again."""
     if 0.0 < rule.cooldown <= rule.hold + _SLACK:
-        case.tell(
+        case.warn(
             rule, "cooldown",
-            f"the cooldown of {short(rule)}, {rule.cooldown:g} s, has no effect, since the guard must hold for "
-            f"{rule.hold:g} s anyway: let go at 0 s, it cannot fire before {rule.hold:g} s.",
-            "Make the cooldown longer than for, or leave it out.",
+            f"the cooldown of {short(rule)}, {rule.cooldown:g} s, has no effect, because the guard must hold for "
+            f"{rule.hold:g} s anyway: released at 0 s, the rule cannot fire before {rule.hold:g} s.",
+            "Make the cooldown longer than for, or omit it.",
         )  # fmt: skip
 
 
 def check_period(case: Case, rule: Rule, period: float) -> None:
-    """Signals that are too old before the next control period, and windows with a single sample.
+    """Report signals that expire within a control period, and windows with a single sample.
 
     Args:
-        case: The rule set.
-        rule: One of its rules.
-        period: The control period [s].
+        case: Rule set.
+        rule: Rule of the set.
+        period: Control period [s].
     """
-    told = set()
+    reported = set()
     for key, guard in (("when", rule.when), ("until", rule.until)):
-        for node, column in placed(guard.node) if guard is not None else ():
+        for node, column in nodes_with_columns(guard.node) if guard is not None else ():
             if node.op in TEMPORAL_OPS and 0.0 < node.value < period - _SLACK:
-                case.tell(
+                case.warn(
                     rule, key,
                     f"in the {key} of {short(rule)} the window of '{node.text}' is {node.value:g} s, shorter than the "
-                    f"control period of {period:g} s: at 1 s it holds the sample of 1 s alone.",
+                    f"control period of {period:g} s: at 1 s it contains only the sample of 1 s.",
                     f"Make it several periods long, such as {3 * period:g} s.",
                     node, column,
                 )  # fmt: skip
             for name in case.signals_of(node) if node.op == "read" else ():
                 age = case.environment.signals[name].max_age
-                if age < period - _SLACK and name not in told:
-                    told.add(name)
-                    case.tell(
+                if age < period - _SLACK and name not in reported:
+                    reported.add(name)
+                    case.warn(
                         rule, key,
                         f"{short(rule)} reads {name}, whose max_age of {age:g} s is less than the control period of "
                         f"{period:g} s: written at 0 s it is invalid at {period:g} s.",
@@ -67,73 +67,73 @@ def check_period(case: Case, rule: Rule, period: float) -> None:
 
 
 def check_modes(case: Case, rule: Rule, modes: Collection[str]) -> None:
-    """A rule that lives in no mode that the agent ever has.
+    """Report modes of a rule that the agent never enters.
 
     Args:
-        case: The rule set.
-        rule: One of its rules.
-        modes: The modes that the agent's mission can set.
+        case: Rule set.
+        rule: Rule of the set.
+        modes: Modes that the agent's mission can set.
     """
     for mode in rule.modes:
         if mode not in modes:
             rest = [other for other in rule.modes if other in modes]
-            case.tell(
+            case.warn(
                 rule, "modes",
-                f"{short(rule)} lives in the mode '{mode}', which the mission never sets"
-                + (f"; only {', '.join(rest)} can be." if rest else ", so it never acts."),
-                "Let the mission set the mode, or name one that it sets.",
+                f"{short(rule)} is active in the mode '{mode}', which the mission never sets"
+                + (f"; of its modes, the mission sets only {', '.join(rest)}." if rest else ", so it never acts."),
+                "Let the mission set the mode, or name a mode that it sets.",
             )  # fmt: skip
 
 
-_PASSING = frozenset({"since", "time_since", "rate", "delay"})  # change while all signals stay as they are
-_OF_MOTION = ("stop_distance",)  # signals that depend on the speed although their unit does not show it
+_PASSING = frozenset({"since", "time_since", "rate", "delay"})  # operations that change while all signals are constant
+_OF_MOTION = ("stop_distance",)  # signals that depend on the speed, although their unit does not show it
 _TIME = TIME.exponents.index(1)
 
 
 def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
-    """A rule whose action cannot change what holds it.
+    """Report a rule whose action cannot cause its release.
 
-    An action that does not move the robot changes only its motion. The finding is proved: if the guard holds, the
-    release does not hold after the speeds have become 0 and everything else has stayed as it was.
+    An action that does not move the robot changes only its speeds. The finding is proved: if the guard holds, the
+    release does not hold after the speeds have become 0 with all other signals unchanged.
 
     Args:
-        case: The rule set.
-        rule: One of its rules, whose guard can hold while all signals are valid.
-        action: Its action.
+        case: Rule set.
+        rule: Rule of the set, whose guard can hold while all signals are valid.
+        action: Action of the rule.
     """
     if any(argument.value is None for argument in rule.arguments.values()):
-        return  # a parameter that is wrong is reported by itself
+        return  # an invalid parameter is reported separately
     known = {name: value for name, a in rule.arguments.items() if not _sensed(value := a.value)}
     try:
         moves = action.can_move(known)
     except BaseException as error:  # a user's class may raise anything
         if interrupts(error):
             raise
-        case.tell(rule, "action", f"can_move of {rule.action} raised {describe(error)}.", "Repair it.")
+        case.warn(rule, "action", f"can_move of {rule.action} raised {describe(error)}.", "Correct can_move.")
         return
-    if moves or (rule.until is not None and case.prover.ask(rule.until.node).never):
-        return  # an until that never holds is reported by itself
+    if moves or (rule.until is not None and case.prover.decide(rule.until.node).never):
+        return  # an until that never holds is reported separately
     released = _at_rest(case, negation(rule.when.node) if rule.until is None else rule.until.node)
-    if released is None or not case.prover.ask(conjunction([rule.when.node, released])).never:
+    if released is None or not case.prover.decide(conjunction([rule.when.node, released])).never:
         return
     example = case.shown(case.prover.example(rule.when.node), [rule.when.node])
-    case.tell(
+    case.warn(
         rule, "action",
-        f"{short(rule)} can hold the robot for ever: {rule.action} does not move it, and standing still does not "
+        f"{short(rule)} can hold the robot for ever: {rule.action} does not move it, and a standstill does not "
         f"release the rule. It latches, for example, with {example}.",
-        "Choose an action that moves the robot, or an until that holds at rest. A robot that a reflex holds for 15 s "
-        "without progress is stuck.",
+        "Choose an action that moves the robot, or an until that holds at standstill. A robot that a reflex holds for "
+        "15 s without progress is stuck.",
     )  # fmt: skip
 
 
 def _sensed(value: object) -> bool:
-    """Whether a parameter follows what is sensed."""
+    """Whether a parameter depends on signals."""
     parts = value if isinstance(value, tuple) else (value,)
     return any(isinstance(part, Expression) for part in parts)
 
 
 def _at_rest(case: Case, node: Node) -> Node | None:
-    """An expression with the speeds and rates that it reads at 0; None if more of it changes while the robot rests."""
+    """An expression with all speeds and rates set to 0; None if other parts of it change at standstill."""
     if node.op in _PASSING:
         return None
     if node.op == "read":
@@ -155,8 +155,8 @@ _JUMPS = ("==", "!=")
 
 
 def check_guards(case: Case, rule: Rule, action: type[Action] | None) -> None:
-    """A rule's `when` and `until`, and whether its action, if it is known, can change what holds it."""
-    never = _never(case, rule)  # which is no fault of a rule that is there for what is invalid
+    """Check a rule's `when` and `until`, and whether its action, if known, can cause its release."""
+    never = _never(case, rule)  # no fault of a rule that fires only on invalid signals
     always = _always(case, rule)
     if not never and not always:
         _parts(case, rule, "when", rule.when.node)
@@ -169,15 +169,15 @@ def check_guards(case: Case, rule: Rule, action: type[Action] | None) -> None:
 
 def _never(case: Case, rule: Rule) -> bool:
     node = rule.when.node
-    answer = case.prover.ask(node)
+    answer = case.prover.decide(node)
     if answer.unknown:
         case.undecided(rule, "when", f"whether the guard of {short(rule)} ever holds", answer.unknown)
     if answer.never and rule.on_invalid is OnInvalid.CLEAR:
         example = _also(case, negation(node), "it does not hold")
-        case.tell(
+        case.warn(
             rule, "when",
             f"the guard of {short(rule)} never holds{_since(case, node)}{example}.",
-            "Correct its numbers or its signs, or take the rule out.",
+            "Correct its numbers or its signs, or remove the rule.",
             node,
         )  # fmt: skip
     return answer.never
@@ -185,60 +185,60 @@ def _never(case: Case, rule: Rule) -> bool:
 
 def _always(case: Case, rule: Rule) -> bool:
     node = rule.when.node
-    answer = case.prover.ask(negation(node))
+    answer = case.prover.decide(negation(node))
     if answer.unknown:
-        case.undecided(rule, "when", f"whether the guard of {short(rule)} holds always", answer.unknown)
+        case.undecided(rule, "when", f"whether the guard of {short(rule)} always holds", answer.unknown)
     if answer.never:
         example = _also(case, node, "it holds")
-        case.tell(
+        case.warn(
             rule, "when",
-            f"the guard of {short(rule)} holds whatever is sensed{_since(case, node)}{example}.",
-            "Correct its numbers or its signs; what is to be done always belongs into the mission.",
+            f"the guard of {short(rule)} always holds{_since(case, node)}{example}.",
+            "Correct its numbers or its signs. A permanent activity belongs in the mission.",
             node,
         )  # fmt: skip
     return answer.never
 
 
 def _parts(case: Case, rule: Rule, key: str, guard: Node) -> None:
-    """Comparisons inside of a guard that never change: thresholds beyond the bounds."""
-    for node, column in placed(guard):
+    """Report comparisons in a guard that never change, for example with thresholds beyond the bounds."""
+    for node, column in nodes_with_columns(guard):
         if node is guard or node.kind != TRUTH or node.op not in ("compare", "any", "all") or node.constant:
             continue
-        for asked, words in ((node, "never holds"), (negation(node), "holds always")):
-            if case.prover.ask(asked).never:
-                example = _also(case, negation(asked), "it does not" if asked is node else "it does")
-                case.tell(
+        for claim, words in ((node, "never holds"), (negation(node), "always holds")):
+            if case.prover.decide(claim).never:
+                example = _also(case, negation(claim), "it does not" if claim is node else "it does")
+                case.warn(
                     rule, key,
                     f"in the {key} of {short(rule)} '{node.text}' {words}{_since(case, node)}{example}.",
-                    "Compare with a value within the bounds, or take the comparison out.",
+                    "Compare with a value within the bounds, or remove the comparison.",
                     node, column,
                 )  # fmt: skip
 
 
 def _release(case: Case, rule: Rule, until: Node) -> None:
-    """`until` must be able to hold, but never together with `when`."""
-    answer = case.prover.ask(until)
+    """Report an `until` that never holds, or that holds together with `when`."""
+    answer = case.prover.decide(until)
     if answer.unknown:
         case.undecided(rule, "until", f"whether {short(rule)} is ever released", answer.unknown)
     if answer.never:
         example = _also(case, negation(until), "it does not")
-        case.tell(
+        case.warn(
             rule, "until",
-            f"the until of {short(rule)} never holds{_since(case, until)}{example}: once latched the rule stays so.",
+            f"the until of {short(rule)} never holds{_since(case, until)}{example}: a latched rule is never released.",
             "Correct its numbers or its signs.",
             until,
         )  # fmt: skip
         return
     both = conjunction([rule.when.node, until])
-    answer = case.prover.ask(both)
+    answer = case.prover.decide(both)
     if answer.unknown:
         case.undecided(rule, "until", f"whether when and until of {short(rule)} can hold at once", answer.unknown)
     if answer.example is not None:
-        case.tell(
+        case.warn(
             rule, "until",
-            f"when and until of {short(rule)} hold at once, so that it latches and releases in turns: for example with "
+            f"when and until of {short(rule)} hold at once, so it latches and releases alternately: for example with "
             f"{case.shown(case.prover.example(both), [rule.when.node, until])}.",
-            "Hysteresis is upside down: until must hold only where when does not, such as "
+            "The hysteresis is inverted: until must hold only where when does not, such as "
             "when = \"a < 0.4 m\" and until = \"a > 0.5 m\".",
             until,
         )  # fmt: skip
@@ -247,21 +247,21 @@ def _release(case: Case, rule: Rule, until: Node) -> None:
 
 
 def _chatter(case: Case, rule: Rule) -> None:
-    """A level rule that lets go where it fires goes on and off with every bit of noise."""
+    """Report a level rule without hysteresis, which chatters with noise."""
     guard = rule.when.node
     if not rule.level or rule.until is not None or rule.hold or rule.cooldown or guard.temporal:
         return
     if not any(n.op == "compare" and not set(n.signs) & set(_JUMPS) and _measured(n) for n in guard.walk()):
         return
-    if any(case.prover.ask(node).example is None for node in (guard, negation(guard))):
+    if any(case.prover.decide(node).example is None for node in (guard, negation(guard))):
         return
     on, off = (case.prover.example(node) for node in (guard, negation(guard)))
     on, off, at = _edge(lambda x: case.prover.confirmed(guard, x), on, off, sorted(guard.reads()))
-    case.tell(
+    case.warn(
         rule, "when",
-        f"{short(rule)} goes on and off with every bit of noise, since it is released as soon as its guard does not "
-        f"hold: with {case.shown(on, [guard])} it is on, with {case.value_at(off, at)} off.",
-        "Add an until with some distance to when, a for or a cooldown; or an until that says that this is meant.",
+        f"{short(rule)} chatters with noise, because it is released as soon as its guard does not hold: with "
+        f"{case.shown(on, [guard])} it is on, with {case.value_at(off, at)} off.",
+        "Add an until at some distance from when, a for or a cooldown; if this is intended, write it as an until.",
         guard,
     )  # fmt: skip
 
@@ -271,7 +271,7 @@ def _measured(comparison: Node) -> bool:
 
 
 def _edge(holds: Callable[[Array], bool], on: Array, off: Array, read: Sequence[int]) -> tuple[Array, Array, int]:
-    """Two snapshots that differ little, in one value alone, and truth changes between them; and which value."""
+    """Two snapshots on both sides of the guard's boundary that differ slightly in one value, and its index."""
     off = np.where(np.isin(np.arange(len(on)), read), off, on)
     for at in read:
         step = on.copy()
@@ -293,7 +293,7 @@ def _with(x: Array, at: int, value: float) -> Array:
 
 
 def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:
-    """What the action's parameters can be while the rule is latched, against what the action can do."""
+    """Report parameters of the action that can be out of bounds while the rule is latched."""
     guard = rule.when.node
     while_latched = guard if rule.until is None else _either(guard, negation(rule.until.node))
     declared = parameters_of(action)
@@ -304,18 +304,18 @@ def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:
                 continue
             for wrong in _outside(part.node, declared[name]):
                 both = conjunction([while_latched, wrong])
-                answer = case.prover.ask(both)
-                key = f"action.{name}" if f"action.{name}" in rule.places else "action"
+                answer = case.prover.decide(both)
+                key = f"action.{name}" if f"action.{name}" in rule.positions else "action"
                 if answer.unknown:
                     question = f"whether {name} of {rule.action} is always {declared[name].bounds} in {short(rule)}"
                     case.undecided(rule, key, question, answer.unknown)
                 elif answer.example is not None:
                     shown = case.shown(case.prover.example(both), [while_latched, part.node])
-                    case.tell(
+                    case.warn(
                         rule, key,
-                        f"{name} of {rule.action} must be {declared[name].bounds}, but in {short(rule)} it can be "
-                        f"otherwise: '{part.text}' is so with {shown}.",
-                        "Hold it within the bounds with clip, min or max.",
+                        f"{name} of {rule.action} must be {declared[name].bounds}, but in {short(rule)} "
+                        f"'{part.text}' can be out of these bounds, for example with {shown}.",
+                        "Limit it with clip, min or max.",
                     )  # fmt: skip
                 else:
                     continue
@@ -323,7 +323,7 @@ def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:
 
 
 def _outside(node: Node, parameter: Parameter) -> Iterator[Node]:
-    """That a parameter's expression is out of the parameter's bounds."""
+    """Conditions under which a parameter's expression is out of its bounds."""
     if not math.isinf(parameter.bounds.low):
         yield _compared(node, "<=" if parameter.bounds.above else "<", parameter.bounds.low)
     if not parameter.bounds.infinite:
@@ -346,20 +346,20 @@ def _since(case: Case, node: Node) -> str:
 
 
 def _also(case: Case, node: Node, words: str) -> str:
-    if case.prover.ask(node).example is None or not node.reads():
+    if case.prover.decide(node).example is None or not node.reads():
         return ""
     return f"; with {case.shown(case.prover.example(node), [node])}, for example, {words}"
 
 
-TRIED = 6  # rules of which it is tried to prove that they cover another one
+TRIED = 6  # maximum number of candidates for which shadowing of a rule is tested
 
 
 def check_pairs(case: Case) -> None:
-    """Rules that stand in each other's way."""
+    """Report rules that are tied, or shadowed by a rule of higher priority."""
     rules = case.rules
     if len(rules) < 2:
         return
-    examples = [case.prover.ask(rule.when.node).example for rule in rules]
+    examples = [case.prover.decide(rule.when.node).example for rule in rules]
     rows = np.array([case.prover.samples.rows[0] if x is None else x for x in examples])
     own = Samples(rows)
     truths = np.array(
@@ -374,8 +374,8 @@ def check_pairs(case: Case) -> None:
 def _covering(
     rules: Sequence[Rule], truths: NDArray[np.float32], alive: NDArray[np.bool_]
 ) -> Iterator[tuple[int, list[int]]]:
-    """For each rule those of higher priority whose guards held wherever its own did, as far as was tried."""
-    uncovered = truths @ (1.0 - truths).T  # (R, R): how often the one held and the other did not
+    """For each rule, rules of higher priority whose guards held on all samples on which its own held."""
+    uncovered = truths @ (1.0 - truths).T  # (R, R): number of samples on which the one held and the other did not
     priority = np.array([rule.priority for rule in rules])
     for i, rule in enumerate(rules):
         if alive[i]:
@@ -386,7 +386,7 @@ def _covering(
 
 
 def _hides(above: Rule, rule: Rule) -> bool:
-    """Whether one rule acts from the first moment to the last of another one's guard, if its own guard covers that."""
+    """Whether one rule always acts instead of another, provided that its guard covers the other's."""
     everywhere = not above.modes or bool(rule.modes and set(rule.modes) <= set(above.modes))
     at_once = above.hold <= rule.hold and not above.cooldown
     invalid = rule.on_invalid is OnInvalid.CLEAR or (
@@ -396,18 +396,18 @@ def _hides(above: Rule, rule: Rule) -> bool:
 
 
 def _shadowed(case: Case, rule: Rule, others: Sequence[Rule]) -> None:
-    """Tell the first rule that is proved to be latched as long as this one is."""
+    """Report the first rule that is proved to be latched whenever this one is."""
     guard, why = rule.when.node, ""
     for above in others:
-        covered = case.prover.ask(conjunction([guard, negation(above.when.node)]))
-        outlived = case.prover.ask(conjunction([_released(above), _kept(rule)]))
+        covered = case.prover.decide(conjunction([guard, negation(above.when.node)]))
+        outlived = case.prover.decide(conjunction([_released(above), _kept(rule)]))
         if covered.never and outlived.never:
             example = case.shown(case.prover.example(guard), [guard, above.when.node])
-            case.tell(
+            case.warn(
                 rule, "when",
-                f"{short(rule)} never acts: as long as it is latched so is {short(above)}, whose priority of "
+                f"{short(rule)} never acts: whenever it is latched, so is {short(above)}, whose priority of "
                 f"{above.priority} is higher than {rule.priority}; both hold, for example, with {example}.",
-                f"Give {short(rule)} the higher priority, or a guard that does not lie within that of {short(above)}.",
+                f"Give {short(rule)} the higher priority, or a guard that is not covered by that of {short(above)}.",
                 guard,
             )  # fmt: skip
             return
@@ -419,24 +419,24 @@ def _shadowed(case: Case, rule: Rule, others: Sequence[Rule]) -> None:
 
 
 def _released(rule: Rule) -> Node:
-    """Where a latched rule lets go."""
+    """Release condition of a latched rule."""
     return negation(rule.when.node) if rule.until is None else rule.until.node
 
 
 def _kept(rule: Rule) -> Node:
-    """Where a latched rule stays latched."""
+    """Condition under which a latched rule stays latched."""
     return rule.when.node if rule.until is None else negation(rule.until.node)
 
 
 def _ties(case: Case, alive: NDArray[np.bool_]) -> None:
-    """Rules of one priority with different actions, with a snapshot where two of them hold."""
+    """Report rules of equal priority with different actions, with a snapshot on which both hold."""
     for k, others in ties(case.rules):
         rule = case.rules[k]
         for first in (case.rules[i] for i in others if alive[i] and alive[k]):
             guards = [first.when.node, rule.when.node]
             both = conjunction(guards)
-            if case.prover.ask(both).example is not None:
-                case.tell_wrong(
+            if case.prover.decide(both).example is not None:
+                case.error(
                     rule, "priority",
                     f"{tie(rule, [case.rules[i] for i in others])} {short(first)} and {short(rule)} both hold, for "
                     f"example, with {case.shown(case.prover.example(both), guards)}.",

@@ -1,4 +1,4 @@
-"""A rule file, read and examined."""
+"""Analysis of a rule file: reads it and runs all checks."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid"})
 
 
 def unused_names(document: Document) -> list[Fault]:
-    """Aliases and thresholds that no expression of the file names; warnings. What it includes may serve others, too."""
+    """Warnings about aliases and thresholds of the file that its expressions do not use; included files are exempt."""
     root = document.table
     used = {word for text in _texts({key: root.data.get(key) for key in ("alias", "rule")}) for word in words(text)}
     return [
         Fault(
-            f"nothing in this file uses the {kind} '{name}'.",
+            f"the {kind} '{name}' is not used in this file.",
             root.file, *table.position(name),
-            hint="Take it out, or use it in a rule.",
+            hint="Remove it, or use it in a rule.",
             warning=True,
         )
         for kind in ("threshold", "alias")
@@ -41,12 +41,12 @@ def unused_names(document: Document) -> list[Fault]:
 
 
 def words(text: str) -> set[str]:
-    """The names in an expression."""
+    """Names in an expression."""
     return set(_WORD.findall(text))
 
 
 def _texts(value: Any, key: str = "") -> Iterator[str]:
-    """The expressions in a table, not what is written for people."""
+    """Expressions in a table, without texts for people."""
     if isinstance(value, Mapping):
         for inner, part in value.items():
             if inner not in _PROSE or isinstance(part, Mapping):
@@ -59,12 +59,12 @@ def _texts(value: Any, key: str = "") -> Iterator[str]:
 
 
 def analyse_rules(rules: Sequence[Rule], environment: Environment, actions: Mapping[str, type[Action]]) -> list[Fault]:
-    """What the rules say themselves that cannot be meant; warnings, and notes where something cannot be decided.
+    """Find rules that cannot be intended; warnings, and notes about undecided questions.
 
     Args:
         rules: Rules of one file.
-        environment: The robot's signals, with their bounds.
-        actions: The agent's actions by name.
+        environment: Signals of the robot, with their bounds.
+        actions: Actions of the agent, keyed by name.
     """
     case = Case(rules, environment)
     for rule in rules:
@@ -79,13 +79,13 @@ def analyse_rules(rules: Sequence[Rule], environment: Environment, actions: Mapp
 def analyse_fit(
     rules: Sequence[Rule], environment: Environment, period: float, modes: Collection[str] | None = None
 ) -> list[Fault]:
-    """How the rules fit an agent; warnings.
+    """Find rules that do not fit the agent's control period or modes; warnings.
 
     Args:
         rules: Rules of one file.
-        environment: The robot's signals, with their greatest ages.
-        period: The control period [s].
-        modes: The modes that its mission can set; None where they are not known.
+        environment: Signals of the robot, with their maximum ages.
+        period: Control period [s].
+        modes: Modes that the mission can set; None if unknown.
     """
     case = Case(rules, environment)
     for rule in rules:
@@ -101,9 +101,9 @@ def examine_rules(
     actions: Mapping[str, type[Action]],
     overrides: Mapping[str, Override] | None = None,
 ) -> list[Fault]:
-    """All that is wrong or doubtful in a rule file: what `check_rules` finds, and what its rules cannot mean.
+    """Errors and warnings of a rule file: those of `check_rules` and of `analyse_rules`.
 
-    Rules that are wrong themselves are not examined. Takes what `load_rules` takes, and raises nothing.
+    Rules with errors are not analysed. Arguments as in `load_rules`; raises nothing.
     """
     try:
         found, faults = read_rules(file, environment, actions, "", overrides or {})
@@ -112,8 +112,8 @@ def examine_rules(
         return list(error.faults)
     wrong = {(fault.file, fault.line) for fault in faults if not fault.warning}
     faults = [*faults, *(fault for fault in unused if (fault.file, fault.line) not in wrong)]
-    sound = [rule for rule in found.rules if not _places(rule) & wrong]
-    return _told_once([*faults, *analyse_rules(sound, environment, actions)])
+    sound = [rule for rule in found.rules if not _lines(rule) & wrong]
+    return _without_duplicates([*faults, *analyse_rules(sound, environment, actions)])
 
 
 def examine_fit(
@@ -124,7 +124,7 @@ def examine_fit(
     period: float,
     modes: Collection[str] | None,
 ) -> list[Fault]:
-    """What `check_rules` finds, and how the rules fit an agent's period and modes; see `analyse_fit`."""
+    """Errors and warnings of `check_rules` and of `analyse_fit`, for the agent's period and modes."""
     try:
         found, faults = read_rules(file, environment, actions, "", overrides or {})
     except InputError as error:
@@ -132,14 +132,14 @@ def examine_fit(
     return [*faults, *analyse_fit(found.rules, environment, period, modes)]
 
 
-def _places(rule: Rule) -> set[tuple[Path | None, int]]:
-    """The lines where what is examined of a rule can be wrong; priorities and actions are examined in any case."""
-    apart = ("priority", "action")
-    return {(place.file, place.line) for key, place in rule.places.items() if not key.startswith(apart)}
+def _lines(rule: Rule) -> set[tuple[Path | None, int]]:
+    """Lines of a rule on which an error prevents its analysis; errors of priority and action do not."""
+    exempt = ("priority", "action")
+    return {(p.file, p.line) for key, p in rule.positions.items() if not key.startswith(exempt)}
 
 
-def _told_once(faults: list[Fault]) -> list[Fault]:
-    """Without what another fault tells at the same place in more words, or again."""
+def _without_duplicates(faults: list[Fault]) -> list[Fault]:
+    """Faults without repeated ones, and without those that a longer message at the same position contains."""
     return [
         fault
         for i, fault in enumerate(faults)

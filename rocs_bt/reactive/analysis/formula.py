@@ -1,8 +1,7 @@
-"""What a guard says in a form that can be decided: comparisons of linear sums with 0, joined by and, or.
+"""Decidable form of a guard: comparisons of linear sums with 0, joined by and, or.
 
-A variable is an index of the snapshot, or the number that stands for a part of an expression. A truth value of which
-nothing is known is a variable too: at least 1, or at most 0. Numbers are exact fractions, so that nothing is decided by
-rounding.
+A variable is an index of the snapshot, or a number that represents a part of an expression. An unknown truth value is a
+variable, too: at least 1 (true), or at most 0 (false). Numbers are exact fractions, so no decision depends on rounding.
 """
 
 from __future__ import annotations
@@ -17,19 +16,19 @@ from typing import TypeAlias
 
 
 class Undecided(Exception):
-    """Why a question cannot be decided, for people."""
+    """A question cannot be decided; the message is the reason, for people."""
 
 
 class Exhausted(Undecided):
-    """Deciding takes more steps than there are."""
+    """The step budget is exhausted."""
 
 
 class Effort:
-    """Steps that may be taken: for one question, and for all of them together. A step takes about 20 microseconds.
+    """Step budget for each question and for all questions together. A step takes about 20 us.
 
     Args:
-        each: For a question.
-        total: For all of them.
+        each: Steps per question.
+        total: Steps for all questions.
     """
 
     def __init__(self, each: int, total: int) -> None:
@@ -37,14 +36,14 @@ class Effort:
         self._now, self._left = each, total
 
     def begin(self) -> None:
-        """A new question."""
+        """Start a new question."""
         self._now = self._each
 
     def spend(self, steps: int = 1) -> None:
-        """Take some steps.
+        """Consume steps.
 
         Raises:
-            Exhausted: There were not so many left.
+            Exhausted: Not enough steps are left.
         """
         self._now -= steps
         self._left -= steps
@@ -56,13 +55,13 @@ class Effort:
 
 @dataclass(frozen=True)
 class Bound:
-    """A variable is less, or greater, than a number.
+    """Bound of a variable.
 
     Attributes:
-        var: The variable.
-        upper: True: less than; False: greater than.
-        value: The number; a float only where it is infinite.
-        strict: Whether equal will not do.
+        var: Variable.
+        upper: Whether it is an upper bound; otherwise a lower one.
+        value: Bound; a float only if infinite.
+        strict: Whether equality is excluded.
     """
 
     var: int
@@ -72,19 +71,19 @@ class Bound:
 
     @property
     def vars(self) -> int:
-        """The variables as bits."""
+        """Bit set of the variables."""
         return 1 << self.var
 
 
 @dataclass(frozen=True)
 class Row:
-    """A linear sum of several variables is less than 0.
+    """Inequality: a linear sum of several variables is less than 0.
 
     Attributes:
-        terms: The factor of each variable; whole numbers without a common divisor, none is 0.
-        constant: What is added.
-        strict: Whether equal to 0 will not do.
-        why: The decisions of the search from which it follows, as bits.
+        terms: Factors of the variables, nonzero integers without a common divisor.
+        constant: Constant term.
+        strict: Whether equality is excluded.
+        why: Bit set of the search decisions from which it follows.
     """
 
     terms: Mapping[int, int]
@@ -94,18 +93,18 @@ class Row:
 
     @cached_property
     def vars(self) -> int:
-        """The variables as bits."""
+        """Bit set of the variables."""
         return sum(1 << var for var in self.terms)
 
 
 @dataclass(frozen=True)
 class Join:
-    """Several formulas: all of them hold, or at least one does.
+    """Conjunction or disjunction of formulas.
 
     Attributes:
-        every: Whether all of them hold.
-        parts: The formulas.
-        defines: The variable that all of them bound; -1 for none.
+        every: Whether it is a conjunction; otherwise a disjunction.
+        parts: Formulas.
+        defines: Variable that all of them bound; -1 for none.
     """
 
     every: bool
@@ -114,7 +113,7 @@ class Join:
 
     @cached_property
     def vars(self) -> int:
-        """The variables as bits."""
+        """Bit set of the variables."""
         return reduce(or_, (part.vars for part in self.parts), 0)
 
 
@@ -123,7 +122,7 @@ TRUE, FALSE = Join(True, ()), Join(False, ())
 
 
 def join(every: bool, parts: Iterable[Formula], defines: int = -1) -> Formula:
-    """The formulas joined by and, or, with what is plain taken out."""
+    """Join formulas by and (`every`) or by or, simplified."""
     neutral, decided = (TRUE, FALSE) if every else (FALSE, TRUE)
     flat: list[Formula] = []
     for part in parts:
@@ -139,16 +138,16 @@ def join(every: bool, parts: Iterable[Formula], defines: int = -1) -> Formula:
 def below_zero(
     terms: Mapping[int, Fraction], constant: Fraction | float, strict: bool, finite: Callable[[int], bool]
 ) -> Formula:
-    """The formula of a linear sum that is less than 0.
+    """Formula of a linear sum that is less than 0.
 
     Args:
-        terms: The factor of each variable.
-        constant: What is added, perhaps infinite.
-        strict: Whether equal to 0 will not do.
-        finite: Whether a variable can only be finite.
+        terms: Factor of each variable.
+        constant: Constant term, may be infinite.
+        strict: Whether equality is excluded.
+        finite: Function that returns whether a variable is always finite.
 
     Raises:
-        Undecided: Infinite numbers meet in it.
+        Undecided: Infinite numbers of opposite signs can occur in the sum.
     """
     terms = {var: factor for var, factor in terms.items() if factor}
     if isinstance(constant, float):
@@ -174,6 +173,6 @@ def _with_infinity(
     if len(terms) > 1:
         raise Undecided("several signals are compared with an infinite number")
     ((var, factor),) = terms.items()
-    if constant < 0:  # the sum is less than inf
+    if constant < 0:  # compares the sum with +inf
         return Bound(var, factor > 0, math.inf if factor > 0 else -math.inf, True) if strict else TRUE
     return FALSE if strict else Bound(var, factor > 0, -math.inf if factor > 0 else math.inf, False)

@@ -1,6 +1,7 @@
-"""The range of an expression over the bounds of its signals (R. E. Moore, "Interval Analysis", 1966).
+"""Range of an expression over the bounds of its signals, by interval arithmetic.
 
-Ranges are never too narrow; they may be too wide, since a signal that is read twice is taken for two.
+Source: R. E. Moore, "Interval Analysis", 1966. Ranges are never too narrow. They may be too wide, because two reads of
+one signal count as independent.
 """
 
 from __future__ import annotations
@@ -15,11 +16,11 @@ ANY: Range = (-math.inf, math.inf)
 
 
 def range_of(node: Node, bounds: Callable[[int], Range]) -> Range:
-    """The least and the greatest value that an expression can have; of a group that any of its values can have.
+    """Minimum and maximum of an expression; for a group, over all its values.
 
     Args:
-        node: An expression of numbers.
-        bounds: The least and the greatest value at each index of the snapshot.
+        node: Numeric expression.
+        bounds: Function from an index of the snapshot to its minimum and maximum.
     """
     match node.op:
         case "number":
@@ -47,7 +48,7 @@ def range_of(node: Node, bounds: Callable[[int], Range]) -> Range:
 
 
 def _spread(node: Node, ranges: list[Range]) -> list[Range]:
-    """The ranges that a reduction goes over: sums count each value of a group, the rest has no need to."""
+    """Ranges for a reduction: repeated for each value of a group in sums and means, once otherwise."""
     if node.op in ("sum", "mean"):
         return ranges * max(1, node.args[0].kind.size)
     return ranges[:1] if node.op == "min_valid" else ranges

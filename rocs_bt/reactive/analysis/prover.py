@@ -1,6 +1,6 @@
-"""Answers one kind of question: can this expression be true?
+"""Prover for the question whether an expression can be true.
 
-An answer is an example that the interpreter confirms, a proof that there is none, or why neither was found.
+An answer is an example that the interpreter confirms, a proof that none exists, or the reason why neither was found.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ import numpy as np
 from ...expression import Environment, Node, compile_node, evaluate
 from .formula import Effort, Undecided
 from .interval import Range
-from .sample import Array, Samples, draw_rows
+from .sample import Array, Samples, sample_rows
 from .simplex import Span
 from .solve import Solution, Solver
 from .translate import Translator, unknown_texts
 
-DRAWN = 400  # snapshots tried before anything is proved
-STEPS = 100_000  # of one question, see Effort
-ALL_STEPS = 400_000  # of all questions about one rule set, ...
-STEPS_EACH = 1000  # ... and for each of its expressions
+SAMPLED = 400  # number of sampled snapshots that are tried before a proof
+STEPS = 100_000  # budget of one question, see Effort
+ALL_STEPS = 400_000  # budget of all questions about one rule set, ...
+STEPS_EACH = 1000  # ... and in addition for each of its expressions
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Whether an expression can be true.
+    """Answer to the question whether an expression can be true.
 
     Attributes:
-        example: A snapshot, (size,), where it is; None where there is none, or none was found.
-        unknown: Why it cannot be decided; empty where it is.
+        example: Snapshot on which it is true, shape (size,); None if none exists or none was found.
+        unknown: Reason why the question is undecided; empty if decided.
     """
 
     example: Array | None = None
@@ -38,46 +38,46 @@ class Answer:
 
     @property
     def never(self) -> bool:
-        """Whether it is proved that it is never true."""
+        """Whether the expression is proved to be never true."""
         return self.example is None and not self.unknown
 
 
 class Prover:
-    """Answers questions about expressions over a robot's signals.
+    """Prover for expressions over a robot's signals.
 
     Args:
-        environment: The signals, with their bounds.
-        nodes: The expressions that questions will be made of.
+        environment: Signals, with their bounds.
+        nodes: Expressions from which questions will be built.
     """
 
     def __init__(self, environment: Environment, nodes: Sequence[Node]) -> None:
         self.bounds = _bounds(environment)
-        self.samples = Samples(draw_rows(nodes, self.bounds, DRAWN))
+        self.samples = Samples(sample_rows(nodes, self.bounds, SAMPLED))
         self._effort = Effort(STEPS, ALL_STEPS + STEPS_EACH * len(nodes))
         self._translator = Translator(len(self.bounds), self._range, self._effort)
-        self._calm = np.array([_calm(bounds) for bounds in self.bounds])
+        self._defaults = np.array([_default(bounds) for bounds in self.bounds])
         self._answers: dict[Node, Answer] = {}
 
-    def ask(self, node: Node) -> Answer:
-        """Whether a single truth value can be true while all signals are valid."""
+    def decide(self, node: Node) -> Answer:
+        """Decide whether a scalar boolean expression can be true while all signals are valid."""
         if node not in self._answers:
-            self._answers[node] = self._drawn(node) or self._proved(node)
+            self._answers[node] = self._sampled(node) or self._proved(node)
         return self._answers[node]
 
     def example(self, node: Node) -> Array:
-        """An example for people: with few digits where there is one.
+        """Example for people, with few digits if possible.
 
         Raises:
-            LookupError: None is known; `ask` tells before.
+            LookupError: No example is known; see `decide`.
         """
         proved = self._proved(node).example
-        found = proved if proved is not None else self.ask(node).example
+        found = proved if proved is not None else self.decide(node).example
         if found is None:
             raise LookupError(f"no example of '{node.text}' is known")
         return found
 
     def confirmed(self, node: Node, x: Array) -> bool:
-        """Whether an expression is true on a snapshot that has stood for a while."""
+        """Whether the interpreter finds an expression true on a snapshot that has been constant for a while."""
         row = x.tolist()
         if not node.temporal:
             return evaluate(node, row) is True
@@ -88,7 +88,7 @@ class Prover:
     def _range(self, index: int) -> Range:
         return self.bounds[index]
 
-    def _drawn(self, node: Node) -> Answer | None:
+    def _sampled(self, node: Node) -> Answer | None:
         (found,) = np.nonzero(self.samples.truth(node))
         for i in found[:3]:
             if self.confirmed(node, self.samples.rows[i]):
@@ -107,8 +107,8 @@ class Prover:
         return Answer(example) if example is not None else Answer(unknown=self._reason(""))
 
     def _example(self, node: Node, solution: Solution) -> Array | None:
-        """A snapshot of a solution that the interpreter confirms; what it leaves open may be tried out."""
-        x = self._calm.copy()
+        """Snapshot of a solution that the interpreter confirms; undetermined signals are taken from samples."""
+        x = self._defaults.copy()
         wanted = {var: value for var in solution.spans if var < len(x) and (value := solution.value(var)) is not None}
         wanted.update({var: float(value) for var, value in solution.values.items() if var < len(x)})
         for var, value in wanted.items():
@@ -127,12 +127,12 @@ class Prover:
             return "; ".join(reasons[:2])
         texts = unknown_texts(self._translator.unknown)
         if texts:
-            return f"of {', '.join(repr(text) for text in texts[:3])} only the range is known"
+            return f"only the range of {', '.join(repr(text) for text in texts[:3])} is known"
         return "the numbers are too close to each other"
 
 
-def _calm(bounds: Range) -> float:
-    """A value for a signal that has no say."""
+def _default(bounds: Range) -> float:
+    """Value of a signal that does not matter."""
     low, high = bounds
     return float(Span.of(low, high).pick()) if low > 0.0 or high < 0.0 or low == 0.0 else 0.0
 
@@ -147,7 +147,7 @@ def _bounds(environment: Environment) -> list[Range]:
 
 
 def by_index(environment: Environment) -> Callable[[int], tuple[str, int]]:
-    """Which signal an index of the snapshot belongs to, and its place in it."""
+    """Function from an index of the snapshot to its signal and the index within it."""
     owners = {
         environment.offsets[name] + i: (name, i)
         for name, signal in environment.signals.items()

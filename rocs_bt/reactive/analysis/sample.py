@@ -1,7 +1,7 @@
-"""Expressions on many snapshots at once, to find examples quickly.
+"""Vectorised evaluation of expressions on many snapshots, to find examples quickly.
 
-What is found is confirmed by the interpreter before anybody is told. Every snapshot is taken to have stood for ever, so
-`held(a)` and `once(a)` are a, and a rate is 0.
+The interpreter confirms each example before it is reported. Every snapshot is assumed to have been constant for ever,
+so `held(a)` and `once(a)` are a, and a rate is 0.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 class Samples:
-    """Snapshots.
+    """Snapshots, with cached values of expressions.
 
     Args:
-        rows: (P, size).
+        rows: Snapshots, shape (P, size).
     """
 
     def __init__(self, rows: Array) -> None:
@@ -30,12 +30,12 @@ class Samples:
         self._memo: dict[Node, Array] = {}
 
     def truth(self, node: Node) -> NDArray[np.bool_]:
-        """Where a single truth value is true, (P,)."""
+        """Whether a scalar boolean expression is true on each snapshot, shape (P,)."""
         found: NDArray[np.bool_] = np.broadcast_to(self.value(node) == 1.0, len(self.rows))
         return found
 
     def value(self, node: Node) -> Array:
-        """The values, (P,), of a group (P, n), or what broadcasts so; truth is 1, 0, or NaN where it is invalid."""
+        """Values, shape (P,), of a group (P, n), or broadcastable to these; truth is 1, 0, or NaN if invalid."""
         if node not in self._memo:
             with np.errstate(all="ignore"):
                 self._memo[node] = self._computed(node)
@@ -130,13 +130,16 @@ _SINGLE: Mapping[str, Callable[..., Array]] = {
 }
 
 
-def draw_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
-    """Snapshots near what expressions compare with, (count, size); the same ones for the same expressions.
+def sample_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
+    """Sample snapshots near the numbers that expressions compare with; deterministic.
 
     Args:
-        nodes: The expressions; their numbers are where truth changes.
-        bounds: The least and the greatest value at each index.
-        count: How many.
+        nodes: Expressions, at whose numbers truth values change.
+        bounds: Minimum and maximum at each index.
+        count: Number of snapshots.
+
+    Returns:
+        Snapshots, shape (count, size).
     """
     marks = sorted({float(n.value) for node in nodes for n in node.walk() if n.op == "number"})
     near = np.array([m + step for m in marks for step in (-0.01, 0.0, 0.01)] or [0.0])
@@ -150,18 +153,18 @@ def draw_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
     picked = random.choice(near, (count, len(bounds)))
     chosen = random.random((count, len(bounds))) < random.choice([0.1, 0.5, 1.0], (count, 1))
     rows = np.where(chosen, picked, rows)
-    # A group's minimum is high only where all of its values are.
+    # The minimum of a group is high only if all its values are.
     level = np.where(random.random((count, 1)) < 0.5, random.choice(near, (count, 1)), np.inf)
     rows = np.where((random.random((count, 1)) < 0.4) & np.isfinite(level), np.maximum(rows, level), rows)
-    # Guards compare groups with each other: on some snapshots each group has one value.
+    # Guards compare groups with each other: on some snapshots all values of a group are equal.
     groups = sorted({(n.start, n.stop) for node in nodes for n in node.walk() if n.op == "read" and n.kind.size})
     for start, stop in groups:
         one = random.random((count, 1)) < random.choice([0.0, 0.5, 0.9], (count, 1))
         value = np.where(random.random((count, 1)) < 0.5, random.choice(near, (count, 1)), rows[:, start : start + 1])
         rows[:, start:stop] = np.where(one, value, rows[:, start:stop])
-    with np.errstate(over="ignore"):  # the greatest numbers round to inf, which is clipped like any other
+    with np.errstate(over="ignore"):  # the largest numbers round to inf, which is clipped
         rows = np.clip(np.round(rows, 2), soft_low, soft_high)
-    # Infinite values come last, so that finite ones are shown where they will do.
+    # Infinite values come last, so that examples have finite ones if possible.
     far = random.random((count // 20, len(bounds))) < random.choice([0.3, 1.0], (count // 20, 1))
     rows[-(count // 20) :] = np.where(far & ~np.isfinite(high), high, rows[-(count // 20) :])
     return np.asarray(rows)

@@ -1,7 +1,7 @@
-"""Whether linear inequalities have a solution, exactly: the simplex method with bounds, in fractions.
+"""Exact feasibility of linear inequalities: the simplex method with bounds, in fractions.
 
-Source: B. Dutertre, L. de Moura, "A fast linear-arithmetic solver for DPLL(T)" (CAV 2006). That a bound itself is left
-out is a second number beside each value: so many times an amount as small as need be.
+Source: B. Dutertre, L. de Moura, "A fast linear-arithmetic solver for DPLL(T)" (CAV 2006). Strict bounds are
+represented by a second number beside each value: the factor of an infinitesimal amount.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from .formula import Effort, Row
 
 @dataclass(frozen=True)
 class Span:
-    """What a variable can be. An end is a float only where it is infinite.
+    """Interval of a variable; its ends are floats only if infinite.
 
     Attributes:
-        low: The least value.
-        high: The greatest value.
-        above: Whether `low` itself is left out.
-        under: Whether `high` itself is left out.
-        low_why: The decisions of the search from which `low` follows, as bits.
-        high_why: The same of `high`.
+        low: Lower end.
+        high: Upper end.
+        above: Whether `low` itself is excluded.
+        under: Whether `high` itself is excluded.
+        low_why: Bit set of the search decisions from which `low` follows.
+        high_why: Bit set of the search decisions from which `high` follows.
     """
 
     low: Fraction | float = -math.inf
@@ -36,16 +36,16 @@ class Span:
 
     @property
     def empty(self) -> bool:
-        """Whether there is no such value."""
+        """Whether the interval is empty."""
         return self.low > self.high or (self.low == self.high and (self.above or self.under))
 
     @staticmethod
     def of(low: float, high: float) -> Span:
-        """The span between two numbers."""
+        """Closed interval between two numbers."""
         return Span(low if math.isinf(low) else Fraction(low), high if math.isinf(high) else Fraction(high))
 
     def cut(self, value: Fraction | float, upper: bool, strict: bool, why: int = 0) -> Span:
-        """The part of it that is less, or greater, than a value; the span itself where that is all of it."""
+        """Intersection with an upper or lower bound; the same object if nothing changes."""
         if upper and (value < self.high or (value == self.high and strict and not self.under)):
             return Span(self.low, value, self.above, strict, self.low_why, why)
         if not upper and (value > self.low or (value == self.low and strict and not self.above)):
@@ -53,16 +53,16 @@ class Span:
         return self
 
     def pick(self) -> Fraction | float:
-        """A value of it that is short to write, away from its ends where there is room."""
+        """A value with few digits, away from the ends if there is room."""
         if self.low == self.high:
             return self.low
         if isinstance(self.low, float):
-            most = 1 if isinstance(self.high, float) else math.floor(self.high)
-            return Fraction(min(most - 1, 0))
+            top = 1 if isinstance(self.high, float) else math.floor(self.high)
+            return Fraction(min(top - 1, 0))
         if isinstance(self.high, float):
             return max(Fraction(math.ceil(self.low)) + 1, Fraction(1))
         middle, room = (self.low + self.high) / 2, (self.high - self.low) / 4
-        if room > 2:  # far apart: near 0, where people expect values
+        if room > 2:  # wide interval: a value near 0 is the most natural
             middle, room = min(max(Fraction(0), self.low + 2), self.high - 2), Fraction(1)
         for digits in range(18):
             value = Fraction(round(middle, digits))
@@ -72,40 +72,40 @@ class Span:
 
 
 def solution(rows: Sequence[Row], spans: Mapping[int, Span], effort: Effort) -> tuple[dict[int, Fraction] | None, int]:
-    """Finite values of the rows' variables with which all rows hold.
+    """Find finite values of the variables with which all inequalities hold.
 
     Args:
-        rows: The inequalities.
-        spans: What each of their variables can be.
-        effort: What it may take.
+        rows: Inequalities.
+        spans: Interval of each of their variables.
+        effort: Step budget.
 
     Returns:
-        The values, and 0; or None where there are none, and the decisions of the search that exclude them, as bits.
+        Values, and 0; or None if there are none, and the bit set of search decisions that exclude them.
 
     Raises:
-        Exhausted: It takes more.
+        Exhausted: The step budget is exhausted.
     """
     tableau = _Tableau(rows, spans)
-    while (wrong := tableau.wrong()) is not None:
+    while (violated := tableau.violated()) is not None:
         effort.spend(sum(len(row) for row in tableau.rows.values()) // 6 + 1)
-        why = tableau.mend(wrong)
+        why = tableau.repair(violated)
         if why is not None:
             return None, why
-    return _plain(tableau.concrete(), rows, spans), 0
+    return _simplified(tableau.concrete(), rows, spans), 0
 
 
-_Value = tuple[Fraction, Fraction]  # a number, and how many times the smallest amount is added to it
-_Limit = tuple[_Value, int]  # a bound, and the decisions from which it follows, as bits
+_Value = tuple[Fraction, Fraction]  # a number, and the factor of the infinitesimal amount
+_Limit = tuple[_Value, int]  # a bound, and the bit set of decisions from which it follows
 
 
 class _Tableau:
-    """The variables and the sums of all rows: some of them, the basic ones, as sums of the others.
+    """Simplex tableau: the basic variables as linear sums of the nonbasic ones.
 
-    The sum of the row i is the variable -1 - i.
+    The slack variable of row i has the number -1 - i.
 
     Attributes:
-        rows: For each basic variable the factors of the others.
-        values: The value of each variable; all but the basic ones are within their bounds.
+        rows: Factors of the nonbasic variables, for each basic variable.
+        values: Value of each variable; nonbasic ones are within their bounds.
     """
 
     def __init__(self, rows: Sequence[Row], spans: Mapping[int, Span]) -> None:
@@ -118,18 +118,18 @@ class _Tableau:
                 self._low[var] = (span.low, Fraction(span.above)), span.low_why
             if not isinstance(span.high, float):
                 self._high[var] = (span.high, -Fraction(span.under)), span.high_why
-            self.values[var] = self._held(var, (Fraction(0), Fraction(0)))
+            self.values[var] = self._clamped(var, (Fraction(0), Fraction(0)))
         self.rows = {-1 - i: {var: Fraction(f) for var, f in row.terms.items()} for i, row in enumerate(rows)}
         for i, row in enumerate(rows):
             self._high[-1 - i] = (-row.constant, -Fraction(row.strict)), row.why
             self.values[-1 - i] = self._sum(row.terms)
 
-    def wrong(self) -> int | None:
-        """The first basic variable that is out of its bounds; always the first, or it might never end (Bland)."""
-        return min((var for var in self.rows if self._held(var, self.values[var]) != self.values[var]), default=None)
+    def violated(self) -> int | None:
+        """First basic variable out of its bounds; always the first, for termination (Bland's rule)."""
+        return min((var for var in self.rows if self._clamped(var, self.values[var]) != self.values[var]), default=None)
 
-    def mend(self, var: int) -> int | None:
-        """Bring a basic variable to its bound; the decisions that exclude it where the others leave it no way."""
+    def repair(self, var: int) -> int | None:
+        """Move a basic variable to its bound; if that is impossible, return the decisions that exclude it."""
         up = var in self._low and self.values[var] < self._low[var][0]
         bound, why = (self._low if up else self._high)[var]
         for other in sorted(self.rows[var]):
@@ -141,7 +141,7 @@ class _Tableau:
         return why
 
     def concrete(self) -> dict[int, Fraction]:
-        """The values, with an amount small enough for all bounds."""
+        """Values with a finite amount, small enough for all bounds, in place of the infinitesimal one."""
         amount = Fraction(1)
         for limits, sign in ((self._low, 1), (self._high, -1)):
             for var, (limit, _) in limits.items():
@@ -153,8 +153,8 @@ class _Tableau:
     def _limit(self, var: int, upper: bool) -> _Limit | None:
         return (self._high if upper else self._low).get(var)
 
-    def _held(self, var: int, value: _Value) -> _Value:
-        """A value within the bounds of a variable."""
+    def _clamped(self, var: int, value: _Value) -> _Value:
+        """Value limited to the bounds of a variable."""
         if var in self._low:
             value = max(value, self._low[var][0])
         return min(value, self._high[var][0]) if var in self._high else value
@@ -166,7 +166,7 @@ class _Tableau:
         )
 
     def _exchange(self, basic: int, other: int, value: _Value) -> None:
-        """Let a basic variable have a value, and another one take its place."""
+        """Pivot: set a basic variable to a value and exchange it with a nonbasic one."""
         row = self.rows.pop(basic)
         factor = row.pop(other)
         step = tuple((a - b) / factor for a, b in zip(value, self.values[basic], strict=True))
@@ -186,8 +186,8 @@ class _Tableau:
         self.rows[other] = solved
 
 
-def _plain(values: dict[int, Fraction], rows: Sequence[Row], spans: Mapping[int, Span]) -> dict[int, Fraction]:
-    """Other values with which the rows hold, away from the bounds and short to write: each within what all leave it."""
+def _simplified(values: dict[int, Fraction], rows: Sequence[Row], spans: Mapping[int, Span]) -> dict[int, Fraction]:
+    """Equivalent solution with few digits and away from the bounds: each variable in turn, with the others fixed."""
     for var in values:
         span = spans[var]
         for row in rows:

@@ -1,4 +1,4 @@
-"""Looks for a solution of a formula: bounds are propagated, then each `or` is decided in turn, with backjumping.
+"""Solver for formulas: propagates bounds, then branches on each `or`, with conflict-directed backjumping.
 
 Every bound and inequality carries the decisions from which it follows. If a part of an `or` fails for reasons that do
 not include the decision for this part, the other parts fail for the same reasons and are not tried (P. Prosser,
@@ -18,38 +18,38 @@ from .formula import Bound, Effort, Formula, Join, Row, Undecided
 from .interval import Range
 from .simplex import Span, solution
 
-DEPTH = 300  # decisions inside each other
-GAIN, HUGE = 8, 10**6  # a bound from an inequality must take 1/8 of the span away, or propagation may not end
+DEPTH = 300  # maximum number of nested decisions
+GAIN, HUGE = 8, 10**6  # a derived bound must cut 1/8 of the interval and be below HUGE, so that propagation terminates
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Values with which a formula holds.
+    """Solution of a formula.
 
     Attributes:
-        spans: What each variable that matters can be.
-        values: The values of variables that are compared with each other.
+        spans: Intervals of the relevant variables.
+        values: Values of variables that occur in inequalities with others.
     """
 
     spans: Mapping[int, Span]
     values: Mapping[int, Fraction | float]
 
     def value(self, var: int) -> float | None:
-        """A value of a variable; None where any will do."""
+        """Value of a variable; None if any value is a solution."""
         if var in self.values:
             return float(self.values[var])
         return float(self.spans[var].pick()) if var in self.spans else None
 
 
 class _End:
-    """The least, or the greatest, value of a row's sum.
+    """Minimum or maximum of a row's sum.
 
     Attributes:
-        value: The sum; infinite where a term is, NaN where infinite values of opposite signs may meet in it.
-        finite: The sum of the finite terms.
-        unbounded: The variables whose terms have no end here.
-        open: The number of terms whose end is left out.
-        why: The decisions from which it follows, as bits.
+        value: Sum; infinite if a term is, NaN if infinite values of opposite signs may occur in it.
+        finite: Sum of the finite terms.
+        unbounded: Variables whose terms are unbounded in this direction.
+        open: Number of terms whose end is excluded.
+        why: Bit set of the decisions from which it follows.
     """
 
     def __init__(self, row: Row, sign: int, span_of: Callable[[int], Span]) -> None:
@@ -68,7 +68,7 @@ class _End:
             elif ((end > 0) is (factor > 0)) is (sign > 0):
                 self.unbounded.append(var)
                 attained |= not left_out
-            else:  # the other end of the sum: the variable is that infinite value
+            else:  # infinite in the opposite direction: the variable is fixed at that infinite value
                 fixed = True
         self.value: Fraction | float = self.finite
         if fixed:
@@ -77,16 +77,16 @@ class _End:
             self.value = sign * math.inf
 
 
-_Part = tuple[Formula, int]  # a part that must hold, and the decisions from which it follows, as bits
+_Part = tuple[Formula, int]  # a part that must hold, and the bit set of decisions from which it follows
 
 
 class _State:
-    """What a branch of the search has settled.
+    """State of a branch of the search.
 
     Attributes:
-        spans: What each variable can be, where that is not all of its range.
-        open: The rows and choices that may hold or not.
-        changed: The variables whose span has changed since the open parts were looked at, as bits.
+        spans: Intervals of the variables, if narrower than their ranges.
+        open: Undecided rows and choices.
+        changed: Bit set of the variables whose interval has changed since the open parts were evaluated.
     """
 
     def __init__(self, spans: dict[int, Span], open_parts: list[_Part]) -> None:
@@ -94,11 +94,11 @@ class _State:
 
 
 class Solver:
-    """One search.
+    """Search for a solution of a formula.
 
     Args:
-        ranges: What a variable can be.
-        effort: What it may take.
+        ranges: Function from a variable to its range.
+        effort: Step budget.
     """
 
     def __init__(self, ranges: Callable[[int], Range], effort: Effort) -> None:
@@ -107,23 +107,23 @@ class Solver:
         self._whole: dict[int, Span] = {}
 
     def solve(self, formula: Formula) -> Solution | None:
-        """A solution; None where there surely is none.
+        """Find a solution; None if it is proved that there is none.
 
         Raises:
-            Undecided: It takes too many steps.
+            Undecided: The step budget or the depth of decisions is exhausted.
         """
         found = self._search(_State({}, []), [(formula, 0)], 0)
         return found if isinstance(found, Solution) else None
 
     def _search(self, state: _State, todo: list[_Part], level: int) -> Solution | int:
-        """A solution, or the decisions that exclude one, as bits."""
+        """A solution, or the bit set of decisions that exclude one."""
         failed = self._settle(state, todo)
         if failed is not None:
             return failed
         choices = [(part, why) for part, why in state.open if isinstance(part, Join)]
         if not choices:
             return self._values(state, level)
-        if not level & (level - 1) and (failed := self._excluded(state)) is not None:  # now and then: it takes long
+        if not level & (level - 1) and (failed := self._excluded(state)) is not None:  # rarely: it is slow
             return failed
         choice, why = min(choices, key=lambda each: len(each[0].parts))
         left = [each for each in state.open if each[0] is not choice]
@@ -143,10 +143,10 @@ class Solver:
         return why
 
     def _values(self, state: _State, level: int) -> Solution | int:
-        """Values of the variables that are compared with each other, where all else is settled.
+        """Values of the variables in rows, after all choices are decided.
 
-        Finite values are looked for first. Where two infinite values can meet, `<=` may hold without finite values for
-        it; then it is decided whether one of them is infinite.
+        Finite values are tried first. If two infinite values can be compared, `<=` may hold without finite values; then
+        the search branches on whether one of them is infinite.
         """
         rows, spans = self._rows(state)
         apart = [row for row in rows if any(_infinite(spans[var]) for var in row.terms)]
@@ -165,7 +165,7 @@ class Solver:
         return self._branch(state, (Bound(var, not greatest, end, False), Bound(var, greatest, end, True)), 0, level)
 
     def _excluded(self, state: _State) -> int | None:
-        """The decisions that exclude a solution of the rows, whatever the choices are, as bits; None if none do."""
+        """Bit set of decisions that exclude a solution of the rows for all choices; None if there are none."""
         rows, spans = self._rows(state)
         rows = [row for row in rows if not any(_infinite(spans[v]) for v in row.terms)]
         rows = [row for row in rows if row.strict or not _meeting(row, spans)]
@@ -173,9 +173,10 @@ class Solver:
         return failed if values is None else None
 
     def _rows(self, state: _State) -> tuple[list[Row], dict[int, Span]]:
-        """The rows that may hold or not, each with the decisions from which it follows, and their variables' spans.
+        """Undecided rows, each with the decisions from which it follows, and the intervals of their variables.
 
-        With two infinite values `<=` holds. That this is excluded follows from the decisions that bound the variables.
+        `<=` holds between two equal infinite values. The decisions that bound the variables exclude this case, so they
+        are added to the reasons.
         """
         rows: list[Row] = []
         spans: dict[int, Span] = {}
@@ -189,7 +190,7 @@ class Solver:
         return rows, spans
 
     def _settle(self, state: _State, todo: list[_Part]) -> int | None:
-        """Take over all that is certain; the decisions that exclude a solution, as bits, where there is none."""
+        """Propagate until nothing changes; return the bit set of decisions of a conflict, or None."""
         while True:
             while todo:
                 if (failed := self._take(state, *todo.pop(), todo)) is not None:
@@ -205,7 +206,7 @@ class Solver:
                     return failed
 
     def _take(self, state: _State, part: Formula, why: int, todo: list[_Part]) -> int | None:
-        """Take a part over that must hold, and note what follows; the decisions that exclude it, as bits."""
+        """Assert a part and queue its consequences; return the bit set of decisions of a conflict, or None."""
         self._effort.spend()
         if isinstance(part, Row):
             return self._contract(state, part, why, todo)
@@ -224,7 +225,7 @@ class Solver:
         return None
 
     def _reduce(self, state: _State, choice: Join, why: int, todo: list[_Part]) -> int | None:
-        """Take the parts of a choice out that cannot hold; a last part is certain, a part that holds settles it."""
+        """Remove the parts of a choice that cannot hold; assert the last remaining part; drop a choice that holds."""
         left = []
         for part in choice.parts:
             holds, reason = self._judge(state, part)
@@ -248,7 +249,7 @@ class Solver:
         return None
 
     def _implied(self, state: _State, part: Formula, var: int, upper: bool) -> tuple[Bound, int] | None:
-        """What a formula bounds a variable by, and the decisions from which that follows; None where by nothing."""
+        """Bound of a variable that a formula implies, and the decisions from which it follows; None without one."""
         if isinstance(part, Bound):
             return (part, 0) if part.var == var and part.upper is upper else None
         if isinstance(part, Row):
@@ -266,7 +267,7 @@ class Solver:
         return bound, reason if part.every else reduce(or_, (each[1] for each in known))
 
     def _judge(self, state: _State, part: Formula) -> tuple[bool | None, int]:
-        """Whether a part holds whatever the spans leave; if it does not, the decisions that exclude it, as bits."""
+        """Whether a part always holds, never holds (with the decisions that exclude it), or is undecided (None)."""
         self._effort.spend()
         if isinstance(part, Bound):
             span = self._span(state, part.var)
@@ -286,7 +287,7 @@ class Solver:
         return (None if None in verdicts else part.every), why
 
     def _contract(self, state: _State, row: Row, why: int, todo: list[_Part]) -> int | None:
-        """Bound each variable of a row by what the others leave it; a row that holds is done with."""
+        """Derive bounds of a row's variables from the others; a row that always holds is dropped."""
         low = self._end(state, row, -1)
         holds = self._row_holds(state, row, low)
         if holds is not None:
@@ -299,11 +300,11 @@ class Solver:
         return None
 
     def _rest(self, state: _State, row: Row, var: int, low: _End) -> Bound | None:
-        """What a row leaves a variable, if the others are at the least; None where they have no least sum."""
+        """Bound of a variable from a row with all other terms at their minimum; None if these have no minimum."""
         factor = row.terms[var]
         if low.unbounded not in ([], [var]):
             return None
-        if math.isnan(low.value):  # another one is infinite, so this one must be, too
+        if math.isnan(low.value):  # another variable is infinite, so this one must be, too
             return Bound(var, factor > 0, -math.inf if factor > 0 else math.inf, row.strict)
         span = self._span(state, var)
         end, left_out = (span.low, span.above) if factor > 0 else (span.high, span.under)
@@ -311,7 +312,7 @@ class Solver:
         return Bound(var, factor > 0, -rest / factor, row.strict or low.open > left_out)
 
     def _row_holds(self, state: _State, row: Row, low: _End) -> bool | None:
-        """Whether a row's sum is less than 0 whatever it can be."""
+        """Whether a row always holds, never holds, or is undecided (None)."""
         if low.value > 0 or (low.value == 0 and (low.open or row.strict)) or (math.isnan(low.value) and row.strict):
             return False
         high = self._end(state, row, 1)
@@ -334,7 +335,7 @@ class Solver:
 
 
 def _worthwhile(span: Span, bound: Bound) -> bool:
-    """Whether a bound takes so much of a span away that propagation ends."""
+    """Whether a bound cuts enough of an interval; this makes propagation terminate."""
     cut = span.cut(bound.value, bound.upper, bound.strict)
     if cut is span:
         return False
@@ -347,12 +348,12 @@ def _worthwhile(span: Span, bound: Bound) -> bool:
 
 
 def _infinite(span: Span) -> bool:
-    """Whether only an infinite value is left."""
+    """Whether the interval is a single infinite value."""
     return isinstance(span.low, float) and span.low == span.high
 
 
 def _meeting(row: Row, spans: Mapping[int, Span]) -> list[int]:
-    """The variables of a row whose infinite values can meet."""
+    """Variables of a row that can be infinite with opposite signs in its sum; empty if that is impossible."""
     ends: dict[int, list[int]] = {1: [], -1: []}
     for var, factor in row.terms.items():
         span, sign = spans[var], 1 if factor > 0 else -1

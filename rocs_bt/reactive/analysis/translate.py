@@ -1,13 +1,12 @@
-"""From a typed tree to a formula.
+"""Translation of typed expression trees to formulas.
 
-A comparison becomes a linear sum that is compared with 0. A part of it that has cases (`min`, `abs`, `clip`, `if`,
-`side`, `count`) is a variable of its own with a definition: `m = min(a, b)` is `m <= a and m <= b`, and `a <= m or
-b <= m`. So a formula is about as long as its expression. What remains, such as products of signals, is a variable of
-which only its range is known. Of the past `held(a)` says that a is now, `once(a)` that it was if it is; the rest is a
-truth value of its own. So a formula without a solution means an expression that is never true; a solution is only a
-candidate.
+A comparison becomes a linear sum that is compared with 0. A part with cases (`min`, `abs`, `clip`, `if`, `side`,
+`count`) becomes a variable with a definition: `m = min(a, b)` is `m <= a and m <= b`, and `a <= m or b <= m`. So a
+formula is about as long as its expression. Other parts, such as products of signals, become variables with a known
+range only. For temporal operations, a true `held(a)` implies a, and a implies `once(a)`; the rest is an unknown truth
+value. Therefore an unsatisfiable formula proves that the expression is never true, but a solution is only a candidate.
 
-Values are taken to be valid: an invalid comparison is neither true nor false.
+All values are assumed valid: an invalid comparison is neither true nor false.
 """
 
 from __future__ import annotations
@@ -29,13 +28,13 @@ _FLIPPED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 
 @dataclass
 class _Sum:
-    """A linear sum: variables, and parts with cases that are no variables yet.
+    """Linear sum of variables, and of parts with cases that have no variable yet.
 
     Attributes:
-        terms: The factor of each variable.
-        parts: The factor of each part.
-        constant: What is added, perhaps infinite.
-        met: The variables that can be infinite and were taken from themselves.
+        terms: Factor of each variable.
+        parts: Factor of each part.
+        constant: Constant term, may be infinite.
+        met: Variables that can be infinite and occur with opposite signs.
     """
 
     terms: dict[int, Fraction] = field(default_factory=dict)
@@ -45,16 +44,16 @@ class _Sum:
 
 
 class Translator:
-    """Translates expressions over the same signals, so that their formulas can be joined.
+    """Translator of expressions over the same signals; formulas share variables, so they can be joined.
 
     Args:
-        size: How many values a snapshot has.
-        bounds: What each of them can be.
-        effort: What it may take.
+        size: Number of values of a snapshot.
+        bounds: Function from an index of the snapshot to its range.
+        effort: Step budget.
 
     Attributes:
-        unknown: What stands for no linear sum, by the number of its variable.
-        reasons: Why comparisons were not translated, as the keys.
+        unknown: Parts that are not linear, keyed by their variable.
+        reasons: Reasons why comparisons were not translated, as the keys.
     """
 
     def __init__(self, size: int, bounds: Callable[[int], Range], effort: Effort) -> None:
@@ -69,13 +68,13 @@ class Translator:
         self._definitions: dict[int, Formula] = {}
 
     def formula(self, node: Node) -> Formula:
-        """The formula of a single truth value, with the definitions of all its parts."""
+        """Formula of a scalar boolean expression, with the definitions of all its parts."""
         self.unknown, self.reasons, self._definitions = {}, {}, {}
         guard = self._truth(node, True)
         return join(True, [guard, *self._definitions.values()])
 
     def range(self, var: int) -> Range:
-        """What a variable can be."""
+        """Range of a variable."""
         if var < self._size:
             return self._bounds(var)
         if var not in self._ranges:
@@ -129,7 +128,7 @@ class Translator:
         return Bound(self._unknown(node), not wanted, Fraction(int(wanted)), False)
 
     def _comparison(self, node: Node, wanted: bool) -> Formula:
-        """As a sum; else as a truth value of which nothing is known."""
+        """Formula of a comparison; an unknown truth value if it cannot be translated."""
         pairs = zip(node.args, node.signs, node.args[1:], strict=False)
         try:
             return join(wanted, [self._compare(a, sign if wanted else _FLIPPED[sign], b) for a, sign, b in pairs])
@@ -151,7 +150,7 @@ class Translator:
         return self._below(total, strict=sign in ("<", ">"))
 
     def _below(self, total: _Sum, strict: bool) -> Formula:
-        """That a sum is less than 0. A single `min` or `max` in it needs no variable: it is an `or`, or an `and`."""
+        """Formula for a sum less than 0. A single `min` or `max` in it needs no variable: it is an `or` or an `and`."""
         self._effort.spend(4)
         if len(total.parts) == 1 and not isinstance(total.constant, float):
             ((part, factor),) = total.parts.items()
@@ -163,19 +162,19 @@ class Translator:
         return self._row(total, strict)
 
     def _with(self, total: _Sum, value: Node, factor: Fraction) -> _Sum:
-        """A sum without its parts, and so many times a value."""
+        """A sum without its parts, plus a multiple of a value."""
         found = _Sum(dict(total.terms), {}, total.constant, set(total.met))
         self._add(found, value, factor)
         return found
 
     def _row(self, total: _Sum, strict: bool) -> Formula:
-        """That a linear sum is less than 0. With the same infinite value on both sides `<` is false, and `<=` true."""
+        """Formula for a linear sum less than 0. Between equal infinite values `<` is false and `<=` is true."""
         row = below_zero(total.terms, total.constant, strict, self._finite)
         ends = [Bound(var, (end > 0) is strict, end, strict) for var in total.met for end in (math.inf, -math.inf)]
         return join(strict, [row, *ends])
 
     def _defined(self, part: Node) -> int:
-        """The variable that is a part with cases; it is defined once in a formula."""
+        """Variable of a part with cases; a formula defines it once."""
         var = self._number(part)
         if var not in self._definitions:
             self._definitions[var] = self._definition(var, part)
@@ -194,13 +193,13 @@ class Translator:
         return join(False, cases, var)
 
     def _between(self, var: int, value: Node, sign: Fraction) -> Formula:
-        """That a variable is at most a value, or at least for the sign -1."""
+        """Formula for a variable that is at most a value; for the sign -1, at least."""
         total = _Sum({var: sign})
         self._add(total, value, -sign)
         return self._below(total, strict=False)
 
     def _add(self, total: _Sum, node: Node, factor: Fraction) -> None:
-        """Add a number to a sum, so many times."""
+        """Add a multiple of a numeric expression to a sum."""
         args = node.args
         if node.constant:
             total.constant = _plus(total.constant, factor, _constant(node))
@@ -244,12 +243,12 @@ class Translator:
     def _add_variable(self, total: _Sum, var: int, factor: Fraction) -> None:
         before = total.terms.get(var, Fraction(0))
         if before * factor < 0 and not self._finite(var):
-            total.met.add(var)  # inf < inf is false, whatever the sums around them are
+            total.met.add(var)  # inf < inf is false, independent of the rest of the sum
         total.terms[var] = before + factor
 
 
 def element(node: Node, i: int) -> Node:
-    """The i-th value of a group as an expression; a single value stands for each."""
+    """Expression of the i-th value of a group; a scalar is broadcast."""
     if not node.kind.size:
         return node
     if node.op == "vector":
@@ -261,7 +260,7 @@ def element(node: Node, i: int) -> Node:
 
 
 def elements(node: Node) -> list[Node]:
-    """Each value of a group."""
+    """Expressions of all values of a group."""
     return [element(node, i) for i in range(max(1, node.kind.size))]
 
 
@@ -277,7 +276,7 @@ def _switched(node: Node) -> bool:
 
 
 def _values(extreme: Node) -> list[Node]:
-    """The values of which a part is the least or the greatest."""
+    """Values of which a part is the minimum or maximum."""
     if extreme.op == "abs":
         (arg,) = extreme.args
         return [arg, Node("neg", arg.kind, (arg,), text=f"-({arg.text})")]
@@ -286,7 +285,7 @@ def _values(extreme: Node) -> list[Node]:
 
 
 def _cases(node: Node) -> list[tuple[Node, Node]]:
-    """What a value is in which case; together the cases are all there are."""
+    """Condition and value of each case; together the cases are exhaustive."""
     args = node.args
     zero = _number_node(0.0)
     match node.op:
@@ -342,15 +341,15 @@ def _plus(constant: Fraction | float, factor: Fraction, value: float) -> Fractio
 
 
 def conjunction(nodes: Sequence[Node]) -> Node:
-    """That all expressions are true."""
+    """Expression for: all expressions are true."""
     return nodes[0] if len(nodes) == 1 else Node("and", TRUTH, tuple(nodes), text=" and ".join(n.text for n in nodes))
 
 
 def negation(node: Node) -> Node:
-    """That an expression is false."""
+    """Expression for: an expression is false."""
     return node.args[0] if node.op == "not" else _not(node)
 
 
 def unknown_texts(found: Mapping[int, Node]) -> list[str]:
-    """How the parts of which nothing is known were written."""
+    """Source texts of the unknown parts."""
     return list(dict.fromkeys(node.text for node in found.values() if node.text))
