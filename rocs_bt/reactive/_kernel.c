@@ -1,18 +1,18 @@
-/* The table machine: runs a RuleTable (rule_table.py) and its Program (../expression/program.py), whose modules say
- * what every instruction and every step means. Built by hatch_build.py; kernel_backend.py is its only caller.
+/* Table machine: runs a RuleTable (rule_table.py) and its Program (../expression/program.py); these modules define
+ * every instruction and every step. Built by hatch_build.py; kernel_backend.py is its only caller.
  *
- * A Table is checked once, when it is made: every register, cell and column that it names exists, and every register is
- * written at most once and before it is read. What a state holds is not trusted either: the places in rings that stand
- * in it are held to the ring's room at every use. So nothing here reads or writes beyond its arrays, whatever it is given.
+ * A Table is checked once, when it is created: every register, cell and column that it names exists, and every register
+ * is written at most once and before it is read. States are not trusted either: ring positions in a state are limited to
+ * the ring's capacity at every use. So no input can cause a read or write beyond an array.
  *
- * Since a register is written once, instructions may change places as long as operands come first. They are sorted by
- * depth and kind, so that all comparisons of one depth, say, run in one tight loop and not in a switch for each. A
- * comparison that nothing but a release (`until`) needs runs only while its rule is latched; one that nothing but an
- * AND needs is done with that.
+ * Because a register is written once, instructions can be reordered as long as operands come first. They are sorted by
+ * depth and kind, so that, for example, all comparisons of one depth run in one tight loop instead of a switch for each.
+ * A comparison that only a release (`until`) needs runs only while its rule is latched; one that only an AND needs is
+ * fused with it.
  *
- * Only the limited API of CPython 3.11 is used: one binary serves that version and all later ones.
+ * Only the limited API of CPython 3.11 is used: one binary works with that version and all later ones.
  *
- * What it is made of stands in kernel/; this file shows it to Python.
+ * The implementation is in kernel/; this file is the Python binding.
  */
 #define Py_LIMITED_API 0x030B0000
 #define PY_SSIZE_T_CLEAN
@@ -123,9 +123,9 @@ static PyObject *table_batch(PyObject *self, PyObject *const *args, Py_ssize_t c
 typedef struct {
     PyObject_HEAD
     Table *table;
-    Py_buffer values; /* the state; the caller's array */
-    Py_buffer x;      /* of the last snapshot, kept open: it is most often the same array again */
-    PyObject *seen;   /* whose buffer x is; NULL if none, or if the buffer is another object's */
+    Py_buffer values; /* the state: the caller's array */
+    Py_buffer x;      /* buffer of the last snapshot, kept open: the next snapshot is usually the same array */
+    PyObject *seen;   /* object that owns buffer x; NULL if none, or if the buffer belongs to another object */
     Work work;
 } Machine;
 

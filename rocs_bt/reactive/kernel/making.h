@@ -1,9 +1,9 @@
-/* Makes a table of the caller's arrays. */
+/* Creates a table from the caller's arrays. */
 #pragma once
 
 #include "placing.h"
 
-/* Opens a buffer of `dimensions` and of numbers of a kind: 'd' float64, 'i' int32, 'q' int64, 'B' uint8, '?' bool. */
+/* Opens a buffer with `dimensions` and a number type: 'd' float64, 'i' int32, 'q' int64, 'B' uint8, '?' bool. */
 static int buffer(PyObject *object, Py_buffer *view, const char *name, char kind, int dimensions, int flags) {
     if (PyObject_GetBuffer(object, view, flags | PyBUF_FORMAT) < 0) return -1;
     const char *format = view->format == NULL ? "B" : view->format;

@@ -1,4 +1,4 @@
-/* Operations that remember: cells and rings of a state. */
+/* Temporal operations, on cells and rings of a state. */
 #pragma once
 
 #include "values.h"
@@ -43,7 +43,7 @@ typedef struct {
 
 static double *pair(const Ring *ring, int i) { return ring->pairs + 2 * ((ring->head + i) % ring->capacity); }
 
-/* Opens the ring at a cell and drops what has left the window. */
+/* Opens the ring at a cell and drops the pairs that have left the window. */
 static Ring opened(double *cell, int capacity, double t, double window) {
     Ring ring = {cell + 2, 0, 0, capacity};
     if (cell[0] >= 0.0 && cell[0] < capacity) ring.head = (int)cell[0];
@@ -68,13 +68,13 @@ static void pushed(Ring *ring, double *cell, double t, double value, double grai
         newest = pair(ring, ring->count);
         newest[0] = t;
         newest[1] = value;
-        if (ring->count < ring->capacity) ring->count++; /* always so, unless the state is not one of ours */
+        if (ring->count < ring->capacity) ring->count++; /* false only for an invalid state */
     }
     cell[0] = ring->head;
     cell[1] = ring->count;
 }
 
-/* RATE, DELAY, LOWEST and SINCE_MARGIN; k holds window, grain, before. */
+/* RATE, DELAY, LOWEST and SINCE_MARGIN; k contains window, grain, before. */
 static double remembered(int op, double *cell, int capacity, double a, double b, double t, const double *k) {
     Ring ring = opened(cell, capacity, t, k[0]);
     double m;

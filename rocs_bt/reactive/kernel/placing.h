@@ -1,14 +1,14 @@
-/* Checks, puts together and sorts the instructions of a table. */
+/* Checks, fuses and sorts the instructions of a table. */
 #pragma once
 
 #include "table.h"
 
 typedef struct {
     Instruction code;
-    int32_t depth, place, rule; /* rule: whose release alone needs it; else STEP or FUSED */
+    int32_t depth, place, rule; /* rule: the only rule whose release needs it; else STEP or FUSED */
 } Placed;
 
-enum { STEP = -1, FUSED = -2 }; /* Placed.rule: run at every step; done by another instruction */
+enum { STEP = -1, FUSED = -2 }; /* Placed.rule: runs at every step; fused with another instruction */
 
 static int by_depth_and_kind(const void *one, const void *other) {
     const Placed *a = one, *b = other;
@@ -18,9 +18,9 @@ static int by_depth_and_kind(const void *one, const void *other) {
     return a->place < b->place ? -1 : 1;
 }
 
-typedef struct { /* of each register, while instructions are checked */
+typedef struct { /* data of each register, while instructions are checked */
     int32_t *depth;
-    uint8_t *used;  /* READ: by an instruction; AGAIN: or by another, or by a rule; WRITTEN; RELEASES: once, a rule */
+    uint8_t *used;  /* READ: by one instruction; AGAIN: by another one or a rule; WRITTEN; RELEASES: releases one rule */
 } Registers;
 
 enum { READ = 1, WRITTEN = 2, RELEASES = 4, AGAIN = 8 };
@@ -30,7 +30,7 @@ static int wrong(Py_ssize_t place, const char *what, long long found, long long 
     return -1;
 }
 
-/* Notes that an instruction reads registers [a, a + n); gives the depth that it then has at least, or -1. */
+/* Marks registers [a, a + n) as read by an instruction; returns the minimum depth of the instruction, or -1. */
 static int32_t reads(const Table *table, Registers *registers, Py_ssize_t place, int32_t a, int64_t n) {
     int32_t depth = 0;
     if (a < 0 || a + n > table->registers) return wrong(place, "it reads register", a < 0 ? a : a + n - 1, table->registers);
@@ -90,7 +90,7 @@ static int place_one(Table *table, Registers *registers, Py_ssize_t place, const
         if ((int64_t)k->a + k->n > table->needed) table->needed = (Py_ssize_t)k->a + k->n;
         k->b = k->c = 0;
     } else {
-        if (operands < 2) k->b = k->a; /* unused ones must stand somewhere, too */
+        if (operands < 2) k->b = k->a; /* unused operands must be valid, too */
         if (operands < 3 && kind < REMEMBER) k->c = k->a;
         if (operands < 3 && kind == EACH) k->wide &= (uint8_t)((1 << operands) - 1);
     }
@@ -101,7 +101,7 @@ static int place_one(Table *table, Registers *registers, Py_ssize_t place, const
     return writes(table, registers, place, k->dst, kind == EACH ? k->n : 1, depth);
 }
 
-/* Finds the comparisons whose value nothing but the release of one rule needs, and puts them behind all others. */
+/* Finds comparisons that only the release of one rule needs, and sorts them behind all others. */
 static void defer(const Table *table, Registers *registers, Placed *placed, Py_ssize_t n) {
     uint8_t *const used = registers->used;
     for (Py_ssize_t i = 0; i < table->rules; i++) {
@@ -126,7 +126,7 @@ static void defer(const Table *table, Registers *registers, Placed *placed, Py_s
     }
 }
 
-/* Puts a comparison whose value nothing but one AND needs into that AND. */
+/* Fuses a comparison with the only AND that needs it. */
 static void fuse(const Registers *registers, Placed *placed, Py_ssize_t n) {
     for (Py_ssize_t i = 0; i < n; i++) {
         Instruction *k = &placed[i].code;
@@ -145,7 +145,7 @@ static void fuse(const Registers *registers, Placed *placed, Py_ssize_t n) {
     }
 }
 
-/* Checks, places and sorts the instructions. */
+/* Checks and sorts the instructions. */
 static int table_code(Table *table, const Py_buffer *code) {
     const Py_ssize_t n = code->shape[0];
     Registers registers = {calloc((size_t)table->registers + 1, sizeof(int32_t)), calloc((size_t)table->registers + 1, 1)};

@@ -3,7 +3,7 @@
 
 #include "program.h"
 
-/* The flags of all rules, from the columns of a state. */
+/* Sets the flags of all rules from the columns of a state. */
 static void rouse(const Table *table, const double *column, uint8_t *flags) {
     const Py_ssize_t n = table->rules;
     const double *latched = column, *risen = column + RISEN * n, *unknown = column + UNKNOWN * n,
@@ -24,7 +24,7 @@ static void begin(const Table *table, double *values, uint8_t *flags) {
     rouse(table, column, flags);
 }
 
-/* One rule's step; gives its flags. */
+/* Advances one rule; returns its flags. */
 static uint8_t live(const Table *table, const Rule *rule, double *column, double *r, double t) {
     const Py_ssize_t n = table->rules;
     double *latched = column + LATCHED * n, *risen = column + RISEN * n, *ready = column + READY * n,
@@ -66,7 +66,7 @@ static uint8_t live(const Table *table, const Rule *rule, double *column, double
     return *risen == INFINITY && *unknown == INFINITY && *blind == 0.0 ? 0 : AWAKE;
 }
 
-/* Advances a state by one snapshot; gives the winner. */
+/* Advances a state by one snapshot; returns the winner. */
 static int32_t step(const Table *table, Work *work, double *values, const char *x, Py_ssize_t stride, double t) {
     const Py_ssize_t n = table->rules;
     double *const column = values + 1 + table->cells, *const r = work->r;

@@ -1,4 +1,4 @@
-/* What a table is, in memory. */
+/* Data structures of a table. */
 #pragma once
 
 #include <Python.h>
@@ -23,9 +23,9 @@
 enum { LOAD, NEG, ABS, SIGN, SIDE, SQRT, WRAP, ADD, SUB, MUL, DIV, HYPOT, ATAN2, MIN2, MAX2, CLIP, SELECT, LT, LE, EQ, NE,
        NOT, AND, OR, MIN, MAX, ARGMIN, SUM, ANY, ALL, COUNT, MIN_VALID, DOT, HELD, SINCE, AGO, RATE, DELAY, GAP, WORST,
        BEST, WORST_OF, BEST_OF, LOWEST, SINCE_MARGIN, OPS,
-       AND_LT = OPS, AND_LE /* a and b < c: what placing makes of two instructions */ };
+       AND_LT = OPS, AND_LE /* a and b < c: two fused instructions, see placing.h */ };
 
-enum { EACH, REDUCE, REMEMBER, RING }; /* value by value; of n values; temporal with that many cells; with a ring */
+enum { EACH, REDUCE, REMEMBER, RING }; /* elementwise; reduction of n values; temporal with a fixed number of cells; temporal with a ring */
 
 static const struct { uint8_t kind, operands, cells; } KINDS[OPS] = {
     [LOAD] = {EACH, 0, 0}, [NEG] = {EACH, 1, 0}, [ABS] = {EACH, 1, 0}, [SIGN] = {EACH, 1, 0}, [SIDE] = {EACH, 1, 0},
@@ -41,41 +41,41 @@ static const struct { uint8_t kind, operands, cells; } KINDS[OPS] = {
 };
 
 typedef struct {
-    int32_t n, dst, a, b, c, cell, capacity; /* capacity: how many pairs the ring has room for */
+    int32_t n, dst, a, b, c, cell, capacity; /* capacity: maximum number of pairs in the ring */
     uint8_t op, wide;
 } Instruction;
 
 typedef struct {
     int32_t op, single;     /* single: all of n = 1 */
-    Py_ssize_t start, stop; /* of the sorted instructions */
+    Py_ssize_t start, stop; /* range of the sorted instructions */
 } Run;
 
 typedef struct {
     double hold, cooldown, max_hold;
-    int32_t when, until, margin, rank; /* rank: of priority, 0 the first */
-    Run release;                       /* what only its release needs: run while it is latched; else none */
+    int32_t when, until, margin, rank; /* rank: order by priority, 0 first */
+    Run release;                       /* instructions that only its release needs: run while it is latched; may be empty */
     uint8_t level, on_invalid;
 } Rule;
 
 enum { CLEAR, TRIP, HOLD };                                 /* Rule.on_invalid */
-enum { LATCHED, RISEN, READY, UNKNOWN, ENABLED, BLIND, COLUMNS }; /* of a state, each as long as the rules */
+enum { LATCHED, RISEN, READY, UNKNOWN, ENABLED, BLIND, COLUMNS }; /* columns of a state, one value per rule */
 
 typedef struct {
     PyObject_HEAD
     Py_ssize_t instructions, runs, registers, rules, cells, margins, width;
-    Py_ssize_t needed; /* how long a snapshot must be */
+    Py_ssize_t needed; /* minimum length of a snapshot */
     Instruction *code;
     Run *run;
-    double *first;   /* how the registers begin */
-    double *initial; /* how a state begins */
+    double *first;   /* initial registers */
+    double *initial; /* initial state */
     Rule *rule;
-    int32_t *guard;   /* the register of each rule's guard: all that a rule at rest costs */
+    int32_t *guard;   /* register of each rule's guard: the only cost of an inactive rule */
     int32_t *by_rank;
 } Table;
 
-typedef struct { /* what a step works with, beside the state */
+typedef struct { /* working memory of a step, in addition to the state */
     double *r;
-    uint8_t *flags; /* of each rule: 0 at rest, where a guard that is false changes nothing; AWAKE; AWAKE | ON if latched */
+    uint8_t *flags; /* per rule: 0 if inactive (a false guard changes nothing); AWAKE; AWAKE | ON if latched */
 } Work;
 
 enum { AWAKE = 1, ON = 2 };

@@ -1,4 +1,4 @@
-/* Operations on values, and on n of them. */
+/* Operations on single values and on n values. */
 #pragma once
 
 #include "table.h"
@@ -8,7 +8,7 @@ static double wrapped(double a) {
     return angle == -PI ? PI : angle;
 }
 
-/* Truth values are 0, 1 or NaN; without branches, as they are not to be foretold. */
+/* Truth values are 0, 1 or NaN; branch-free, because they are unpredictable. */
 static double both(double a, double b) { return a == 0.0 ? 0.0 : b == 0.0 ? 0.0 : a * b; }
 
 static double either(double a, double b) { return a == 1.0 ? 1.0 : b == 1.0 ? 1.0 : a + b; }
@@ -27,7 +27,7 @@ static int any_invalid(const double *a, int n) {
     return invalid;
 }
 
-/* The sum tells that nothing is invalid at the price of an addition; it is NaN of inf and -inf, too, and then one looks. */
+/* A sum that is not NaN proves that all values are valid. inf - inf is NaN, too; then each value is checked. */
 static double least_in_turn(const double *a, int n) {
     double m = a[0], sum = a[0];
     for (int i = 1; i < n; i++) {
@@ -38,7 +38,7 @@ static double least_in_turn(const double *a, int n) {
 }
 
 #ifdef __SSE2__
-/* Two by two, for this is half of the work of common rules. It is only the sign of a zero that order can change. */
+/* Unrolled by two, because this is half of the work of common rules. Order affects only the sign of a zero. */
 static double least(const double *a, int n) {
     if (n < 4) return least_in_turn(a, n);
     __m128d m = _mm_loadu_pd(a), sum = m;
