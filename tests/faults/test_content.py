@@ -299,7 +299,7 @@ def test_a_sensor_that_never_worked_has_no_signals_at_all(broken, tmp_path):
     assert replay(Recording.open(tmp_path), Catalog()) is None
 
 
-@pytest.mark.parametrize("method", ["interpret", "stamp", "doubt"])
+@pytest.mark.parametrize("method", ["interpret", "stamp", "reject"])
 def test_a_monitor_that_raises_has_invalid_signals_and_is_asked_again(method, broken, monkeypatch):
     stages, sound = [], getattr(RangeMonitor, method)
 

@@ -130,7 +130,7 @@ class TestInclude:
         [
             ("../../x.toml", "is outside of"),
             ("/etc/passwd", "is outside of"),
-            ("none.toml", "there is no file"),
+            ("none.toml", "no file"),
             ("bad.toml", "bad.toml:2:5: not valid TOML"),
             ("strange.toml", "strange.toml:2:1: unknown key 'zzz' in the file"),
             ("twice.toml", "an included file already has a rule named 'A'"),
