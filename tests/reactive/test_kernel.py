@@ -38,7 +38,7 @@ class TestChoice:
         monkeypatch.delattr("rocs_bt.reactive._kernel", raising=False)
         assert choose_backend().name == "python"
         random_rules.assert_same(choose_backend(), random_rules.random_case(7))
-        with pytest.raises(InputError, match="ask for 'python'"):
+        with pytest.raises(InputError, match="choose 'python'"):
             choose_backend("kernel")
 
     def test_other_names_are_refused_with_those_that_exist(self):

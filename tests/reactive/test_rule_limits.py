@@ -46,7 +46,7 @@ ABSURD = {
     "number": (rule("speed > " + "9" * 400 + " m/s"), "too large"),
     "index": (rule("front[" + "9" * 100 + "] > 0 m"), "has 4 values"),
     "window": (rule("held(speed > 0 m/s, 99999 h)"), f"{MAX_WINDOW:g} s"),
-    "priority": (rule("speed > 0 m/s").replace("= 1\n", "= " + "9" * 18 + "\n"), "priority is between"),
+    "priority": (rule("speed > 0 m/s").replace("= 1\n", "= " + "9" * 18 + "\n"), "priority must be between"),
     "integer": (rule("speed > 0 m/s").replace("= 1\n", "= " + "9" * 30 + "\n"), "more than 64 bits"),
 }
 
