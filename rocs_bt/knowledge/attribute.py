@@ -89,7 +89,7 @@ class Attribute:
         return bool(fewer) and wider.size in (0, self.size) and wider.low <= self.low and self.high <= wider.high
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """Type, bounds, choices and `required`, for messages."""
         span = "" if math.isinf(self.low) and math.isinf(self.high) else f" in [{self.low:g}, {self.high:g}]"
         few = f" of {', '.join(self.choices)}" if self.choices else ""

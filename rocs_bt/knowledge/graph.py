@@ -254,7 +254,7 @@ class KnowledgeGraph(Readable):
             targets = self._store.targets.get((source, relation), {})
             row = targets.get(target)
             if row is None:
-                self._store.count(declared, source, target)
+                self._store.check_limits(declared, source, target)
                 for old in list(targets) if declared.single else ():
                     self._unrelate(source, relation, old)
                 row = self._store.relate((source, relation, target), declared.attributes)
@@ -348,7 +348,7 @@ class KnowledgeGraph(Readable):
         )
         self._sink.emit(change)
         if self.write_observers.all:
-            self.write_observers.note(change)
+            self.write_observers.record(change)
         if self._subscribers.all:
             self._subscribers.queue(change, (node,), self._lineages[kind])
         return revision
@@ -363,14 +363,14 @@ class KnowledgeGraph(Readable):
         )  # fmt: skip
         self._sink.emit(change)
         if self.write_observers.all:
-            self.write_observers.note(change)
+            self.write_observers.record(change)
         if self._subscribers.all:
             kinds = self._lineages[self.kind(source)] + self._lineages[self.kind(target)]
             self._subscribers.queue(change, (source, target), kinds, relation)
 
     def _settle(self) -> None:
         if self.write_observers.all and not self._locks:
-            self.write_observers.settle()
+            self.write_observers.flush()
 
     def _deliver(self) -> None:
         # Inside `locked` this thread still holds the lock, or will take it again; the outermost `locked` delivers.

@@ -199,10 +199,10 @@ class OccupancyGrid:
             rows, columns = self._slices(row, top, column, right)
             states, echoes = _states(self._evidence[rows, columns]), self._echoes[rows, columns].astype(float)
             first, revision = self._corner.tolist(), self.revision
-        beyond = _beyond(rows, row - first[0], top - first[0]), _beyond(columns, column - first[1], right - first[1])
-        if any(map(any, beyond)):
-            states = np.pad(states, beyond, constant_values=UNKNOWN)
-            echoes = np.pad(echoes, (*beyond, (0, 0)))
+        padding = _padding(rows, row - first[0], top - first[0]), _padding(columns, column - first[1], right - first[1])
+        if any(map(any, padding)):
+            states = np.pad(states, padding, constant_values=UNKNOWN)
+            echoes = np.pad(echoes, (*padding, (0, 0)))
         echoes[..., 0] += (np.arange(column, right + 1) + 0.5) * self.cell
         echoes[..., 1] += ((np.arange(row, top + 1) + 0.5) * self.cell)[:, None]
         return Window(states, echoes, column * self.cell, row * self.cell, self.cell, revision)
@@ -241,7 +241,7 @@ def _states(evidence: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
     return UNKNOWN + (evidence < FREE_BELOW).view(np.int8) + 2 * occupied
 
 
-def _beyond(inside: slice, start: int, last: int) -> tuple[int, int]:
+def _padding(inside: slice, start: int, last: int) -> tuple[int, int]:
     """Number of rows or columns, the last one included, before and after those inside the grid."""
     before = min(max(-start, 0), last + 1 - start)
     return before, last + 1 - start - before - (inside.stop - inside.start)

@@ -63,13 +63,13 @@ class Roadmap:
         self._roads: list[tuple[str, str]] = []  # closed roads too: a robot may be on one
         self.closed: list[str] = []
         with knowledge.graph.locked():
-            shut = _shut(knowledge)
+            doors = _closed_doors(knowledge)
             for source, target, road in _roads(knowledge):
-                if why := _in_the_way(road, width, shut.get((source, target))):
+                if why := _closed_reason(road, width, doors.get((source, target))):
                     self.closed.append(f"{source}-{target} ({why})")
                 self._join(knowledge, source, target, road, is_open=not why)
-        slopes = [d["weight"] / away for a, b, d in self.graph.edges(data=True) if (away := self._away(a, b)) > 0.0]
-        self._least = min(slopes, default=0.0)
+        slopes = [d["weight"] / away for a, b, d in self.graph.edges(data=True) if (away := self._distance(a, b)) > 0.0]
+        self._min_slope = min(slopes, default=0.0)
 
     def route(self, start: Point, goal: Point, search: Search) -> Route | None:
         """The cheapest route over the roads; None if there is none.
@@ -92,13 +92,13 @@ class Roadmap:
             raise KnowledgeError(f"no road can be driven; relate places with 'connects', as [[road]] does.{closed}")
         graph, self._at[_START], self._at[_END] = self.graph.copy(), start, goal
         graph.add_nodes_from((_START, _END))
-        graph.add_weighted_edges_from((_START, n, self._away(_START, n)) for n in self._entries(start))
-        graph.add_weighted_edges_from((n, _END, self._away(n, _END)) for n in self._exits(goal))
+        graph.add_weighted_edges_from((_START, n, self._distance(_START, n)) for n in self._entries(start))
+        graph.add_weighted_edges_from((n, _END, self._distance(n, _END)) for n in self._exits(goal))
         if self._straight_on(start, goal):  # start and goal on one road: drive directly, not by way of its end
             graph.add_edge(_START, _END, weight=math.dist(start, goal))
-        least = min(self._least, 1.0)
+        slope = min(self._min_slope, 1.0)
         try:
-            chain = search(graph, _START, _END, lambda a, b: least * self._away(a, b))
+            chain = search(graph, _START, _END, lambda a, b: slope * self._distance(a, b))
         except networkx.NetworkXNoPath:
             return None
         cost = sum(graph.edges[edge]["weight"] for edge in pairwise(chain))
@@ -111,10 +111,10 @@ class Roadmap:
             self._at[node] = pose.x, pose.y
         self._roads.append((source, target))
         if is_open:
-            length = max(road.get("length", 0.0), self._away(source, target))
+            length = max(road.get("length", 0.0), self._distance(source, target))
             self.graph.add_edge(source, target, weight=length * road.get("cost", 1.0))
 
-    def _away(self, a: str, b: str) -> float:
+    def _distance(self, a: str, b: str) -> float:
         return math.dist(self._at[a], self._at[b])
 
     def _nearest(self, point: Point) -> tuple[str, ...]:
@@ -166,14 +166,14 @@ def _roads(knowledge: Knowledge) -> Iterator[tuple[str, str, dict[str, Any]]]:
         yield source, target, graph.edge(source, relation, target) or {}
 
 
-def _shut(knowledge: Knowledge) -> dict[tuple[str, str], str]:
+def _closed_doors(knowledge: Knowledge) -> dict[tuple[str, str], str]:
     """Pairs of places with a door between them that is known to be closed, each with the door."""
     graph = knowledge.graph
     closed = [door for door in graph.nodes("door") if graph.get(door, "open") is False]
     return {pair: door for door in closed for pair in permutations(graph.related(door, "leads_to"), 2)}
 
 
-def _in_the_way(road: dict[str, Any], width: float, door: str | None) -> str:
+def _closed_reason(road: dict[str, Any], width: float, door: str | None) -> str:
     """Reason why a road cannot be driven; empty if it can."""
     if not road.get("open", True):
         return "closed"

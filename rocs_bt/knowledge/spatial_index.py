@@ -38,7 +38,7 @@ class SpatialIndex:
         side = self._side
         cell = (math.floor(x / side), math.floor(y / side)) if abs(x) <= _FAR and abs(y) <= _FAR else None
         if name in self._points and self._home[name] != cell:
-            self._leave(name)
+            self._remove_from_cell(name)
         self._points[name] = point = (x, y)
         self._home[name] = cell
         if cell is None:
@@ -54,7 +54,7 @@ class SpatialIndex:
     def drop(self, name: str) -> None:
         """Remove a point; an unknown name is ignored."""
         if name in self._points:
-            self._leave(name)
+            self._remove_from_cell(name)
             del self._points[name], self._home[name]
 
     def rings(self, x: float, y: float, within: float = math.inf) -> Iterator[Batch]:
@@ -92,7 +92,7 @@ class SpatialIndex:
                     waiting += _measured([*points.items()], x, y, within)
         yield sorted(waiting)
 
-    def _leave(self, name: str) -> None:
+    def _remove_from_cell(self, name: str) -> None:
         cell = self._home[name]
         if cell is None:
             del self._far[name]

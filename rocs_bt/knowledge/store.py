@@ -138,7 +138,7 @@ class Store:
             if not others:
                 del ends[here, relation]
 
-    def count(self, relation: Relation, source: str, target: str) -> None:
+    def check_limits(self, relation: Relation, source: str, target: str) -> None:
         """Check the limits of a relation before one more edge is added.
 
         Raises:
@@ -150,7 +150,7 @@ class Store:
         ):
             if most is not None and len(others) >= most:
                 raise KnowledgeError(
-                    f"'{relation.name}' gives '{end}' at most {most} {side}, and it has {', '.join(others)}; "
+                    f"'{relation.name}' allows '{end}' at most {most} {side}, and it has {', '.join(others)}; "
                     "unrelate one first."
                 )
 

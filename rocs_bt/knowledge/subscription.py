@@ -162,11 +162,11 @@ class WriteObservers:
         """Remove an observer."""
         self.all = tuple(f for f in self.all if f != observer)
 
-    def note(self, change: KnowledgeChanged) -> None:
+    def record(self, change: KnowledgeChanged) -> None:
         """Add a change to the write in progress."""
         self._written.append(change)
 
-    def settle(self) -> None:
+    def flush(self) -> None:
         """End the write in progress and pass it to the observers."""
         if self._written:
             written, self._written = self._written, []

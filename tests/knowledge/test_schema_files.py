@@ -63,7 +63,7 @@ def test_a_project_adds_kinds_attributes_and_relations(tmp_path: Path) -> None:
     assert graph.nodes("place") == graph.nodes("thing")[-1:] == ["dock"]
     graph.relate("R2", "at", "dock")  # as at any place
     graph.relate("R2", "docks_at", "dock")
-    with pytest.raises(KnowledgeError, match="'docks_at' gives 'dock' at most 1 sources, and it has R2; unrelate one"):
+    with pytest.raises(KnowledgeError, match="'docks_at' allows 'dock' at most 1 sources, and it has R2; unrelate one"):
         graph.relate("R3", "docks_at", "dock")
     with pytest.raises(KnowledgeError, match="'plug' of 'charger dock' must be one of A, B, found 'C'"):
         graph.set("dock", plug="C")
@@ -90,10 +90,10 @@ def test_cardinality_holds_in_both_directions() -> None:
         graph.add(name, name[0])
     for target in ("b1", "b2", "b1"):  # the last one is there already
         graph.relate("a1", "two", target)
-    with pytest.raises(KnowledgeError, match="'two' gives 'a1' at most 2 targets, and it has b1, b2"):
+    with pytest.raises(KnowledgeError, match="'two' allows 'a1' at most 2 targets, and it has b1, b2"):
         graph.relate("a1", "two", "b3")
     graph.relate("a1", "one", "b1")
-    with pytest.raises(KnowledgeError, match="'one' gives 'b1' at most 1 sources, and it has a1"):
+    with pytest.raises(KnowledgeError, match="'one' allows 'b1' at most 1 sources, and it has a1"):
         graph.relate("a2", "one", "b1")
     graph.relate("a1", "one", "b2")  # lets go of b1
     graph.relate("a2", "one", "b1")

@@ -324,7 +324,7 @@ class TestMessages:
         peers = self.talking()
         delivery = peers.sharing["R0"].messenger.send("all", "hello")
         peers.turn(5)
-        assert delivery.heard == {"R1", "R2"}
+        assert delivery.acknowledged == {"R1", "R2"}
 
     def test_a_full_mailbox_and_a_missing_one_say_so(self):
         peers = self.talking()

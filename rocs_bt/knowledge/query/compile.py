@@ -98,7 +98,7 @@ class Planner:
         self._schema = schema
         self._pattern = pattern
         self._scope = scope
-        self._waiting = list(conditions)
+        self._pending = list(conditions)
         self._nearest = nearest
         self._bound: set[int] = set()
         self._edges: set[int] = set()
@@ -164,8 +164,8 @@ class Planner:
 
     def _ready(self) -> list[Node]:
         """Remove and return the conditions that can be tested now."""
-        ready = [c for c in self._waiting if c.variables <= self._bound and c.links <= self._edges]
-        self._waiting = [c for c in self._waiting if c not in ready]
+        ready = [c for c in self._pending if c.variables <= self._bound and c.links <= self._edges]
+        self._pending = [c for c in self._pending if c not in ready]
         return [c.node for c in ready]
 
     def _pinned(self, i: int) -> Step | None:
@@ -173,7 +173,7 @@ class Planner:
         if variable.node is not None:
             name = variable.node
             return Pin(i, None, lambda state: name)
-        for condition in self._waiting:
+        for condition in self._pending:
             node = condition.node
             if node.op == "compare" and node.args[0].op == "read" and condition.variables == {i}:
                 same = self._scope.slots[node.args[0].start].same
@@ -184,13 +184,13 @@ class Planner:
     def _near(self, i: int) -> Near | None:
         """The nearest bound on the distance of a variable to a position that is constant in a run."""
         best: Near | None = None
-        for condition in self._waiting:
+        for condition in self._pending:
             found = _reach(condition.node, self._scope.slots)
             if found is not None and found[0] == i and (best is None or found[2] < best.within):
                 best = Near(code_of(found[1]), found[2], own=self._own(i))
         if self._nearest is not None and self._nearest[0] == i:
             code = self._nearest[1]
-            within = [r[2] for c in self._waiting if (r := _reach(c.node, self._scope.slots)) and r[:2] == (i, code)]
+            within = [r[2] for c in self._pending if (r := _reach(c.node, self._scope.slots)) and r[:2] == (i, code)]
             return Near(code_of(code), min(within, default=math.inf), sorted=not within, own=self._own(i))
         return best
 
@@ -242,10 +242,10 @@ def compile_query(
     try:
         return _Compiler(text, schema, signals, parameters or {}).query()
     except InputError as error:
-        raise type(error)(*(_placed(fault, text) for fault in error.faults)) from error
+        raise type(error)(*(_located(fault, text) for fault in error.faults)) from error
 
 
-def _placed(fault: Fault, text: str) -> Fault:
+def _located(fault: Fault, text: str) -> Fault:
     """Convert the column of a fault in the whole text to a line and a column in it."""
     before = text[: max(0, fault.column - 1)]
     if "\n" not in text:
@@ -339,9 +339,9 @@ class _Compiler:
         section = self._sections.get("limit")
         if section is None:
             return None
-        if not section.words.isdecimal() or int(section.words) < 1:
-            raise section.fault(f"'limit' needs a whole number from 1, found '{section.words}'.")
-        return int(section.words)
+        if not section.content.isdecimal() or int(section.content) < 1:
+            raise section.fault(f"'limit' needs a whole number from 1, found '{section.content}'.")
+        return int(section.content)
 
     def _give(self) -> list[tuple[str, Code]]:
         section = self._sections.get("give")
@@ -349,7 +349,7 @@ class _Compiler:
 
     def _given(self, part: Section) -> tuple[str, Code]:
         """One column: a name is read from the graph, anything else is an expression."""
-        label = " ".join(part.words.split())
+        label = " ".join(part.content.split())
         if not label:
             raise part.fault("nothing is between two commas.", at=part.start)
         if _NAME.fullmatch(label) is None:
@@ -370,8 +370,8 @@ class _Compiler:
         section = self._sections.get("as of")
         if section is None:
             return None
-        words = re.sub(r"\s+ago$", "", section.words)
-        ago = words != section.words
+        words = re.sub(r"\s+ago$", "", section.content)
+        ago = words != section.content
         if words in self._parameters:
             kind = self._parameters[words]
             if kind.type is not float or kind.dimension not in (NONE, TIME):
@@ -390,10 +390,10 @@ class _Compiler:
         section = self._sections.get("changed since")
         if section is None:
             return None
-        if section.words in self._parameters:
-            if self._parameters[section.words] != Parameter(float):
-                raise section.fault(f"'changed since' needs a revision, but '{section.words}' is not a number.")
-            return section.words
-        if not section.words.isdecimal():
-            raise section.fault(f"'changed since' needs a revision, a whole number, found '{section.words}'.")
-        return int(section.words)
+        if section.content in self._parameters:
+            if self._parameters[section.content] != Parameter(float):
+                raise section.fault(f"'changed since' needs a revision, but '{section.content}' is not a number.")
+            return section.content
+        if not section.content.isdecimal():
+            raise section.fault(f"'changed since' needs a revision, a whole number, found '{section.content}'.")
+        return int(section.content)

@@ -79,7 +79,7 @@ class Names:
         """
         first, *rest = names
         if first in self.parameters:
-            return self._within(self._parameter(first), rest)
+            return self._component(self._parameter(first), rest)
         for i in self.pattern.shown:
             if self.pattern.variables[i].name == first:
                 return self.of_variable(i, rest)
@@ -92,7 +92,7 @@ class Names:
         if self.pattern.shown and (found := self.of_variable(self.pattern.shown[0], names)) is not None:
             return found
         if first == "robot":
-            return Meaning("node", "c.me") if not rest else self._within(Meaning("pose", "c.here"), rest[1:])
+            return Meaning("node", "c.me") if not rest else self._component(Meaning("pose", "c.here"), rest[1:])
         if first == "now" and not rest:
             return Meaning("number", "c.t", dimension=TIME)
         return self._signal(first) if not rest else None
@@ -139,9 +139,9 @@ class Names:
             _SORTS[attribute.type], f"{row}[{name!r}]", variables, links, attribute.dimensions[0], attribute.size,
             owner, name, whole=attribute.type is int,
         )  # fmt: skip
-        return self._within(meaning, rest[1:])
+        return self._component(meaning, rest[1:])
 
-    def _within(self, meaning: Meaning, rest: list[str]) -> Meaning | None:
+    def _component(self, meaning: Meaning, rest: list[str]) -> Meaning | None:
         """The meaning of names after a dot: x, y and yaw of a pose."""
         if not rest:
             return meaning

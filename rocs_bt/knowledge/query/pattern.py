@@ -37,7 +37,7 @@ class Section:
     start: int
 
     @property
-    def words(self) -> str:
+    def content(self) -> str:
         """The text of the part."""
         return self.text[self.start :].strip()
 
@@ -72,7 +72,7 @@ def sections_of(text: str) -> dict[str, Section]:
             raise section.fault(f"'{word}' is repeated.", "Join the two by 'and', or drop one.", start)
         if any(SECTIONS.index(other) > SECTIONS.index(word) for other in found if other and word):
             raise section.fault(f"'{word}' is out of order.", f"The order is: {', '.join(SECTIONS)}.", start)
-        if word and not section.words:
+        if word and not section.content:
             raise section.fault(f"nothing follows '{word}'.", at=start)
         found[word] = section
     return found
@@ -156,7 +156,7 @@ def read_pattern(section: Section, schema: Schema) -> Pattern:
         InputError: An unknown kind, relation or name, a relation that does not join these kinds, or invalid syntax.
     """
     pattern = Pattern()
-    if not section.words:
+    if not section.content:
         return pattern
     clauses = [_Clause(part, schema, pattern) for part in section.split()]
     # Positive clauses come first: a `no` clause may name a variable that a later clause introduces.

@@ -82,14 +82,14 @@ class Scan:
         if place is None:
             return sorted(graph.nodes(self.kind)) if near.sorted else ()
         names = map(_NAME, self._by_distance(near, place, state.c))
-        return chain(names, self._nowhere(near, place, state.c)) if near.sorted else names
+        return chain(names, self._without_pose(near, place, state.c)) if near.sorted else names
 
     def _by_distance(self, near: Near, place: Any, c: Execution) -> Iterator[tuple[float, str]]:
         x, y, reach = circle(place)
         found = c.graph.by_distance(x, y, self.kind, near.within + reach)
         return self._with_robot(found, c, x, y) if near.own and c.me is not None else found
 
-    def _nowhere(self, near: Near, place: Any, c: Execution) -> Iterator[str]:
+    def _without_pose(self, near: Near, place: Any, c: Execution) -> Iterator[str]:
         """The names of the nodes without a known pose, computed when the first is requested."""
         somewhere = set(map(_NAME, self._by_distance(near, place, c)))
         yield from (name for name in sorted(c.graph.nodes(self.kind)) if name not in somewhere)

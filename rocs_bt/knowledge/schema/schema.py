@@ -59,8 +59,8 @@ def _faults_of_kind(kind: Kind, kinds: Mapping[str, Kind]) -> Iterator[Fault]:
         if not kind.attributes[name].narrows(inherited[name]):
             yield (
                 ("kind", kind.name, "attributes", name),
-                f"kind '{kind.name}' has '{name}' from '{kind.extends}', as {inherited[name].words}; "
-                f"{kind.attributes[name].words} allows values that this does not. Choose another name.",
+                f"kind '{kind.name}' has '{name}' from '{kind.extends}', as {inherited[name].description}; "
+                f"{kind.attributes[name].description} allows values that this does not. Choose another name.",
             )
 
 
@@ -99,7 +99,7 @@ def joined_relation(old: Relation | None, new: Relation) -> Relation:
 def _merged(owner: str, old: Mapping[str, Attribute], new: Mapping[str, Attribute]) -> dict[str, Attribute]:
     for name in old.keys() & new.keys():
         if old[name] != new[name]:
-            raise KnowledgeError(f"{owner} has '{name}' already, as {old[name].words}; choose another name.")
+            raise KnowledgeError(f"{owner} has '{name}' already, as {old[name].description}; choose another name.")
     return {**old, **new}
 
 

@@ -108,21 +108,21 @@ class Delivery:
     Attributes:
         to: Receiving agents.
         text: Text of the message.
-        heard: Agents that have acknowledged it.
+        acknowledged: Agents that have acknowledged it.
         problems: Reason of the last rejection, by agent.
         withdrawn: Whether it is no longer sent.
     """
 
     to: tuple[str, ...]
     text: str
-    heard: set[str] = field(default_factory=set)
+    acknowledged: set[str] = field(default_factory=set)
     problems: dict[str, str] = field(default_factory=dict)
     withdrawn: bool = False
 
     @property
     def missing(self) -> list[str]:
         """Agents that have not acknowledged it yet."""
-        return [agent for agent in self.to if agent not in self.heard]
+        return [agent for agent in self.to if agent not in self.acknowledged]
 
     @property
     def done(self) -> bool:
@@ -196,7 +196,7 @@ class Messenger:
                     found += [(starts[agent], say) for agent in delivery.missing if agent in starts]
         return found
 
-    def said(self, sender: str, message: TextMessage) -> TextAck:
+    def receive(self, sender: str, message: TextMessage) -> TextAck:
         """Receive a message, ignoring repetitions; returns the acknowledgement for its sender."""
         taken = self._taken.setdefault(sender, {})
         if message.number in taken:
@@ -212,7 +212,7 @@ class Messenger:
                 del taken[next(iter(taken))]
         return TextAck(message.number, problem)
 
-    def heard(self, sender: str, message: TextAck) -> None:
+    def acknowledge(self, sender: str, message: TextAck) -> None:
         """Process the acknowledgement of a sent message."""
         with self._lock:
             delivery = self._open.get(message.number)
@@ -222,9 +222,9 @@ class Messenger:
         if message.problem:
             delivery.problems[agent] = message.problem
         else:
-            delivery.heard.add(agent)
+            delivery.acknowledged.add(agent)
             delivery.problems.pop(agent, None)
 
-    def gone(self, peer: str) -> None:
+    def forget(self, peer: str) -> None:
         """Forget a start of a peer that has ended; its message numbers are not used again."""
         self._taken.pop(peer, None)

@@ -93,7 +93,7 @@ class Mirror:
             moves = name != "spread" and halted
             self._state[name] = (0.0 if moves else value) if known and (moves or math.isfinite(value)) else None
         self._dirty.update(dict.fromkeys((self._agent, name) for name in STATE))
-        if self._shown((self._agent,)) != self._scope.kind("robot"):  # peers took this robot for another kind
+        if self.visible((self._agent,)) != self._scope.kind("robot"):  # peers took this robot for another kind
             self._dirty[(self._agent,)] = None
 
     def collect(self, t: float, most: int, *, first: bool = False) -> list[Entry]:
@@ -104,7 +104,7 @@ class Mirror:
             self._dirty.pop(dirty)  # before the graph is read, so that a later change is recorded again
             for key in self._keys(dirty):
                 value = self._graph_value(key)
-                if value == self._shown(key) or (key[0] in self.self_reporting and len(key) == 3):
+                if value == self.visible(key) or (key[0] in self.self_reporting and len(key) == 3):
                     continue
                 if len(key) == 1 and value is not None:
                     added.update(dict.fromkeys(self._replica.about(key[0])))
@@ -130,7 +130,7 @@ class Mirror:
 
     def _keys(self, dirty: _Dirty) -> list[Key]:
         """The shared keys of a change; none if it is private."""
-        names = [self._outside(node) for node in (dirty[0], *dirty[2:])]
+        names = [self._shared_name(node) for node in (dirty[0], *dirty[2:])]
         if not self._scope.shares(*dirty[0:1], *dirty[2:], *names):
             return []
         if len(dirty) == 3:
@@ -145,13 +145,13 @@ class Mirror:
 
     def _graph_value(self, key: Key) -> Plain:
         """The graph's value of a key."""
-        graph, node = self._graph, self._inside(key[0])
+        graph, node = self._graph, self._local_name(key[0])
         if not graph.has(node) or (kind := self._scope.kind(graph.kind(node))) is None:
             return None
         if len(key) == 1:
             return kind
         if len(key) == 4:
-            other = self._inside(key[2])
+            other = self._local_name(key[2])
             if not graph.has(other) or not self._scope.joins(key[1], kind, self._scope.kind(graph.kind(other))):
                 return None
             attributes = graph.edge(node, key[1], other)
@@ -166,25 +166,21 @@ class Mirror:
 
     # -- in ---------------------------------------------------------------------------------------------------------
 
-    def apply(self, shown: Mapping[Key, Plain], t: float) -> None:
+    def apply(self, before: Mapping[Key, Plain], t: float) -> None:
         """Apply writes of peers to the graph.
 
         Args:
-            shown: Keys of the writes, and the replica's value of each before. If the graph's value is another one, this
+            before: Keys of the writes, and the replica's value of each before them. If the graph has another value, this
                 agent has written it in the meantime; that write is newer and is published next.
             t: Present time [s].
         """
-        edges = {key: None for key in shown if len(key) == 4}
+        edges = {key: None for key in before if len(key) == 4}
         with self._graph.locked():
-            for node in dict.fromkeys(key[0] for key in shown if len(key) != 4):
-                if self._node(node, shown, t):
+            for node in dict.fromkeys(key[0] for key in before if len(key) != 4):
+                if self._node(node, before, t):
                     edges.update({key: None for key in self._replica.about(node) if len(key) == 4})
             for key in edges:
                 self._edges(key)
-
-    def shown(self, key: Key) -> Plain:
-        """The replica's value of a key, without values that have aged."""
-        return self._shown(key)
 
     def age(self, silent: set[str], forgotten: set[str], t: float) -> None:
         """Hide the state of silent agents and everything from forgotten ones in the graph, or restore it.
@@ -195,11 +191,12 @@ class Mirror:
         if not affected:
             return
         keys = [k for k, e in self._replica.entries.items() if agent_of(e.origin) in affected or k[0] in affected]
-        before = {key: self._shown(key) for key in keys}
+        before = {key: self.visible(key) for key in keys}
         self._silent, self._forgotten = set(silent), set(forgotten)
-        self.apply({key: value for key, value in before.items() if value != self._shown(key)}, t)
+        self.apply({key: value for key, value in before.items() if value != self.visible(key)}, t)
 
-    def _shown(self, key: Key) -> Plain:
+    def visible(self, key: Key) -> Plain:
+        """The replica's value of a key, without values that have aged or lost against newer ones."""
         entry = self._replica.entries.get(key)
         if entry is None or entry.value is None:
             return None
@@ -210,10 +207,10 @@ class Mirror:
             return None
         return entry.value
 
-    def _node(self, name: str, shown: Mapping[Key, Plain], t: float) -> bool:
+    def _node(self, name: str, before: Mapping[Key, Plain], t: float) -> bool:
         """Update a node of the graph; True if it was added."""
-        node, graph = self._inside(name), self._graph
-        wanted = self._shown((name,))
+        node, graph = self._local_name(name), self._graph
+        wanted = self.visible((name,))
         if node == self._agent or node != name:  # peers do not define this agent or its parts
             return False
         if (node,) in self._dirty:  # it was added or removed here just now; that is published next
@@ -222,7 +219,7 @@ class Mirror:
         if graph.has(node) and there is None:
             self._counts.clashed += 1  # a node of a private kind has this name
             return False
-        if there is not None and there != wanted and there == shown.get((name,), there):
+        if there is not None and there != wanted and there == before.get((name,), there):
             graph.remove(node)
             there = None
         if wanted is None:
@@ -234,8 +231,8 @@ class Mirror:
             reported = name in self.self_reporting
             mine = {
                 k[2]
-                for k in shown
-                if len(k) == 3 and k[:2] == (name, wanted) and (reported or self._graph_value(k) == shown[k])
+                for k in before
+                if len(k) == 3 and k[:2] == (name, wanted) and (reported or self._graph_value(k) == before[k])
             }
             self._try(lambda: graph.set(node, **{n: values.get(n) for n in sorted(mine)}))
         return False
@@ -244,7 +241,7 @@ class Mirror:
         """The attributes of a node as the graph holds them; the pose of a self-reporting peer is extrapolated."""
         values: dict[str, Any] = {}
         for key in self._replica.about(name):
-            if len(key) == 3 and key[1] == kind and (value := self._shown(key)) is not None:
+            if len(key) == 3 and key[1] == kind and (value := self.visible(key)) is not None:
                 declared = self._scope.attribute(kind, key[2])
                 values[key[2]] = value if declared is None else thawed(declared, value)
         if name in self.self_reporting and isinstance(pose := values.get("pose"), Pose2):
@@ -264,9 +261,9 @@ class Mirror:
         """Update an edge, and the edges that compete with it under a limit of the relation."""
         graph = self._graph
         among = [key] if self._scope.limits(key[1]) == (None, None) else self._rivals(key)
-        wanted = [(each, self._shown(each)) for each in among]
+        wanted = [(each, self.visible(each)) for each in among]
         for each, value in sorted(wanted, key=lambda pair: pair[1] is not None):  # removals first
-            source, target = self._inside(each[0]), self._inside(each[2])
+            source, target = self._local_name(each[0]), self._local_name(each[2])
             if not (graph.has(source) and graph.has(target)) or (source, each[1], target) in self._dirty:
                 continue
             there = graph.edge(source, each[1], target)
@@ -305,13 +302,13 @@ class Mirror:
             return False
         return True
 
-    def _outside(self, node: str) -> str:
+    def _shared_name(self, node: str) -> str:
         graph = self._graph
         if graph.has(node):
-            return self._scope.outside(self._agent, node, graph.kind(node))
+            return self._scope.shared_name(self._agent, node, graph.kind(node))
         qualified = f"{self._agent}/{node}"
         return qualified if (qualified,) in self._replica.entries else node
 
-    def _inside(self, name: str) -> str:
+    def _local_name(self, name: str) -> str:
         owner, _, own = name.partition("/")
         return own if own and owner == self._agent else name

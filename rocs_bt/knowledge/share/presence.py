@@ -44,21 +44,21 @@ class Presence:
         self.peers: dict[str, Peer] = {}
         self._last: dict[str, float] = {}  # by agent, last message of a start that is forgotten [s]
 
-    def hear(self, origin: str, t: float) -> tuple[Peer, bool]:
+    def record_message(self, origin: str, t: float) -> tuple[Peer, bool]:
         """Record a message of a peer; returns the peer, and whether it has just appeared or returned."""
         peer = self.peers.get(origin)
         if peer is None:
             peer = self.peers[origin] = Peer(origin, t)
             return peer, True
-        came, peer.present, peer.heard = not peer.present, True, t
-        return peer, came
+        appeared, peer.present, peer.heard = not peer.present, True, t
+        return peer, appeared
 
-    def hear_of(self, origin: str, t: float) -> None:
+    def record_mention(self, origin: str, t: float) -> None:
         """Record a start that others reported; it counts as present only after a message of its own."""
         peer = self.peers.setdefault(origin, Peer(origin, t, present=False))
         peer.heard = max(peer.heard, t) if not peer.present else peer.heard
 
-    def vanish(self, origin: str) -> bool:
+    def record_departure(self, origin: str) -> bool:
         """Record the departure of a peer; returns whether it was present."""
         peer = self.peers.get(origin)
         was = peer is not None and peer.present
@@ -75,7 +75,7 @@ class Presence:
         """The newest start of each present agent."""
         return {agent_of(p.origin): p.origin for p in sorted(self.peers.values(), key=lambda p: p.heard) if p.present}
 
-    def unheard(self, t: float) -> dict[str, float]:
+    def silence(self, t: float) -> dict[str, float]:
         """Time since the last message of each absent agent [s]."""
         last = dict(self._last)
         for peer in self.peers.values():

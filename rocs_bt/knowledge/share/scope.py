@@ -72,15 +72,15 @@ class Scope:
         self.kinds = frozenset((wanted or set(schema.kinds) - own) - hidden - robots)
         self.relations = frozenset(relations or schema.relations) - frozenset(private)
         self._private = frozenset(private) - set(schema.kinds) - set(schema.relations)
-        said = [*sorted(self.kinds), "", *sorted(self.relations), "", *sorted(self._private), repr(schema.declared)]
-        self.digest = hashlib.blake2b("\n".join(said).encode(), digest_size=8).hexdigest()
+        parts = [*sorted(self.kinds), "", *sorted(self.relations), "", *sorted(self._private), repr(schema.declared)]
+        self.digest = hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest()
 
     def kind(self, kind: str) -> str | None:
         """Kind as which peers know nodes of a kind; None if they are not shared."""
         shared = PEER if kind in self._robots else kind
         return shared if shared in self.kinds else None
 
-    def outside(self, agent: str, node: str, kind: str) -> str:
+    def shared_name(self, agent: str, node: str, kind: str) -> str:
         """Name by which peers know a node of an agent's graph."""
         return f"{agent}/{node}" if kind in self._own and "/" not in node else node
 

@@ -121,9 +121,9 @@ class Sharing:
         self._out: deque[tuple[str | None, Message]] = deque()
         self._syncs = 0
         self._parts: dict[tuple[str, int], set[int]] = {}
-        self._asked: tuple[str, float] = ("", -math.inf)
-        self._owed: dict[str, int] = {}  # by origin, number up to which its writes are to be acknowledged
-        self._held: dict[str, int] = {}  # by peer, number up to which it has acknowledged our writes
+        self._requested: tuple[str, float] = ("", -math.inf)
+        self._acks_due: dict[str, int] = {}  # by origin, number up to which its writes are to be acknowledged
+        self._acked: dict[str, int] = {}  # by peer, number up to which it has acknowledged our writes
         self._beat_at = self._pruned_at = self._ran_at = -math.inf
         self._first = True
         self._link = network.join(origin, self._inbox.put, self._lost.append)
@@ -144,7 +144,7 @@ class Sharing:
     def acknowledged(self) -> int:
         """Number up to which every present peer holds these writes; 0 without peers."""
         here = [p for p in list(self.presence.peers.values()) if p.present]  # another thread may add a peer meanwhile
-        held = (max(self._held.get(p.origin, 0), p.seen.get(self.replica.origin, 0)) for p in here)
+        held = (max(self._acked.get(p.origin, 0), p.seen.get(self.replica.origin, 0)) for p in here)
         return min(self.written, min(held, default=0))
 
     def statistics(self) -> dict[str, float]:
@@ -221,9 +221,9 @@ class Sharing:
         if t >= self._beat_at + BEAT_PERIOD:
             self._beat_at = t
             self._out.append((None, self._beat()))
-        for origin, number in self._owed.items():
+        for origin, number in self._acks_due.items():
             self._out.append((origin, Ack(number)))
-        self._owed.clear()
+        self._acks_due.clear()
         deltas = 0
         for _ in range(min(TURN_OUT, len(self._out))):
             deltas += isinstance(self._out[0][1], Delta)
@@ -253,8 +253,8 @@ class Sharing:
         if sender not in self.presence.peers and len(self.presence.peers) >= PEERS:
             self.counts.flooded += 1
             return
-        peer, came = self.presence.hear(sender, t)
-        if came:
+        peer, appeared = self.presence.record_message(sender, t)
+        if appeared:
             self._sink.emit(PeerCame(t=t, agent=self._agent, peer=agent_of(sender), start=sender))
             if not self._busy(2):
                 self._out.append((sender, self._beat()))
@@ -268,27 +268,27 @@ class Sharing:
             case Request():
                 self._answer(sender, message, t)
             case Ack():
-                self._held[sender] = max(self._held.get(sender, 0), message.number)
+                self._acked[sender] = max(self._acked.get(sender, 0), message.number)
             case TextMessage() if self._busy(2):
                 self.counts.flooded += 1  # the sender repeats it
             case TextMessage():
-                self._out.append((sender, self.messenger.said(sender, message)))
+                self._out.append((sender, self.messenger.receive(sender, message)))
             case TextAck():
-                self.messenger.heard(sender, message)
+                self.messenger.acknowledge(sender, message)
 
     def _compare(self, sender: str, beat: Heartbeat, t: float) -> None:
         """Request writes that this peer has and we lack; everything if both saw the same but the contents differ."""
-        asked, at = self._asked
+        asked, at = self._requested
         if asked and t < at + RETRY_AFTER:
             return
         mine = self.replica
         if mine.lacks(beat.seen):
-            self._ask(sender, dict(mine.seen), t)
+            self._request(sender, dict(mine.seen), t)
         elif beat.scope == self._scope.digest and beat.seen == mine.seen and beat.sum != mine.sum:
-            self._ask(sender, {}, t)
+            self._request(sender, {}, t)
 
-    def _ask(self, peer: str, seen: dict[str, int], t: float) -> None:
-        self._asked = (peer, t)
+    def _request(self, peer: str, seen: dict[str, int], t: float) -> None:
+        self._requested = (peer, t)
         self._out.append((peer, Request(seen)))
 
     def _answer(self, sender: str, want: Request, t: float) -> None:
@@ -307,13 +307,13 @@ class Sharing:
                 self.counts.refused += 1
                 self._faults.refused(sender, problem, t)
                 continue
-            before = self._mirror.shown(entry.key)
+            before = self._mirror.visible(entry.key)
             if self.replica.merge(entry, t - max(0.0, age)):
                 self.counts.merged += 1
                 changed.setdefault(entry.key, before)
-                self._hear_of(entry)
-        if self._asked[0] == sender:
-            self._asked = (sender, t)  # the answer is in progress
+                self._note_reporter(entry)
+        if self._requested[0] == sender:
+            self._requested = (sender, t)  # the answer is in progress
         self._learn(sender, delta, t)
 
     def _problem(self, entry: Entry, age: float) -> str:
@@ -333,22 +333,22 @@ class Sharing:
         if len(parts_seen) < delta.parts:
             return
         self._parts.pop((sender, delta.sync), None)
-        if self._asked[0] == sender:
-            self._asked = ("", t)
+        if self._requested[0] == sender:
+            self._requested = ("", t)
         if self.replica.lacks(delta.base):
-            if not self._asked[0]:
-                self._ask(sender, dict(self.replica.seen), t)
+            if not self._requested[0]:
+                self._request(sender, dict(self.replica.seen), t)
             return
         same = delta.scope == self._scope.digest
         me, here = self.replica.origin, self.presence.starts.values()
         upto = {o: n for o, n in delta.upto.items() if (same or o == sender) and o != me and is_origin(o)}
         for origin in self.replica.learn(upto, set(here)):
             if len(self.presence.peers) < PEERS:
-                self.presence.hear_of(origin, t)
+                self.presence.record_mention(origin, t)
         if sender in self.replica.seen:
-            self._owed[sender] = self.replica.seen[sender]
+            self._acks_due[sender] = self.replica.seen[sender]
 
-    def _hear_of(self, entry: Entry) -> None:
+    def _note_reporter(self, entry: Entry) -> None:
         """Record an agent that reports its own state."""
         agent = agent_of(entry.origin)
         if agent != self._agent and entry.key[0] == agent and entry.key[1:2] in ((), (PEER,)):
@@ -361,21 +361,21 @@ class Sharing:
             self._vanished(self._lost.popleft(), t)
         for origin in self.presence.overdue(t):
             self._vanished(origin, t)
-        unheard = self.presence.unheard(t)
-        unheard.pop(self._agent, None)
-        silent = {agent for agent, age in unheard.items() if age > self._ageing.state}
-        self._mirror.age(silent, {agent for agent, age in unheard.items() if age > self._ageing.rest}, t)
+        silence = self.presence.silence(t)
+        silence.pop(self._agent, None)
+        silent = {agent for agent, age in silence.items() if age > self._ageing.state}
+        self._mirror.age(silent, {agent for agent, age in silence.items() if age > self._ageing.rest}, t)
         if t >= self._pruned_at + PRUNE:
             self._pruned_at = t
             for origin in self.presence.forget(t, MEMORY):
-                self._held.pop(origin, None)
-                self.messenger.gone(origin)
+                self._acked.pop(origin, None)
+                self.messenger.forget(origin)
             for key in [key for key in self._parts if key[0] not in self.presence.peers]:
                 del self._parts[key]
             self.replica.prune(self.presence.stable(self.replica.seen))
 
     def _vanished(self, origin: str, t: float) -> None:
-        if self.presence.vanish(origin):
-            if self._asked[0] == origin:
-                self._asked = ("", t)
+        if self.presence.record_departure(origin):
+            if self._requested[0] == origin:
+                self._requested = ("", t)
             self._sink.emit(PeerVanished(t=t, agent=self._agent, peer=agent_of(origin), start=origin))
