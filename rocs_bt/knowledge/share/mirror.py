@@ -170,8 +170,8 @@ class Mirror:
         """Apply writes of peers to the graph.
 
         Args:
-            before: Keys of the writes, and the replica's value of each before them. If the graph has another value, this
-                agent has written it in the meantime; that write is newer and is published next.
+            before: Keys of the writes, and the replica's value of each before them. A different value in the graph is a
+                newer write of this agent, which is published next.
             t: Present time [s].
         """
         edges = {key: None for key in before if len(key) == 4}
