@@ -244,7 +244,7 @@ WRONG = [
     ("place where covariance[0] > 1", 13, "nothing is named 'covariance'"),
     ("observation where covariance[4] > 1 m2", 19, "it has 4 values, counted from 0"),
     ("observation where covariance > 1 m2", 19, "4 values true or false"),
-    ("object where 'unclosed", 14, 'no use for "\'"'),
+    ("object where 'unclosed", 14, "invalid character"),
     ("", 0, "the query is empty"),
     ("where", 1, "nothing follows 'where'"),
     ("limit 3", 1, "the query has no pattern"),
