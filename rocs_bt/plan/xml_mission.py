@@ -118,7 +118,7 @@ class _Build:
         given = inspect.signature(self).bind(mission, **values)
         given.apply_defaults()
         for name, value in list(given.arguments.items())[1:]:
-            mission.board.own(name, value)
+            mission.board.set_local(name, value)
         return self._make(mission)
 
 

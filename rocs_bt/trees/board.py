@@ -195,7 +195,7 @@ class Board:
             raise TreeError(Fault(message, hint=hint))
         return entry
 
-    def own(self, key: str, value: Any) -> None:
+    def set_local(self, key: str, value: Any) -> None:
         """Write a value to this blackboard itself, ignoring remappings, without fixing a type."""
         self._entries.setdefault(key, Entry()).store(value)
 

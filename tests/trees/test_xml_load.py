@@ -24,7 +24,7 @@ class Say(Instant):
     message = Input(str, "hello")
 
     def update(self):
-        self.board.root.own("said", f"{self.board.root.texts().get('said', '')}{self.message};")
+        self.board.root.set_local("said", f"{self.board.root.texts().get('said', '')}{self.message};")
         return SUCCESS
 
 

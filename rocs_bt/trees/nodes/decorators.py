@@ -54,7 +54,7 @@ class _Counted(Decorator):
             if outcome is FAILURE:
                 limit = self.read(self.limit)  # the child may have changed it; only RetryUntilSuccessful rereads it
             if at_once and (limit == -1 or self._count < limit):
-                self.runtime.woken = True
+                self.runtime.tick_again = True
                 return RUNNING
         return self._finish(self.counted)
 

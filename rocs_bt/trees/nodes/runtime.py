@@ -33,7 +33,7 @@ class Runtime:
         watch: Observer of each tick, or None. Nodes adopt it when they are bound.
         caught: Handler of exceptions in leaves.
         faults: Faults found while nodes were bound: the node, its attribute, the fault.
-        woken: Set by a node that returned RUNNING only to let other nodes run: tick again without waiting.
+        tick_again: Set by a node that returned RUNNING only to let other nodes run: tick again without waiting.
     """
 
     def __init__(self, clock: Clock | None = None, owner: object = None) -> None:
@@ -42,7 +42,7 @@ class Runtime:
         self.watch: Watch | None = None
         self.caught: Caught = lambda leaf, error: False
         self.faults: list[tuple[Behaviour, str, Fault]] = []
-        self.woken = False
+        self.tick_again = False
 
 
 def _no_clock() -> float:

@@ -57,7 +57,7 @@ class SubTree(Decorator):
             if key is not None:
                 inner.remapping[name] = key
             else:
-                inner.own(name, _literal(given))
+                inner.set_local(name, _literal(given))
         return [(self.decorated, inner)]
 
     def tick_once(self) -> Outcome:

@@ -152,7 +152,7 @@ class Tree:
         Raises:
             TreeError: A node cannot continue; the message begins with its path. Other errors get the path as a note.
         """
-        self.runtime.woken = False
+        self.runtime.tick_again = False
         root: Any = self.root
         try:
             outcome = root.tick_once() or root.status
@@ -181,7 +181,7 @@ class Tree:
         """
         outcome = self.tick()
         for _ in range(MAX_SETTLING):
-            if outcome is not RUNNING or not self.runtime.woken:
+            if outcome is not RUNNING or not self.runtime.tick_again:
                 break
             outcome = self.tick()
         return outcome

@@ -159,7 +159,7 @@ def yielding(passing: Status) -> Callable[[Any], Outcome]:
             if outcome is passing:
                 if at_once and index < len(children):
                     self._index = index
-                    self.runtime.woken = True
+                    self.runtime.tick_again = True
                     return RUNNING
             elif outcome is SKIPPED:
                 self._skipped += 1
