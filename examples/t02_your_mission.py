@@ -2,12 +2,12 @@
 # requires-python = ">=3.11"
 # dependencies = ["rocs_bt"]
 # ///
-"""Give R2 a mission of your own: drive to a lookout, look back at where it came from, and go to the origin.
+"""Give R2 a mission of your own: drive to a lookout, look back, and go to the origin.
 
-A mission is a function `build` that returns a py_trees tree; `mission.act` makes the leaves that have actions done.
-It plays in EXP1 in place of the shipped one. The reflexes stay as they are: the mission does not know of them, and
-a leaf that is pre-empted sends its action again from where the robot is by then. The first line of each status is told
-while it runs, by a sink that hears every event.
+A mission is a function `build` that returns a py_trees tree; `mission.act` creates leaves that run actions.
+It replaces the shipped mission of EXP1. The reflexes remain active and the mission does not handle them: a pre-empted
+leaf submits its action again from the robot's new pose. A sink that receives every event prints the status changes
+during the run.
 
 Output:
 
@@ -36,7 +36,7 @@ from rocs_bt.units import MetresPerSecond
 
 
 def build(mission: rocs_bt.Mission, *, cruise: MetresPerSecond = 0.4) -> Behaviour:
-    """There, look back, and on to the goal."""
+    """Tree: to the lookout, look back, on to the goal."""
     mission.knowledge.world.place("lookout", rocs_bt.Pose2(-0.5, -0.5), kind="goal")
     return Sequence(
         "there and back",
@@ -50,16 +50,16 @@ def build(mission: rocs_bt.Mission, *, cruise: MetresPerSecond = 0.4) -> Behavio
     )
 
 
-class Teller:
-    """A sink that tells what the tree does."""
+class Printer:
+    """Event sink that prints the events of the tree."""
 
     def emit(self, event: Event) -> None:
-        """Tell it if it is about the tree."""
+        """Print an event of the tree."""
         if isinstance(event, NodeTicked):
             print(f"{event.t:5.1f} s  {event.status:8} {event.node}")
         elif isinstance(event, Replanned):
             print(f"{event.t:5.1f} s  again    {event.node}, after a reflex")
 
 
-result = rocs_bt.run("exp1", missions={"R2": build}, duration=90.0, sinks=[Teller()])
+result = rocs_bt.run("exp1", missions={"R2": build}, duration=90.0, sinks=[Printer()])
 print(result)

@@ -4,9 +4,9 @@
 # ///
 """Write reflexes of your own: one as a rule file, one as a class in Python.
 
-The rule stands in a project of its own, next to a scenario that names it beside the shipped rules. It calls an action
-and gives its numbers with their units; thresholds are checked against the robot's signals when it is loaded. The class,
-a ReactiveModel, does what no rule can: it counts. Both feed the agent's one reflex slot, where priority decides.
+The rule file is in a project with a scenario that names it beside the shipped rules. It names an action and its
+parameters with units; expressions are checked against the robot's signals when the file is loaded. The class, a
+ReactiveModel, accumulates a value, which a rule cannot. Both share the agent's reflex slot, where priority decides.
 
 Output:
 
@@ -36,7 +36,7 @@ format = "reflex/1"
 doc = "Keep a respectful distance."
 
 [rule.Hesitate]
-doc = "Stand for a moment before driving at something."
+doc = "Stop for a moment before driving toward an obstacle."
 when = "min(front) < 0.70 m and speed > 0.05 m/s"
 for = "0.1 s"
 cooldown = "2 s"
@@ -52,7 +52,7 @@ duration = "0.3 s"
 
 
 class Dizzy(rocs_bt.ReactiveModel):
-    """Rest after every two full turns: it adds up how far the robot has turned, which no rule can."""
+    """Rest after every two full turns: integrates the turn rate, which a rule cannot."""
 
     def __init__(self, knowledge: rocs_bt.Knowledge) -> None:
         self.turn_rate = knowledge.signals.slice_of("turn_rate").start
@@ -61,7 +61,7 @@ class Dizzy(rocs_bt.ReactiveModel):
         self.until = 0.0  # [s]
 
     def react(self, x: np.ndarray, t: float) -> Sequence[Reflex]:
-        """Add up; ask for a rest of a second when it was too much."""
+        """Integrate the turn rate; request a rest of one second after two turns."""
         rate, passed, self.last = float(x[self.turn_rate]), t - self.last, t
         if np.isfinite(rate):
             self.turned += abs(rate) * passed
@@ -74,7 +74,7 @@ class Dizzy(rocs_bt.ReactiveModel):
 
 
 def build(mission: rocs_bt.Mission) -> Behaviour:
-    """The shipped mission, for a robot that also becomes dizzy."""
+    """The shipped mission, with an additional reactive model."""
     mission.knowledge.reactive_models.append(Dizzy(mission.knowledge))
     return mission.act("GoTo", goal="goal", cruise="0.5 m/s")
 
@@ -88,10 +88,10 @@ with tempfile.TemporaryDirectory() as folder:
     exp1 = exp1.replace('rules = ["avoid_collision"]', 'rules = ["avoid_collision", "respect"]')
     (project / "scenarios" / "mine.toml").write_text(exp1)
 
-    told = ListSink()
-    result = rocs_bt.run("mine", rocs_bt.Catalog(project), seed=7, missions={"R2": build}, sinks=[told])
+    sink = ListSink()
+    result = rocs_bt.run("mine", rocs_bt.Catalog(project), seed=7, missions={"R2": build}, sinks=[sink])
 
 print(result)
-for event in told.events:
+for event in sink.events:
     if isinstance(event, RuleChanged) and event.phase == "fired":
         print(f"{event.t:5.2f} s  {event.rule} {event.phase}: {event.reading}")

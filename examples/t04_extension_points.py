@@ -4,9 +4,9 @@
 # ///
 """Fill every extension point of the architecture (paper, 5.3) with a class of your own.
 
-A robot shuttles along a corridor without physics, on the mock driver: it creeps on until its Analyze block says that a
-wall is near, turns round, and rests when its battery is low. Its reflex backs off from what is closer than the plan
-allows for, here a door that somebody shuts. Nothing but the Pipeline, Execute and the Knowledge itself is shipped.
+A robot shuttles along a corridor without physics, on the mock driver. It drives until its Analyze block reports a near
+wall, turns round, and rests when its battery is low. Its reflex backs off from an obstacle too close for the plan, here
+a closing door. Only the Pipeline, Execute and the Knowledge itself are shipped classes.
 
     mandatory      Sensor, Actuator, Action
     deliberative   Monitor, Analyze, Plan
@@ -84,11 +84,11 @@ range = ["-1 m/s", "1 m/s"]
 """
 
 
-# Mandatory: what it senses with, what it acts with, and what it can do.
+# Mandatory: sensors, actuators and actions.
 
 
 class Echo(rocs_bt.Sensor):
-    """How far the next thing ahead is."""
+    """Range to the nearest obstacle ahead [m]."""
 
     def __init__(self, robot: MockRobot) -> None:
         super().__init__("echo")
@@ -100,14 +100,14 @@ class Echo(rocs_bt.Sensor):
 
 
 class Battery(rocs_bt.Sensor):
-    """Its voltage, which falls as time goes by."""
+    """Battery voltage, which falls with time [V]."""
 
     def __init__(self, clock: rocs_bt.Clock) -> None:
         super().__init__("battery")
         self.clock = clock
 
     def read(self) -> rocs_bt.Reading:
-        """12.6 V when it is full."""
+        """Voltage: 12.6 V when full."""
         return rocs_bt.Reading(self.clock.now(), [12.6 - 0.05 * self.clock.now()])
 
 
@@ -119,22 +119,22 @@ class Wheels(rocs_bt.Actuator):
         self.robot = robot
 
     def command(self, values: Sequence[float]) -> None:
-        """Rim speeds, left and right [m/s]."""
+        """Set the wheel linear speeds, left and right [m/s]."""
         self.robot.wheel_speeds = list(values)
 
     def neutral(self) -> None:
-        """Stand."""
+        """Stop."""
         self.robot.wheel_speeds = [0.0, 0.0]
 
 
 @dataclass(kw_only=True, eq=False)
 class Creep(rocs_bt.AtomicAction):
-    """Drive on, slower where the gap is small, until the action is cancelled."""
+    """Drive ahead, slower at small gaps, until the action is cancelled."""
 
     speed: MetresPerSecond = 0.4
 
     def act(self, body):
-        """One control period."""
+        """Command one control period."""
         gap = body.knowledge.signals.value("gap", body.clock.now())
         if math.isnan(gap):
             return rocs_bt.Failure(rocs_bt.Reason.LOST_SENSOR, "the gap is not known")
@@ -145,13 +145,13 @@ class Creep(rocs_bt.AtomicAction):
 
 @dataclass(kw_only=True, eq=False)
 class Spin(rocs_bt.AtomicAction):
-    """Turn on the spot, by time alone."""
+    """Turn on the spot, open loop."""
 
     angle: Radians = math.pi
     left: float = math.nan
 
     def act(self, body):
-        """One control period."""
+        """Command one control period."""
         self.left = self.angle if math.isnan(self.left) else self.left
         turn = math.copysign(min(abs(self.left), 2.0 * body.period), self.left)
         body.wheels.command(body.drive.wheel_speeds(rocs_bt.Twist2(0.0, turn=turn / body.period)).tolist())
@@ -164,42 +164,42 @@ class TurnBack(rocs_bt.MacroAction):
     """Turn round, and creep back."""
 
     def decompose(self, body):
-        """Its two parts, one after the other."""
+        """Yield the two actions in order."""
         yield Spin(angle=math.pi)
         yield Creep()
 
 
 @dataclass(kw_only=True, eq=False)
 class BackOff(rocs_bt.AtomicAction):
-    """Drive backwards; the rule that asked for it takes it back."""
+    """Drive backward until the rule is released."""
 
     def act(self, body):
-        """One control period."""
+        """Command one control period."""
         body.wheels.command([-0.3, -0.3])
         return rocs_bt.Progress.RUNNING
 
 
-# Deliberative: what readings mean, what has changed, what to do.
+# Deliberative: monitor, analyser and plan.
 
 
 class Senses(rocs_bt.Monitor):
-    """From an echo to a gap, from volts to a charge."""
+    """Converts the echo to a gap, and the voltage to a charge."""
 
     def signals(self) -> Sequence[rocs_bt.Signal]:
-        """What it writes."""
+        """Signals that it writes."""
         return [
             rocs_bt.Signal("gap", 1, (LENGTH,), (0.0, math.inf), self.max_age),
             rocs_bt.Signal("charge", 1, bounds=(0.0, 1.0), max_age=self.max_age),
         ]
 
     def interpret(self, readings: Mapping[str, rocs_bt.Reading]) -> Signals:
-        """Empty at 11 V."""
+        """Compute gap and charge; the battery is empty at 11 V."""
         volts = readings["battery"].values[0]
         return {"gap": readings["echo"].values, "charge": [(volts - 11.0) / 1.6]}
 
 
 class Walls(rocs_bt.Analyze):
-    """Finds that a wall came near."""
+    """Detects near walls."""
 
     def __init__(self, *args, near: float) -> None:
         super().__init__(*args)
@@ -207,7 +207,7 @@ class Walls(rocs_bt.Analyze):
         self.close = False
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[rocs_bt.Change]:
-        """A Change when it begins, none while it lasts."""
+        """Report a Change when a wall becomes near."""
         gap = samples[-1].value["gap"][0]
         was, self.close = self.close, gap < self.near
         if self.close and not was:
@@ -216,19 +216,19 @@ class Walls(rocs_bt.Analyze):
 
 
 class Shuttle(rocs_bt.Plan):
-    """To and fro until the strategy says that it is enough."""
+    """Shuttles until the strategy is 'rest'."""
 
     ticket = None
 
     def run(self, t: float) -> None:
-        """Turn at walls; go on after a reflex; rest in the end."""
+        """Turn at walls, continue after a reflex, and end with the strategy 'rest'."""
         walls = [c for c in self.changes() if c.value.kind == "wall near"]
         strategy = self.knowledge.strategy.choose()
         if strategy == "rest":
             self.pipeline.clear(by=self.name)
             self.status = "SUCCESS"
         elif self.pipeline.held:
-            pass  # a reflex acts; when it ends the plan is called again
+            pass  # a reflex is active; the plan runs again when it ends
         elif self.ticket is None:
             self.ticket = self.submit("Creep", speed=0.4)
         elif walls or self.ticket.state.done:
@@ -236,52 +236,52 @@ class Shuttle(rocs_bt.Plan):
             self.ticket = self.submit("TurnBack")
 
 
-# Reactive: what must not wait for a plan.
+# Reactive: reflexes that cannot wait for a plan.
 
 
 class KeepOff(rocs_bt.ReactiveModel):
-    """Back off from what is too close."""
+    """Backs off from an obstacle that is too close."""
 
     def __init__(self, knowledge: rocs_bt.Knowledge) -> None:
         self.gap = knowledge.signals.slice_of("gap").start
         self.latched = False
 
     def react(self, x: np.ndarray, t: float) -> Sequence[Reflex]:
-        """With hysteresis, so that it does not flicker."""
+        """Request BackOff below 0.30 m, until 0.45 m (hysteresis)."""
         gap = x[self.gap]
         self.latched = gap < (0.45 if self.latched else 0.30)
         reading = f"gap = {gap:.2f} m"
         return [Reflex("keep_off/TooClose", 50, "BackOff", level=True, latched=self.latched, reading=reading)]
 
 
-# Optional: three views of the one Knowledge.
+# Optional: the three models, which are views of the same Knowledge.
 
 
 class Corridor(WorldModel):
-    """Knows how many walls were met."""
+    """World model that counts walls."""
 
     walls = 0
 
     def saw_wall(self) -> None:
-        """One more, which stands in the graph for everybody to see."""
+        """Count a wall and add it to the graph."""
         self.walls += 1
         self.graph.add(f"wall {self.walls}", "object")
 
 
 class Charged(RobotModel):
-    """Knows its battery."""
+    """Robot model with a battery."""
 
     @property
     def charge(self) -> float:
-        """From 0 to 1; NaN while it is not known."""
+        """Charge from 0 to 1; NaN while unknown."""
         return self.signals.value("charge", self.knowledge.clock.now())
 
 
 class Duty(StrategyModel):
-    """Shuttle while there is charge; rest after that."""
+    """Strategy model: shuttle while there is charge, then rest."""
 
     def choose(self) -> str:
-        """The strategy in force."""
+        """Select and return the strategy."""
         if not self.names():
             self.add("rest")
             self.add("shuttle", falls_back_to="rest")
@@ -289,11 +289,11 @@ class Duty(StrategyModel):
         return self.used()
 
 
-class Teller:
-    """Tells what is done, by whom, and why."""
+class Printer:
+    """Event sink that prints changes, reflexes and actions."""
 
     def emit(self, event: Event) -> None:
-        """Tell changes, reflexes and actions."""
+        """Print an event."""
         if isinstance(event, rocs_bt.Change):
             print(f"{event.t:5.2f} s  {event.source}: {event.kind}, gap = {event.values['gap']:.2f} m")
         elif isinstance(event, RuleChanged) and event.phase in ("fired", "ended"):
@@ -303,7 +303,7 @@ class Teller:
 
 
 def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt.Agent, MockRobot]:
-    """The shuttle's body and mind."""
+    """Build the shuttle's agent and its simulated body."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "robot.toml"
         file.write_text(ROBOT)
@@ -332,19 +332,19 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
         devices,
         mind,
         rocs_bt.Rates(control=every_period, plan=Rate(2, PERIOD)),
-        Runtime(clock, Teller()),
-        load_class=lambda file, name: globals()[name],  # the classes stand in this very file
+        Runtime(clock, Printer()),
+        load_class=lambda file, name: globals()[name],  # the classes are in this file
     )
     return agent, body
 
 
 def main() -> None:
-    """Run it until its mission has ended."""
+    """Run the agent until its mission has ended."""
     clock = rocs_bt.SimulatedClock(PERIOD)
     world = MockWorld(clock, segments=[((2.0, -1.0), (2.0, 1.0)), ((-1.0, -1.0), (-1.0, 1.0))])
     agent, body = make_agent(clock, world)
     while agent.status == "RUNNING":
-        if clock.count == 200:  # somebody shuts a door, right before the robot
+        if clock.count == 200:  # a door closes in front of the robot
             x = body.pose.transform(0.25, 0.0)[0]
             world.segments.append(((x, -1.0), (x, 1.0)))
         agent.step(clock.count)

@@ -2,14 +2,15 @@
 # requires-python = ">=3.11"
 # dependencies = ["rocs_bt"]
 # ///
-"""Record a run, and ask it afterwards: what happened, why at that moment, and how it looked.
+"""Record a run and analyse it: events, the reasons for an action at a given time, figures and replay.
 
-With `out` a run leaves run.mcap, summary.json and report.html. The recording holds every event, in its order and to the
-bit. `explain` tells what was known, planned, fired and sent at a time, and replaying it must reach the same decisions.
+With `out` a run writes run.mcap, summary.json and report.html. The recording contains every event, in order and without
+loss of precision. `explain` returns the signals, plan, rules and commands at a time. A replay must make the same
+decisions.
 
 Output:
 
-    left behind: report.html, run.mcap, summary.json
+    written: report.html, run.mcap, summary.json
     events: 1092 SensorRead, 819 SignalsWritten, 548 BodyMoved, 272 ActuatorCommanded ...
        0.75 s  avoid_collision/AvoidCollision: min(front) = 0.381 m, min(near, to_goal) = 0.4 m, speed = 0.495 m/s
        3.85 s  avoid_collision/AvoidCollision: min(front) = 0.375 m, min(near, to_goal) = 0.4 m, speed = 0.285 m/s
@@ -17,8 +18,8 @@ Output:
        0.75 s  GoTo was cancelled by avoid_collision/AvoidCollision
        3.85 s  GoTo was cancelled by avoid_collision/AvoidCollision
        7.90 s  GoTo was cancelled by avoid_collision/AvoidCollision
-    at 0.75 s R2 knew front >= 0.38 m, had planned GoTo goal,
-      had avoid_collision/AvoidCollision active, and told its wheels +0.07 and -0.07 m/s
+    R2 at 0.75 s: front >= 0.38 m, plan: GoTo goal
+      active rule: avoid_collision/AvoidCollision, wheel commands: +0.07 and -0.07 m/s
     figures: arena.svg, coordinates.svg, activation.svg, wheels.svg
     replayed: the same decisions, event by event
 """
@@ -35,7 +36,7 @@ with tempfile.TemporaryDirectory() as folder:
     result = rocs_bt.run("exp1", out=folder)
     recording = Recording.open(result.recording)
 
-    print("left behind:", ", ".join(sorted(path.name for path in Path(folder).iterdir())))
+    print("written:", ", ".join(sorted(path.name for path in Path(folder).iterdir())))
     kinds = Counter(type(event).__name__ for event in recording.events())
     print("events:", ", ".join(f"{count} {kind}" for kind, count in kinds.most_common(4)), "...")
 
@@ -48,8 +49,8 @@ with tempfile.TemporaryDirectory() as folder:
 
     why = explain(recording, fired[0].t, "R2")
     left, right = why.commands["wheels"].values
-    print(f"at {why.t:.2f} s R2 knew front >= {min(why.signals['front'][1]):.2f} m, had planned {', '.join(why.tree)},")
-    print(f"  had {', '.join(why.rules)} active, and told its wheels {left:+.2f} and {right:+.2f} m/s")
+    print(f"R2 at {why.t:.2f} s: front >= {min(why.signals['front'][1]):.2f} m, plan: {', '.join(why.tree)}")
+    print(f"  active rule: {', '.join(why.rules)}, wheel commands: {left:+.2f} and {right:+.2f} m/s")
 
     figures = write_figures([recording], Path(folder), ["svg"])
     print("figures:", ", ".join(path.name for path in figures))

@@ -4,17 +4,17 @@
 # ///
 """Build a robot of your own: a folder with a table of devices, a model, and a driver in Python.
 
-The scout is a Pioneer that also hears a beacon at the origin. Its driver and its Monitor are beside robot.toml, which
-names them as `file.py:Class`; the driver's key `at` is a keyword of its constructor, with its unit. The signal that
-they make is one like any other: the mission reads it, a rule could. The shipped rules run on the scout unchanged.
-`rocs-bt check` in such a project finds what does not fit.
+The scout is a Pioneer with a receiver for a radio beacon at the origin. Its driver and its Monitor are beside
+robot.toml, which names them as `file.py:Class`. The driver's key `at` is a keyword parameter of its constructor, with a
+unit. Their signal is like any other: the mission reads it, and a rule could. The shipped rules run on the scout
+unchanged. `rocs-bt check` in such a project reports what does not fit.
 
 Output:
 
     scout has sonar, position, orientation, encoders, radio
     seek, seed 2, 11.0 s simulated
     R2 success; 3.14 m, 0 collisions, 2 reflexes, 2 re-plans
-    the beacon was 2.23 m away at the start, and 0.01 m at the end
+    distance to the beacon: 2.23 m at the start, 0.01 m at the end
 """
 
 import shutil
@@ -25,7 +25,7 @@ import rocs_bt
 from rocs_bt.event import ListSink, SignalsWritten
 
 DRIVER = '''
-"""A radio beacon, and what the scout makes of its loudness."""
+"""A radio beacon: signal strength and distance."""
 
 from rocs_bt import Monitor, Signal
 from rocs_bt.drivers.mujoco import Mount, MujocoSensor
@@ -33,7 +33,7 @@ from rocs_bt.units import LENGTH, Metres
 
 
 class Beacon(MujocoSensor):
-    """How loud the beacon is: 1 at a metre, less with the square of the distance."""
+    """Signal strength of the beacon: 1 at a metre, falling with the square of the distance."""
 
     def __init__(self, name: str, mount: Mount, *, at: tuple[Metres, Metres]) -> None:
         super().__init__(name, mount)
@@ -41,15 +41,15 @@ class Beacon(MujocoSensor):
 
     def sample(self) -> list[float]:
         robot = self.mount.world.pose(self.mount.robot)
-        away = (robot.x - self.at[0]) ** 2 + (robot.y - self.at[1]) ** 2
-        return [1.0 / (away + 1e-4)]
+        squared = (robot.x - self.at[0]) ** 2 + (robot.y - self.at[1]) ** 2
+        return [1.0 / (squared + 1e-4)]
 
 
 class BeaconMonitor(Monitor):
-    """Loudness becomes a distance."""
+    """Converts the signal strength to a distance."""
 
     def signals(self):
-        return [Signal("beacon", 1, (LENGTH,), (0.0, 100.0), self.max_age, "To the beacon.")]
+        return [Signal("beacon", 1, (LENGTH,), (0.0, 100.0), self.max_age, "Distance to the beacon.")]
 
     def interpret(self, readings):
         return {"beacon": [readings["radio"].values[0] ** -0.5]}
@@ -67,20 +67,20 @@ monitor = "beacon.py:BeaconMonitor"
 """
 
 MISSION = '''
-"""Go to the goal, and make sure that the beacon is there."""
+"""Go to the goal, and check that the beacon is there."""
 
 from py_trees.composites import Sequence
 
 
 def build(mission):
-    """Drive, then ask the signal."""
+    """Drive, then check the signal."""
     there = mission.when("beacon < 0.15 m", name="the beacon is here")
     return Sequence("seek", memory=True, children=[mission.act("GoTo", goal="goal", cruise="0.5 m/s"), there])
 '''
 
 
 def write_project(project: Path) -> rocs_bt.Catalog:
-    """A robot, a mission and a scenario, in the folders that every project has."""
+    """Write a robot, a mission and a scenario to the folders of a project."""
     shipped = rocs_bt.Catalog()
     scout = project / "robots" / "scout"
     shutil.copytree(shipped.find("robot", "pioneer_p3dx").path.parent, scout)
@@ -101,8 +101,8 @@ with tempfile.TemporaryDirectory() as folder:
     catalog = write_project(Path(folder))
     robot = catalog.load_robot("scout")
     print(f"{robot.name} has {', '.join(sensor.name for sensor in robot.sensors)}")
-    told = ListSink()
-    result = rocs_bt.run("seek", catalog, seed=2, sinks=[told])
+    sink = ListSink()
+    result = rocs_bt.run("seek", catalog, seed=2, sinks=[sink])
     print(result)
-    heard = [e.values["beacon"][0] for e in told.events if isinstance(e, SignalsWritten) and "beacon" in e.signals]
-    print(f"the beacon was {heard[0]:.2f} m away at the start, and {heard[-1]:.2f} m at the end")
+    distances = [e.values["beacon"][0] for e in sink.events if isinstance(e, SignalsWritten) and "beacon" in e.signals]
+    print(f"distance to the beacon: {distances[0]:.2f} m at the start, {distances[-1]:.2f} m at the end")

@@ -2,12 +2,12 @@
 # requires-python = ">=3.11"
 # dependencies = ["rocs_bt"]
 # ///
-"""Put a mind on a real robot: EXP1's mission and rules, and drivers that speak with a robot over UDP.
+"""Run an agent on a real robot: EXP1's mission and rules, and drivers that communicate with a robot over UDP.
 
-The robot folder is based on the shipped Pioneer and changes its table of drivers, nothing else: not one line of the
-mission, of the rules or of the engine. What answers here is a process of its own that stands in for a robot's
-controller: it takes wheel speeds as datagrams, stops by itself when none comes, and tells twenty times a second what
-it senses. For a serial line replace the class Link; the rest stays.
+The robot folder is based on the shipped Pioneer and changes only its drivers; mission, rules and engine are unchanged.
+Here a separate process emulates the robot's controller: it receives wheel speeds as datagrams, stops by itself when
+none arrives, and sends its sensor values 20 times per second. For a serial line, replace the class Link; the rest
+stays.
 
 Output:
 
@@ -28,7 +28,7 @@ import rocs_bt
 from rocs_bt import drive
 
 DRIVERS = '''
-"""A robot's controller at the other end of UDP: one Link, and a device for each thing that its datagrams tell."""
+"""Drivers for a robot's controller over UDP: one Link, and a device for each value of its datagrams."""
 
 import json
 import socket
@@ -39,10 +39,10 @@ from rocs_bt.errors import DeviceError
 
 
 def connect(address):
-    """A socket to the controller.
+    """Open a socket to the controller.
 
     Args:
-        address: The controller's, as `udp://HOST:PORT`.
+        address: Address of the controller, as `udp://HOST:PORT`.
     """
     connection = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     host, _, port = address.removeprefix("udp://").rpartition(":")
@@ -54,11 +54,11 @@ def connect(address):
 
 
 class Link:
-    """The newest datagram from the robot, and when it came; one for all sensors.
+    """Receiver of the newest datagram from the robot, shared by all sensors.
 
     Args:
-        address: The controller's, as `udp://HOST:PORT`.
-        clock: Stamps what comes, on arrival: the robot's own clock is another one.
+        address: Address of the controller, as `udp://HOST:PORT`.
+        clock: Clock for time stamps on arrival; the robot's own clock is a different one.
     """
 
     def __init__(self, address, clock):
@@ -69,15 +69,15 @@ class Link:
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._listen, name="link", daemon=True)
         self._thread.start()
-        self._socket.send(b'{"hello": true}')  # so that the controller knows where to
+        self._socket.send(b'{"hello": true}')  # gives the controller the address to send to
 
     def newest(self, key):
-        """The values under a key in the newest datagram, with its time; nothing is waited for."""
+        """Values of a key in the newest datagram, with its time stamp; does not wait."""
         if self._newest is None or key not in self._newest[1]:
-            raise DeviceError(f"the robot has not told of '{key}' yet")
-        stamp, told = self._newest
-        # JSON knows neither infinity, which is no echo, nor NaN, which is broken: they travel as texts.
-        return Reading(stamp, [float(value) for value in told[key]])
+            raise DeviceError(f"the robot has not sent '{key}' yet")
+        stamp, values = self._newest
+        # JSON has neither infinity (no echo) nor NaN (broken): they are sent as strings.
+        return Reading(stamp, [float(value) for value in values[key]])
 
     def close(self):
         """End the thread, then the connection."""
@@ -88,40 +88,40 @@ class Link:
     def _listen(self):
         while not self._closed.is_set():
             try:
-                told = json.loads(self._socket.recv(65536))
-            except (OSError, ValueError):  # nothing came, nobody is there yet, or it is garbled: the stamp grows old
+                values = json.loads(self._socket.recv(65536))
+            except (OSError, ValueError):  # no datagram, no controller yet, or malformed: the last stamp becomes stale
                 continue
-            self._newest = self._clock.now(), told
+            self._newest = self._clock.now(), values
 
 
-class Told(Sensor):
-    """What the datagrams hold under its name; a robot that falls silent repeats an old stamp, and so goes stale."""
+class UdpSensor(Sensor):
+    """Values of the datagrams under the sensor's name; they become stale when the robot stops sending."""
 
     def __init__(self, name, host, *, address: str):
         super().__init__(name)
         self._link = host.share(address, lambda: Link(address, host.clock))
 
     def read(self):
-        """The newest sample, at once."""
+        """Newest sample, without waiting."""
         return self._link.newest(self.name)
 
 
 class Wheels(Actuator):
-    """Rim speeds, left and right; with a connection of their own, as they live in a process of their own."""
+    """Wheel linear speeds, left and right; with its own connection, because it runs in its own process."""
 
     def __init__(self, name, host, *, address: str):
         super().__init__(name, 2)
         self._socket = connect(address)
 
     def command(self, values):
-        """Ask for these speeds [m/s]; a network that is gone is no reason to hang."""
+        """Send wheel speeds [m/s]; a lost network must not block."""
         try:
             self._socket.send(json.dumps({"wheels": list(values)}).encode())
         except OSError as error:
             raise DeviceError(f"the robot cannot be reached: {error}") from error
 
     def neutral(self):
-        """Brake. Must not raise: when the network is gone the controller's own watchdog stops the robot."""
+        """Brake; must not raise. If the network is lost, the controller's own watchdog stops the robot."""
         try:
             self.command([0.0, 0.0])
         except DeviceError:
@@ -135,26 +135,26 @@ class Wheels(Actuator):
 ROBOT = """
 format = "robot/1"
 base = "pioneer_p3dx"
-doc = "A Pioneer P3-DX at the other end of UDP."
+doc = "A Pioneer P3-DX connected over UDP."
 
 [[sensor]]
 name = "sonar"
-driver = "udp.py:Told"
+driver = "udp.py:UdpSensor"
 address = "udp://127.0.0.1:7000"
 
 [[sensor]]
 name = "position"
-driver = "udp.py:Told"
+driver = "udp.py:UdpSensor"
 address = "udp://127.0.0.1:7000"
 
 [[sensor]]
 name = "orientation"
-driver = "udp.py:Told"
+driver = "udp.py:UdpSensor"
 address = "udp://127.0.0.1:7000"
 
 [[sensor]]
 name = "encoders"
-driver = "udp.py:Told"
+driver = "udp.py:UdpSensor"
 address = "udp://127.0.0.1:7000"
 
 [[actuator]]
@@ -175,7 +175,7 @@ robot = "udp_p3dx"
 """
 
 CONTROLLER = '''
-"""Stands in for a robot's controller: takes wheel speeds, tells what it senses, stops when nobody speaks to it."""
+"""Emulates a robot's controller: receives wheel speeds, sends sensor values, and stops without commands."""
 
 import json
 import math
@@ -190,36 +190,36 @@ here.bind(("127.0.0.1", 0))
 here.setblocking(False)
 print(here.getsockname()[1], flush=True)
 
-x, y, yaw, wheels, friend = -0.7, 0.7, -0.8, [0.0, 0.0], None
-heard, silence, stopped, until = False, 0, False, time.monotonic() + float(sys.argv[1])
+x, y, yaw, wheels, client = -0.7, 0.7, -0.8, [0.0, 0.0], None
+commanded, silence, stopped, until = False, 0, False, time.monotonic() + float(sys.argv[1])
 while time.monotonic() < until and not stopped:
     silence += 1
     try:
         while True:
             message, sender = here.recvfrom(65536)
-            asked = json.loads(message)
-            if "hello" in asked:
-                friend = sender
-            if "wheels" in asked:
-                wheels, heard, silence = asked["wheels"], True, 0
+            request = json.loads(message)
+            if "hello" in request:
+                client = sender
+            if "wheels" in request:
+                wheels, commanded, silence = request["wheels"], True, 0
     except OSError:
         pass
-    if heard and silence >= WATCHDOG:  # counted, not timed: what came while it was held up itself is read first
+    if commanded and silence >= WATCHDOG:  # counts periods: datagrams that arrived during a delay are read first
         wheels, stopped = [0.0, 0.0], True
     turn, ahead = (wheels[1] - wheels[0]) / TRACK * PERIOD, 0.5 * (wheels[0] + wheels[1]) * PERIOD
     x, y, yaw = x + ahead * math.cos(yaw + turn / 2), y + ahead * math.sin(yaw + turn / 2), yaw + turn
-    # A real ring of sonars never says the same twice while the robot moves; this one hears something far away.
+    # Readings of real sonars vary while the robot moves; here one of them has a varying far echo.
     sonar = ["inf"] * 15 + [0.9 + 0.05 * math.sin(50.0 * time.monotonic())]
-    told = {"sonar": sonar, "position": [x, y, 0.0], "orientation": [yaw], "encoders": wheels}
-    if friend:
-        here.sendto(json.dumps(told).encode(), friend)
+    values = {"sonar": sonar, "position": [x, y, 0.0], "orientation": [yaw], "encoders": wheels}
+    if client:
+        here.sendto(json.dumps(values).encode(), client)
     time.sleep(PERIOD)
 print(json.dumps({"x": x, "y": y, "stopped": stopped}), flush=True)
 '''
 
 
 def write_project(project: Path, port: int) -> rocs_bt.Catalog:
-    """A robot folder that changes the drivers, and a scenario that names it."""
+    """Write a robot folder with other drivers, and a scenario that uses it."""
     folder = project / "robots" / "udp_p3dx"
     folder.mkdir(parents=True)
     (folder / "udp.py").write_text(DRIVERS)

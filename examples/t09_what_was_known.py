@@ -2,17 +2,17 @@
 # requires-python = ">=3.11"
 # dependencies = ["rocs_bt"]
 # ///
-"""Keep what a robot knows in a file, ask what it knew when, and let the next run remember it.
+"""Store a robot's knowledge in a file, query its history, and load it in the next run.
 
-A journal writes every change of the graph, on a thread of its own; a process may be killed at any moment. `History`
-reads it back as of any time or revision. The next run with the same file begins with what lasts of it.
+A journal writes every change of the graph, on its own thread; the file survives a killed process. `History` restores
+the graph as of any time or revision. The next run with the same file starts with its persistent part.
 
 Output:
 
     at 0.0 s: shelf at (1.0, 2.0)
     at 0.5 s: shelf at (1.5, 2.0)
     at 1.0 s: dock at (0.5, -2.0)
-    the shelf's places: [[1.0, 2.0], [1.5, 2.0]]
+    positions of the shelf: [[1.0, 2.0], [1.5, 2.0]]
     remembered: Remembered(nodes=1, edges=0, refused=())
     in the file: 1 by hand, 2 exp1-1
     known at the end: goal goal, place dock
@@ -31,7 +31,7 @@ from rocs_bt.knowledge.history import History, Journal, to_json_text
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder) / "knowledge.sqlite"
 
-    # A graph of one's own, and a journal beside it.
+    # A graph and its journal.
     clock = SimulatedClock(step=0.5)
     knowledge = Knowledge("R2", clock, NullSink())
     with Journal(file, "by hand") as journal:
@@ -47,9 +47,9 @@ with tempfile.TemporaryDirectory() as folder:
         for t in (0.0, 0.5, 1.0):
             state = history.as_of(t)
             print(f"at {t} s:", ", ".join(f"{n} at {state.get(n, 'pose')[:2]}" for n in state.nodes() if n != "R2"))
-        print("the shelf's places:", [change.value[:2] for change in history.changes(node="shelf", name="pose")])
+        print("positions of the shelf:", [change.value[:2] for change in history.changes(node="shelf", name="pose")])
 
-    # A run that remembers it, and goes on in the same file.
+    # A run that loads the file and appends to it.
     result = rocs_bt.run("exp1", knowledge=file)
     print("remembered:", result.summary.knowledge.remembered["R2"])
     print("in the file:", ", ".join(f"{run.number} {run.label}" for run in History.runs(file)))

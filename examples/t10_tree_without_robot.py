@@ -4,8 +4,8 @@
 # ///
 """Tick a behaviour tree without a robot: `rocs_bt.trees` needs no mission, no world and no simulation.
 
-The tree of a vending machine stands in XML, which Groot2 opens too. Its one node that does something is a class with a
-port. The clock is simulated, so that brewing takes no time.
+The tree of a vending machine is written in XML, which Groot2 can open. Its action node is a class with a port. The
+clock is simulated, so brewing takes no time.
 
 Output:
 
@@ -53,7 +53,7 @@ XML = """
 class Say(Instant):
     """Prints a text."""
 
-    text = Input(str, doc="what is said")
+    text = Input(str, doc="text to print")
 
     def update(self) -> Outcome:
         print(f"  machine: {self.text}")
