@@ -1,6 +1,6 @@
-"""Behaviour trees, reflex rules and a shared knowledge graph for mobile robots (the RoCS architecture, MAPE-K).
+"""Behaviour trees, reflex rules and a shared knowledge graph for mobile robots (RoCS architecture, MAPE-K).
 
-Every public name is loaded when it is first used, so `import rocs_bt` costs next to nothing.
+Public names are loaded on first use, so `import rocs_bt` is fast.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'rocs_bt' has no attribute '{name}'")
     value = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
-    globals()[name] = value  # the next use finds it at once
+    globals()[name] = value  # later uses do not call this function
     return value
 
 

@@ -1,6 +1,6 @@
-"""`run`, `drive` and `report`: simulation, or hardware, with recording and report.
+"""`run`, `drive` and `report`: simulation or hardware, with recording and report.
 
-It composes `simulation` and the report, which do not import each other. Imported by `compare` and the command line.
+Combines `simulation` and the report, which do not import each other. Imported by `compare` and the command line.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ def run(
         print(result.summary.agents["R2"].outcome, result.signals("R2", ["front"])["front"].min())
 
     SIGINT, SIGTERM and SIGHUP end the run in order: wheels to neutral, outcome `interrupted`, all files written. Then
-    the signal has its usual effect, such as a KeyboardInterrupt. A second signal ends it at once, without summary and
-    report. If the engine fails, or a disk is full, the files hold what was recorded until then.
+    the signal has its usual effect, such as a KeyboardInterrupt. A second signal ends the run immediately, without
+    summary and report. If the engine fails or a disk is full, the files contain the events until then.
 
     Args:
-        scenario: A scenario, or its name or file.
+        scenario: Scenario, or its name or file.
         catalog: Source of the content; the project around the current folder by default.
         options: Options of the run.
         changes: Attributes of `RunOptions` as keywords, which replace those of `options`.
 
     Raises:
-        InputError: Something in the content is wrong; nothing was written.
+        InputError: The content is invalid; nothing was written.
         RocsError: The engine failed.
         KeyboardInterrupt: A signal ended the run.
     """
@@ -54,22 +54,23 @@ def drive(
     options: RunOptions = _DEFAULTS,
     **changes: Unpack[RunChanges],
 ) -> RunResult:
-    """Run the agents of a scenario on their robots, threaded, on wall time; nothing is simulated.
+    """Run the agents of a scenario on their robots, threaded, on wall time, without simulation.
 
-    It ends when every agent has its outcome, when the time is over, or by SIGINT, SIGTERM or SIGHUP: wheels to neutral
-    first, then all files. After that the signal has its usual effect, such as a KeyboardInterrupt.
+    The run ends when every agent has its outcome, when the duration is over, or by SIGINT, SIGTERM or SIGHUP: first the
+    wheels go to neutral, then all files are written. After that the signal has its usual effect, such as a
+    KeyboardInterrupt.
 
     Args:
-        scenario: A scenario, or its name or file. Every driver of its agents' robots must be a user's class.
+        scenario: Scenario, or its name or file. Every driver of its agents' robots must be a user's class.
         catalog: Source of the content; the project around the current folder by default.
         options: Options of the run.
         changes: Attributes of `RunOptions` as keywords, which replace those of `options`.
 
     Returns:
-        The result; in its summary collisions and clearance are None, and poses are the robots' own estimates.
+        The result. In its summary collisions and clearance are None, and poses are the robots' own estimates.
 
     Raises:
-        InputError: Something in the content is wrong, or an option needs a simulated world.
+        InputError: The content is invalid, or an option needs a simulated world.
         DeviceError: A driver cannot reach its device.
         KeyboardInterrupt: A signal ended the run.
     """
@@ -78,11 +79,11 @@ def drive(
 
 
 def report(recording: Recording | Path | str, out: Path | str | None = None) -> RunResult:
-    """Make summary.json and report.html from a recording, also from one that was cut off.
+    """Write summary.json and report.html from a recording, also from a truncated one.
 
     Args:
-        recording: A recording, its file, or the folder of a run.
-        out: Folder for the files; that of the recording by default.
+        recording: Recording, its file, or the folder of a run.
+        out: Folder for the files; the folder of the recording by default.
 
     Raises:
         RecordingError: The recording cannot be read, or a file cannot be written.

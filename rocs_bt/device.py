@@ -1,6 +1,6 @@
-"""The touch-points with the robot: Sensor and Actuator (paper, 4.1 and 5.3).
+"""Interfaces to the robot's devices: Sensor and Actuator (paper, 4.1 and 5.3).
 
-Only these two differ between simulation and hardware.
+Only their implementations differ between simulation and hardware.
 """
 
 from __future__ import annotations
@@ -12,11 +12,12 @@ import msgspec
 
 
 class Reading(msgspec.Struct, frozen=True):
-    """One sample of a sensor.
+    """Sample of a sensor.
 
     Attributes:
-        stamp: When the device took it [s]. A frozen device repeats an old stamp, and so goes stale.
-        values: SI units, in the sensor's frame; a range without echo is +inf, NaN is a broken value.
+        stamp: Time at which the device took the sample [s]. A frozen device repeats an old stamp, so its signals
+            become stale.
+        values: Values, SI units, sensor frame; +inf is a range without echo, NaN is an invalid value.
     """
 
     stamp: float
@@ -24,10 +25,10 @@ class Reading(msgspec.Struct, frozen=True):
 
 
 class Sensor(ABC):
-    """A sensing device.
+    """Sensor device.
 
     Attributes:
-        name: The name that robot.toml gives it.
+        name: Name in robot.toml.
     """
 
     def __init__(self, name: str) -> None:
@@ -35,22 +36,22 @@ class Sensor(ABC):
 
     @abstractmethod
     def read(self) -> Reading:
-        """The newest sample; must return at once.
+        """Newest sample; must return without waiting.
 
         Raises:
-            DeviceError: The device refuses; its signals go stale and so invalid.
+            DeviceError: The device has no sample; its signals become stale and thus invalid.
         """
 
     def close(self) -> None:
-        """Let go of what the device holds; called once at the end."""
+        """Release the resources of the device; called once at the end."""
 
 
 class Actuator(ABC):
-    """An acting device.
+    """Actuator device.
 
     Attributes:
-        name: The name that robot.toml gives it.
-        size: How many values a command has.
+        name: Name in robot.toml.
+        size: Number of values of a command.
     """
 
     def __init__(self, name: str, size: int) -> None:
@@ -59,16 +60,20 @@ class Actuator(ABC):
 
     @abstractmethod
     def command(self, values: Sequence[float]) -> None:
-        """Act on these values, in SI units (wheels: rim speeds [m/s], in the drive's order).
+        """Command the device.
+
+        Args:
+            values: Values of the command, SI units, shape (size,). Wheels take linear speeds [m/s], in the order of the
+                drive's wheels.
 
         Raises:
-            DeviceError: The device does not take the command. As at any other exception, the robot is stopped and the
-                run ends with the outcome `error`.
+            DeviceError: The device rejects the command. As at any other exception, the robot is stopped and the run
+                ends with the outcome `error`.
         """
 
     @abstractmethod
     def neutral(self) -> None:
-        """Stop acting, safely; must not raise, may be called at any time and from any thread."""
+        """Go to a safe state without motion; must not raise, and may be called at any time from any thread."""
 
     def close(self) -> None:
-        """Let go of what the device holds; called once at the end."""
+        """Release the resources of the device; called once at the end."""

@@ -1,4 +1,4 @@
-"""Exceptions of content: which content raised, what, and at which line of which file."""
+"""Exceptions of content, with the content's name and the line that raised."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from .errors import ActuatorError, RocsError
 from .event import ContentRaised
 
 CONTENT_PREFIX = "rocs_bt_content_"
-"""Beginning of the names of modules that `catalog` loads: content, wherever its file is."""
+"""Prefix of the names of content modules, which `python_content` loads."""
 
-_LONGEST = 400
-"""Characters of an exception's message that are kept."""
+_MAX_LENGTH = 400
+"""Maximum length of an exception's message in characters; longer ones are truncated."""
 
 
 @dataclass(frozen=True)
 class CodeLocation:
-    """A line of a file of content.
+    """Line in a file of content.
 
     Attributes:
         file: The file.
@@ -42,13 +42,13 @@ class CodeLocation:
 
 @dataclass(frozen=True)
 class Raised:
-    """An exception that content raised.
+    """Exception that content raised.
 
     Attributes:
         kind: Kind of content, such as `leaf`, `action`, `sensor`.
         content: Name of the content: the path of a leaf, the class of an action, the name of a sensor.
         detail: Type and message of the exception.
-        location: Line of content that raised it; None if no line of content took part.
+        location: Line of content that raised; None if no line of content was involved.
     """
 
     kind: str
@@ -72,17 +72,17 @@ class Raised:
 
     @classmethod
     def recorded(cls, event: ContentRaised) -> Raised:
-        """The exception that an event reports."""
+        """Exception that an event reports."""
         location = CodeLocation(Path(event.file), event.line) if event.file else None
         return cls(event.kind, event.content, event.detail, location)
 
     def event(self, t: float, agent: str, effect: str) -> ContentRaised:
-        """The event that reports it.
+        """Event that reports the exception.
 
         Args:
             t: Time [s].
             agent: Name of the agent.
-            effect: What the agent does about it.
+            effect: Reaction of the agent.
         """
         file, line = ("", 0) if self.location is None else (self.location.file.name, self.location.line)
         return ContentRaised(
@@ -102,10 +102,10 @@ class Raised:
 
 
 class RecordedException(RocsError):
-    """An exception of content that a recording holds; raised in a replay in place of the content's own.
+    """Recorded exception of content, which a replay raises instead of the original one.
 
     Attributes:
-        raised: The exception as it was recorded.
+        raised: The recorded exception.
     """
 
     def __init__(self, raised: Raised) -> None:
@@ -114,20 +114,20 @@ class RecordedException(RocsError):
 
 
 def reported(event: ContentRaised) -> str:
-    """An event's exception and what the agent did about it, as text."""
+    """Text of an event: the exception and the reaction of the agent."""
     return f"{Raised.recorded(event)}; {event.effect}"
 
 
 def describe(error: BaseException) -> str:
-    """Type and message of an exception in one line; never raises, whatever the exception's own `__str__` does."""
+    """Type and message of an exception in one line; never raises, even if the exception's `__str__` does."""
     if isinstance(error, SystemExit):
         return f"SystemExit: it called for an exit ({error.code!r:.40})"
     try:
         message = " ".join(str(error).split())
-    except Exception:  # noqa: BLE001 - an exception of content may be broken itself
+    except Exception:  # noqa: BLE001 - the exception's own `__str__` may raise anything
         message = "(its message cannot be read)"
-    if len(message) > _LONGEST:
-        message = f"{message[:_LONGEST]} ..."
+    if len(message) > _MAX_LENGTH:
+        message = f"{message[:_MAX_LENGTH]} ..."
     name = type(error).__name__
     return f"{name}: {message}" if message else name
 
@@ -135,32 +135,32 @@ def describe(error: BaseException) -> str:
 def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:
     """Location of the line of content at which an exception was raised.
 
-    The innermost frame that belongs to content. If there is none, because the engine refuses what content returned, the
-    definition of the first of `owners` that belongs to content; else the innermost frame of all.
+    The location is the innermost frame of content. Without such a frame, because the engine refused a value of content,
+    it is the definition of the first of `owners` that belongs to content, or else the innermost frame.
 
     Args:
-        error: The exception; its causes are searched if it has no frame of content itself.
+        error: The exception; if it has no frame of content its causes are searched.
         owners: Objects, classes or functions of the content, or locations.
     """
-    if (place := content_line(error, *owners)) is not None:
-        return place
+    if (location := content_line(error, *owners)) is not None:
+        return location
     frames = list(walk_tb(error.__traceback__))
     return _location(*frames[-1]) if frames else None
 
 
 def content_line(error: BaseException, *owners: object) -> CodeLocation | None:
-    """As `raised_at`, but None where neither a frame nor an owner belongs to content."""
+    """As `raised_at`, but None if neither a frame nor an owner belongs to content."""
     for each in causes(error):
         if found := [(frame, line) for frame, line in walk_tb(each.__traceback__) if is_content(frame)]:
             return _location(*found[-1])
     for owner in owners:
-        if (place := _definition(owner)) is not None:
-            return place
+        if (location := _definition(owner)) is not None:
+            return location
     return None
 
 
 def called_at() -> CodeLocation | None:
-    """Location of the innermost line of content that is being executed; None if no content is."""
+    """Location of the innermost line of content in the call stack; None if there is none."""
     frame = inspect.currentframe()
     while frame is not None and not is_content(frame):
         frame = frame.f_back
@@ -168,7 +168,7 @@ def called_at() -> CodeLocation | None:
 
 
 def waiting_at(steps: Any) -> CodeLocation | None:
-    """Location of the innermost line of content at which a suspended generator waits; None if there is none."""
+    """Location of the innermost line of content at which a generator is suspended; None if there is none."""
     found = None
     while (frame := getattr(steps, "gi_frame", None)) is not None:
         found = _location(frame, frame.f_lineno) if is_content(frame) else found
@@ -177,7 +177,7 @@ def waiting_at(steps: Any) -> CodeLocation | None:
 
 
 def causes(error: BaseException) -> Iterator[BaseException]:
-    """An exception and the exceptions that it was raised from, outermost first."""
+    """An exception and its chain of explicit causes, outermost first."""
     seen: set[int] = set()
     each: BaseException | None = error
     while each is not None and id(each) not in seen:
@@ -187,12 +187,12 @@ def causes(error: BaseException) -> Iterator[BaseException]:
 
 
 def from_actuator(error: BaseException) -> bool:
-    """Whether an exception is that of an actuator's driver, which no other content is blamed for."""
+    """Whether an exception was raised by an actuator's driver, so that no other content is responsible."""
     return any(isinstance(each, ActuatorError) for each in causes(error))
 
 
 def owners_of(error: BaseException) -> Iterator[Any]:
-    """The objects whose methods an exception passed through, innermost first, those of its causes before its own."""
+    """Objects whose methods an exception passed through, innermost first, those of its causes before its own."""
     for each in reversed(list(causes(error))):
         for frame, _ in reversed(list(walk_tb(each.__traceback__))):
             code = frame.f_code
@@ -201,7 +201,7 @@ def owners_of(error: BaseException) -> Iterator[Any]:
 
 
 def is_content(frame: FrameType) -> bool:
-    """Whether a frame belongs to content: not to the engine, nor to Python's library or an installed package."""
+    """Whether a frame belongs to content, not to the engine, Python's library or an installed package."""
     return _is_content(frame.f_globals.get("__name__", ""), frame.f_code.co_filename)
 
 
@@ -212,7 +212,7 @@ def _is_content(module: str, file: str) -> bool:
 
 @functools.cache
 def _installed() -> tuple[str, ...]:
-    """Folders of the engine, of Python's library and of installed packages, each with a separator at its end."""
+    """Folders of the engine, Python's library and installed packages, each with a trailing separator."""
     names = ("stdlib", "platstdlib", "purelib", "platlib")
     here = Path(__file__).parent
     folders = [
@@ -225,16 +225,16 @@ def _installed() -> tuple[str, ...]:
 
 
 def _definition(owner: object) -> CodeLocation | None:
-    """Location of the definition of a function, class or object; None if it belongs to no content."""
+    """Location of the definition of a function, class, or the class of an object; None outside of content."""
     if isinstance(owner, CodeLocation):
         return owner
-    thing = owner if inspect.isroutine(owner) or isinstance(owner, type) else type(owner)
+    target = owner if inspect.isroutine(owner) or isinstance(owner, type) else type(owner)
     try:
-        thing = inspect.unwrap(thing) if callable(thing) else thing
-        file, line = inspect.getsourcefile(thing), inspect.getsourcelines(thing)[1]
-    except (OSError, TypeError, ValueError):  # built in, or typed at a prompt
+        target = inspect.unwrap(target) if callable(target) else target
+        file, line = inspect.getsourcefile(target), inspect.getsourcelines(target)[1]
+    except (OSError, TypeError, ValueError):  # built-in, or defined at a prompt
         return None
-    if file is None or not _is_content(getattr(thing, "__module__", "") or "", file):
+    if file is None or not _is_content(getattr(target, "__module__", "") or "", file):
         return None
     return CodeLocation(Path(file), max(line, 1))
 

@@ -1,7 +1,8 @@
-"""The safety gate: the one place through which every command reaches a device.
+"""Safety gate: every command to a device passes through it.
 
-Actions, leaves, reflexes, scripted robots and threads of users hold a `SafetyGate`, never the device. The gate refuses
-what is not a command, scales what exceeds the actuator's declared limits, and goes to neutral when commands cease.
+Actions, leaves, reflexes, scripted robots and threads of users have access to a `SafetyGate`, never to the device. The
+gate refuses invalid commands, limits commands to the actuator's declared limits, and goes to neutral when no new
+commands arrive.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from .errors import ActuatorError, DeviceError, InputError, interrupts
 from .event import CommandExpired, CommandLimited, EventSink, NullSink
 from .raised import describe, raised_at
 
-_ROUNDING = 1e-9  # relative; scaling by less is arithmetic, and no event
+_ROUNDING = 1e-9  # relative to the range; smaller changes are rounding errors and emit no event
 
 
 @dataclass(frozen=True)
@@ -26,15 +27,15 @@ class Limits:
     """Range and rate of change of an actuator's commands, in SI units of the command.
 
     Attributes:
-        low: Smallest command, shape (1,) for all values alike or (n,).
-        high: Largest command, same shape.
-        max_change: Largest change of each value per second; +inf for no limit.
-        together: Whether one factor scales all values, which keeps the curvature that wheel speeds drive; otherwise
-            each value is limited by itself.
+        low: Minimum command, shape (n,), or (1,) for all values.
+        high: Maximum command, same shape.
+        max_change: Maximum rate of change of each value [1/s]; +inf for no limit.
+        together: Whether one factor scales all values, which preserves the curvature of wheel speeds; otherwise each
+            value is limited separately.
 
     Raises:
-        InputError: A bound is not finite, `low` is not below `high`, `max_change` is not positive, or values that are
-            scaled together cannot be zero.
+        InputError: A bound is not finite, `low` is not below `high`, `max_change` is not positive, or the range of
+            values that are scaled together does not contain 0.
     """
 
     low: tuple[float, ...]
@@ -44,7 +45,7 @@ class Limits:
 
     def __post_init__(self) -> None:
         if len(self.low) != len(self.high) or not self.low:
-            raise InputError("a range has one lower bound for each upper bound.")
+            raise InputError("a range needs one lower bound for each upper bound.")
         for low, high in zip(self.low, self.high, strict=True):
             if not (math.isfinite(low) and math.isfinite(high) and low < high):
                 raise InputError(f"a range goes from a finite number to a larger one, found {low:g} to {high:g}.")
@@ -55,11 +56,11 @@ class Limits:
 
     @property
     def largest(self) -> float:
-        """Largest magnitude that every value can have in both directions; the speed limit of wheels [m/s]."""
+        """Largest magnitude that all values can have in both directions; for wheels the speed limit [m/s]."""
         return min(min(-low, high) for low, high in zip(self.low, self.high, strict=True))
 
     def of_size(self, size: int) -> Limits:
-        """The same limits with one pair of bounds for each of `size` values.
+        """These limits with one pair of bounds for each of `size` values.
 
         Raises:
             InputError: Bounds are declared for another number of values.
@@ -75,12 +76,12 @@ class Limits:
         return [min(max(0.0, low), high) for low, high in zip(self.low, self.high, strict=True)]
 
     def apply(self, wanted: Sequence[float], last: Sequence[float], period: float) -> list[float]:
-        """The nearest command within the limits.
+        """Limit a command.
 
         Args:
-            wanted: Wanted command, shape (n,), finite.
-            last: Last command given, shape (n,), within the range.
-            period: Time since `last` was given [s].
+            wanted: Requested command, shape (n,), finite.
+            last: Last command, shape (n,), within the range.
+            period: Time since the last command [s].
 
         Returns:
             Command within the range and within `max_change * period` of `last`, shape (n,).
@@ -112,24 +113,23 @@ class Limits:
 
 
 class SafetyGate(Actuator):
-    """An actuator behind its limits and its watchdog.
+    """Actuator with limits and a watchdog; all methods are thread-safe.
 
-    The watchdog goes to neutral when no command has come for `max_age`. Whoever moves the device (the physics loop, a
-    driver's own thread) calls `check`. `neutral` is exempt from the limit of change. All methods may be called from
-    any thread.
+    The watchdog goes to neutral if there was no command for `max_age`. The loop that moves the device (physics, or a
+    driver's own thread) must call `check`. `neutral` is exempt from the limit of change.
 
     Args:
-        device: The actuator's driver. Nobody else may hold it.
-        clock: Source of time.
+        device: Driver of the actuator; no other object may use it.
+        clock: Clock of the run.
         limits: Range and rate of change of commands.
-        period: Control period [s]. A command may differ from the one before it by what the rate of change allows in
-            the time between them, and in one period at most.
-        max_age: Longest silence before the watchdog goes to neutral [s].
-        sink: Receives CommandLimited and CommandExpired.
+        period: Control period [s]. The change of a command is limited by the time since the previous command, at most
+            one period.
+        max_age: Maximum time between commands before the watchdog goes to neutral [s].
+        sink: Sink for CommandLimited and CommandExpired events; None emits none.
         agent: Name of the agent, for events.
 
     Attributes:
-        on_failure: Called once, at the first exception of the driver; None to leave it to the caller.
+        on_failure: Called once, at the first exception of the driver; None leaves the exception to the caller.
 
     Raises:
         InputError: The limits are declared for another number of values than the device takes.
@@ -157,27 +157,27 @@ class SafetyGate(Actuator):
         self._sink = NullSink() if sink is None else sink
         self._agent = agent
         self._lock = threading.Lock()
-        self._given = self._before = self._rest  # the last command, and the last one of an earlier instant
+        self._given = self._before = self._rest  # last command, and last command of an earlier time
         self._given_at = self._before_at = -math.inf  # [s]
-        self._last: float | None = None  # when the watchdog was last fed [s]
+        self._last: float | None = None  # [s] time of the last command; None while neutral
         self._shut = False
-        self._stops = object()  # another one after each neutral; a count would lose one of two threads' stops
+        self._stops = object()  # replaced by each neutral; a counter could lose one of two concurrent stops
         self._failed = False
 
     @property
     def expiry(self) -> float:
-        """Time at which the watchdog goes to neutral unless a command comes before [s]; +inf while neutral."""
+        """Time at which the watchdog goes to neutral without a new command [s]; +inf while neutral."""
         last = self._last
         return math.inf if last is None else last + self._max_age
 
     @property
     def rest(self) -> list[float]:
-        """The command that neutral counts as, shape (n,): the one nearest to zero within the range."""
+        """Command that neutral is recorded as, shape (n,): the nearest to zero within the range."""
         return list(self._rest)
 
     @property
     def active(self) -> bool:
-        """Whether the last command asks for motion."""
+        """Whether the last command requests motion."""
         return self._last is not None and self._given != self._rest
 
     def command(self, values: Sequence[float]) -> None:
@@ -187,30 +187,30 @@ class SafetyGate(Actuator):
         """Command the device, within its limits.
 
         Args:
-            values: Wanted command, shape (n,), SI units.
-            action: Name of the action that commands, for CommandLimited; empty outside of actions.
+            values: Requested command, shape (n,), SI units.
+            action: Name of the commanding action, for CommandLimited; empty outside of actions.
 
         Returns:
-            The command that the device was given.
+            Command sent to the device, shape (n,).
 
         Raises:
-            InputError: Another number of values than the actuator takes, or one that is not finite. Nothing was sent.
+            InputError: Wrong number of values, or a value that is not finite; nothing was sent.
             ActuatorError: The driver raised.
             DeviceError: The actuator was shut after a failure.
         """
         wanted = self._checked(values)
         try:
             with self._lock:
-                stops = self._stops  # before the next line, so that a stop from here on is noticed after the command
+                stops = self._stops  # read first, so that any later stop is detected after the command
                 if self._shut:
                     raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
                 now = self._clock.now()
-                if expired := self._overdue(self._last, now):  # this thread came before the one that calls `check`
+                if expired := self._overdue(self._last, now):  # the watchdog's `check` has not run yet
                     self._to_neutral()
                 given = self._limited(wanted, now)
                 self._run(self._device.command, given)
                 self._given, self._last = given, self._clock.now()
-                if self._stops is not stops:  # stopped by another thread while the command was on its way
+                if self._stops is not stops:  # stopped by another thread during the command
                     self._to_neutral()
         except ActuatorError as error:
             self._report_failure(error)
@@ -231,8 +231,8 @@ class SafetyGate(Actuator):
         return given
 
     def neutral(self) -> None:
-        # A device may hang in `command` while it holds the lock; stopping must not wait for it. Noted first, so that
-        # a command that comes out of the device after this finds that it was stopped.
+        # A device may hang in `command` while it holds the lock; stopping must not wait for it. The mark is set first,
+        # so that a command that returns later detects the stop.
         self._stops = object()
         try:
             with self._locked_soon():
@@ -242,30 +242,34 @@ class SafetyGate(Actuator):
             raise
 
     def shut(self) -> None:
-        """Go to neutral for good: later commands are refused. Works while a command hangs in the device."""
+        """Go to neutral permanently: later commands are refused. Works while a command hangs in the device."""
         self._shut = True
         self.neutral()
 
     def check(self) -> bool:
-        """Go to neutral if the last command is too old; True if it did so now."""
+        """Watchdog: go to neutral if the last command is too old; True if this call did so."""
         last, now = self._last, self._clock.now()
         if not self._overdue(last, now):
             return False
         try:
             with self._locked_soon():
-                if self._last != last:  # a command, or neutral, came meanwhile
+                if self._last != last:  # another thread called `give` or `neutral`
                     return False
                 self._stops = object()
                 self._to_neutral()
         except ActuatorError as error:
             self._report_failure(error)
-            if self.on_failure is None:  # otherwise the agent was stopped; the caller moves other devices too
+            if self.on_failure is None:  # otherwise the agent is stopped, and the caller continues with other devices
                 raise
         self._report_expiry(now)
         return True
 
     def wrap(self, make: Callable[[Actuator], Actuator]) -> None:
-        """Put another device behind the gate, made around the present one; tests inject faults with it."""
+        """Replace the device by a wrapper around it, for fault injection in tests.
+
+        Args:
+            make: Takes the present device and returns the wrapper.
+        """
         with self._lock:
             self._device = make(self._device)
 
@@ -284,14 +288,14 @@ class SafetyGate(Actuator):
         return wanted
 
     def _overdue(self, last: float | None, now: float) -> bool:
-        # Half a microsecond forgives the rounding of k * step: an age of exactly max_age still drives.
+        # Tolerance of 0.5 us for the rounding of k * step: a command of age max_age is still valid.
         return last is not None and now - last > self._max_age + 5e-7
 
     def _report_expiry(self, now: float) -> None:
         self._sink.emit(CommandExpired(t=now, agent=self._agent, actuator=self.name))
 
     def _run(self, step: Callable[..., None], *args: object) -> None:
-        """Run a step of the driver."""
+        """Call a method of the driver; exceptions become ActuatorErrors."""
         try:
             step(*args)
         except ActuatorError:
@@ -299,9 +303,9 @@ class SafetyGate(Actuator):
         except BaseException as error:  # a driver may raise anything
             if interrupts(error):
                 raise
-            place = raised_at(error, step)
-            known = isinstance(error, DeviceError) or place is None
-            raise ActuatorError(str(error) if known else f"{describe(error)} ({place})") from error
+            location = raised_at(error, step)
+            known = isinstance(error, DeviceError) or location is None
+            raise ActuatorError(str(error) if known else f"{describe(error)} ({location})") from error
 
     def _report_failure(self, error: ActuatorError) -> None:
         """Report the driver's first exception; the lock must have been released."""
@@ -311,7 +315,7 @@ class SafetyGate(Actuator):
 
     @contextmanager
     def _locked_soon(self) -> Iterator[None]:
-        """The lock; without it after 20 ms, if a command hangs in the device and holds it."""
+        """Hold the lock; proceed without it after 20 ms, in case a command hangs in the device."""
         held = self._lock.acquire(timeout=0.02)
         try:
             yield
@@ -320,7 +324,7 @@ class SafetyGate(Actuator):
                 self._lock.release()
 
     def _limited(self, wanted: Sequence[float], now: float) -> list[float]:
-        """The command to give now; the caller holds the lock."""
+        """Limited command for the present time; the caller holds the lock."""
         if now > self._given_at:
             self._before, self._before_at, self._given_at = self._given, self._given_at, now
         return self._limits.apply(wanted, self._before, min(now - self._before_at, self._period))

@@ -1,7 +1,7 @@
-"""Drivers of devices: in MuJoCo, in a mock without physics, from a recording, and isolated in a process.
+"""Drivers of devices, by backend: MuJoCo, mock without physics, replay of a recording, isolated process.
 
-robot.toml names a driver; each backend has its own class of that name, with the same parameters. Imported by
-`simulation` and by `catalog`, which knows their parameters; blocks know `Sensor` and `Actuator` only.
+robot.toml names a driver; each backend has a class of that name, with the same parameters. Imported by `simulation`
+and `catalog`; blocks use only `Sensor` and `Actuator`.
 """
 
 from .parameters import (

@@ -1,4 +1,4 @@
-"""Readings of robot sensors and gyros from poses, the same in every backend."""
+"""Models of robot sensors and gyros, common to all backends."""
 
 from __future__ import annotations
 
@@ -10,77 +10,78 @@ import numpy as np
 from ..geometry import Pose2, wrap_angle
 from .parameters import GyroParameters, RobotSensorParameters
 
-_NOBODY = (0.0, math.inf, 0.0)
+_EMPTY_SLOT = (0.0, math.inf, 0.0)
 
 
 class RobotSensorModel:
-    """Turns poses into readings: who is in view and not hidden, with noise, the nearest first.
+    """Model of a robot sensor: readings of the visible robots from true poses, with noise, nearest first.
 
     Args:
-        parameters: The sensor's.
-        rng: Where its noise comes from.
+        parameters: Parameters of the sensor.
+        rng: Random stream of the noise.
     """
 
     def __init__(self, parameters: RobotSensorParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
         self._rng = rng
-        self._drawn_at = math.nan
+        self._sampled_at = math.nan
         self._errors: list[list[float]] = []
 
     def read(self, stamp: float, pose: Pose2, peers: Mapping[int, Pose2], seen: Callable[[int], bool]) -> list[float]:
-        """One reading.
+        """Values of a reading.
 
         Args:
-            stamp: When [s]; the noise is drawn once for each instant, and for everybody, so that a second look says
-                the same, and one robot's coming into view changes nothing in what is said of another.
-            pose: Of the robot that looks, world frame.
-            peers: Where the others are, world frame, by tag.
-            seen: Whether nothing hides the robot with a tag; asked only of those in view.
+            stamp: Time [s]. Noise is sampled once per time and for all peers: a repeated reading is equal, and the
+                noise of one robot does not depend on the visibility of another.
+            pose: Pose of the robot with the sensor, world frame.
+            peers: Poses of the other robots, world frame, by tag.
+            seen: Whether the line of sight to the robot with a tag is free; called only for robots in the field of
+                view.
 
         Returns:
-            (3 * slots,) Tag, range [m], bearing [rad] of each slot.
+            Tag, range [m] and bearing [rad] of each slot, shape (3 * slots,).
         """
         given = self._parameters
-        if stamp != self._drawn_at:
-            self._drawn_at, self._errors = stamp, self._rng.standard_normal((len(peers), 2)).tolist()
+        if stamp != self._sampled_at:
+            self._sampled_at, self._errors = stamp, self._rng.standard_normal((len(peers), 2)).tolist()
         found = []
-        for (tag, peer), (far, aside) in zip(peers.items(), self._errors, strict=True):
+        for (tag, peer), (range_error, bearing_error) in zip(peers.items(), self._errors, strict=True):
             distance, bearing = pose.distance(peer), pose.bearing(peer)
             if distance <= given.reach and abs(bearing) <= given.half_angle and seen(tag):
-                bearing = wrap_angle(bearing + given.bearing_noise * aside)
-                found.append((float(tag), max(0.0, distance + given.range_noise * far), bearing))
+                bearing = wrap_angle(bearing + given.bearing_noise * bearing_error)
+                found.append((float(tag), max(0.0, distance + given.range_noise * range_error), bearing))
         found.sort(key=lambda sighting: sighting[1])
-        slots = (found + [_NOBODY] * given.slots)[: given.slots]
+        slots = (found + [_EMPTY_SLOT] * given.slots)[: given.slots]
         return [value for slot in slots for value in slot]
 
 
 class GyroModel:
-    """Turns headings into readings of a gyro: the mean turn rate since the reading before, with its bias.
+    """Model of a gyro: mean turn rate since the previous reading, plus bias, from true headings.
 
-    The mean, not the rate at an instant: such a device samples itself a thousand times a second and adds up, so what
-    a robot shakes between two readings is in it.
+    The reading is a mean, not an instantaneous rate: a real device samples at about 1 kHz and integrates, so vibrations
+    between two readings are included.
 
     Args:
-        parameters: The gyro's.
-        rng: Where its bias comes from.
+        parameters: Parameters of the gyro.
+        rng: Random stream of the bias.
     """
 
     def __init__(self, parameters: GyroParameters, rng: np.random.Generator) -> None:
         self._bias = parameters.bias * float(rng.normal())
         self._stamp = math.nan
         self._yaw = math.nan
-        self._told = 0.0
+        self._rate = 0.0
 
     def read(self, stamp: float, yaw: float) -> float:
-        """One reading [rad/s]; a second look at the same instant says the same.
+        """Turn rate [rad/s]; a repeated reading at the same time is equal.
 
         Args:
-            stamp: When [s].
-            yaw: Where the robot heads [rad]; less than half a turn from the reading before.
+            stamp: Time [s].
+            yaw: True heading of the robot [rad]; must differ by less than pi from the previous reading.
         """
         if stamp != self._stamp:
             passed = stamp - self._stamp
-            rate = wrap_angle(yaw - self._yaw) / passed if passed > 0.0 else 0.0  # nothing came before the first
+            rate = wrap_angle(yaw - self._yaw) / passed if passed > 0.0 else 0.0  # 0 at the first reading
             self._stamp, self._yaw = stamp, yaw
-            self._told = rate + self._bias
-        return self._told
+            self._rate = rate + self._bias
+        return self._rate

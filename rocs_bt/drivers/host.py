@@ -1,4 +1,4 @@
-"""Host: what a user's own drivers get to know of the program that they run in."""
+"""Host: interface of the program for a user's hardware drivers."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ T = TypeVar("T")
 
 
 class Host:
-    """The clock of a robot's drivers, and what they share, such as one connection.
+    """Clock and shared objects, such as a connection, of the drivers of one robot.
 
-    The drivers of a robot have one Host; an isolated actuator has a Host of its own, in its own process.
+    All drivers of a robot have the same Host; an isolated actuator has a separate Host in its process.
 
     Args:
-        clock: Time; readings are stamped by it.
+        clock: Clock for the stamps of readings.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -24,14 +24,19 @@ class Host:
         self._shared: dict[object, Any] = {}
 
     def share(self, key: object, make: Callable[[], T]) -> T:
-        """The shared object of this key, made by the first driver that asks; closed at the end if it has a `close`."""
+        """Shared object of a key; the first call constructs it. It is closed at the end if it has a `close`.
+
+        Args:
+            key: Key of the object.
+            make: Constructs the object.
+        """
         if key not in self._shared:
             self._shared[key] = make()
         shared: T = self._shared[key]
         return shared
 
     def close(self) -> None:
-        """Close all that is shared."""
+        """Close all shared objects that have a `close`."""
         for shared in self._shared.values():
             if hasattr(shared, "close"):
                 shared.close()

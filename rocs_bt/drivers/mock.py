@@ -1,4 +1,4 @@
-"""Mock: a robot that does exactly what it is commanded, at once, in a world of segments and circles; no physics.
+"""Mock backend: ideal robots without dynamics in a world of segments and circles.
 
 world = MockWorld(clock, segments=[((2, -1), (2, 1))])
 robot = MockRobot(world, differential_drive(...), Pose2(0, 0, 0), mounts={"front": Pose2(0.2, 0, 0)})
@@ -40,12 +40,12 @@ Point: TypeAlias = tuple[float, float]
 
 
 class MockWorld:
-    """Where mock robots are.
+    """World of mock robots.
 
     Args:
-        clock: Time; whoever advances the world advances it too.
+        clock: Clock of the world; the caller of `advance` must also advance the clock.
         segments: Walls, as pairs of points [m].
-        circles: Round things, as centre and radius [m].
+        circles: Round obstacles, as centre and radius [m].
     """
 
     def __init__(
@@ -60,12 +60,12 @@ class MockWorld:
         self.robots: list[MockRobot] = []
 
     def advance(self, duration: float) -> None:
-        """Let every robot move on for a while [s]; they pass through each other, and only a robot_sensor sees them."""
+        """Move every robot for a duration [s]. Robots do not collide, and only a robot_sensor detects them."""
         for robot in self.robots:
             robot.advance(duration)
 
     def ray(self, x: float, y: float, yaw: float) -> float:
-        """The distance along a ray to the nearest thing [m]; +inf where there is none."""
+        """Distance along a ray to the nearest obstacle [m]; +inf without a hit."""
         c, s = math.cos(yaw), math.sin(yaw)
         hits = [_hit_segment(x, y, c, s, *seg) for seg in self.segments]
         hits += [_hit_circle(x, y, c, s, *circle) for circle in self.circles]
@@ -73,13 +73,13 @@ class MockWorld:
 
 
 class MockRobot:
-    """A robot without mass: its wheels take a command at once, and it follows its kinematics exactly.
+    """Ideal robot without dynamics: wheels take a command immediately, the motion follows the kinematics exactly.
 
     Args:
-        world: Where it is.
-        drive: What its wheels do.
-        pose: Where it starts, world frame.
-        mounts: Where its range sensors sit and look, by site, body frame.
+        world: World of the robot.
+        drive: Kinematics of the robot's drive.
+        pose: Start pose, world frame.
+        mounts: Mounting poses of the range sensors, body frame, by site.
     """
 
     def __init__(self, world: MockWorld, drive: Drive, pose: Pose2, mounts: Mapping[str, Pose2] | None = None) -> None:
@@ -93,20 +93,20 @@ class MockRobot:
         world.robots.append(self)
 
     def advance(self, duration: float) -> None:
-        """Drive on for a while [s], along an exact arc."""
+        """Move for a duration [s], along an exact arc."""
         for gate in self.gates:
             gate.check()
         self.pose = along_arc(self.pose, self.drive.twist(np.array(self.wheel_speeds)), duration)
         travelled = zip(self.wheel_travel, self.wheel_speeds, strict=True)
-        self.wheel_travel = [way + speed * duration for way, speed in travelled]
+        self.wheel_travel = [travel + speed * duration for travel, speed in travelled]
 
 
 class MockSensor(Sensor):
-    """The common part of mock sensors; also one of its own that says whatever is put into `values`.
+    """Base of mock sensors; by itself a sensor that returns `values`.
 
     Attributes:
-        values: What it says, in SI units; None for what its driver says.
-        broken: Why it refuses; None while it works.
+        values: Fixed values, SI units; None for the values of the driver.
+        broken: Reason of a simulated failure; None while the sensor works.
     """
 
     def __init__(
@@ -121,12 +121,12 @@ class MockSensor(Sensor):
         self.rng = np.random.default_rng(0)
 
     def sample(self) -> list[float]:
-        """What the driver says [SI]."""
+        """Values of the driver, SI units."""
         return []
 
     def read(self) -> Reading:
         if self.broken is not None:
-            raise DeviceError(f"sensor '{self.name}' refuses: {self.broken}.")
+            raise DeviceError(f"sensor '{self.name}' has no reading: {self.broken}.")
         values = list(self.sample() if self.values is None else self.values)
         if self.noise > 0.0:
             values = [v + e for v, e in zip(values, self.rng.normal(0.0, self.noise, len(values)), strict=True)]
@@ -148,37 +148,37 @@ class MockOrientation(MockSensor):
 
 
 class MockWheelSpeed(MockSensor):
-    """Rim speeds [m/s]: those that were commanded."""
+    """Wheel linear speeds [m/s]: the commanded ones."""
 
     def sample(self) -> list[float]:
         return list(self.robot.wheel_speeds)
 
 
 class MockWheelTravel(MockSensor):
-    """How far the rims have rolled [m], in whole counts."""
+    """Wheel travel since the start [m], in whole encoder counts."""
 
     parameters: WheelTravelParameters
 
     def sample(self) -> list[float]:
         given = self.parameters
         pairs = zip(self.robot.wheel_travel, given.factors, strict=True)
-        return given.travel([way / factor for way, factor in pairs])
+        return given.travel([travel / factor for travel, factor in pairs])
 
 
 class MockGyro(MockSensor):
-    """Mean yaw rate since the reading before [rad/s]."""
+    """Mean yaw rate since the previous reading [rad/s]."""
 
     parameters: GyroParameters
     _model: GyroModel | None = None
 
     def sample(self) -> list[float]:
-        if self._model is None:  # whoever made this sensor has given it its `rng` by now
+        if self._model is None:  # constructed late, since `make_sensor` sets `rng` after the constructor
             self._model = GyroModel(self.parameters, self.rng)
         return [self._model.read(self.robot.world.clock.now(), self.robot.pose.yaw)]
 
 
 class MockRangeCone(MockSensor):
-    """Ranges [m] of cones, by the same fans of rays as the simulation's."""
+    """Ranges [m] of cones, with the same fans of rays as in MuJoCo."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: RangeConeParameters) -> None:
         super().__init__(name, robot, parameters)
@@ -197,7 +197,7 @@ class MockRangeCone(MockSensor):
 
 
 class MockLidar(MockSensor):
-    """Ranges [m] along rays from the place at which the scanner is mounted."""
+    """Ranges [m] along rays from the mounting position of the scanner."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: LidarParameters) -> None:
         super().__init__(name, robot, parameters)
@@ -212,7 +212,7 @@ class MockLidar(MockSensor):
 
 
 class MockRobotSensor(MockSensor):
-    """Tags, ranges [m] and bearings [rad] of the other robots that no segment and no circle hides."""
+    """Tags, ranges [m] and bearings [rad] of the other robots that no segment or circle hides."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: RobotSensorParameters) -> None:
         super().__init__(name, robot, parameters)
@@ -221,7 +221,7 @@ class MockRobotSensor(MockSensor):
     def sample(self) -> list[float]:
         world, here = self.robot.world, self.robot.pose
         peers = {tag: other.pose for tag, other in enumerate(world.robots, 1) if other is not self.robot}
-        if self._model is None:  # whoever made this sensor has given it its `rng` by now
+        if self._model is None:  # constructed late, since `make_sensor` sets `rng` after the constructor
             self._model = RobotSensorModel(self.parameters, self.rng)
 
         def seen(tag: int) -> bool:
@@ -232,7 +232,7 @@ class MockRobotSensor(MockSensor):
 
 
 class MockWheels(Actuator):
-    """Wheels that turn as they are commanded, at once: a mock's electronics have no delay."""
+    """Wheels that reach their commanded speed immediately."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: VelocityParameters) -> None:
         super().__init__(name, len(robot.drive.wheels))
@@ -244,7 +244,7 @@ class MockWheels(Actuator):
 
     def command(self, values: Sequence[float]) -> None:
         if len(values) != self.size:
-            raise DeviceError(f"actuator '{self.name}' takes {self.size} rim speeds, found {len(values)}.")
+            raise DeviceError(f"actuator '{self.name}' takes {self.size} wheel speeds, found {len(values)}.")
         self._robot.wheel_speeds = [float(v) for v in values]
 
     def neutral(self) -> None:
@@ -252,7 +252,7 @@ class MockWheels(Actuator):
 
 
 class MockMailbox(MockSensor):
-    """What other robots said, as it came since the last reading."""
+    """Messages of other robots since the last reading."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -285,18 +285,18 @@ def make_sensor(
     noise: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> MockSensor:
-    """A sensor of a mock robot, from the same table as the simulation's.
+    """Construct a sensor of a mock robot, from the same table as in simulation.
 
     Args:
-        robot: Whose.
-        name: What robot.toml calls it.
-        driver: Its driver's name.
-        parameters: What the driver takes, in SI units.
-        noise: Standard deviation of each value [SI].
-        rng: Where the noise comes from.
+        robot: Robot of the sensor.
+        name: Name of the sensor in robot.toml.
+        driver: Name of the driver.
+        parameters: Parameters of the driver, SI units.
+        noise: Standard deviation of each value, SI units.
+        rng: Random stream of the noise; a fixed one by default.
 
     Raises:
-        InputError: No such driver, or parameters that do not fit it.
+        InputError: Unknown driver, or wrong parameters.
     """
     cls = driver_class(SENSORS, driver, "sensor", "mock")
     sensor = cls(name, robot, read_parameters(DRIVER_PARAMETERS[driver], parameters, f"{driver} sensor '{name}'"))
@@ -306,10 +306,16 @@ def make_sensor(
 
 
 def make_actuator(robot: MockRobot, name: str, driver: str, parameters: Mapping[str, Any]) -> MockWheels:
-    """An actuator of a mock robot.
+    """Construct an actuator of a mock robot.
+
+    Args:
+        robot: Robot of the actuator.
+        name: Name of the actuator in robot.toml.
+        driver: Name of the driver.
+        parameters: Parameters of the driver, SI units.
 
     Raises:
-        InputError: No such driver, or parameters that do not fit it or the drive.
+        InputError: Unknown driver, wrong parameters, or another number of motors than the drive has wheels.
     """
     cls = driver_class(ACTUATORS, driver, "actuator", "mock")
     return cls(name, robot, read_parameters(VelocityParameters, parameters, f"{driver} actuator '{name}'"))

@@ -1,6 +1,6 @@
-"""Drivers: the keys of robot.toml that each takes, the same in every backend, and the class of a name.
+"""Parameters of drivers: the keys of each driver in robot.toml, common to all backends.
 
-The keyword-only parameters of the `__init__` of a user's own driver are its keys; their annotations are the units:
+The keys of a user's driver are the keyword-only parameters of its `__init__`; their annotations declare the units:
 
     class Beacon(MujocoSensor):
         def __init__(self, name, mount, *, reach: Metres = 10.0):
@@ -25,36 +25,36 @@ from ..units import Bounds, Metres, MetresPerSecondSquared, Radians, RadiansPerS
 
 T = TypeVar("T")
 
-MOST = 1000
-"""Rays for a beam, or slots, that a sensor may have: more would stall the machine before anybody learns why."""
+MAX_SIZE = 1000
+"""Maximum number of rays per beam, or of slots, of a sensor; a typing error must not stall the machine."""
 
-MOST_RAYS = 4000
-"""Rays in a lidar's scan, likewise."""
+MAX_LIDAR_RAYS = 4000
+"""Maximum number of rays in a scan of a lidar."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PositionParameters:
-    """Where the body is: x, y, z [m] in the world frame."""
+    """Position of the body: x, y, z [m], world frame."""
 
     size: ClassVar[int] = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrientationParameters:
-    """Where the body heads: yaw [rad] in the world frame."""
+    """Heading of the body: yaw [rad], world frame."""
 
     size: ClassVar[int] = 1
 
 
 @dataclass(frozen=True, kw_only=True)
 class RangeConeParameters:
-    """A ring of range sensors that see cones: the nearest of a fan of rays each [m], +inf without an echo.
+    """Ring of range sensors with conical beams: the minimum over a fan of rays each [m], +inf without an echo.
 
     Attributes:
-        sites: The model's sites, one for each beam, whose +z axis looks along it.
-        range: Least and greatest distance seen [m]; nearer things are told as the least.
-        half_angle: Half the opening of a cone [rad].
-        rays: Rays in each fan, spread evenly over the cone.
+        sites: Sites of the model, one per beam; the beam is the site's +z axis.
+        range: Minimum and maximum range [m]; smaller distances are reported as the minimum.
+        half_angle: Half the opening angle of a cone [rad].
+        rays: Number of rays per cone, evenly spaced.
     """
 
     sites: tuple[str, ...]
@@ -67,9 +67,9 @@ class RangeConeParameters:
             raise InputError(Fault("sites must name at least one site of the model, found none."))
         _check_distinct("sites", self.sites)
         if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1]:
-            raise InputError(Fault(f"range must be two distances, the lesser first, found {list(self.range)} m."))
-        if not 1 <= self.rays <= MOST:
-            raise InputError(Fault(f"rays must be 1 to {MOST} for each beam, found {self.rays}."))
+            raise InputError(Fault(f"range must be the minimum and the maximum distance, found {list(self.range)} m."))
+        if not 1 <= self.rays <= MAX_SIZE:
+            raise InputError(Fault(f"rays must be 1 to {MAX_SIZE} for each beam, found {self.rays}."))
         if not 0.0 <= self.half_angle < math.pi / 2:
             raise InputError(
                 Fault(f"half_angle must be less than 90 deg, found {math.degrees(self.half_angle):.4g} deg.")
@@ -77,12 +77,12 @@ class RangeConeParameters:
 
     @property
     def size(self) -> int:
-        """How many values a reading has."""
+        """Number of values of a reading."""
         return len(self.sites)
 
     @property
     def angles(self) -> list[float]:
-        """The rays of a fan, as angles from the beam's axis, left positive [rad]."""
+        """Angles of a fan's rays from the beam's axis, left positive [rad]."""
         if self.rays == 1:
             return [0.0]
         return [self.half_angle * (2.0 * i / (self.rays - 1) - 1.0) for i in range(self.rays)]
@@ -90,13 +90,13 @@ class RangeConeParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class LidarParameters:
-    """A laser scanner: ranges [m] along rays from one point, from the right to the left, +inf without an echo.
+    """Laser scanner: ranges [m] along rays from one point, from right to left, +inf without an echo.
 
     Attributes:
-        site: The model's site where the rays begin; its +x looks ahead and its +y to the left.
-        rays: In one scan.
-        span: From the first ray to the last [rad]; centred ahead.
-        range: Least and greatest distance seen [m]; nearer things are told as the least.
+        site: Site of the model at the origin of the rays; +x is ahead, +y is left.
+        rays: Number of rays per scan.
+        span: Angle from the first to the last ray [rad], centred ahead.
+        range: Minimum and maximum range [m]; smaller distances are reported as the minimum.
     """
 
     site: str
@@ -106,38 +106,38 @@ class LidarParameters:
 
     def __post_init__(self) -> None:
         if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1] < math.inf:
-            raise InputError(Fault(f"range must be two distances, the lesser first, found {list(self.range)} m."))
-        if not 2 <= self.rays <= MOST_RAYS:
-            raise InputError(Fault(f"rays must be 2 to {MOST_RAYS}, found {self.rays}."))
+            raise InputError(Fault(f"range must be the minimum and the maximum distance, found {list(self.range)} m."))
+        if not 2 <= self.rays <= MAX_LIDAR_RAYS:
+            raise InputError(Fault(f"rays must be 2 to {MAX_LIDAR_RAYS}, found {self.rays}."))
         if not 0.0 < self.span <= math.tau:
             raise InputError(Fault(f"span must be up to 360 deg, found {math.degrees(self.span):.4g} deg."))
 
     @property
     def size(self) -> int:
-        """How many values a reading has."""
+        """Number of values of a reading."""
         return self.rays
 
     @property
     def bearings(self) -> list[float]:
-        """The rays' directions in the sensor's frame, left positive [rad]."""
+        """Directions of the rays, sensor frame, left positive [rad]."""
         return [self.span * (i / (self.rays - 1) - 0.5) for i in range(self.rays)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotSensorParameters:
-    """Sees other robots and reads which they are: for each slot tag, range [m] and bearing [rad], the nearest first.
+    """Sensor that detects and identifies other robots: tag, range [m] and bearing [rad] per slot, nearest first.
 
-    Robots wear tags: numbers from 1, in the order in which the world has them. Ranges and bearings (left positive) go
-    from the centre of the base to that of the other's. A slot in which there is nobody says tag 0, range +inf and
-    bearing 0: that is valid, as a range without an echo is.
+    Tags are numbers from 1, in the order of the robots in the world. Ranges and bearings (left positive) are measured
+    between the centres of the bases. An empty slot has tag 0, range +inf and bearing 0, which is valid like a range
+    without an echo.
 
     Attributes:
-        reach: Greatest range seen [m].
-        slots: How many robots it can tell at once; of more the nearest.
-        half_angle: Half its field of view, which is centred ahead [rad].
+        reach: Maximum range [m].
+        slots: Maximum number of robots in a reading; the nearest are reported.
+        half_angle: Half the field of view, centred ahead [rad].
         range_noise: Standard deviation of a range [m].
         bearing_noise: Standard deviation of a bearing [rad].
-        height: Of its line of sight over the floor: what is lower hides nobody [m].
+        height: Height of the line of sight over the floor [m]; lower obstacles hide no robot.
     """
 
     reach: Metres
@@ -148,8 +148,8 @@ class RobotSensorParameters:
     height: Metres = 0.2
 
     def __post_init__(self) -> None:
-        if not 1 <= self.slots <= MOST:
-            raise InputError(Fault(f"slots must be 1 to {MOST}, found {self.slots}."))
+        if not 1 <= self.slots <= MAX_SIZE:
+            raise InputError(Fault(f"slots must be 1 to {MAX_SIZE}, found {self.slots}."))
         if not self.reach > 0.0 or not 0.0 < self.half_angle <= math.pi:
             raise InputError(
                 Fault(
@@ -167,18 +167,18 @@ class RobotSensorParameters:
 
     @property
     def size(self) -> int:
-        """How many values a reading has."""
+        """Number of values of a reading."""
         return 3 * self.slots
 
 
 @dataclass(frozen=True, kw_only=True)
 class WheelSpeedParameters:
-    """Wheel encoders: rim speeds [m/s] in the order of `motors`.
+    """Wheel encoders: wheel linear speeds [m/s] in the order of `motors`.
 
     Attributes:
-        motors: The model's motors.
-        wheel_radius: From the motor's shaft to the rim [m].
-        signs: -1 for a motor that is mounted the other way round; all 1 by default.
+        motors: Motors of the model.
+        wheel_radius: Wheel radius [m].
+        signs: Mounting signs, -1 for a reversed motor; all 1 by default.
     """
 
     motors: tuple[str, ...]
@@ -190,21 +190,21 @@ class WheelSpeedParameters:
 
     @property
     def size(self) -> int:
-        """How many values a reading, or a command, has."""
+        """Number of values of a reading or command."""
         return len(self.motors)
 
     @property
     def factors(self) -> list[float]:
-        """Rim speed for each rad/s of a motor, by motor [m]."""
+        """Signed wheel radii [m], by motor: wheel linear speed per angular speed of the motor."""
         return [s * self.wheel_radius for s in self.signs or (1,) * len(self.motors)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class WheelTravelParameters(WheelSpeedParameters):
-    """Incremental encoders: how far each rim has rolled since the start [m], in whole counts, in the order of `motors`.
+    """Incremental encoders: wheel travel since the start [m], in whole counts, in the order of `motors`.
 
     Attributes:
-        counts: For one revolution of a wheel.
+        counts: Encoder counts per wheel revolution.
     """
 
     counts: int
@@ -215,17 +215,17 @@ class WheelTravelParameters(WheelSpeedParameters):
             raise InputError(Fault(f"counts must be at least 1 for a revolution of the wheel, found {self.counts}."))
 
     def travel(self, angles: Sequence[float]) -> list[float]:
-        """How far rims have rolled [m], by how far the motors have turned [rad]."""
+        """Wheel travel [m] in whole counts, from motor angles [rad]."""
         each = math.tau / self.counts
         return [math.floor(a / each) * each * factor for a, factor in zip(angles, self.factors, strict=True)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class GyroParameters:
-    """How fast the body turns: the mean yaw rate since the reading before [rad/s], left positive.
+    """Gyro: mean yaw rate since the previous reading [rad/s], left positive.
 
     Attributes:
-        bias: Standard deviation of the constant error that a device has from the start [rad/s].
+        bias: Standard deviation of the constant bias [rad/s].
     """
 
     size: ClassVar[int] = 1
@@ -238,11 +238,11 @@ class GyroParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityParameters(WheelSpeedParameters):
-    """Motors that hold a speed; commanded with rim speeds [m/s] in the order of `motors`.
+    """Speed-controlled motors; commands are wheel linear speeds [m/s] in the order of `motors`.
 
     Attributes:
-        max_acceleration: How fast the motors' own electronics let a rim speed change [m/s2].
-        delay: How much later than it is given a command begins to act [s]; a whole number of physics steps.
+        max_acceleration: Acceleration limit of the motor controllers, as wheel linear acceleration [m/s2].
+        delay: Delay of a command [s]; a whole number of physics steps.
     """
 
     max_acceleration: MetresPerSecondSquared = math.inf
@@ -258,7 +258,7 @@ class VelocityParameters(WheelSpeedParameters):
 
 @dataclass(frozen=True, kw_only=True)
 class MailboxParameters:
-    """What other robots said: of each message the bytes of its sender and its text; no values while there is none."""
+    """Mailbox for messages of other robots: the bytes of sender and text of each message; empty without messages."""
 
     size: ClassVar[int | None] = None
 
@@ -278,7 +278,7 @@ DRIVER_PARAMETERS: Mapping[str, type] = {
 
 
 def parameters_of_driver(declared: type) -> dict[str, Parameter]:
-    """The keys that a driver's dataclass declares, by name, in their order; what is infinite it judges itself."""
+    """Keys that a driver's dataclass declares, by name, in order; infinite values are left to its own checks."""
     hints = typing.get_type_hints(declared, include_extras=True)
     found = {}
     for field in dataclasses.fields(declared):
@@ -292,16 +292,16 @@ def parameters_of_driver(declared: type) -> dict[str, Parameter]:
 
 
 def read_parameters(declared: type[T], values: Mapping[str, Any], what: str, *, among: bool = False) -> T:
-    """A driver's parameters from what robot.toml holds, already in SI units.
+    """Parameters of a driver, from the values in robot.toml.
 
     Args:
-        declared: The driver's dataclass.
-        values: By name: floats, whole numbers, texts, or lists of them.
-        what: The device and its driver, for messages.
-        among: Whether there may be others among them, as for a user's own driver that extends this one.
+        declared: Dataclass of the driver.
+        values: Values by name, SI units: floats, integers, texts, or lists of them.
+        what: Device and driver, for messages.
+        among: Whether other keys are allowed, as for a user's driver that extends this one.
 
     Raises:
-        InputError: Unknown, missing or wrong parameters; with every fault.
+        InputError: Unknown, missing or wrong parameters; lists every fault.
     """
     specs = parameters_of_driver(declared)
     others = [name for name in values if name not in specs]
@@ -325,7 +325,7 @@ def _check_motors(motors: tuple[str, ...], signs: tuple[int, ...], wheel_radius:
         raise InputError(Fault("motors must name at least one motor of the model, found none."))
     _check_distinct("motors", motors)
     if signs and (len(signs) != len(motors) or any(s not in (-1, 1) for s in signs)):
-        raise InputError(Fault(f"signs must be one of 1 and -1 for each of {len(motors)} motors, found {list(signs)}."))
+        raise InputError(Fault(f"signs must be 1 or -1 for each of {len(motors)} motors, found {list(signs)}."))
     if not wheel_radius > 0.0:
         raise InputError(Fault(f"wheel_radius must be positive, found {wheel_radius} m."))
 
@@ -333,21 +333,21 @@ def _check_motors(motors: tuple[str, ...], signs: tuple[int, ...], wheel_radius:
 def _check_distinct(what: str, names: tuple[str, ...]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise InputError(Fault(f"{what} must name each of the model's once, found {', '.join(twice)} twice."))
+        raise InputError(Fault(f"{what} must name each element of the model once, found {', '.join(twice)} twice."))
 
 
-def constructor_parameters(cls: type, place: str) -> dict[str, Parameter]:
-    """The keys that a driver's class takes, by name.
+def constructor_parameters(cls: type, second: str) -> dict[str, Parameter]:
+    """Keys that a driver's class takes, by name.
 
-    A constructor that ends in `**rest` takes the keys of the class that it extends, too; a class that extends a
-    shipped driver without a constructor of its own takes that driver's keys.
+    A constructor that ends in `**rest` also takes the keys of its base class. A class that extends a shipped driver
+    without a constructor takes the keys of that driver.
 
     Args:
-        cls: The class.
-        place: The constructor's second argument: `mount` in MuJoCo, `host` on hardware.
+        cls: Class of the driver.
+        second: Name of the constructor's second argument: `mount` in MuJoCo, `host` on hardware.
 
     Raises:
-        InputError: A constructor has another form than `(self, name, mount, *, ...)`; all that is wrong with it.
+        InputError: A constructor does not have the form `(self, name, mount, *, ...)`; lists every fault.
     """
     found: dict[str, Parameter] = {}
     for base in cls.__mro__:
@@ -356,8 +356,8 @@ def constructor_parameters(cls: type, place: str) -> dict[str, Parameter]:
         make = vars(base).get("__init__")
         if not inspect.isfunction(make):
             continue
-        what, form = f"{base.__name__}.__init__", f"Write: def __init__(self, name, {place}, *, ...)."
-        own, more = keyword_parameters(make, ("name", place), what, form)
+        what, form = f"{base.__name__}.__init__", f"Write: def __init__(self, name, {second}, *, ...)."
+        own, more = keyword_parameters(make, ("name", second), what, form)
         found |= {name: parameter for name, parameter in own.items() if name not in found}
         if not more:
             return found
@@ -365,16 +365,16 @@ def constructor_parameters(cls: type, place: str) -> dict[str, Parameter]:
 
 
 def driver_class(drivers: Mapping[str, type[T]], driver: str | type[T], kind: str, backend: str) -> type[T]:
-    """A driver's class.
+    """Class of a driver.
 
     Args:
-        drivers: The backend's classes by name.
-        driver: What robot.toml names, or the class itself, for one of a user's own.
-        kind: `sensor` or `actuator`.
-        backend: Whose drivers these are.
+        drivers: Classes of the backend, by name.
+        driver: Name in robot.toml, or a user's class, which is returned.
+        kind: `sensor` or `actuator`, for messages.
+        backend: Name of the backend, for messages.
 
     Raises:
-        UnknownName: The backend has no such driver; lists those that it has.
+        UnknownName: The backend has no such driver; lists its drivers.
     """
     if isinstance(driver, type):
         return driver

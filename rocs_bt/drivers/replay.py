@@ -1,4 +1,4 @@
-"""Replay: sensors that say again what a recording holds, and actuators that only note what they are asked."""
+"""Replay backend: sensors that return recorded readings, and actuators that only log commands."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from ..knowledge.share import MessageQueue, packed
 from ..raised import Raised, RecordedException
 
 SensorEvent = SensorRead | SensorFailed | ContentRaised
-"""What a recording holds of a sensor."""
+"""Recorded events of a sensor."""
 
-_SAME = 5e-7  # [s] within which two times are one
+_SAME = 5e-7  # [s] tolerance of equal times
 
 
 class ReplaySensor(Sensor):
-    """Says at each time what the recorded sensor said then; refuses or raises where that one did.
+    """Sensor that returns the recorded reading of the present time, or fails or raises as recorded.
 
     Args:
-        name: The sensor's name.
-        clock: Time.
-        events: Its events, in the order they were recorded.
+        name: Name of the sensor.
+        clock: Clock of the replay.
+        events: Recorded events of the sensor, in order.
     """
 
     def __init__(self, name: str, clock: Clock, events: Iterable[SensorEvent]) -> None:
@@ -49,7 +49,7 @@ class ReplaySensor(Sensor):
 
 
 class ReplayMailbox(Sensor):
-    """A mailbox, into which what was said comes again as the replayed minds say it to each other."""
+    """Mailbox for the messages that the replayed agents send each other."""
 
     def __init__(self, name: str, clock: Clock) -> None:
         super().__init__(name)
@@ -61,10 +61,10 @@ class ReplayMailbox(Sensor):
 
 
 class ReplayActuator(Actuator):
-    """Notes commands and moves nothing.
+    """Actuator that logs commands without effect.
 
     Attributes:
-        commands: The commands so far: when [s], and the values [SI]; neutral is all zeros.
+        commands: Commands so far: time [s] and values, SI units; neutral is all zeros.
     """
 
     def __init__(self, name: str, size: int, clock: Clock) -> None:
@@ -80,13 +80,16 @@ class ReplayActuator(Actuator):
 
 
 def replay_sensors(events: Iterable[Event], agent: str, names: Iterable[str], clock: Clock) -> dict[str, ReplaySensor]:
-    """One agent's sensors, fed from recorded events; a sensor that was never read refuses.
+    """Sensors of one agent that replay recorded events; a sensor without events fails when read.
 
     Args:
-        events: A recording's, in their order.
-        agent: Whose sensors.
-        names: The sensors that there must be.
-        clock: Time.
+        events: Events of a recording, in order.
+        agent: Name of the agent.
+        names: Names of the sensors.
+        clock: Clock of the replay.
+
+    Returns:
+        Sensors by name.
     """
     mine: dict[str, list[SensorEvent]] = {name: [] for name in names}
     for event in events:
@@ -96,7 +99,7 @@ def replay_sensors(events: Iterable[Event], agent: str, names: Iterable[str], cl
 
 
 def _sensor_of(event: SensorEvent) -> str:
-    """The sensor that an event is about; empty for an exception of other content."""
+    """Name of the event's sensor; empty for an exception of other content."""
     if isinstance(event, ContentRaised):
         return event.content if event.kind == "sensor" else ""
     return event.sensor

@@ -1,4 +1,4 @@
-"""E of MAPE-K: takes actions from the pipeline, decomposes them, acts them, and commands the actuators (paper, 4.2).
+"""E of MAPE-K: takes actions from the pipeline, decomposes and executes them (paper, 4.2).
 
 Imported by `agent` and the layers above; the other blocks never import it.
 """

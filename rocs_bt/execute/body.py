@@ -1,4 +1,4 @@
-"""RobotBody: what actions may use, with actuators that record every command."""
+"""RobotBody: interface of the robot for actions, with actuators that record every command."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Turn:
-    """What Execute and the body's actuators share about the present control period.
+class ControlPeriod:
+    """State of the present control period, shared by Execute and the body's actuators.
 
     Attributes:
         route: `reactive`, `deliberative` or `idle`.
-        action: Name of the atomic action that acts now; empty while none does.
-        commanded: Whether the action that acts now has commanded any actuator.
-        open: Whether commands pass; Execute.stop shuts the gate for an action that is in mid-act.
+        action: Name of the running atomic action; empty if none runs.
+        commanded: Whether the running action has commanded an actuator.
+        open: Whether commands are passed on; `Execute.stop` blocks those of an action that is still running.
     """
 
     route: str = "idle"
@@ -37,11 +37,11 @@ class Turn:
 
 
 class CommandedActuator(Actuator):
-    """An actuator as actions see it: records what the gate gives the device, keeps no command beyond its period.
+    """Actuator for actions: records the commands that the device gets; a command lasts one control period.
 
     Args:
-        gate: The actuator behind its limits.
-        body: The body that it belongs to.
+        gate: Safety gate of the actuator.
+        body: Body of the actuator.
     """
 
     def __init__(self, gate: SafetyGate, body: RobotBody) -> None:
@@ -52,18 +52,18 @@ class CommandedActuator(Actuator):
         self._active = False
 
     def command(self, values: Sequence[float]) -> None:
-        turn = self._body.turn
-        if not turn.open:
+        period = self._body.control_period
+        if not period.open:
             return
-        # Before the device is asked: one that refuses half-way may move all the same, and must then go to neutral.
+        # Before the command: a device that raises may move nevertheless, and must then go to neutral.
         self._active = True
         try:
-            given = self._gate.give(values, turn.action)
+            given = self._gate.give(values, period.action)
         except DeviceError:
-            if self._body.turn.open:
+            if self._body.control_period.open:
                 raise
-            return  # it was shut for good while this command was on its way
-        self._fresh = turn.commanded = True
+            return  # the gate was shut during this command
+        self._fresh = period.commanded = True
         self._record(given)
 
     def neutral(self) -> None:
@@ -72,37 +72,38 @@ class CommandedActuator(Actuator):
         self._record(self._gate.rest)
 
     def withdraw(self) -> None:
-        """Forget that it was commanded in this period: whoever did so has failed."""
+        """Discard the command of this period, because its action failed."""
         self._fresh = False
 
     def settle(self) -> None:
-        """The period is over: nothing keeps its last command."""
+        """End the period: without a command in it the actuator goes to neutral."""
         if self._active and not self._fresh:
             self.neutral()
         self._fresh = False
 
     def _record(self, values: Sequence[float]) -> None:
-        self._body.note(ActuatorCommanded, actuator=self.name, route=self._body.turn.route, data=pack(values))
+        self._body.note(ActuatorCommanded, actuator=self.name, route=self._body.control_period.route, data=pack(values))
 
 
 class RobotBody:
-    """The `Body` of one agent's actions.
+    """Body of one agent's actions (`rocs_bt.action.Body`).
 
     Args:
-        knowledge: All that the robot knows.
-        drive: Kinematics of the wheels.
-        follower: The trajectory follower.
-        clock: Time.
-        period: The control period [s].
-        actuators: All actuators behind their limits, by name.
-        wheels: The name of the one that takes wheel rim speeds.
-        sink: Where events go.
+        knowledge: Knowledge of the agent.
+        drive: Kinematics of the drive.
+        follower: Trajectory follower.
+        clock: Clock of the run.
+        period: Control period [s].
+        actuators: Safety gates of all actuators, by name.
+        wheels: Name of the actuator that takes wheel linear speeds.
+        sink: Sink for all events.
 
     Attributes:
-        messenger: Sends messages to other robots; None where the robot shares nothing.
+        control_period: State of the present control period.
+        messenger: Sender of messages to other robots; None without sharing.
 
     Raises:
-        WiringError: No actuator has the name that `wheels` gives.
+        WiringError: There is no actuator named `wheels`.
     """
 
     def __init__(
@@ -126,27 +127,32 @@ class RobotBody:
         self.clock = clock
         self.period = period
         self.messenger: Messenger | None = None
-        self.turn = Turn()
+        self.control_period = ControlPeriod()
         self._sink = sink
         self.actuators: Mapping[str, CommandedActuator] = {n: CommandedActuator(a, self) for n, a in actuators.items()}
         self.wheels = self.actuators[wheels]
 
     def note(self, event: type[Event], **values: Any) -> None:
-        """Emit an event of this agent, now."""
+        """Emit an event of this agent with the present time.
+
+        Args:
+            event: Class of the event.
+            values: Fields of the event, without `t` and `agent`.
+        """
         self._sink.emit(event(t=self.clock.now(), agent=self.agent, **values))
 
     def neutral(self) -> None:
-        """Let all actuators stop acting, at once."""
+        """Send all actuators to neutral immediately."""
         for actuator in self.actuators.values():
             actuator.neutral()
 
     def withdraw(self) -> None:
-        """What was commanded in this period does not count: unless another action commands, it ends at `settle`."""
-        self.turn.commanded = False
+        """Discard the commands of this period: actuators that no other action commands go to neutral in `settle`."""
+        self.control_period.commanded = False
         for actuator in self.actuators.values():
             actuator.withdraw()
 
     def settle(self) -> None:
-        """End the period: each actuator that nobody commanded in it goes to neutral, once."""
+        """End the period: each actuator without a command in it goes to neutral, once."""
         for actuator in self.actuators.values():
             actuator.settle()

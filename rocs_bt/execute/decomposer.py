@@ -1,4 +1,4 @@
-"""ActionDecomposer: turns an action into atomic ones, lazily (paper, 4.2)."""
+"""ActionDecomposer: lazy decomposition of an action into atomic actions (paper, 4.2)."""
 
 from __future__ import annotations
 
@@ -10,17 +10,20 @@ from ..errors import InputError, PipelineError
 from ..raised import CodeLocation, waiting_at
 
 MAX_DEPTH = 16
+"""Maximum nesting depth of macro-actions."""
+
 MAX_STEPS = 64
+"""Maximum number of decomposition steps without an atomic action."""
 
 
 class ActionDecomposer:
-    """The decomposition of one submitted action: a stack of macro-actions, each in the midst of its `decompose`.
+    """Decomposition of one submitted action: a stack of macro-actions, each suspended in its `decompose`.
 
-    A macro is asked for its next action only when the one before has ended, so it reads Knowledge as it is then.
+    A macro-action yields its next action only after the previous one has ended, so it reads the Knowledge of that time.
 
     Args:
-        action: What was submitted.
-        body: Handed to every `decompose`.
+        action: Submitted action.
+        body: Argument of every `decompose`.
     """
 
     def __init__(self, action: Action, body: Body) -> None:
@@ -32,11 +35,12 @@ class ActionDecomposer:
         self._take(action)
 
     def next(self) -> AtomicAction | None:
-        """The atomic action to act now: the same one until it has ended, None when everything is done.
+        """Present atomic action: the same one until it has ended; None if the decomposition is complete.
 
         Raises:
-            ActionFailed: A macro failed, and none above it dealt with that; or it never comes to an atomic action.
-            PipelineError: A macro yielded what is no action, or the object that it yielded just before.
+            ActionFailed: A macro-action failed and no outer one handled the failure; or there was no atomic action
+                within `MAX_STEPS` steps.
+            PipelineError: A macro-action yielded an object that is no action, or the same object twice in a row.
         """
         for _ in range(MAX_STEPS):
             if self._atomic is not None or not self._stack:
@@ -46,31 +50,31 @@ class ActionDecomposer:
 
     @property
     def nested(self) -> bool:
-        """Whether a macro waits for the atomic action to end."""
+        """Whether a macro-action waits for the end of the atomic action."""
         return bool(self._stack)
 
     def lines(self) -> Iterator[CodeLocation]:
-        """Lines of content at which macro-actions wait for the action that they yielded, innermost first."""
+        """Lines of content at which macro-actions are suspended, innermost first."""
         for _, steps in reversed(self._stack):
             if (line := waiting_at(steps)) is not None:
                 yield line
 
     def succeeded(self) -> None:
-        """The atomic action succeeded."""
+        """Record the success of the atomic action."""
         self._atomic = None
 
     def failed(self, failure: Failure) -> None:
-        """The atomic action failed: `ActionFailed` is raised at the yield of its macro.
+        """Record the failure of the atomic action: `ActionFailed` is raised at the yield of its macro-action.
 
         Raises:
-            ActionFailed: No macro dealt with it.
+            ActionFailed: No macro-action handled the failure.
         """
         self._atomic = None
         self._resume(failure)
 
     def cancel(self) -> None:
-        """Stop everything that runs, the atomic action first and then its macros outwards, each once."""
-        with ExitStack() as ends:  # last in, first out; one that raises does not keep the others from stopping
+        """Stop the atomic action, then its macro-actions from the inside out, each once."""
+        with ExitStack() as ends:  # last in, first out; each is called even if another raises
             ends.callback(self.close)
             for macro, _ in self._stack:
                 ends.callback(macro.stop, self._body)
@@ -78,9 +82,9 @@ class ActionDecomposer:
                 ends.callback(self._atomic.stop, self._body)
 
     def close(self) -> None:
-        """Close all generators, inner ones first, so that their `finally` clauses run."""
+        """Close all generators, innermost first, so that their `finally` clauses run."""
         self._atomic = None
-        with ExitStack() as ends:  # last in, first out; one that raises does not keep the others from closing
+        with ExitStack() as ends:  # last in, first out; each is called even if another raises
             for _, steps in self._stack:
                 if (close := getattr(steps, "close", None)) is not None:
                     ends.callback(close)
@@ -114,7 +118,8 @@ class ActionDecomposer:
             self._atomic = action
         elif not isinstance(action, MacroAction):
             raise PipelineError(
-                f"{self._action.name} was decomposed into {action!r}, which is no AtomicAction and no MacroAction."
+                f"{self._action.name} was decomposed into {action!r}, which is neither an AtomicAction nor a "
+                "MacroAction."
             )
         elif len(self._stack) == MAX_DEPTH:
             raise ActionFailed(Reason.RUNAWAY, f"{self._action.name} nests more than {MAX_DEPTH} macro-actions")
@@ -125,7 +130,7 @@ class ActionDecomposer:
 def _throw(steps: Iterator[Action], failure: Failure) -> Action:
     error = ActionFailed(failure.reason, failure.evidence)
     throw = getattr(steps, "throw", None)
-    if throw is None:  # an iterator over a fixed sequence has nowhere to catch
+    if throw is None:  # an iterator that is no generator cannot handle the failure
         raise error
     action: Action = throw(error)
     return action

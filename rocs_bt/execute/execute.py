@@ -1,4 +1,4 @@
-"""Execute: the engine that serves the pipeline, one control period at a time (paper, 4.2 and 5.2)."""
+"""Execute: executes the actions in the pipeline, one control period at a time (paper, 4.2 and 5.2)."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from .body import RobotBody
 from .decomposer import ActionDecomposer
 
 BehaviorPipeline = Pipeline
-"""The paper's name for the module of Execute that keeps the submitted actions."""
+"""Name of the pipeline in the paper, where it is a module of Execute."""
 
 MAX_TRANSITIONS = 16
-"""How often one ticket may go on to a next action within one period without commanding anything."""
+"""Maximum number of actions of one ticket in one period without a command."""
 
 _ROUTES = {Priority.HIGH: "reactive", Priority.NORMAL: "deliberative"}
 
 
 class AtomicActionExecutor:
-    """Acts atomic actions on a body, and notes where each begins.
+    """Runs atomic actions on a body and emits an event at the start of each.
 
     Args:
-        body: The robot.
+        body: Body of the robot.
     """
 
     def __init__(self, body: RobotBody) -> None:
@@ -34,14 +34,17 @@ class AtomicActionExecutor:
         self._begun: AtomicAction | None = None
 
     def act(self, action: AtomicAction, ticket: int) -> Progress | Failure:
-        """One control period's worth of it; an ActionFailed that it raises is its failure, and so is an InputError.
+        """Run an action for one control period.
 
         Args:
             action: The action.
-            ticket: The number of the ticket that it belongs to.
+            ticket: Number of its ticket.
+
+        Returns:
+            Result of the action; a raised ActionFailed or InputError is returned as a Failure.
 
         Raises:
-            PipelineError: It returned something else than Progress or a Failure.
+            PipelineError: The action returned neither a Progress nor a Failure.
         """
         if action is not self._begun:
             self._begun = action
@@ -49,11 +52,11 @@ class AtomicActionExecutor:
                 AtomicStarted,
                 ticket=ticket,
                 action=action.name,
-                route=self._body.turn.route,
+                route=self._body.control_period.route,
                 parameters=action.parameters,
             )
-        turn = self._body.turn
-        turn.commanded, turn.action = False, action.name
+        period = self._body.control_period
+        period.commanded, period.action = False, action.name
         try:
             result = action.act(self._body)
         except ActionFailed as error:
@@ -61,28 +64,28 @@ class AtomicActionExecutor:
         except InputError as error:
             return Failure.cannot(error)
         finally:
-            turn.action = ""
+            period.action = ""
         if not isinstance(result, (Progress, Failure)):
             raise PipelineError(f"{action.name}.act must return a Progress or a Failure, it returned {result!r}.")
         return result
 
 
 class Execute:
-    """Takes the action on top, decomposes it lazily, acts the atomic one once, commands the actuators.
+    """Takes the top action of the pipeline, decomposes it lazily, and runs the atomic action once per period.
 
-    In each period one action commands. An action that ends without having commanded makes way for the next one in the
-    same period, so that no period is lost between two; what ended with a command keeps it until the period is over.
+    One action commands the actuators per period. If an action ends without a command, the next one runs in the same
+    period, so that no period is lost. If it ends with a command, that command lasts until the end of the period.
 
-    Nothing keeps its last command: an actuator that nobody commanded in a period goes to neutral at its end. That is
-    said (and recorded as a command of zeros) once, not again in every idle period.
+    A command lasts one period: an actuator without a command in a period goes to neutral at its end. Neutral is sent
+    (and recorded as a command of zeros) once, not in every idle period.
 
     Args:
-        pipeline: Where actions are submitted.
-        body: The robot.
+        pipeline: Pipeline of the submitted actions.
+        body: Body of the robot.
 
     Attributes:
-        broken: Whether Execute itself failed; true before its ticket fails, so that no decision is made on that.
-        on_exception: Takes the exceptions of actions; None to raise them instead.
+        broken: Whether Execute itself failed; it is set before the ticket fails, so that the plan does not react to it.
+        on_exception: Handler of the exceptions of actions; None raises them.
     """
 
     def __init__(self, pipeline: Pipeline, body: RobotBody) -> None:
@@ -100,33 +103,36 @@ class Execute:
 
     @property
     def route(self) -> str:
-        """Who acts in this period: `reactive`, `deliberative`, or `idle` when nobody does."""
-        return self._body.turn.route
+        """Source of the action in this period: `reactive`, `deliberative`, or `idle` without an action."""
+        return self._body.control_period.route
 
     @property
     def running(self) -> Ticket | None:
-        """The ticket that is being served."""
+        """Ticket of the running action; None if idle."""
         return self._ticket
 
     def run(self, t: float) -> None:
-        """One control period. Safe with submissions and cancellations from other threads.
+        """Run one control period. Other threads may submit and cancel actions meanwhile.
 
-        An ActionFailed, an InputError (CANNOT) or a DeviceError (REFUSED) fails the action that raises it. At any other
-        exception the actuators go to neutral first, then the ticket fails (RAISED), and `on_exception` is called. What
-        no action raised goes on to the agent.
+        An ActionFailed, an InputError (CANNOT) or a DeviceError (REFUSED) fails the action that raised it. At any other
+        exception of an action the actuators go to neutral, then the ticket fails (RAISED), and `on_exception` is
+        called. Exceptions outside of actions propagate to the agent.
+
+        Args:
+            t: Time [s].
         """
         with self._lock:
-            turn = self._body.turn
-            turn.route, turn.open, self._steps = "idle", True, 0
-            if self._closed:  # asked after the gate was opened: whoever closes it meanwhile shuts it again
-                turn.open = False
+            period = self._body.control_period
+            period.route, period.open, self._steps = "idle", True, 0
+            if self._closed:  # checked after `open` was set, since another thread may call `close` in between
+                period.open = False
                 return
             try:
-                self._taking(self.pipeline.settle)
+                self._handling(self.pipeline.settle)
                 self._serve()
-            except BaseException as error:  # the wheels stop first, whatever it is
+            except BaseException as error:  # stop the wheels first
                 self._body.neutral()
-                if not self._taken(error, self._ticket):
+                if not self._handle(error, self._ticket):
                     self.broken = True
                     self._end(Failure(Reason.OTHER, f"it raised {type(error).__name__}: {error}"))
                     raise
@@ -134,22 +140,22 @@ class Execute:
                 self._body.settle()
 
     def close(self) -> None:
-        """Let all actuators go to neutral, once, and command nothing any more; may be called from any thread."""
+        """Send all actuators to neutral, once, and block all later commands; thread-safe."""
         if not self._closed:
             self._closed = True
-            self._body.turn.open = False
+            self._body.control_period.open = False
             self._body.neutral()
 
     def stop(self, by: str) -> None:
-        """Let all actuators go to neutral and cancel every ticket; may be called from any thread.
+        """Send all actuators to neutral and cancel every ticket; thread-safe.
 
-        Commands of an action that is in mid-act on another thread are dropped; its `stop` is then called by the next
-        `run`, and here otherwise.
+        If an action is running in another thread, its commands are dropped, and the next `run` calls its `stop`.
+        Otherwise this method calls it.
 
         Args:
-            by: Who stops.
+            by: Cause of the cancellation.
         """
-        self._body.turn.open = False
+        self._body.control_period.open = False
         try:
             if not self._closed:
                 self._body.neutral()
@@ -160,12 +166,12 @@ class Execute:
                     self._drop()
                 finally:
                     self._lock.release()
-        self._body.turn.route = "idle"
+        self._body.control_period.route = "idle"
 
     def _serve(self) -> None:
         while self._switch():
             if self._steps == MAX_TRANSITIONS:
-                evidence = f"{MAX_TRANSITIONS} actions in one period, and none commanded"
+                evidence = f"{MAX_TRANSITIONS} actions in one period without a command"
                 self._end(Failure(Reason.RUNAWAY, evidence))
                 continue
             self._steps += 1
@@ -173,7 +179,7 @@ class Execute:
                 over = self._advance()
             except ActionFailed as error:
                 self._end(error.failure)
-            except InputError as error:  # from a `decompose` that is no generator
+            except InputError as error:  # raised by a `decompose` that is no generator
                 self._end(Failure.cannot(error))
             except DeviceError as error:
                 self._body.neutral()
@@ -184,25 +190,25 @@ class Execute:
                     return
 
     def _switch(self) -> bool:
-        """Make the ticket on top the one that is served; False when there is nothing to serve.
+        """Switch to the ticket on top; False if the pipeline is empty.
 
-        A ticket that was cancelled is stopped here, before anything else may command.
+        A cancelled ticket is stopped first, before another action commands.
         """
         while True:
             if self._ticket is not None and self._ticket.state.done:
                 self._drop()
             top = self.pipeline.top()
             if top is None:
-                self._body.turn.route = "idle"
+                self._body.control_period.route = "idle"
                 return False
             if top is not self._ticket and self.pipeline.start(top):
                 self._ticket, self._decomposer, self._acting, self._steps = top, None, None, 0
             if top is self._ticket:
-                self._body.turn.route = _ROUTES[top.priority]
+                self._body.control_period.route = _ROUTES[top.priority]
                 return True
 
     def _advance(self) -> bool:
-        """Act the atomic action once; True if this period is over with that."""
+        """Run the atomic action once; True if it ends this period."""
         ticket = self._ticket
         if ticket is None:
             return True
@@ -213,8 +219,8 @@ class Execute:
             self._end(None)
             return False
         result = self._executor.act(atomic, ticket.number)
-        if ticket.state.done:  # cancelled in mid-act: it is stopped before anything else acts
-            return self._body.turn.commanded
+        if ticket.state.done:  # cancelled during `act`: it is stopped before another action runs
+            return self._body.control_period.commanded
         if isinstance(result, Failure):
             self._body.withdraw()
             self._decomposer.failed(result)
@@ -225,10 +231,10 @@ class Execute:
             self._decomposer.succeeded()
         else:
             self._end(None)
-        return self._body.turn.commanded
+        return self._body.control_period.commanded
 
     def _end(self, failure: Failure | None) -> None:
-        """The ticket succeeded or failed; if it was cancelled in the meantime its actions are stopped instead."""
+        """End the ticket with success (None) or a failure; if it was cancelled, stop its actions instead."""
         ticket, decomposer = self._ticket, self._decomposer
         if ticket is None:
             return
@@ -238,36 +244,36 @@ class Execute:
             return
         self._ticket = self._decomposer = None
         if decomposer is not None:
-            self._taking(decomposer.close, ticket)
+            self._handling(decomposer.close, ticket)
 
     def _drop(self) -> None:
-        """Stop a cancelled ticket's actions, once. One that raises does not keep the next ticket from being served."""
+        """Stop the actions of a cancelled ticket, once; an exception does not block the next ticket."""
         ticket, decomposer = self._ticket, self._decomposer
         self._ticket = self._decomposer = None
         if decomposer is not None:
-            self._taking(decomposer.cancel, ticket)
+            self._handling(decomposer.cancel, ticket)
 
-    def _taking(self, step: Callable[[], None], ticket: Ticket | None = None) -> None:
-        """Run a step in which an action of a ticket that is not served may raise."""
+    def _handling(self, step: Callable[[], None], ticket: Ticket | None = None) -> None:
+        """Call a function in which an action of an inactive ticket may raise, and handle its exception."""
         try:
             step()
         except BaseException as error:  # an action may raise anything
             if interrupts(error):
                 raise
-            if not self._taken(error, ticket):
+            if not self._handle(error, ticket):
                 raise
 
-    def _taken(self, error: BaseException, ticket: Ticket | None) -> bool:
+    def _handle(self, error: BaseException, ticket: Ticket | None) -> bool:
         """Report the exception of an action and fail its ticket; False if no action raised it."""
         if self.on_exception is None or from_actuator(error) or interrupts(error):
             return False
         action = next((each for each in owners_of(error) if isinstance(each, Action)), None)
-        if action is None and ticket is not None:  # the engine refuses what the action returned or yielded
+        if action is None and ticket is not None:  # the engine refused a returned or yielded value
             action = self._acting or ticket.action
         if action is None:
             return False
         reflex = ticket is not None and ticket.priority is Priority.HIGH
-        # An action of the engine has no line of content; the macro-action of content that yielded it has.
+        # An engine action has no line of content, but the macro-action of content that yielded it has.
         lines = self._decomposer.lines() if self._decomposer is not None else ()
         kind = "reflex action" if reflex else "action"
         raised = Raised.of(kind, action.name, error, _step_of(action), action, *lines)
@@ -278,7 +284,7 @@ class Execute:
 
 
 def _step_of(action: Action) -> object:
-    """The method that does an action's work."""
+    """Method that implements an action."""
     if isinstance(action, MacroAction):
         return action.decompose
     return action.act if isinstance(action, AtomicAction) else action

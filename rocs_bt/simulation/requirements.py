@@ -1,4 +1,4 @@
-"""Requirements over a run: checked from the event stream alone, so that a recording gives the same as the live run."""
+"""Check of requirements over a run, from the event stream alone: a run and its recording give the same findings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SLACK = 1e-9  # [s]
 
 
 class _Check:
-    """One requirement of one agent, sample by sample."""
+    """Incremental check of one requirement of one agent."""
 
     def __init__(self, info: RequirementInfo, requirement: Requirement) -> None:
         self.info = info
@@ -29,8 +29,8 @@ class _Check:
         self._start: float | None = None
         self._last: tuple[float, float | bool | None] = (0.0, None)
 
-    def look(self, sample: Sample) -> bool:
-        """Take a sample; True where it is the first that shows that the requirement does not hold."""
+    def update(self, sample: Sample) -> bool:
+        """Process a sample; True if it is the first that violates the requirement."""
         if self._start is None:
             self._start = sample.t
         value, about = self._expression(sample.x, sample.t), sample.t - self._requirement.delay
@@ -52,7 +52,7 @@ class _Check:
         return True
 
     def end(self) -> bool:
-        """There are no more samples; True where only that shows that the requirement does not hold."""
+        """Finish after the last sample; True if the requirement must hold at the end and is violated there."""
         about, value = self._last
         if self._requirement.always or value is not False:
             return False
@@ -76,12 +76,12 @@ class _Check:
 
 
 class RequirementWatch:
-    """An event sink that checks requirements.
+    """Event sink that checks requirements.
 
     Args:
-        requirements: What must hold.
-        agents: Whom they are about, with their signals.
-        sink: Where RequirementViolated events go; it must not lead back here.
+        requirements: Requirements of the agents.
+        agents: Agents with their signals.
+        sink: Sink for RequirementViolated events; it must not forward them to this object.
 
     Raises:
         InputError: A requirement does not fit its agent.
@@ -101,37 +101,37 @@ class RequirementWatch:
                 self._agents[agent.name] = Snapshots(agent), checks
 
     def emit(self, event: Event) -> None:
-        """Take one event."""
+        """Process one event."""
         if (found := self._agents.get(event.agent)) is None:
             return
         snapshots, checks = found
         if (sample := snapshots.take(event)) is not None:
-            self._look(event.t, checks, sample)
+            self._update(event.t, checks, sample)
         if isinstance(event, AgentStopped):
             self._end(event.t, checks)
 
     def close(self) -> None:
-        """No more events come: those of a run that was cut off, and all others, are at their end."""
+        """Finish after the last event, also for a truncated recording."""
         for snapshots, checks in self._agents.values():
             if (sample := snapshots.end()) is not None:
-                self._look(sample.t, checks, sample)
+                self._update(sample.t, checks, sample)
                 self._end(sample.t, checks)
 
     def of(self, agent: str) -> list[Finding]:
-        """What became of an agent's requirements, in their order."""
+        """Findings for an agent's requirements, in the order of the requirements."""
         return [check.finding() for check in self._agents[agent][1]] if agent in self._agents else []
 
-    def _look(self, t: float, checks: Sequence[_Check], sample: Sample) -> None:
+    def _update(self, t: float, checks: Sequence[_Check], sample: Sample) -> None:
         for check in checks:
-            if check.look(sample):
-                self._tell(t, check, sample)
+            if check.update(sample):
+                self._report(t, check)
 
     def _end(self, t: float, checks: Sequence[_Check]) -> None:
         for check in checks:
             if check.end():
-                self._tell(t, check, None)
+                self._report(t, check)
 
-    def _tell(self, t: float, check: _Check, sample: Sample | None) -> None:
+    def _report(self, t: float, check: _Check) -> None:
         margin = check.margin if math.isfinite(check.margin) else None
         about = check.violated if check.violated is not None else t
         self._sink.emit(
@@ -140,7 +140,7 @@ class RequirementWatch:
 
 
 def requirements_of(scenario: ScenarioSpec) -> tuple[RequirementInfo, ...]:
-    """A scenario's requirements, one for each agent that one is about."""
+    """Requirements of a scenario, one entry per requirement and agent."""
     return tuple(
         RequirementInfo(name=r.name, agent=agent, text=r.require, doc=r.doc)
         for r in scenario.requirements
@@ -151,15 +151,18 @@ def requirements_of(scenario: ScenarioSpec) -> tuple[RequirementInfo, ...]:
 def check_recorded(
     recording: Recording, requirements: Sequence[RequirementInfo] | None = None
 ) -> Mapping[str, list[Finding]]:
-    """What becomes of requirements on a recording, by agent.
+    """Check requirements on a recording.
 
     Args:
-        recording: The run.
-        requirements: What must hold; what the scenario asked for when it was recorded by default.
+        recording: Recording of a run.
+        requirements: Requirements to check; by default those of the scenario at the time of the recording.
+
+    Returns:
+        Findings by agent.
 
     Raises:
         InputError: A requirement does not fit its agent.
-        RecordingError: The recording cannot be read, or says nothing of an agent's signals.
+        RecordingError: The recording cannot be read, or lacks an agent's signals.
     """
     header = recording.header
     watch = RequirementWatch(header.requirements if requirements is None else requirements, header.agents)
@@ -170,12 +173,12 @@ def check_recorded(
 
 
 def requirement_faults(scenario: ScenarioSpec, agent: str, environment: Environment) -> list[Fault]:
-    """What is wrong with a scenario's requirements of one agent.
+    """Faults in a scenario's requirements of one agent.
 
     Args:
         scenario: The scenario.
-        agent: The agent's name.
-        environment: Its signals, and the truth.
+        agent: Name of the agent.
+        environment: Signals of the agent and ground-truth signals.
     """
     faults: list[Fault] = []
     for spec in scenario.requirements:
@@ -193,7 +196,7 @@ def requirement_faults(scenario: ScenarioSpec, agent: str, environment: Environm
 
 
 def _column(file: Path, line: int, column: int, text: str) -> int:
-    """Where the text of a requirement begins in its line; 0 where it does not stand there as it is."""
+    """Column of the text of a requirement in its line, 1-based; 0 if the line does not contain the text literally."""
     lines = file.read_text(encoding="utf-8").splitlines()
     if not 0 < line <= len(lines):
         return 0

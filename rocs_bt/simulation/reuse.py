@@ -1,6 +1,6 @@
-"""What two scenarios share and what differs: content, code by what the built minds are made of, and settings.
+"""Reuse between two scenarios: equal and different content, engine classes of the built agents, and settings.
 
-The paper's claim is reuse: swapping the robot keeps the mission, swapping the task keeps the robot (6.2, Q2 and Q3).
+The paper's claim is reuse: replacing the robot keeps the mission, replacing the task keeps the robot (6.2, Q2 and Q3).
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ Robot = AgentSpec | MoverSpec
 
 @dataclass(frozen=True)
 class Piece:
-    """One piece of content that a scenario uses.
+    """Piece of content that a scenario uses.
 
     Attributes:
-        kind: One of the catalog's kinds.
-        name: What people call it.
+        kind: Kind of content in the catalog.
+        name: Name of the content.
         content_hash: sha256 over its files.
-        lines: How many lines of text its files have.
+        lines: Number of lines in its files.
     """
 
     kind: str
@@ -39,14 +39,14 @@ class Piece:
 
 @dataclass(frozen=True)
 class Share:
-    """The things of one kind that two scenarios, or two agents, use.
+    """Overlap of two scenarios or agents in one kind of content or one subpackage of the engine.
 
     Attributes:
-        kind: A kind of content, or a folder of the engine.
-        both: What both use, and is the same.
-        changed: What both use by one name, but is not the same.
-        first: What only the first uses.
-        second: What only the second uses.
+        kind: Kind of content, or subpackage of the engine.
+        both: Names that both use, with equal content.
+        changed: Names that both use, with different content.
+        first: Names that only the first uses.
+        second: Names that only the second uses.
     """
 
     kind: str
@@ -63,13 +63,13 @@ class Share:
 
 @dataclass(frozen=True)
 class Counterpart:
-    """A robot of the first scenario, and the one that takes its part in the second.
+    """Robot of the first scenario and its counterpart in the second.
 
     Attributes:
-        first: Its name there; empty where it has no counterpart.
-        second: Its name there; empty where it has no counterpart.
-        settings: What the scenarios say of them.
-        code: The engine's classes that their minds are made of, by folder; none for robots without a mind.
+        first: Name of the robot in the first scenario; empty if there is none.
+        second: Name of the robot in the second scenario; empty if there is none.
+        settings: Settings of both robots.
+        code: Engine classes of their agents, by subpackage; empty for robots without an agent.
     """
 
     first: str
@@ -78,22 +78,22 @@ class Counterpart:
     code: tuple[Share, ...]
 
     def differing(self) -> tuple[str, ...]:
-        """The settings that are not the same."""
+        """Names of the settings that differ."""
         return tuple(setting.what for setting in self.settings if not setting.same)
 
 
 @dataclass(frozen=True)
 class Reuse:
-    """What two scenarios share, and what differs.
+    """Comparison of two scenarios.
 
     Attributes:
-        first: The first scenario's name.
-        second: The second scenario's name.
-        content: By kind.
-        code: The engine's classes that all minds of each are made of, by folder.
-        settings: What they say; of their robots only who they are.
-        robots: The robots, each beside its counterpart: of the same name, else the next that is left.
-        pieces: Every piece of content of each scenario.
+        first: Name of the first scenario.
+        second: Name of the second scenario.
+        content: Overlap in content, by kind.
+        code: Overlap in engine classes of all agents, by subpackage.
+        settings: Settings of both scenarios; of their robots only the names.
+        robots: Robots with their counterparts: robots of the same name, else the next unmatched one.
+        pieces: All content of the scenarios `first` and `second`.
     """
 
     first: str
@@ -106,19 +106,19 @@ class Reuse:
 
 
 def diff(first: ScenarioSpec, second: ScenarioSpec, catalog: Catalog) -> Reuse:
-    """Compare two scenarios; builds the minds of both, and runs neither.
+    """Compare two scenarios; the agents of both are built but not run.
 
     Args:
-        first: The one to come from.
-        second: The one to go to.
-        catalog: Where their content is found.
+        first: First scenario.
+        second: Second scenario.
+        catalog: Source of the content.
 
     Raises:
-        InputError: Something in the content is wrong.
+        InputError: The content is invalid.
     """
     pieces = [tuple(map(_piece, catalog.content_of(s))) for s in (first, second)]
     used = [_code(s, catalog) for s in (first, second)]
-    classes = [{cls for mind in minds.values() for cls in mind} for minds in used]
+    classes = [{cls for of_agent in agents.values() for cls in of_agent} for agents in used]
     pairs = [*_pairs(first.agents, second.agents), *_pairs(first.movers, second.movers)]
     kinds = [k for k in KINDS if any(p.kind == k for p in (*pieces[0], *pieces[1]))]
     hashes = [{k: {p.name: p.content_hash for p in of if p.kind == k} for k in kinds} for of in pieces]
@@ -126,7 +126,7 @@ def diff(first: ScenarioSpec, second: ScenarioSpec, catalog: Catalog) -> Reuse:
         first=first.name,
         second=second.name,
         content=tuple(_share(kind, *(of[kind] for of in hashes)) for kind in kinds),
-        code=_by_room(*classes),
+        code=_by_package(*classes),
         settings=settings(first, second),
         robots=tuple(_counterpart(*pair, used) for pair in pairs),
         pieces={"first": pieces[0], "second": pieces[1]},
@@ -139,7 +139,7 @@ def _piece(entry: Entry) -> Piece:
 
 
 def _code(scenario: ScenarioSpec, catalog: Catalog) -> dict[str, tuple[type, ...]]:
-    """The engine's classes that each agent's mind is made of."""
+    """Engine classes of each agent, by agent."""
     sink = NullSink()
     simulated = build_world(scenario, catalog, 1, sink)
     agents = simulated_agents(scenario, simulated, catalog, sink)
@@ -151,15 +151,15 @@ def _code(scenario: ScenarioSpec, catalog: Catalog) -> dict[str, tuple[type, ...
     return found
 
 
-def _by_room(first: Iterable[type], second: Iterable[type]) -> tuple[Share, ...]:
-    """Classes by the engine's folders. There is one engine, so that nothing in it can be changed for one of the two."""
+def _by_package(first: Iterable[type], second: Iterable[type]) -> tuple[Share, ...]:
+    """Overlap of classes by subpackage. Both scenarios use the same engine, so no class can differ in content."""
     sides = [{(package_of(cls), cls.__name__) for cls in classes} for classes in (first, second)]
-    rooms = sorted({room for side in sides for room, _ in side})
-    return tuple(_share(room, *({name: "" for at, name in side if at == room} for side in sides)) for room in rooms)
+    packages = sorted({package for side in sides for package, _ in side})
+    return tuple(_share(p, *({name: "" for package, name in side if package == p} for side in sides)) for p in packages)
 
 
 def _share(kind: str, first: Mapping[str, str], second: Mapping[str, str]) -> Share:
-    """Names with their digests, on both sides."""
+    """Overlap of two sets of names with digests."""
     common = sorted(first.keys() & second.keys())
     return Share(
         kind,
@@ -171,7 +171,7 @@ def _share(kind: str, first: Mapping[str, str], second: Mapping[str, str]) -> Sh
 
 
 def _pairs(first: Sequence[Robot], second: Sequence[Robot]) -> Iterator[tuple[Robot | None, Robot | None]]:
-    """Each robot and its counterpart: of the same name, else the next of those that are new."""
+    """Each robot with its counterpart: the robot of the same name, else the next with a new name."""
     there = {robot.name: robot for robot in second}
     new = [robot for robot in second if robot.name not in {r.name for r in first}]
     for robot in first:
@@ -184,4 +184,4 @@ def _counterpart(
 ) -> Counterpart:
     names = ["" if robot is None else robot.name for robot in (first, second)]
     classes = [side.get(name, ()) for side, name in zip(used, names, strict=True)]
-    return Counterpart(names[0], names[1], settings(first, second), _by_room(*classes))
+    return Counterpart(names[0], names[1], settings(first, second), _by_package(*classes))

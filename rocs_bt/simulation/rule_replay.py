@@ -1,6 +1,6 @@
-"""Rule files on recordings: when each rule would have fired, and how often for which threshold.
+"""Open-loop evaluation of rule files on recordings: firing times of rules, and firing counts by threshold.
 
-Open loop: the rules see what the run's robot saw, whatever they would have done about it.
+Open loop means that the rules process the recorded signals; their reactions do not change the signals.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ Series = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ReflexInput:
-    """What one agent's reflexes saw in a run.
+    """Recorded input of one agent's reflexes.
 
     Attributes:
-        run: The run's short name, such as `exp1-1`.
-        agent: What the recording says of the agent.
-        t: Times [s], (n,).
-        x: Snapshots, (n, size).
-        modes: The agent's mode at each.
-        latched: When each rule latched in the run itself [s], by name.
+        run: Short name of the run, such as `exp1-1`.
+        agent: Description of the agent in the recording.
+        t: Times [s], shape (n,).
+        x: Snapshots of the signals, shape (n, size).
+        modes: Mode of the agent at each time, n values.
+        latched: Times at which each rule latched in the run itself [s], by rule.
     """
 
     run: str
@@ -51,7 +51,15 @@ class ReflexInput:
 
 @dataclass(frozen=True)
 class Firing:
-    """A rule that would have latched: its name, from when until when [s], how much of it as winner [s], its reading."""
+    """Interval in which a rule would have been latched.
+
+    Attributes:
+        rule: Name of the rule.
+        begin: Start of the interval [s].
+        end: End of the interval [s].
+        won: Time in the interval as the winning rule [s].
+        reading: Guard values at the start.
+    """
 
     rule: str
     begin: float
@@ -62,13 +70,13 @@ class Firing:
 
 @dataclass(frozen=True, eq=False)
 class RuleReplay:
-    """What a rule file would have done.
+    """Evaluation of a rule file on a recording.
 
     Attributes:
         rules: The rules.
-        inputs: What they saw.
-        steps: What they gave at each sample.
-        firings: Each latching, in the order of time.
+        inputs: Recorded input of the reflexes.
+        steps: Result of the rules at each sample.
+        firings: Latched intervals, ordered by time.
     """
 
     rules: RuleSet
@@ -77,7 +85,7 @@ class RuleReplay:
     firings: tuple[Firing, ...]
 
     def traces(self) -> list[RuleTrace]:
-        """Each rule over time, to be drawn."""
+        """Traces of all rules, for figures."""
         return [
             RuleTrace(rule.name, self.steps.mask[:, i], self.steps.winner == i, _panels(rule, self.inputs))
             for i, rule in enumerate(self.rules.rules)
@@ -85,10 +93,10 @@ class RuleReplay:
 
 
 def reflex_input(recording: Recording, agent: AgentInfo) -> ReflexInput:
-    """What an agent's reflexes saw in a run.
+    """Input of an agent's reflexes in a recorded run.
 
     Raises:
-        RecordingError: The recording cannot be read, or says nothing of the agent's signals.
+        RecordingError: The recording cannot be read, or lacks the agent's signals.
     """
     samples = [sample for sample in samples_of(recording, agent) if sample.felt]
     size = environment_of(agent).size
@@ -107,20 +115,20 @@ def reflex_input(recording: Recording, agent: AgentInfo) -> ReflexInput:
 
 
 def rules_for(file: Path, agent: AgentInfo, catalog: Catalog, own: Mapping[str, Override] | None = None) -> RuleSet:
-    """A rule file as an agent of a recording has it, with the thresholds of its robot where the catalog knows it.
+    """Load a rule file for an agent of a recording, with the thresholds of its robot if the catalog has the robot.
 
     Args:
-        file: The rule file.
-        agent: What the recording says of the agent.
-        catalog: Where its robot is found.
-        own: Thresholds that stand above those.
+        file: Path of the rule file.
+        agent: Description of the agent in the recording.
+        catalog: Source of the robot.
+        own: Thresholds by name, which take precedence over the robot's.
 
     Raises:
-        InputError: Something in the file is wrong, or does not fit the agent.
+        InputError: The file is invalid, or does not fit the agent.
     """
     try:
         robot = catalog.load_robot(agent.robot)
-    except UnknownName:  # a recording of somebody else's robot
+    except UnknownName:  # the robot belongs to another project
         overrides = {}
     else:
         overrides = thresholds(robot, file)
@@ -128,7 +136,7 @@ def rules_for(file: Path, agent: AgentInfo, catalog: Catalog, own: Mapping[str, 
 
 
 def replay_rules(rules: RuleSet, inputs: ReflexInput) -> RuleReplay:
-    """When each rule would have fired on what was inputs."""
+    """Evaluate rules on recorded input."""
     steps = _run(rules, inputs)
     firings = []
     for i, rule in enumerate(rules.rules):
@@ -152,35 +160,38 @@ def sweep_threshold(
     values: Sequence[float],
     dimension: Dimension,
 ) -> Series:
-    """How often a rule would have fired for each value of a threshold, (values, runs).
+    """Count the firings of a rule for different values of a threshold.
 
     Args:
-        file: The rule file.
-        inputs: Runs.
-        catalog: Where robots are found.
-        rule: The rule, with or without the file's name.
-        threshold: The threshold's name.
-        values: Its values, SI units.
-        dimension: Its dimension.
+        file: Path of the rule file.
+        inputs: Recorded inputs, one per run.
+        catalog: Source of the robots.
+        rule: Name of the rule, with or without the file's name.
+        threshold: Name of the threshold.
+        values: Values of the threshold, SI units.
+        dimension: Dimension of the threshold.
+
+    Returns:
+        Number of firings, shape (values, runs).
 
     Raises:
-        InputError: There is no such rule, or a value is none that the file can be loaded with.
+        InputError: Unknown rule, or a value with which the file does not load.
     """
     counts = np.zeros((len(values), len(inputs)))
     for i, value in enumerate(values):
         own = {threshold: Override(f"{value!r} {dimension}")}
         for k, each in enumerate(inputs):
             rules = rules_for(file, each.agent, catalog, own)
-            place = rule_index(rule, rules)
-            counts[i, k] = len(spans(each.t, _run(rules, each).mask[:, place]))
+            index = rule_index(rule, rules)
+            counts[i, k] = len(spans(each.t, _run(rules, each).mask[:, index]))
     return counts
 
 
 def rule_index(rule: str, rules: RuleSet) -> int:
-    """Where a rule stands in its set, by its name with or without the file's.
+    """Index of a rule in its set, by its name with or without the file's name.
 
     Raises:
-        UnknownName: There is none.
+        UnknownName: There is no such rule.
     """
     names = [r.name.rpartition("/")[2] for r in rules.rules]
     short = rule.rpartition("/")[2]
@@ -190,22 +201,22 @@ def rule_index(rule: str, rules: RuleSet) -> int:
 
 
 def threshold_dimension(threshold: str, rules: RuleSet) -> Dimension:
-    """The dimension of a threshold of a rule set.
+    """Dimension of a threshold of a rule set.
 
     Raises:
-        InputError: There is none of this name.
+        InputError: There is no such threshold.
     """
     for file in reversed(rules.files):
         written = tomllib.loads(file.read_text(encoding="utf-8")).get("threshold", {}).get(threshold)
         if written is not None:
             return parse_quantity(str(written)).dimension
     fault = unknown("threshold", threshold, rules.thresholds, f"The rule file '{rules.name}'")
-    hint = f"{fault.hint} A number gets a name under [threshold].".strip()
+    hint = f"{fault.hint} Thresholds are declared under [threshold].".strip()
     raise InputError(Fault(fault.message, rules.files[-1] if rules.files else None, hint=hint))
 
 
 def _run(rules: RuleSet, inputs: ReflexInput) -> Steps:
-    """The rules over all samples; a stretch of one mode in one go."""
+    """Evaluate the rules on all samples, in batches of constant mode."""
     backend, table = choose_backend(), lower_rules(rules.rules)
     values, found = table.start(), []
     edges = [0, *(i for i in range(1, len(inputs.t)) if inputs.modes[i] != inputs.modes[i - 1]), len(inputs.t)]
@@ -239,7 +250,11 @@ def _panels(rule: Rule, inputs: ReflexInput) -> dict[str, list[Compared]]:
 
 
 def _series(node: Node, inputs: ReflexInput) -> Series | None:
-    """A side of a comparison over time, (n,), or (n, k) of a group that is read as it is; None of another group."""
+    """Side of a comparison over time.
+
+    Returns:
+        Values, shape (n,), or (n, k) for a signal group of k values; None for other expressions of groups.
+    """
     if node.op == "read":
         return inputs.x[:, node.start : node.stop] if node.kind.size else inputs.x[:, node.start]
     if node.kind.size:

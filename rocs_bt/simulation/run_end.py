@@ -1,4 +1,4 @@
-"""The end of a run, however it comes: in order, by a signal, by a failure of the engine, on a full disk."""
+"""End of a run: regular, by a signal, by a failure of the engine, or on a full disk."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .stop_signals import EndedAtOnce, StopSignals
 
 
 class RunEnd:
-    """Sees to the end of one run.
+    """Handler of the end of one run: closes and writes all files.
 
         end = RunEnd(options, write_report)
-        with end.guarded() as stack:  # what is pushed on it is closed before the report is written
+        with end.guarded() as stack:  # callbacks of this stack run before the report is written
             end.listen()              # first: from here on a signal ends the run in order
             end.files.begin(header)
-            end.attempt(play)         # what it raises is kept until all files are written
+            end.attempt(play)         # an exception is raised after all files are written
             end.summarise(summary)
         return end.result()
 
@@ -29,8 +29,8 @@ class RunEnd:
         write_report: Writes the report.
 
     Attributes:
-        files: The files.
-        signals: The signals that end the run.
+        files: Files of the run.
+        signals: Stop signals.
     """
 
     def __init__(self, options: RunOptions, write_report: ReportWriter) -> None:
@@ -45,10 +45,10 @@ class RunEnd:
 
     @contextmanager
     def guarded(self) -> Iterator[ExitStack]:
-        """Whatever ends the block, its files are written; without a summary they are only closed.
+        """Context that closes the files and writes the report, however the block ends; without a summary no report.
 
         Raises:
-            EndedAtOnce: A second signal came; it names the files that are missing.
+            EndedAtOnce: A second signal was received; its note names the missing files.
         """
         try:
             with self._last:
@@ -58,7 +58,7 @@ class RunEnd:
                 except Exception as error:
                     if self._summary is None:
                         raise
-                    self._failure = self._failure or error  # such as a device that does not let go
+                    self._failure = self._failure or error  # such as a device that fails to close
                 self._write_report()
         except EndedAtOnce as error:
             if text := self.files.unfinished:
@@ -66,14 +66,14 @@ class RunEnd:
             raise
 
     def listen(self) -> None:
-        """From now on signals end the run in order."""
+        """Start to handle stop signals."""
         self._last.enter_context(self.signals)
 
     def attempt(self, play: Callable[[], object]) -> None:
-        """Play the run; the first exception is raised again by `result`."""
+        """Call a part of the run; `result` raises the first exception of these calls."""
         try:
             play()
-        except Exception as error:  # noqa: BLE001 - the boundary: it is raised when all files are written
+        except Exception as error:  # noqa: BLE001 - boundary: `result` raises it after all files are written
             self._failure = self._failure or error
 
     def summarise(self, summary: Summary) -> None:
@@ -85,8 +85,8 @@ class RunEnd:
         """The result, after `guarded`.
 
         Raises:
-            Exception: What the run raised; its notes hold the result.
-            KeyboardInterrupt: A signal ended the run whose usual effect that is.
+            Exception: First exception of the run; its notes contain the result.
+            KeyboardInterrupt: SIGINT ended the run.
         """
         if self._summary is None:
             raise RuntimeError("the run ended without a summary")

@@ -1,4 +1,4 @@
-"""Files of a run: recording, summary, report, and the logs of trees for Groot2."""
+"""Files of a run: recording, summary, report, and logs of trees for Groot2."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ ReportWriter = Callable[[Recording, Summary, Path], None]
 
 
 class RunFiles:
-    """Writes the files of one run; a full disk costs a run what does not fit, and nothing else.
+    """Writer of the files of one run; if the disk is full only the affected files are lost.
 
     Args:
-        folder: Where they go; None for no files.
+        folder: Folder of the files; None writes no files.
 
     Attributes:
-        recorder: The recorder; None before `begin`, and if there are no files.
-        missing: What could not be written and why, a sentence each.
+        recorder: The recorder; None before `begin`, and without files.
+        missing: Files that could not be written, with the reason, one sentence each.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -37,7 +37,7 @@ class RunFiles:
         self._logs = ExitStack()
 
     def begin(self, header: RunHeader, logged: Sequence[Agent] = ()) -> None:
-        """Remove the files of an earlier run, and begin the recording.
+        """Remove the files of an earlier run and start the recording.
 
         Args:
             header: Header of the run.
@@ -50,7 +50,7 @@ class RunFiles:
         if self._folder is None:
             return
         self._folder.mkdir(parents=True, exist_ok=True)
-        # A killed run must not lie beside the summary of another one.
+        # If this run is killed, the folder must not contain the summary of an earlier one.
         for old in (self._folder / SUMMARY, self._folder / REPORT, *self._folder.glob("*.btlog")):
             old.unlink(missing_ok=True)
         self.recorder = Recorder(self._folder / RECORDING, header)
@@ -68,13 +68,13 @@ class RunFiles:
         self.attempt(f"the summary '{path}'", lambda: write_whole(path, text))
 
     def abandon(self) -> None:
-        """Close what is still open, where no summary came; the second call does nothing."""
+        """Close the recording and the logs without a summary; a second call does nothing."""
         self.attempt("a log of a tree", self._logs.close)
         if self.recorder is not None:
             self.attempt("the recording", self.recorder.close)
 
     def report(self, write: ReportWriter, summary: Summary) -> Path | None:
-        """Write report.html from the recording; its path, None if it cannot be written."""
+        """Write report.html from the recording; returns its path, or None if it cannot be written."""
         if self._folder is None:
             return None
         recording, path = self._folder / RECORDING, self._folder / REPORT
@@ -83,26 +83,29 @@ class RunFiles:
 
     @property
     def recording(self) -> Path | None:
-        """Path of the recording; None if there is none."""
+        """Path of the recording; None without a recording."""
         return None if self.recorder is None else self.recorder.path
 
     @property
     def unfinished(self) -> str:
-        """Which files a run that was cut off lacks, and what to do; empty if nothing was begun."""
+        """Message about the files that a truncated run lacks and how to make them; empty if none are missing."""
         if self._folder is None or self.recorder is None:
             return ""
         lacks = [name for name in (SUMMARY, REPORT) if not (self._folder / name).exists()]
         if not lacks:
             return ""
         names, those = " and no ".join(lacks), "it" if len(lacks) == 1 else "both"
-        return f"There is no {names}. To make {those}: rocs-bt report {shlex.quote(str(self._folder))}"
+        return f"There is no {names}. To create {those}: rocs-bt report {shlex.quote(str(self._folder))}"
 
     def attempt(self, what: str, step: Callable[[], None]) -> bool:
-        """Do a step of writing; False if it failed, which `missing` then tells.
+        """Run a step of writing; a failure is added to `missing`.
 
         Args:
-            what: What is written, for the message of an OSError.
-            step: The step.
+            what: Written object, for the message of an OSError.
+            step: Function to call.
+
+        Returns:
+            Whether the step succeeded.
         """
         try:
             step()

@@ -1,4 +1,4 @@
-"""What is counted while a run goes on: metrics and requirements, over the same events that are recorded."""
+"""Event processing of a run: recorder, metrics and requirements on the same events."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from .summary import Unrecorded, make_summary
 
 
 class BatchSink(EventSink, Protocol):
-    """A sink that takes many events at less cost than one by one, with the same result."""
+    """Sink that can also take several events at once, at lower cost and with the same result."""
 
     def take(self, events: Sequence[Event]) -> None:
-        """Take events, at least one, in the order they came."""
+        """Process at least one event, in order of emission."""
         ...
 
 
 class EventBatch:
-    """Collects events and hands them on together, once per control period; `emit` costs next to nothing.
+    """Buffer of events that are forwarded together, once per control period; `emit` is only a list append.
 
-    Not safe under threads.
+    Not thread-safe.
 
     Attributes:
-        sinks: Targets, in this order; no result of theirs is needed before the batch is handed on.
+        sinks: Targets, called in this order; they must not be needed before the batch is flushed.
     """
 
     def __init__(self, *sinks: BatchSink) -> None:
@@ -35,7 +35,7 @@ class EventBatch:
         self.emit: Callable[[Event], None] = self._events.append
 
     def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """A function to call once per control period: flushes the batch, then calls `watch`."""
+        """A function that flushes the batch, then calls `watch`; to be called once per control period."""
 
         def flushing(t: float) -> bool:
             self.flush()
@@ -44,41 +44,41 @@ class EventBatch:
         return flushing
 
     def flush(self) -> None:
-        """Hand on the events since the last call."""
+        """Forward the events since the last call."""
         if self._events:
             events = self._events[:]
-            del self._events[: len(events)]  # before: a sink that raises must not be handed them again
+            del self._events[: len(events)]  # first, so that a sink that raises does not get them again
             for sink in self.sinks:
                 sink.take(events)
 
 
 class _Listener:
-    """A sink of the caller's. After an exception it gets no more events, so that agents and recording go on."""
+    """Wrapper of a caller's sink. After an exception the sink gets no more events; agents and recording continue."""
 
     def __init__(self, sink: EventSink) -> None:
         self.failure: Exception | None = None
         self._take = sink.emit
 
     def emit(self, event: Event) -> None:
-        """Hand on one event."""
+        """Forward one event."""
         if self.failure is None:
             try:
                 self._take(event)
-            except Exception as error:  # noqa: BLE001 - the boundary: `check` raises it outside of the blocks
+            except Exception as error:  # noqa: BLE001 - boundary: `check` raises it outside of the blocks
                 self.failure = error
 
 
 class RunRecord:
-    """Takes the events of one run: recorder, metrics, requirements, and whoever else listens.
+    """Event processing of one run: recorder, metrics, requirements and sinks of the caller.
 
     Args:
-        header: Header of the run; scenery and bodies do not matter.
-        recorder: Writes the events; None if they are not recorded.
-        sinks: More sinks for all events; `check` raises what one of them raised.
-        batched: Whether events are handed on once a control period, by `before`. Not for threads.
+        header: Header of the run; scenery and bodies are not used.
+        recorder: Recorder of the events; None without a recording.
+        sinks: Further sinks for all events; `check` raises their exceptions.
+        batched: Whether events are forwarded once per control period, by `before`; not for threaded mode.
 
     Attributes:
-        sink: Takes the events of the run.
+        sink: Sink for the events of the run.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class RunRecord:
         self.sink: EventSink = Fanout(*recorded.sinks, self._requirements) if header.requirements else recorded
 
     def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """Called once a control period: hands on the events of the last one, checks the sinks, then calls `watch`."""
+        """A function that flushes the events, calls `check`, then `watch`; to be called once per control period."""
 
         def checked(t: float) -> bool:
             self.check()
@@ -103,17 +103,17 @@ class RunRecord:
         return self._batch.before(checked)
 
     def check(self) -> None:
-        """Raise what a sink raised; the run ends with it.
+        """Raise the exception of a caller's sink, which ends the run.
 
         Raises:
-            Exception: It did.
+            Exception: A sink raised it.
         """
         for listener in self._listeners:
             if listener.failure is not None:
                 raise listener.failure
 
     def flush(self) -> None:
-        """Hand on all events so far."""
+        """Forward all buffered events."""
         self._batch.flush()
 
     def summary(self, end: float, unrecorded: Unrecorded) -> Summary:

@@ -73,5 +73,5 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
 
     def _recorded(self) -> Recording:
         if self.recording is None:
-            raise RecordingError("the run was not recorded, so its events are gone. Give the run a folder: out=FOLDER.")
+            raise RecordingError("the run was not recorded, so it has no events. Run it with a folder: out=FOLDER.")
         return Recording.open(self.recording)

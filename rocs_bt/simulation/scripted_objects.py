@@ -1,7 +1,7 @@
 """Scripted objects: doors, boxes and people that scripts move along the floor; contacts do not move them.
 
-A thing is a mocap body of the world. A script says each control period how fast it goes, and the world moves it on in
-each physics step, so that a robot is touched, and not jumped at.
+An object is a mocap body of the world. A script sets its velocity once per control period, and the world moves it in
+each physics step. The motion is thus continuous, and contacts with robots are detected.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ Vector = tuple[float, float]
 
 
 class ScriptedObject(ABC):
-    """A script that moves one object.
+    """Script that moves one object.
 
     Args:
         name: Name of the object in the world.
         world: The world; a script may read ground truth.
         start: Start pose.
-        rng: Its own random stream.
+        rng: Random stream of the script.
         period: Control period [s].
     """
 
@@ -46,33 +46,33 @@ class ScriptedObject(ABC):
 
     @abstractmethod
     def velocity(self, t: float, at: Vector) -> Vector:
-        """How fast it goes during the next period [m/s], world frame.
+        """Velocity of the object for the next control period [m/s], world frame.
 
         Args:
-            t: The time [s].
-            at: Where it is [m].
+            t: Time [s].
+            at: Position of the object [m], world frame.
         """
 
     def step(self, t: float) -> None:
-        """Carry it on for one control period."""
+        """Set the velocity for one control period."""
         pose = self.world.object_pose(self.name)
         self.world.set_object_velocity(self.name, self.velocity(t, (pose.x, pose.y)))
 
     def towards(self, at: Vector, target: Vector) -> Vector:
-        """The velocity [m/s] that brings it to a point [m] within one period."""
+        """Velocity [m/s] that moves the object from `at` to `target` [m] within one control period."""
         return (target[0] - at[0]) / self.period, (target[1] - at[1]) / self.period
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlideParameters:
-    """What slide takes.
+    """Parameters of slide.
 
     Attributes:
-        to_x, to_y: Where it goes [m].
-        at: When it sets out [s].
-        lasts: How long it is under way [s].
-        back_at: When it sets out for where it came from [s]; never by default.
-        yields: It stands while a robot is nearer than this to where it goes [m], as doors with sensors do.
+        to_x, to_y: Target position [m], world frame.
+        at: Start time [s].
+        lasts: Duration of the motion [s].
+        back_at: Start time of the return [s]; never by default.
+        yields: Distance of a robot to the target position below which the object stops [m], as a door with a sensor.
     """
 
     to_x: Metres
@@ -86,21 +86,21 @@ class SlideParameters:
         if not (self.at >= 0.0 and 0.0 < self.lasts < math.inf and self.back_at >= self.at + self.lasts):
             raise InputError(
                 Fault(
-                    "a slide sets out at 0 s or later, lasts a while, and goes back only after that; found at "
-                    f"{self.at:g} s for {self.lasts:g} s, and back at {self.back_at:g} s."
+                    "a slide needs at >= 0 s, lasts > 0 s and back_at >= at + lasts; found at = "
+                    f"{self.at:g} s, lasts = {self.lasts:g} s, back_at = {self.back_at:g} s."
                 )
             )
 
 
 class Slide(ScriptedObject):
-    """A door or a box that goes straight from one place to another at a given time, and perhaps back."""
+    """Door or box that moves along a straight line at a given time, and optionally back."""
 
     Parameters = SlideParameters
 
     def __init__(self, *args: Any, parameters: SlideParameters) -> None:
         super().__init__(*args)
         self._p = parameters
-        self._share = 0.0  # of its way
+        self._share = 0.0  # covered fraction of the line
 
     def velocity(self, t: float, at: Vector) -> Vector:
         p, then, x, y = self._p, t + self.period, self.start.x, self.start.y
@@ -117,13 +117,13 @@ class Slide(ScriptedObject):
 
 @dataclass(frozen=True, kw_only=True)
 class PolynomialParameters:
-    """What polynomial takes.
+    """Parameters of polynomial.
 
     Attributes:
-        to_x, to_y: The other end of its way [m].
-        speed: Along its way [m/s].
-        bend: How far its way may stray from the straight line, at most [m].
-        order: Of the polynomial that it strays by.
+        to_x, to_y: Second end of the path [m], world frame.
+        speed: Speed along the path [m/s].
+        bend: Maximum lateral deviation of the path from the straight line [m].
+        order: Order of the random polynomial.
     """
 
     to_x: Metres
@@ -143,10 +143,10 @@ class PolynomialParameters:
 
 
 class Polynomial(ScriptedObject):
-    """Goes to and fro on a curve that strays from a straight line by a random polynomial of the way covered.
+    """Moves back and forth on a curve whose lateral deviation from a straight line is a random polynomial.
 
-    The kind of motion of DynaBARN's obstacles (Nair et al., DynaBARN: Benchmarking Metric Ground Navigation in Dynamic
-    Environments, SSRR 2022); it meets its ends exactly and is as fast everywhere.
+    The motion resembles that of DynaBARN's obstacles (Nair et al., DynaBARN: Benchmarking Metric Ground Navigation in
+    Dynamic Environments, SSRR 2022). The curve passes exactly through both ends, and the speed is constant.
     """
 
     Parameters = PolynomialParameters
@@ -165,30 +165,30 @@ class Polynomial(ScriptedObject):
             [self.start.x + along * dx - aside * dy / length, self.start.y + along * dy + aside * dx / length], axis=1
         )
         steps = np.hypot(*np.diff(self._points, axis=0).T)
-        self._way = np.concatenate([[0.0], np.cumsum(steps)])
-        self._begin = float(self.rng.uniform(0.0, 2.0 * self._way[-1]))  # not all are at their start at once
-        self.world.place_object(self.name, Pose2(*self._place(0.0), self.start.yaw))
+        self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
+        self._begin = float(self.rng.uniform(0.0, 2.0 * self._lengths[-1]))  # random phase
+        self.world.place_object(self.name, Pose2(*self._position(0.0), self.start.yaw))
 
     def velocity(self, t: float, at: Vector) -> Vector:
-        return self.towards(at, self._place(t + self.period))
+        return self.towards(at, self._position(t + self.period))
 
-    def _place(self, t: float) -> Vector:
-        length = float(self._way[-1])
+    def _position(self, t: float) -> Vector:
+        length = float(self._lengths[-1])
         covered = math.fmod(self._begin + self._p.speed * t, 2.0 * length)
         covered = min(covered, 2.0 * length - covered)
-        x, y = (float(np.interp(covered, self._way, self._points[:, axis])) for axis in (0, 1))
+        x, y = (float(np.interp(covered, self._lengths, self._points[:, axis])) for axis in (0, 1))
         return x, y
 
 
 @dataclass(frozen=True, kw_only=True)
 class SocialForceParameters:
-    """What social_force takes.
+    """Parameters of social_force.
 
     Attributes:
-        to_x, to_y: Where it walks to, before it walks back [m].
-        speed: That it likes to walk at [m/s].
-        radius: Of its body [m].
-        sees_robots: Whether it makes way for robots as for people.
+        to_x, to_y: Second end of the walk, from where it returns [m], world frame.
+        speed: Mean preferred walking speed [m/s].
+        radius: Radius of the body [m].
+        sees_robots: Whether it avoids robots as it avoids people, 0 or 1.
     """
 
     to_x: Metres
@@ -208,20 +208,22 @@ class SocialForceParameters:
 
 
 class SocialForce(ScriptedObject):
-    """Walks to and fro, and makes way for people, robots and walls, as pedestrians do.
+    """Pedestrian that walks back and forth and avoids people, robots and walls (social force model).
 
-    The circular social force, seen less behind than ahead, with the numbers that were fitted to videos of pedestrians
+    The circular social force, weaker behind than ahead, with the parameters that were fitted to videos of pedestrians
     (Johansson, Helbing and Shukla, Specification of the Social Force Pedestrian Model by Evolutionary Adjustment to
     Video Tracking Data, 2007: A = 0.42 m/s2, B = 1.65 m, lambda = 0.12); walls as in Helbing and Molnar, Social force
     model for pedestrian dynamics, 1995 (U = 10 m2/s2, R = 0.2 m).
     """
 
     Parameters = SocialForceParameters
-    _RELAX = 0.5  # [s] in which it gets to its speed; Helbing and Molnar
+    _RELAX = 0.5  # [s] relaxation time of the speed; Helbing and Molnar
     _PUSH, _FADE, _BEHIND = 0.42, 1.65, 0.12  # [m/s2], [m], -
     _WALL, _WALL_FADE = 50.0, 0.2  # [m/s2], [m]
-    _SIDESTEP = 0.6  # of the push of what is straight ahead; without it two who meet, or a pillar, stop them for ever
-    _ARRIVED = 0.4  # [m]
+    _SIDESTEP = (
+        0.6  # lateral fraction of a force from straight ahead; resolves deadlocks of a head-on meeting or a pillar
+    )
+    _ARRIVED = 0.4  # [m] distance to an end at which the pedestrian turns back
 
     def __init__(self, *args: Any, parameters: SocialForceParameters) -> None:
         super().__init__(*args)
@@ -246,10 +248,10 @@ class SocialForce(ScriptedObject):
 
     def _others(self, here: Any, ahead: Any) -> Any:
         world = self.world
-        places = [world.object_pose(name) for name in world.objects if name != self.name]
-        places += [world.pose(name) for name in world.robots] if self._p.sees_robots else []
+        poses = [world.object_pose(name) for name in world.objects if name != self.name]
+        poses += [world.pose(name) for name in world.robots] if self._p.sees_robots else []
         push = np.zeros(2)
-        for pose in places:
+        for pose in poses:
             away = here - (pose.x, pose.y)
             distance = max(float(np.linalg.norm(away)), 1e-3)
             if distance < 5.0:
@@ -262,12 +264,12 @@ class SocialForce(ScriptedObject):
         return push
 
     def _around(self, push: Any, ahead: Any) -> Any:
-        """A push, and for what is straight ahead a share of it to the right: who meets head-on steps aside."""
+        """A force plus, for the part from straight ahead, a fraction to the right: head-on pedestrians step aside."""
         against = max(-float(push @ ahead), 0.0)
         return push + self._SIDESTEP * against * np.array([ahead[1], -ahead[0]])
 
     def _walls(self, here: Any, ahead: Any) -> Any:
-        """The push of what cannot move: down the slope of the distance to it."""
+        """Force of static obstacles, along the gradient of the distance to them."""
         room, step = self.world.room(*here), 0.05
         gap = room - self._p.radius
         if gap > 1.0:
@@ -297,13 +299,22 @@ def make_scripted_object(
     rng: np.random.Generator,
     period: float,
 ) -> ScriptedObject:
-    """A scripted object by its script's name.
+    """Construct a scripted object by the name of its script.
+
+    Args:
+        script: Name of the script, a key of `SCRIPTED_OBJECTS`.
+        parameters: Parameters of the script, SI units.
+        name: Name of the mocap body in the world.
+        world: World of the object.
+        start: Start pose, world frame.
+        rng: Random stream of the script.
+        period: Control period [s].
 
     Raises:
-        InputError: No such script, parameters that do not fit it, or no such thing in the world; with every fault.
+        InputError: Unknown script, wrong parameters, or no such mocap body; lists every fault.
     """
     if script not in SCRIPTED_OBJECTS:
-        raise UnknownName(unknown("script for a thing", script, SCRIPTED_OBJECTS))
+        raise UnknownName(unknown("object script", script, SCRIPTED_OBJECTS))
     cls = SCRIPTED_OBJECTS[script]
     wanted = read_parameters(cls.Parameters, parameters, f"{script} '{name}'")
     made: ScriptedObject = cls(name, world, start, rng, period, parameters=wanted)

@@ -1,4 +1,4 @@
-"""What scenarios say, beside each other and as texts: every field of their specs, so that none can be forgotten."""
+"""Settings of two scenarios side by side as texts, from all fields of their specifications."""
 
 from __future__ import annotations
 
@@ -15,25 +15,31 @@ from .mover import MOVERS
 from .scripted_objects import SCRIPTED_OBJECTS
 
 OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "place")
-"""Fields that are no settings: words for people, and where things stand in which file. Names are told by the rows."""
+"""Fields that are no settings: documentation, names, and positions in files."""
 
 UNITS = {
     **dict.fromkeys(("control", "plan", "rate", "sensors"), "Hz"),
     **dict.fromkeys(("after", "at", "duration", "forget_after", "jitter", "latency", "lost_after", "physics"), "s"),
     **dict.fromkeys(("shortest", "tolerance"), "m"),
 }
-"""What fields are in whose values are numbers."""
+"""Units of numeric fields."""
 
-Show = Callable[[Any], str]
-"""How a single value is told."""
+Formatter = Callable[[Any], str]
+"""Formats a single value."""
 
-_UNSET = {"latency": "measured", "success": "the mission's word"}  # what it means where these are None
-_NOTHING: tuple[Any, ...] = (None, "", (), {})  # said of a field that is not set
+_UNSET = {"latency": "measured", "success": "the mission's status"}  # meaning of None in these fields
+_NOTHING: tuple[Any, ...] = (None, "", (), {})  # values of fields that are not set
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What one scenario says of something, beside what the other says; empty where it says nothing."""
+    """Setting in two scenarios.
+
+    Attributes:
+        what: Name of the setting.
+        first: Value in the first scenario, as text; empty if not set.
+        second: Value in the second scenario, as text; empty if not set.
+    """
 
     what: str
     first: str
@@ -41,28 +47,29 @@ class Setting:
 
     @property
     def same(self) -> bool:
-        """Whether both say the same."""
+        """Whether both values are equal."""
         return self.first == self.second
 
 
 def settings(first: Any, second: Any) -> tuple[Setting, ...]:
-    """What two specs say, field by field: rounded, but with all digits or as values where that would hide a difference.
+    """Settings of two specifications, field by field.
 
-    Attributes of places are in SI units and have none behind them.
+    Values are rounded; if that hides a difference they have all digits, or are formatted by `repr`. Attributes of
+    places are in SI units, without unit symbols.
 
     Args:
-        first: A scenario, agent or mover; None where there is none.
-        second: The one that takes its part.
+        first: A scenario, agent or mover; None if there is none.
+        second: Its counterpart; None if there is none.
     """
-    told = [[{} if spec is None else _rows(spec, show) for spec in (first, second)] for show in (_plain, _exact, repr)]
+    texts = [[{} if spec is None else _rows(spec, show) for spec in (first, second)] for show in (_plain, _exact, repr)]
     found = []
-    for what in dict.fromkeys([*told[0][0], *told[0][1]]):
-        shown = [Setting(what, *(side.get(what, "") for side in sides)) for sides in told]
+    for what in dict.fromkeys([*texts[0][0], *texts[0][1]]):
+        shown = [Setting(what, *(side.get(what, "") for side in sides)) for sides in texts]
         found.append(next((setting for setting in shown if not setting.same), shown[0]))
     return tuple(found)
 
 
-def _rows(spec: Any, show: Show) -> dict[str, str]:
+def _rows(spec: Any, show: Formatter) -> dict[str, str]:
     rows: dict[str, str] = {}
     robot = isinstance(spec, (AgentSpec, MoverSpec))
     for name in (field.name for field in fields(spec) if field.name not in OMITTED):
@@ -75,14 +82,14 @@ def _rows(spec: Any, show: Show) -> dict[str, str]:
         elif is_dataclass(value):
             rows |= {f"{what}'s {row}": text for row, text in _rows(value, show).items()}
         elif isinstance(value, tuple) and is_dataclass(value[0]):
-            rows |= _things(what, value, show)
+            rows |= _each(what, value, show)
         else:
             rows[what] = _text(value, show, UNITS.get(name, ""))
     return rows
 
 
-def _parameters(robot: AgentSpec | MoverSpec, show: Show) -> dict[str, str]:
-    """A mission's are as the file has them; a script's in SI units, which the script declares."""
+def _parameters(robot: AgentSpec | MoverSpec, show: Formatter) -> dict[str, str]:
+    """Parameters of a mission as in the file; parameters of a script in SI units with the declared unit."""
     if isinstance(robot, AgentSpec):
         return {f"mission's {name}": _text(value, show) for name, value in robot.parameters.items()}
     script = MOVERS.get(robot.script) or SCRIPTED_OBJECTS.get(robot.script)
@@ -91,20 +98,20 @@ def _parameters(robot: AgentSpec | MoverSpec, show: Show) -> dict[str, str]:
     return {f"script's {name}": _text(value, show, units.get(name, "")) for name, value in robot.parameters.items()}
 
 
-def _things(what: str, things: Sequence[Any], show: Show) -> dict[str, str]:
-    """A row for each place, fact and requirement; of robots only who they are, since they have tables of their own."""
-    if isinstance(things[0], (AgentSpec, MoverSpec)):
-        return {what: _text([robot.name for robot in things], show)}
+def _each(what: str, specs: Sequence[Any], show: Formatter) -> dict[str, str]:
+    """A row for each place, fact and requirement; of robots only the names, since they have their own tables."""
+    if isinstance(specs[0], (AgentSpec, MoverSpec)):
+        return {what: _text([robot.name for robot in specs], show)}
     rows: dict[str, str] = {}
-    for thing in things:
-        said = "; ".join(f"{row}: {text}" for row, text in _rows(thing, show).items())
-        called = f"{what.removesuffix('s')} {getattr(thing, fields(thing)[0].name)}"
+    for spec in specs:
+        values = "; ".join(f"{row}: {text}" for row, text in _rows(spec, show).items())
+        called = f"{what.removesuffix('s')} {getattr(spec, fields(spec)[0].name)}"
         nth = sum(row == called or row.startswith(f"{called} #") for row in rows) + 1  # a node may have several facts
-        rows[called if nth == 1 else f"{called} #{nth}"] = said
+        rows[called if nth == 1 else f"{called} #{nth}"] = values
     return rows
 
 
-def _text(value: Any, show: Show, unit: str = "") -> str:
+def _text(value: Any, show: Formatter, unit: str = "") -> str:
     if isinstance(value, Pose2):
         x, y, yaw = (show(round(number, 3) if show is _plain else number) for number in value)
         return f"{x} m, {y} m" + ("" if math.isnan(value.yaw) else f", {yaw} rad")

@@ -1,4 +1,4 @@
-"""Letting the agents of a scenario share, as its `[share]` table says."""
+"""Set up knowledge sharing between the agents of a scenario, from its `[share]` table."""
 
 from __future__ import annotations
 
@@ -17,17 +17,22 @@ from ..knowledge.share.zenoh_network import ZenohNetwork, check_address
 from .random_streams import NETWORK, stream
 
 Join = Callable[[Knowledge], Sharing]
-"""Makes an agent share its knowledge."""
+"""Factory of an agent's knowledge sharing."""
 
 
 def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Join]:
-    """How each agent joins those that share; empty where nobody does.
+    """Factories of knowledge sharing by agent; empty without sharing.
 
-    In lockstep agents of one process share alone, on a network that is simulated like the rest, so that a run repeats.
-    On wall time they share with other processes too, where the table says at which address.
+    In lockstep the agents of one process share on a simulated network, so that a run is repeatable. On wall time they
+    also share with other processes, if the table declares an address.
+
+    Args:
+        scenario: The scenario.
+        clock: Clock of the run; a `SimulatedClock` means lockstep.
+        seed: Seed of the episode.
 
     Raises:
-        InputError: A kind or relation does not exist, or the address cannot be used.
+        InputError: Unknown kind or relation, or unusable address.
     """
     spec = scenario.share
     if spec is None:
@@ -54,7 +59,7 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
 
 
 def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
-    """What is wrong with a scenario's `[share]` that only the schema and the network tell."""
+    """Faults in a scenario's `[share]` table with respect to the schema and the network."""
     spec, faults = scenario.share, list[Fault]()
     if spec is None:
         return faults
@@ -70,7 +75,7 @@ def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
 
 
 def _network(scenario: ScenarioSpec, spec: ShareSpec, clock: Clock, seed: int) -> tuple[Network, bytes]:
-    """The network, and the key of whoever is on it."""
+    """Network, and the secret key of its members; an empty key without encryption."""
     if isinstance(clock, SimulatedClock):
         impairments = Impairments(spec.loss, spec.latency, spec.jitter)
         if impairments == Impairments():

@@ -1,4 +1,4 @@
-"""One simulated run: a scenario to its outcome and its files (docs/architecture.md)."""
+"""Simulated run of a scenario, with outcome and files (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_re
         KeyboardInterrupt: A signal ended the run.
     """
     end = RunEnd(options, write_report)
-    with end.guarded() as stack:  # what is pushed on it is closed before the report is written
+    with end.guarded() as stack:  # callbacks of this stack run before the report is written
         end.listen()
         ready = set_up(spec, catalog, options)
         for agent in ready.agents:
             stack.callback(agent.close)
         memory = Memory(options.knowledge, ready.agents)
         stack.callback(end.files.attempt, "the knowledge", memory.close)
-        # Whatever may still refuse this run does so before an earlier one in the same folder is replaced.
+        # All checks that can still fail come before the files of an earlier run in the folder are replaced.
         watch = _watchers(stack, ready.simulated, options)
         _begin(stack, end, ready, memory, options)
         heard = [*([] if options.live is None else [options.live]), *options.sinks]
@@ -56,7 +56,7 @@ def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_re
 
 
 def _begin(stack: ExitStack, end: RunEnd, ready: ReadyRun, memory: Memory, options: RunOptions) -> None:
-    """Begin the live page and the files of the run, where they are wanted."""
+    """Begin the live page and the files of the run, if requested."""
     live = options.live
     if live is None and options.out is None:
         return
@@ -70,7 +70,7 @@ def _begin(stack: ExitStack, end: RunEnd, ready: ReadyRun, memory: Memory, optio
 
 
 def _watchers(stack: ExitStack, simulated: SimulatedWorld, options: RunOptions) -> Callable[[float], bool]:
-    """All observers of the run, called once per control period; False when the viewer's window was closed."""
+    """Combined observer of the run, called once per control period; False if the viewer's window was closed."""
     watchers: list[Callable[[float], bool]] = []
     if options.view:
         from .viewer import Viewer
@@ -87,7 +87,7 @@ def _watchers(stack: ExitStack, simulated: SimulatedWorld, options: RunOptions) 
     def watch(t: float) -> bool:
         if progress is not None:
             progress(t)
-        going = [watcher(t) for watcher in watchers]  # each of them looks, whatever the others say
+        going = [watcher(t) for watcher in watchers]  # a list, so that every observer is called
         return all(going)
 
     return watch

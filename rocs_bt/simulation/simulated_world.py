@@ -1,4 +1,4 @@
-"""The simulated world of a scenario: robots that sense and act, scripted actors and objects, judges; no agents yet."""
+"""Simulated world of a scenario: robots with devices, scripted actors and objects, and judges, without agents."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from .scripted_objects import ScriptedObject, make_scripted_object
 
 @dataclass(frozen=True)
 class SimulatedWorld:
-    """A world with all robots and objects at their starts.
+    """World with all robots and objects at their start poses.
 
     Attributes:
-        world: The world.
-        clock: Its time.
-        robots: By agent and mover.
-        sensors: By agent, then by name.
-        actuators: Behind their limits; by agent, then by name.
-        sensor_rates: By agent, then by name, over control periods.
+        world: MuJoCo world.
+        clock: Clock of the world.
+        robots: Specifications of the robots, by agent or mover.
+        sensors: Sensors by agent, then by name.
+        actuators: Safety gates of the actuators, by agent, then by name.
+        sensor_rates: Rates of the sensors in control periods, by agent, then by name.
         movers: Scripted actors and objects.
-        wheels: By robot, its true wheel speeds [m/s].
-        judges: By agent.
-        goals: By agent, the goals that it may enter.
+        wheels: Functions that return the true wheel linear speeds [m/s], by robot.
+        judges: Judges by agent.
+        goals: Goals that an agent may enter, by agent.
         starts: Start poses of the robots, world frame.
     """
 
@@ -53,28 +53,28 @@ class SimulatedWorld:
     starts: Mapping[str, Pose2]
 
     def devices(self, agent: str) -> RobotDevices:
-        """The devices of an agent's robot."""
+        """Devices of an agent's robot."""
         return RobotDevices(self.robots[agent], self.sensors[agent], self.actuators[agent], self.sensor_rates[agent])
 
 
 def build_world(
     scenario: ScenarioSpec, catalog: Catalog, seed: int, sink: EventSink, *, clock: Clock | None = None
 ) -> SimulatedWorld:
-    """Compose the world, place all robots and objects, and make all devices.
+    """Compose the world, place all robots and objects, and construct all devices.
 
     Args:
         scenario: The scenario.
-        catalog: Source of its robots and its world.
+        catalog: Source of the robots and the world.
         seed: Seed of the episode.
-        sink: Takes the events of the devices.
-        clock: Time; a simulated one by default.
+        sink: Sink for events of the devices.
+        clock: Clock of the world; a simulated clock by default.
 
     Raises:
-        InputError: Content is missing or does not fit together, or a robot would start inside of something.
+        InputError: Content is missing or inconsistent, or a start pose is in collision.
     """
     time = clock or SimulatedClock(scenario.rate.physics)
     world, robots = _compose(scenario, catalog, time)
-    # Scripted objects first, since they have no choice of pose: robots are sampled again while they are inside of one.
+    # Scripted objects first: robots in collision with one are sampled again, objects are not.
     objects = _scripted_objects(world, scenario, seed)
     with located_at(scenario.file):
         starts = place_all(world, [*scenario.agents, *(m for m in scenario.movers if m.robot)], scenario.name, seed)
@@ -109,7 +109,7 @@ def build_world(
 def _sensors(
     world: MujocoWorld, catalog: Catalog, scenario: ScenarioSpec, name: str, robot: RobotSpec, seed: int
 ) -> dict[str, Sensor]:
-    """The sensors of an agent's robot."""
+    """Sensors of an agent's robot, by name."""
     made: dict[str, Sensor] = {}
     for spec in robot.sensors:
         driver = mujoco_driver(catalog, robot, spec)
@@ -132,10 +132,10 @@ def _judge(scenario: ScenarioSpec, agent: AgentSpec) -> Judge:
 
 
 def compose_scenario(scenario: ScenarioSpec, catalog: Catalog, clock: Clock | None = None) -> MujocoWorld:
-    """A scenario's compiled world alone, with its robots at the origin.
+    """Compiled world of a scenario, with its robots at the origin and without devices.
 
     Raises:
-        InputError: Content is missing or does not fit together.
+        InputError: Content is missing or inconsistent.
     """
     return _compose(scenario, catalog, clock or SimulatedClock(scenario.rate.physics))[0]
 
@@ -144,17 +144,17 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
     specs = {name: catalog.load_robot(name) for name in scenario.robots}
     robots = {a.name: specs[a.robot] for a in scenario.agents}
     robots |= {m.name: specs[m.robot] for m in scenario.movers if m.robot}
-    minds = {agent.name for agent in scenario.agents}
+    agents = {agent.name for agent in scenario.agents}
     placed = []
     for name, spec in robots.items():
         if spec.model is None:
             raise InputError(
                 Fault(f"the robot '{spec.name}' has no model.", spec.file, hint='Add model = "robot.xml".')
             )
-        mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in minds else []
+        mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in agents else []
         placed.append(Placed(name, spec.model, mounts))
     arena, step = catalog.find("world", scenario.world), scenario.rate.physics
-    key = ("model", arena, step, *((name, spec.file, name in minds) for name, spec in robots.items()))
+    key = ("model", arena, step, *((name, spec.file, name in agents) for name, spec in robots.items()))
     model = catalog.cached(
         key, lambda: compile_model(arena.path, placed, step=step, within=catalog.roots, text=arena.text)
     )
@@ -176,7 +176,7 @@ def _actuator(
     sink: EventSink | None,
     wheels: dict[str, Callable[[], list[float]]],
 ) -> SafetyGate:
-    """One actuator behind its limits; notes in `wheels` how fast the owner's wheels truly go."""
+    """Safety gate of one actuator; adds the function for the true wheel speeds of the owner to `wheels`."""
     driver = mujoco_driver(catalog, robot, spec)
     with located_at(robot.file, spec.line), driver.running():
         device = make_actuator(world, owner, spec.name, driver.make, driver.parameters)
@@ -233,7 +233,7 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
 
 
 def _goals_of(scenario: ScenarioSpec, agent: str | None = None) -> list[Goal]:
-    """The goals of the scenario; those of one agent only if it is given."""
+    """Goals of the scenario, or only those of one agent if it is given."""
     return [
         Goal(p.name, p.pose, p.tolerance)
         for p in scenario.places

@@ -1,4 +1,4 @@
-"""Events on a thread of their own, so that recording never delays a reflex."""
+"""Event sink with a separate thread, so that recording never delays a reflex."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import threading
 from ..event import Event, EventSink
 
 _DELAY = 0.01
-"""How long a first event waits for others [s]: it comes from the midst of what a reflex waits for, and so must not wake
-another thread that wants the interpreter."""
+"""Delay before the first event of a burst is processed [s]. The event is emitted by control code on which a reflex may
+wait; processing it at once would compete with that code for the interpreter."""
 
 
 class SinkThread:
-    """An event sink that hands everything on from one thread, in the order it came; a context manager.
+    """Event sink that forwards events to a target from one thread, in order; a context manager.
 
-    Whoever emits pays for a queue alone: encoding, compression and the disk wait elsewhere, and the target need not be
-    safe under threads. Everything that was emitted before the context is left has reached the target by then.
+    An emitter only puts the event into a queue. Encoding, compression and disk access happen in the thread, and the
+    target need not be thread-safe. Leaving the context waits until all emitted events have reached the target.
 
     Args:
-        target: Where events go.
+        target: Sink of the events.
     """
 
     def __init__(self, target: EventSink) -> None:
@@ -30,7 +30,7 @@ class SinkThread:
         self._failure: Exception | None = None
 
     def emit(self, event: Event) -> None:
-        """Take one event."""
+        """Queue one event."""
         self._queue.put(event)
 
     def __enter__(self) -> SinkThread:
@@ -51,6 +51,6 @@ class SinkThread:
                 self._leaving.wait(_DELAY)
             try:
                 self._target.emit(event)
-            except Exception as error:  # noqa: BLE001 - the thread's boundary: kept, and raised where it is waited for
+            except Exception as error:  # noqa: BLE001 - thread boundary: `__exit__` raises it
                 self._failure = self._failure or error
             event = self._queue.get()

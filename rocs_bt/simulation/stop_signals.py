@@ -1,4 +1,4 @@
-"""Signals that ask a process to end: SIGINT (Ctrl-C), SIGTERM and SIGHUP, taken as a request to end the run."""
+"""Stop signals: SIGINT (Ctrl-C), SIGTERM and SIGHUP as requests to end the run in order."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STOP_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SI
 
 
 class EndedAtOnce(KeyboardInterrupt):
-    """A second signal came before the run had ended in order.
+    """A second signal was received before the run had ended in order.
 
     Attributes:
         signal: The second signal.
@@ -26,15 +26,15 @@ class EndedAtOnce(KeyboardInterrupt):
 
 
 class StopSignals:
-    """Takes the stop signals while its context is open, so that a run ends in order.
+    """Handler of the stop signals while its context is open, so that a run ends in order.
 
-    The first signal is only noted. The second raises EndedAtOnce in the main thread; from then on signals have their
-    usual effect. A terminal that closes may send SIGHUP twice, by its shell and by the kernel: after a SIGHUP another
-    one is no second signal. Signals that the process ignores (`nohup`, a shell's background jobs) stay ignored.
-    Python allows handlers in the main thread only; elsewhere the context changes nothing.
+    The first signal is only recorded. The second raises EndedAtOnce in the main thread; from then on signals have their
+    usual effect. A closing terminal may send SIGHUP twice, from its shell and from the kernel: a repeated SIGHUP does
+    not count as a second signal. Signals that the process ignores (`nohup`, a shell's background jobs) stay ignored.
+    Python allows handlers in the main thread only; elsewhere the context has no effect.
 
     Args:
-        notice: Written to stderr at the first signal; `{signal}` in it becomes the signal's name.
+        notice: Text for stderr at the first signal; `{signal}` is replaced by the signal's name.
 
     Attributes:
         received: The first signal; None before it.
@@ -47,14 +47,14 @@ class StopSignals:
 
     @property
     def reason(self) -> str:
-        """Why the run ends, such as `SIGTERM ended the run`; empty before the first signal."""
+        """Reason of the run's end, such as `SIGTERM ended the run`; empty before the first signal."""
         return "" if self.received is None else f"{self.received.name} ended the run"
 
     def deliver(self) -> None:
-        """Give the signal that was noted its usual effect, after the context; nothing if there was none.
+        """Raise the recorded signal with its usual effect, after the context; without a signal do nothing.
 
         Raises:
-            KeyboardInterrupt: It was SIGINT, and Python's own handler is in place.
+            KeyboardInterrupt: The signal was SIGINT, and Python's own handler is installed.
         """
         if self.received is not None:
             signal.raise_signal(self.received)
@@ -62,7 +62,7 @@ class StopSignals:
     def __enter__(self) -> StopSignals:
         if threading.current_thread() is threading.main_thread():
             for each in STOP_SIGNALS:
-                # None: a handler that Python does not know, and could not put back.
+                # None: a handler that was not installed from Python and cannot be restored.
                 if signal.getsignal(each) not in (signal.SIG_IGN, None):
                     self._before[each] = signal.signal(each, self._take)
         return self

@@ -1,4 +1,4 @@
-"""Summary of a run from its header and its events, so that a live run and its recording give the same."""
+"""Summary of a run, from its header and events: a run and its recording give the same summary."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .requirements import RequirementWatch
 
 @dataclass(frozen=True)
 class Unrecorded:
-    """Parts of a summary that no event holds.
+    """Parts of a summary that no event contains.
 
     Attributes:
-        wall_time: Time to compute the run [s]; None if unknown.
+        wall_time: Computing time of the run [s]; None if unknown.
         trajectory_hash: Hash of the trajectory; None if unknown.
         sharing: Counts of shared knowledge by agent; an agent that does not share is None or missing.
         knowledge: Knowledge between runs; UNSET without a file.
@@ -40,7 +40,7 @@ def make_summary(
         metrics: Metrics over all events of the run.
         requirements: Requirements over all events of the run, closed.
         end: End of the run [s].
-        unrecorded: Parts that no event holds.
+        unrecorded: Parts that no event contains.
     """
     wall_time, sharing = unrecorded.wall_time, unrecorded.sharing
     return Summary(
@@ -65,7 +65,8 @@ def make_summary(
 def summary_of(recording: Recording) -> Summary:
     """Summary of a run, computed from its recording.
 
-    What no event holds comes from the summary at the end of the recording; it is None if the recording is cut off.
+    Parts that no event contains come from the summary at the end of the recording; in a truncated recording they are
+    None.
 
     Raises:
         RecordingError: The recording is damaged, or lacks an agent's signals.

@@ -1,4 +1,4 @@
-"""A video of a run, rendered without a display where OpenGL works in software."""
+"""Video of a run, rendered off-screen with EGL or OSMesa."""
 
 from __future__ import annotations
 
@@ -25,16 +25,17 @@ _INSTALL = (
 
 
 class Video:
-    """Renders a world from above and writes it to a file; a context manager that an episode calls.
+    """Renders a world from above into a file; a context manager and an observer of an episode.
 
     Args:
-        world: What to film.
-        file: `.mp4` needs the extra [video]; `.gif` and `.webp` need nothing more; `.png` is the last frame alone.
-        size: Width and height [pixels]; by default small enough for the format.
+        world: World to render.
+        file: Output file. `.mp4` needs the extra [video]; `.gif` and `.webp` need no extra; `.png` is the last frame.
+        size: Width and height [pixels]; by default 1280 x 960 for `.mp4`, else 640 x 480.
         rate: Frames per simulated second [1/s].
 
     Raises:
-        InputError: The format is not known, or cannot be written or rendered on this machine; says what to install.
+        InputError: Unknown format, or the format cannot be written or rendered on this machine; names the package to
+            install.
     """
 
     def __init__(
@@ -49,7 +50,7 @@ class Video:
                 Fault("writing .mp4 needs the extra [video].", hint="pip install 'rocs_bt[video]', or write a .gif.")
             )
         if not file.absolute().parent.is_dir():
-            raise InputError(Fault(f"there is no folder '{file.parent}' for the video.", hint="Make it first."))
+            raise InputError(Fault(f"there is no folder '{file.parent}' for the video.", hint="Create it first."))
         self._file = file
         self._rate = rate
         self._due = 0.0
@@ -64,14 +65,14 @@ class Video:
         self.close()
 
     def __call__(self, t: float) -> bool:
-        """Film the world at time t [s], if a frame is due; never ends the run."""
+        """Render the world at time t [s] if a frame is due; always True, so it never ends the run."""
         if t >= self._due - 1e-9:
             self._due += 1.0 / self._rate
             self._take(self._camera.shoot())
         return True
 
     def close(self) -> None:
-        """Finish the file."""
+        """Complete the file."""
         self._camera.close()
         if self._writer is not None:
             self._writer.close()
@@ -98,7 +99,7 @@ class Video:
 
 
 class _Camera:
-    """MuJoCo's classic renderer on a context of its own, looking down on the whole world."""
+    """MuJoCo's classic renderer with a separate OpenGL context; the camera shows the whole world from above."""
 
     def __init__(self, world: MujocoWorld, size: tuple[int, int]) -> None:
         import mujoco
@@ -110,7 +111,7 @@ class _Camera:
         model.vis.global_.offwidth = max(int(model.vis.global_.offwidth), size[0])
         model.vis.global_.offheight = max(int(model.vis.global_.offheight), size[1])
         self._scene = mujoco.MjvScene(model, maxgeom=2000)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # four times as fast
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # without shadows rendering is four times as fast
         self._option = mujoco.MjvOption()
         self._option.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = 0
         self._option.geomgroup[3] = 1  # hulls
@@ -122,7 +123,7 @@ class _Camera:
         self._view.azimuth, self._view.elevation = 90.0, -65.0
 
     def shoot(self) -> Frame:
-        """One frame, (height, width, 3)."""
+        """Render one frame, shape (height, width, 3)."""
         mj, (width, height) = self._mj, self._size
         with self._world.lock:
             self._world.update_poses()
@@ -142,17 +143,23 @@ class _Camera:
         return frame[::-1].copy()
 
     def close(self) -> None:
-        """Let go of the graphics."""
+        """Free the renderer and its OpenGL context."""
         self._render.free()
         self._gl.free()
 
 
 def _context(size: tuple[int, int]) -> Any:
-    """An OpenGL context without a display: the first backend that works."""
+    """Off-screen OpenGL context of the first backend that works.
+
+    Raises:
+        InputError: No backend works.
+    """
     tried = []
     for backend in _BACKENDS:
         try:
             return importlib.import_module(f"mujoco.{backend}").GLContext(*size)
-        except Exception as error:  # noqa: BLE001 - OpenGL loaders raise whatever their platform raises
+        except Exception as error:  # noqa: BLE001 - the exceptions of OpenGL loaders depend on the platform
             tried.append(f"{backend}: {' '.join(str(error).split())[:120]}")
-    raise InputError(Fault(f"a video was asked for, but no OpenGL works here ({'; '.join(tried)}).", hint=_INSTALL))
+    raise InputError(
+        Fault(f"cannot render a video: no OpenGL backend works on this machine ({'; '.join(tried)}).", hint=_INSTALL)
+    )

@@ -1,4 +1,4 @@
-"""Watching a run in MuJoCo's viewer."""
+"""Run display in MuJoCo's viewer."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from .pace import Pace
 
 
 class Viewer:
-    """MuJoCo's passive viewer on a world; a context manager that an episode calls once a control period.
+    """MuJoCo's passive viewer of a world; a context manager and an observer of an episode.
 
-    In lockstep it also holds the run back to the pace of the wall clock, so that a person can follow it.
+    In lockstep it also slows the run down to real time, so that a person can watch it.
 
     Args:
-        world: What to show.
+        world: World to show.
 
     Raises:
-        InputError: There is no display, or MuJoCo's viewer does not start on this machine.
+        InputError: The machine has no display, or MuJoCo's viewer does not start.
     """
 
     def __init__(self, world: MujocoWorld) -> None:
         if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             raise InputError(
                 Fault(
-                    "the viewer was asked for, but this machine has no display: DISPLAY and WAYLAND_DISPLAY are unset.",
-                    hint="Look at the animation in report.html instead, or render a video with --video FILE.",
+                    "cannot show the viewer: this machine has no display (DISPLAY and WAYLAND_DISPLAY are unset).",
+                    hint="Use the animation in report.html, or render a video with --video FILE.",
                 )
             )
         viewer = importlib.import_module("mujoco.viewer")
@@ -47,7 +47,7 @@ class Viewer:
         self._handle.close()
 
     def __call__(self, t: float) -> bool:
-        """Show the world at time t [s]; False when the person has closed the window."""
+        """Show the world at time t [s]; False if the window was closed."""
         with self._world.lock:
             self._world.update_poses()
             self._handle.sync()

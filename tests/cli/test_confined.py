@@ -197,4 +197,4 @@ def test_a_model_that_strips_paths_names_files_beside_itself(project, rocs_bt):
 def test_a_document_type_is_refused(project, rocs_bt):
     file = project / WORLD
     file.write_text('<!DOCTYPE mujoco [<!ENTITY a SYSTEM "/etc/passwd">]>\n' + file.read_text())
-    refused(rocs_bt("check"), "yard.xml:1:", "an MJCF file has no document type")
+    refused(rocs_bt("check"), "yard.xml:1:", "an MJCF file must not have a document type")

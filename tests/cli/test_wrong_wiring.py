@@ -71,7 +71,7 @@ WRONG = [
         MOTORS,
         'driver = "velocity"\nmotors = ["left_motor", "left_motor"]',
         "[[actuator]]",
-        "motors must name each of the model's once, found left_motor twice",
+        "motors must name each element of the model once, found left_motor twice",
     ),
     (ROBOT, "beams = 16\n", "beams = 15\n", f'[[monitor]]\nname = "range"\n{RANGE}', "expects 15 values from the"),
     (

@@ -180,7 +180,7 @@ def test_a_signal_to_the_process_is_neutral_first(tmp_path, number, code):
 
 
 def test_a_process_that_does_not_end_is_killed(tmp_path, monkeypatch):
-    monkeypatch.setattr(actuator, "GOODBYE", 0.1)
+    monkeypatch.setattr(actuator, "EXIT_TIMEOUT", 0.1)
     with linked(tmp_path) as (link, log):
         link.command([0.1, 0.1])
         until_commanded(log)
@@ -226,7 +226,7 @@ def test_an_interrupt_while_it_starts_leaves_no_process(tmp_path, monkeypatch):
 
 
 def test_what_the_driver_shares_is_closed(tmp_path, monkeypatch):
-    monkeypatch.setattr(actuator, "GOODBYE", 60.0)
+    monkeypatch.setattr(actuator, "EXIT_TIMEOUT", 60.0)
     (tmp_path / "sharing.py").write_text(SHARING)
     link = IsolatedActuator(
         DeviceMaker(tmp_path / "sharing.py", "Wheels", "wheels", {"folder": str(tmp_path)}), MAX_AGE

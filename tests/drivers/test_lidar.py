@@ -119,8 +119,8 @@ def test_its_noise_is_its_own_and_one_instant_says_one_thing(tmp_path: Path) -> 
     [
         ({"rays": 1}, "rays must be 2 to 4000"),
         ({"span": 7.0}, "span must be up to 360 deg"),
-        ({"range": [1.0, 0.5]}, "range must be two distances"),
-        ({"range": [0.0, math.inf]}, "range must be two distances"),
+        ({"range": [1.0, 0.5]}, "range must be the minimum and the maximum"),
+        ({"range": [0.0, math.inf]}, "range must be the minimum and the maximum"),
         ({"site": "nose"}, "no site for sensor 'lidar' is named 'nose'"),
     ],
 )
@@ -175,7 +175,9 @@ def test_who_has_a_command_coming_is_commanded(tmp_path: Path) -> None:
 
 
 def test_a_delay_is_a_whole_number_of_steps(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"the delay of R's motors, 7 ms, is no whole number of physics steps of 5 ms"):
+    with pytest.raises(
+        InputError, match=r"the delay of R's motors, 7 ms, is not a whole number of physics steps of 5 ms"
+    ):
         make_actuator(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": 0.007})
     with pytest.raises(InputError, match="delay must be 0 to 10 s"):
         make_actuator(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": -0.1})

@@ -90,7 +90,7 @@ def test_a_mock_sensor_can_be_told_what_to_say_and_to_break() -> None:
     sensor.values = [math.nan, 1.0]
     assert sensor.read().values[1] == 1.0
     sensor.broken = "unplugged"
-    with pytest.raises(DeviceError, match="'s' refuses: unplugged"):
+    with pytest.raises(DeviceError, match="'s' has no reading: unplugged"):
         sensor.read()
 
 

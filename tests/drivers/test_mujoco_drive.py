@@ -128,7 +128,7 @@ def test_a_silent_mind_stops_within_a_step_of_its_expiry(
 
 def test_a_wrong_command_is_refused(make_world: MakeWorld, p3dx: RobotSpec) -> None:
     wheels = wheels_of(make_world(), p3dx)
-    with pytest.raises(DeviceError, match="takes 2 rim speeds, found 3"):
+    with pytest.raises(DeviceError, match="takes 2 wheel speeds, found 3"):
         wheels.command((0.1, 0.1, 0.1))
 
 

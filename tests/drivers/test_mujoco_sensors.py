@@ -175,7 +175,7 @@ def test_noise_is_the_sensors_own_and_repeats(make_world: MakeWorld) -> None:
         ({"sites": ["sonar0", "sonar99"]}, "no site for sensor 'sonar' is named 'sonar99'"),
         ({"rays": 0}, "rays must be 1 to 1000 for each beam, found 0"),
         ({"rays": 1001}, "rays must be 1 to 1000 for each beam, found 1001"),
-        ({"range": [1.0, 0.1]}, "two distances, the lesser first"),
+        ({"range": [1.0, 0.1]}, "the minimum and the maximum distance"),
         ({"half_angel": 0.1}, r"no parameter of .* is named 'half_angel'.*Did you mean 'half_angle'"),
         ({"rays": "five"}, "rays of .* must be a whole number, found 'five'"),
     ],

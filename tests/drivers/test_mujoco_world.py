@@ -163,7 +163,10 @@ def test_it_can_be_read_while_another_thread_steps(make_world: MakeWorld) -> Non
         ("<mujoco><worldbody><geom", "not a valid MJCF model"),
         ("<mujoco><worldbody><geom type='cube'/></worldbody></mujoco>", "not a valid MJCF model"),
         ("<mujoco><worldbody/></mujoco>", "root body must be named 'base', found none"),
-        ("<mujoco><worldbody><body name='base'><geom size='1'/></body></worldbody></mujoco>", "'base' cannot move"),
+        (
+            "<mujoco><worldbody><body name='base'><geom size='1'/></body></worldbody></mujoco>",
+            "'base' has no free joint",
+        ),
     ],
 )
 def test_a_wrong_robot_model_is_told(tmp_path: Path, text: str, message: str) -> None:

@@ -70,7 +70,7 @@ def test_an_act_that_returns_nothing_is_told_so(bench):
 @pytest.mark.parametrize("wrong", ["TurnLeft", None, 3])
 def test_a_macro_that_yields_no_action_is_told_so(bench, chain, wrong):
     bench.pipeline.submit(chain("m", wrong), NORMAL, "plan")
-    with pytest.raises(PipelineError, match="no AtomicAction and no MacroAction"):
+    with pytest.raises(PipelineError, match="neither an AtomicAction nor a MacroAction"):
         bench.run()
 
 

@@ -98,9 +98,9 @@ def test_a_step_goes_no_farther_in_one_jump_than_a_physics_step(world: MujocoWor
 @pytest.mark.parametrize(
     ("script", "parameters", "message"),
     [
-        ("dance", {}, "no script for a thing is named 'dance'"),
+        ("dance", {}, "no object script is named 'dance'"),
         ("slide", {"to_x": 1.0}, "needs to_y, at"),
-        ("slide", {"to_x": 1.0, "to_y": 1.0, "at": 1.0, "back_at": 1.5}, "goes back only after that"),
+        ("slide", {"to_x": 1.0, "to_y": 1.0, "at": 1.0, "back_at": 1.5}, "back_at >= at"),
         ("polynomial", {"to_x": 1.0, "to_y": 1.0, "order": 12}, "order 1 to 9"),
         ("social_force", {"to_x": 1.0, "to_y": 1.0, "radius": 0.0}, "must be positive"),
     ],

@@ -45,7 +45,9 @@ def test_mp4_without_its_extra_says_what_to_install(
 
 def test_no_opengl_says_what_to_install(world: MujocoWorld, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rocs_bt.simulation.video._BACKENDS", ("nowhere",))
-    with pytest.raises(InputError, match=r"no OpenGL works here \(nowhere: .*apt-get install libegl1"):
+    with pytest.raises(
+        InputError, match=r"no OpenGL backend works on this machine \(nowhere: .*apt-get install libegl1"
+    ):
         Video(world, tmp_path / "run.gif")
 
 

@@ -1,7 +1,7 @@
-"""Isolated actuators: the link to the device lives in a small process of its own, with a watchdog of its own.
+"""Isolated actuators: the driver runs in a separate small process with a watchdog.
 
-The watchdog acts even if the main process is dead, stopped, or its interpreter is held by a call that does not return.
-The process imports nothing of the engine but what is imported here: it starts quickly and stays small.
+The watchdog acts even if the main process is dead, stopped, or its interpreter is blocked by a call that does not
+return. The process imports only the engine modules that are imported here, so it starts quickly and stays small.
 """
 
 from .actuator import IsolatedActuator

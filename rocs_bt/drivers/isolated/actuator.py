@@ -1,4 +1,4 @@
-"""IsolatedActuator: the main process's side of an actuator whose device lives in a process of its own."""
+"""IsolatedActuator: main process's side of an actuator whose device runs in a separate process."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Star
 from .maker import DeviceMaker
 
 PATIENCE = 20
-"""Checks, one in each control period, that a request may stay unanswered before the process counts as hung."""
+"""Number of checks, one per control period, without an answer after which the process counts as hung."""
 
-GOODBYE = 3.0
-"""[s] that the process may take to end in order; then it is killed."""
+EXIT_TIMEOUT = 3.0
+"""Timeout for an orderly exit of the process [s]; after it the process is killed."""
 
 _PACKAGES = str(pathlib.Path(__file__).resolve().parents[3])
 
 
 class IsolatedActuator(Actuator):
-    """An actuator whose device lives in a process of its own, which goes to neutral by itself.
+    """Actuator whose device runs in a separate process with a watchdog.
 
-    The process does so when no command has come for `max_age`, whether this process is dead, stopped, or its
-    interpreter is held. `command` and `neutral` hand the request over and return at once; of several requests that
-    wait only the newest is performed. The process runs in a session of its own: Ctrl-C, Ctrl-Z and the end of the
-    terminal do not reach it.
+    The process goes to neutral if it received no command for `max_age`, also if the main process is dead, stopped, or
+    its interpreter is blocked. `command` and `neutral` send a request and return immediately; of several waiting
+    requests only the newest is performed. The process runs in a separate session: Ctrl-C, Ctrl-Z and the end of the
+    terminal do not affect it.
 
     Args:
-        maker: Makes the device, in the process.
+        maker: Constructs the device, in the process.
         max_age: Age of the last command at which the process goes to neutral [s].
 
     Raises:
-        InputError: The driver is wrong, or this system has no such processes.
+        InputError: The driver is invalid, or the system is not POSIX.
         DeviceError: The driver cannot reach its device.
     """
 
@@ -51,8 +51,8 @@ class IsolatedActuator(Actuator):
         self._channel = Channel(ours)
         with theirs:
             self._process = _start(theirs)
-        self._lock = threading.Lock()  # guards what follows
-        self._number = self._answered = 0  # of the newest request, and of the newest that was answered
+        self._lock = threading.Lock()  # guards the following attributes
+        self._number = self._answered = 0  # numbers of the newest request and of the newest answered one
         self._unanswered = 0  # checks since the process last answered
         self._failure: ActuatorError | None = None
         self._closed = False
@@ -76,10 +76,10 @@ class IsolatedActuator(Actuator):
             self._channel.send(Neutral(self._number))
 
     def check(self) -> ActuatorError | None:
-        """Read the process's messages; called once a control period.
+        """Read the process's messages; must be called once per control period.
 
         Returns:
-            What keeps the device from taking commands; None while nothing does.
+            Failure of the device or its process; None without a failure.
         """
         with self._lock:
             self._read()
@@ -90,20 +90,20 @@ class IsolatedActuator(Actuator):
             return self._failure
 
     def close(self) -> None:
-        """Let the process go to neutral, close the device and exit; one that does not is killed."""
+        """Make the process go to neutral, close the device and exit; kill it after `EXIT_TIMEOUT`."""
         if self._closed:
             return
         self._closed = True
         self._channel.send(Close())
         self._channel.close()
         try:
-            self._process.wait(GOODBYE)
+            self._process.wait(EXIT_TIMEOUT)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
 
     def _ready(self, maker: DeviceMaker, max_age: float) -> int:
-        """Wait until the device is made; the number of values of its command."""
+        """Wait until the device is constructed; returns the number of values of a command."""
         self._channel.send([path or os.getcwd() for path in sys.path])
         self._channel.send(Start(maker, max_age))
         while True:
@@ -117,7 +117,7 @@ class IsolatedActuator(Actuator):
                 raise DeviceError(f"actuator '{maker.name}': its process {self._end()} before the device was ready")
 
     def _read(self) -> None:
-        """Read the process's messages; the first failure stays."""
+        """Read the process's messages; only the first failure is kept."""
         for message in self._channel.receive():
             self._unanswered = 0
             if isinstance(message, Failed):
@@ -131,9 +131,9 @@ class IsolatedActuator(Actuator):
         self._failure = self._failure or ActuatorError(why, kind)
 
     def _end(self) -> str:
-        """How the process ended, in words."""
+        """Description of the process's end."""
         try:
-            code = self._process.wait(0.1)  # its sockets close a moment before it can be waited for
+            code = self._process.wait(0.1)  # its sockets close shortly before its exit status is available
         except subprocess.TimeoutExpired:
             return "closed its link"
         return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"

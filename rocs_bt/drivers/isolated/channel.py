@@ -1,4 +1,4 @@
-"""Messages between an isolated actuator and its process, over a pair of sockets."""
+"""Messages between an isolated actuator and its process, over a socket pair."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Start:
     """First message to the process.
 
     Attributes:
-        maker: Makes the device.
+        maker: Constructs the device.
         max_age: Age of the last command at which the process goes to neutral [s].
     """
 
@@ -36,8 +36,8 @@ class Command:
 
     Attributes:
         number: Number of the request, counted from 1.
-        stamp: Monotonic system time at which it was given [s].
-        values: The command, shape (n,), SI units.
+        stamp: Monotonic system time of the request [s].
+        values: Values of the command, shape (n,), SI units.
     """
 
     number: int
@@ -63,7 +63,7 @@ class Close:
 
 @dataclass(frozen=True)
 class Ready:
-    """The device was made.
+    """The device was constructed.
 
     Attributes:
         size: Number of values of a command.
@@ -88,8 +88,8 @@ class Failed:
     """The driver raised; the device was sent to neutral and takes no more commands.
 
     Attributes:
-        message: The exception in words.
-        faults: Faults of an InputError, which only making the device raises.
+        message: Description of the exception.
+        faults: Faults of an InputError; only the construction of the device raises one.
     """
 
     message: str
@@ -97,13 +97,13 @@ class Failed:
 
 
 class Channel:
-    """One end of the socket pair. Nothing but `wait` blocks; `send` may be called from any thread.
+    """One end of the socket pair. Only `wait` blocks; `send` is thread-safe.
 
     Args:
         end: The socket.
 
     Attributes:
-        ended: Whether the other side is gone.
+        ended: Whether the other side has closed its end.
     """
 
     def __init__(self, end: socket.socket) -> None:
@@ -111,44 +111,44 @@ class Channel:
         self._socket = end
         self._buffer = bytearray()
         self._sending = threading.Lock()
-        self._torn = False  # whether half a message was sent: nothing can follow it
+        self._torn = False  # whether a partial message was sent; no message can follow it
         self.ended = False
 
     def send(self, message: Any) -> None:
-        """Send a message. It is dropped if the other side is gone, or has not read until the buffer was full."""
+        """Send a message; it is dropped if the other side has ended or the buffer is full."""
         body = pickle.dumps(message)
         frame = _LENGTH.pack(len(body)) + body
         with self._sending:
             if self._torn:
                 return
-            # Of an end `receive` tells, after the other side's last messages.
+            # `receive` detects the end of the other side, after its last messages.
             with contextlib.suppress(OSError):
                 self._torn = self._socket.send(frame) < len(frame)
 
     def next(self) -> Any:
-        """The oldest message that has come; None if there is none."""
+        """Oldest received message; None if there is none."""
         self._fill()
         return self._take()
 
     def receive(self) -> list[Any]:
-        """All messages that have come, oldest first."""
+        """All received messages, oldest first."""
         self._fill()
         return list(iter(self._take, None))
 
     def wait(self, timeout: float | None = None, *others: socket.socket) -> None:
-        """Wait for a message, the other side's end, something to read from `others`, or the timeout [s]."""
+        """Wait for a message, the other side's end, data on `others`, or the timeout [s]; None waits without limit."""
         poll = select.poll()
         for each in (self._socket, *others):
             poll.register(each, select.POLLIN)
         poll.poll(None if timeout is None else 1e3 * timeout)
 
     def close(self) -> None:
-        """Close this end, which ends the other side."""
+        """Close this end; the other side detects it."""
         self.ended = True
         self._socket.close()
 
     def _fill(self) -> None:
-        """Read what has come, without waiting."""
+        """Read available data without blocking."""
         try:
             while chunk := self._socket.recv(65536):
                 self._buffer += chunk

@@ -1,4 +1,4 @@
-"""DeviceMaker: what the process of an isolated actuator needs to make the device."""
+"""DeviceMaker: constructs the device in the process of an isolated actuator."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from ..host import Host
 
 @dataclass(frozen=True)
 class DeviceMaker:
-    """A user's own Actuator class, and its arguments.
+    """User's Actuator class and its arguments.
 
     Attributes:
-        file: The Python file of the class.
-        cls: The name of the class in it.
-        name: The name of the actuator.
-        parameters: The constructor's keyword arguments, in SI units.
+        file: Python file of the class.
+        cls: Name of the class.
+        name: Name of the actuator.
+        parameters: Keyword arguments of the constructor, SI units.
     """
 
     file: Path
@@ -30,7 +30,7 @@ class DeviceMaker:
     parameters: Mapping[str, Any]
 
     def __call__(self, host: Host) -> Actuator:
-        """The device.
+        """Construct the device.
 
         Raises:
             InputError: The class does not load, or its constructor raised; with the line.

@@ -1,4 +1,4 @@
-"""The process of an isolated actuator: performs the newest command, and is its device's watchdog."""
+"""Process of an isolated actuator: performs the newest command and is the watchdog of the device."""
 
 from __future__ import annotations
 
@@ -19,52 +19,52 @@ from ..host import Host
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
 
 GRACE = 1.0
-"""[s] from SIGTERM or SIGHUP to the process's exit: the main process may end the run in order meanwhile."""
+"""Time from SIGTERM or SIGHUP to the process's exit [s], in which the main process can end the run in order."""
 
-STOPS = 3
-"""How often the device is sent to neutral before the process exits: one datagram may be lost."""
+NEUTRAL_REPEATS = 3
+"""Number of neutral commands before the process exits, since a datagram may be lost."""
 
-PAUSE = 0.02
-"""[s] between two of these."""
+NEUTRAL_PAUSE = 0.02
+"""Pause after each of these neutral commands [s]."""
 
-LEAVE = 2.0
-"""[s] that a driver may take for its last neutral and `close`; one that hangs is left."""
+CLOSE_TIMEOUT = 2.0
+"""Timeout for the driver's last neutral commands and `close` [s]; after it the process exits anyway."""
 
 
 def run_process(descriptor: int) -> None:
     """Serve the main process until it closes the link or ends, then exit.
 
     Args:
-        descriptor: The file descriptor of this process's end of the link.
+        descriptor: File descriptor of this process's end of the socket pair.
     """
     parent = os.getppid()
     with socket.socket(fileno=descriptor) as end:
-        end.set_inheritable(False)  # a process that the driver starts must not keep the link open
+        end.set_inheritable(False)  # child processes of the driver must not keep the link open
         channel = Channel(end)
         if isinstance(path := _receive(channel), list):
-            sys.path[:] = path  # the user's driver imports what it imports in the main process
+            sys.path[:] = path  # the user's driver can import the same modules as in the main process
         if isinstance(start := _receive(channel), Start):
             DeviceProcess(channel, start, parent).run()
 
 
 def _receive(channel: Channel) -> object:
-    """The next message at the start; None if the main process has ended."""
+    """Next message, before the device exists; None if the main process has ended."""
     while (message := channel.next()) is None and not channel.ended:
         channel.wait()
     return message
 
 
 class DeviceProcess:
-    """The device, and its watchdog.
+    """Device and watchdog of an isolated actuator.
 
-    The main thread calls nothing of the driver's, so that no driver can keep it: it reads messages, measures the age of
-    the last command that the device has taken, and ends the process. The watchdog thus acts if the main process falls
-    silent, and if the driver hangs in a command. One thread commands the device, another one sends it to neutral.
+    The main thread never calls the driver, so no driver can block it. It reads messages, measures the age of the last
+    command that the device has taken, and ends the process. The watchdog thus acts if the main process sends nothing,
+    and also if the driver hangs in a command. A second thread commands the device, a third sends it to neutral.
 
     Args:
-        channel: The link to the main process.
-        start: The first message.
-        parent: Process number of the main process.
+        channel: Link to the main process.
+        start: First message.
+        parent: Process ID of the main process.
     """
 
     def __init__(self, channel: Channel, start: Start, parent: int) -> None:
@@ -75,16 +75,16 @@ class DeviceProcess:
         self._host = Host(WallClock())
         self._device: Actuator | None = None
         self._changed = threading.Condition()  # guards the next four
-        self._newest: Command | None = None  # waits for the device
+        self._newest: Command | None = None  # command that waits for the device
         self._stops = 0  # number of times that the device was sent to neutral
-        self._stopping = False  # whether it is about to be sent there
-        self._neutral_number = 0  # of the newest request for neutral
-        self._fed: float | None = None  # when the device took its last command [s]; None while neutral
+        self._stopping = False  # whether a neutral command is pending
+        self._neutral_number = 0  # number of the newest request for neutral
+        self._fed: float | None = None  # [s] time of the last command that the device took; None while neutral
         self._leave_at = math.inf  # [s]
         self._signal = 0
 
     def run(self) -> None:
-        """Serve until the link ends, or a signal ends the process; always exits in neutral."""
+        """Serve until the link or a signal ends the process; it always exits in neutral."""
         ours, theirs = socket.socketpair()
         for each in (ours, theirs):
             each.setblocking(False)
@@ -97,15 +97,15 @@ class DeviceProcess:
         try:
             while self._serve(ours):
                 pass
-        except Exception as error:  # noqa: BLE001 - a defect of this file: the process ends, in neutral
+        except Exception as error:  # noqa: BLE001 - a bug in this file: the process ends in neutral
             self._report(error)
         self._leave()
 
     def _serve(self, signals: socket.socket) -> bool:
-        """Wait for a message or a deadline, and act on it; False at the end."""
+        """Wait for a message or a deadline and handle it; False if the process must end."""
         now, fed = time.monotonic(), self._fed
         deadline = math.inf if fed is None else fed + self._max_age
-        # A command that the device takes meanwhile sets a deadline that is not earlier than now + max_age.
+        # A command that the device takes during the wait sets a deadline of at least now + max_age.
         self._channel.wait(max(min(deadline - now, self._max_age, self._leave_at - now), 0.0), signals)
         now, fed = time.monotonic(), self._fed
         if fed is not None and now >= fed + self._max_age:
@@ -113,7 +113,7 @@ class DeviceProcess:
         messages = self._channel.receive()
         if self._channel.ended or Close() in messages or os.getppid() != self._parent:
             return False
-        if self._signal:  # deaf to commands until the main process closes the link
+        if self._signal:  # ignore commands until the main process closes the link
             with contextlib.suppress(BlockingIOError):
                 signals.recv(64)
             self._stop()
@@ -131,7 +131,7 @@ class DeviceProcess:
             self._changed.notify_all()
 
     def _stop(self, number: int = 0) -> None:
-        """Let the device go to neutral, and drop a command that waits."""
+        """Send the device to neutral and drop a waiting command."""
         with self._changed:
             self._drop()
             self._stopping, self._neutral_number = True, max(number, self._neutral_number)
@@ -139,7 +139,7 @@ class DeviceProcess:
         self._fed = None
 
     def _drop(self) -> None:
-        """Drop the command that waits; one that is on its way to the device ends in neutral."""
+        """Drop a waiting command; a command in execution ends in neutral."""
         self._newest = None
         self._stops += 1
 
@@ -148,7 +148,7 @@ class DeviceProcess:
         self._leave_at = min(self._leave_at, time.monotonic() + GRACE)
 
     def _stop_device(self) -> None:
-        """A thread: send the device to neutral whenever that is asked for, also while a command hangs."""
+        """Thread function: send the device to neutral on request, also while a command hangs."""
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._stopping)
@@ -160,7 +160,7 @@ class DeviceProcess:
             self._channel.send(Done(number))
 
     def _command_device(self) -> None:
-        """A thread: make the device, then perform the newest command; it ends when the driver raises."""
+        """Thread function: construct the device, then perform commands; it ends if the driver raises."""
         try:
             self._device = self._maker(self._host)
             self._channel.send(Ready(self._device.size))
@@ -173,7 +173,7 @@ class DeviceProcess:
             self._report(error)
 
     def _take(self) -> tuple[Command, int]:
-        """The newest command, once there is one and the device is not being stopped; and the stops before it."""
+        """Wait for a command while no neutral is pending; returns the newest one and the number of stops before it."""
         with self._changed:
             while self._newest is None or self._stopping:
                 self._changed.wait()
@@ -182,12 +182,12 @@ class DeviceProcess:
 
     def _perform(self, device: Actuator, command: Command, stops: int) -> None:
         now = time.monotonic()
-        if now - command.stamp < self._max_age:  # else it was held up on its way, and must not move the robot now
+        if now - command.stamp < self._max_age:  # a delayed command must not move the robot
             self._fed = now if self._fed is None else self._fed
             device.command(command.values)
             if self._stops == stops:
                 self._fed = time.monotonic()
-            else:  # stopped while the command was on its way: neutral wins
+            else:  # stopped during the command: neutral has precedence
                 self._neutral()
         self._channel.send(Done(command.number))
 
@@ -196,11 +196,11 @@ class DeviceProcess:
             return
         try:
             self._device.neutral()
-        except Exception as error:  # noqa: BLE001 - it must not raise; the watchdog lives on if it does
+        except Exception as error:  # noqa: BLE001 - the watchdog must survive a faulty driver
             self._report(error)
 
     def _report(self, error: BaseException) -> None:
-        """Tell the main process what was raised; what is no DeviceError with its type and place."""
+        """Send an exception to the main process; other than DeviceErrors with type and location."""
         if isinstance(error, DeviceError):
             self._channel.send(Failed(str(error)))
         else:
@@ -213,17 +213,17 @@ class DeviceProcess:
             self._drop()
         last = threading.Thread(target=self._end, daemon=True)
         last.start()
-        last.join(LEAVE)
+        last.join(CLOSE_TIMEOUT)
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(OSError, ValueError):
                 stream.flush()
         os._exit(128 + self._signal if self._signal else 0)
 
     def _end(self) -> None:
-        for _ in range(STOPS):
+        for _ in range(NEUTRAL_REPEATS):
             self._neutral()
-            time.sleep(PAUSE)
+            time.sleep(NEUTRAL_PAUSE)
         for each in (self._device, self._host):
             if each is not None:
-                with contextlib.suppress(Exception):  # the next one must be closed all the same
+                with contextlib.suppress(Exception):  # the next one must be closed, too
                     each.close()

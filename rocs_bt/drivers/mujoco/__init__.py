@@ -1,4 +1,4 @@
-"""MuJoCo: a world of one arena and its robots, and the devices that live in it. MuJoCo is imported when one is made."""
+"""MuJoCo backend: world of an arena and robots, and its devices. MuJoCo is imported when a world is constructed."""
 
 from .actuators import ACTUATORS, MujocoActuator, make_actuator
 from .body import Motors

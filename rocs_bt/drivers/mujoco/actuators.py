@@ -13,18 +13,18 @@ from .world import MujocoWorld
 
 
 class MujocoActuator(Actuator):
-    """Base of all actuators in MuJoCo; a user's own driver extends it and implements `command` and `neutral`.
+    """Base of all actuators in MuJoCo; a user's driver extends it and implements `command` and `neutral`.
 
-    The keyword-only parameters of a subclass's constructor are the keys that its table in robot.toml may have.
+    The keyword-only parameters of a subclass's constructor are the keys of its table in robot.toml.
 
     Args:
         name: The actuator's name in robot.toml.
         size: Number of values of a command.
-        mount: The robot and the world.
+        mount: Robot and world.
 
     Attributes:
-        mount: The robot and the world.
-        declares: The dataclass that declares a shipped driver's keys; None for a user's own driver.
+        mount: Robot and world.
+        declares: Dataclass that declares a shipped driver's keys; None for a user's driver.
     """
 
     declares: ClassVar[type | None] = None
@@ -35,14 +35,14 @@ class MujocoActuator(Actuator):
 
 
 class Velocity(MujocoActuator):
-    """Motors that hold the rim speeds [m/s] they are commanded, and get there as fast as their electronics allow.
+    """Speed-controlled motors, commanded by wheel linear speeds [m/s].
 
-    Neutral brakes them at that same rate. Whatever they are told acts after the delay of their electronics.
+    The acceleration limit applies to every command, also to braking by neutral. Commands take effect after the delay.
 
     Args:
         name: The actuator's name in robot.toml.
-        mount: The robot and the world.
-        parameters: Those of `VelocityParameters`.
+        mount: Robot and world.
+        parameters: Fields of `VelocityParameters`.
     """
 
     declares = VelocityParameters
@@ -56,11 +56,11 @@ class Velocity(MujocoActuator):
 
     def command(self, values: Sequence[float]) -> None:
         if len(values) != self.size:
-            raise DeviceError(f"actuator '{self.name}' takes {self.size} rim speeds, found {len(values)}.")
+            raise DeviceError(f"actuator '{self.name}' takes {self.size} wheel speeds, found {len(values)}.")
         self.mount.world.drive(self._motors, [v / f for v, f in zip(values, self._factors, strict=True)])
 
     def measured(self) -> list[float]:
-        """How fast the rims truly go [m/s]."""
+        """True wheel linear speeds [m/s]."""
         speeds = self.mount.world.motor_speeds(self._motors)
         return [s * f for s, f in zip(speeds, self._factors, strict=True)]
 
@@ -74,17 +74,17 @@ ACTUATORS: Mapping[str, type[MujocoActuator]] = {"velocity": Velocity}
 def make_actuator(
     world: MujocoWorld, robot: str, name: str, driver: str | type[MujocoActuator], parameters: Mapping[str, Any]
 ) -> Actuator:
-    """An actuator of a robot in the world, not yet guarded.
+    """Construct an actuator of a robot in the world, without a safety gate.
 
     Args:
-        world: The world.
-        robot: The robot's name.
-        name: What robot.toml calls the actuator.
-        driver: Its driver's name, or a user's own class, which is called with (name, mount, **parameters).
-        parameters: What the driver takes, in SI units.
+        world: World of the robot.
+        robot: Name of the robot.
+        name: Name of the actuator in robot.toml.
+        driver: Name of the driver, or a user's class, which is called with (name, mount, **parameters).
+        parameters: Parameters of the driver, SI units.
 
     Raises:
-        InputError: No such driver, or parameters that do not fit it or the model.
+        InputError: Unknown driver, or parameters that do not fit the driver or the model.
     """
     world.body(robot)
     cls: Any = driver_class(ACTUATORS, driver, "actuator", "mujoco")

@@ -1,4 +1,4 @@
-"""What in a compiled model belongs to which robot, and what things are called."""
+"""Elements of a compiled model: robots, mocap bodies, labels and outlines of geoms."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ FLOOR = "floor"
 
 @dataclass(frozen=True)
 class RobotBody:
-    """A robot's places in MuJoCo's vectors.
+    """Indices of a robot in a compiled model.
 
     Attributes:
-        name: The robot.
-        root: Its base body.
-        q: Where its free joint begins in qpos: x, y, z, then the quaternion.
-        v: Where its free joint begins in qvel: world-frame velocity, then body-frame turn rates.
-        geoms: All its geoms.
-        hull: The geoms that are its outline: the one named `hull`, or else all of its base that collide.
-        reach: How far its hull reaches from the origin of its base, at most [m].
-        height: How high the origin of its base is over the floor as modelled [m].
+        name: Name of the robot.
+        root: ID of the base body.
+        q: Index of the free joint in qpos: x, y, z, quaternion.
+        v: Index of the free joint in qvel: velocity (world frame), turn rates (body frame).
+        geoms: IDs of all geoms of the robot.
+        hull: IDs of the geoms of the hull: the geom named `hull`, or else all colliding geoms of the base.
+        reach: Maximum distance of a point of the hull from the origin of the base [m].
+        height: Height of the base's origin over the floor in the model [m].
     """
 
     name: str
@@ -43,12 +43,12 @@ class RobotBody:
 
 @dataclass(frozen=True)
 class MocapBody:
-    """A thing of the world that is carried about: a named mocap body.
+    """Named mocap body: an object that a script can move.
 
     Attributes:
-        name: The body's.
-        slot: Its place among MuJoCo's mocap bodies.
-        geoms: What it is made of.
+        name: Name of the body.
+        slot: Index among MuJoCo's mocap bodies.
+        geoms: IDs of its geoms.
     """
 
     name: str
@@ -57,7 +57,7 @@ class MocapBody:
 
 
 def find_objects(model: Any) -> dict[str, MocapBody]:
-    """The things of a model that can be carried about, by name."""
+    """Named mocap bodies of a model, by name."""
     found = {}
     for body in range(model.nbody):
         slot, name = int(model.body_mocapid[body]), model.body(body).name
@@ -68,12 +68,12 @@ def find_objects(model: Any) -> dict[str, MocapBody]:
 
 
 def find_bodies(model: Any, robots: Sequence[str]) -> dict[str, RobotBody]:
-    """Each robot's part of the model, by its name."""
+    """Indices of the robots in a model, by name."""
     return {name: _find(model, name) for name in robots}
 
 
 def geom_labels(model: Any, robots: Mapping[str, RobotBody]) -> list[str]:
-    """What each geom is called by people: its robot, the floor, or its own or its body's name."""
+    """Label of each geom, for people: name of its robot, the floor, or the name of the geom or its body."""
     owners = {body.root: name for name, body in robots.items()}
     names = []
     for geom in range(model.ngeom):
@@ -89,12 +89,12 @@ def geom_labels(model: Any, robots: Mapping[str, RobotBody]) -> list[str]:
 
 
 def collides(model: Any, geom: int) -> bool:
-    """Whether a geom can touch anything."""
+    """Whether a geom can collide."""
     return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
 
 
 def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]:
-    """What stands in the world and cannot move, seen from above; neither the floor nor what is only drawn."""
+    """Outlines of the static colliding geoms from above, without the floor."""
     names, found = geom_labels(model, robots), []
     for geom in range(model.ngeom):
         if int(model.geom_bodyid[geom]) != 0 or names[geom] == FLOOR or not collides(model, geom):
@@ -111,14 +111,14 @@ def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]
 
 
 def bounds(model: Any) -> tuple[float, float, float, float]:
-    """Least x, least y, greatest x and greatest y of all that cannot move [m]; a plane without a size has no end."""
+    """Minimum x, minimum y, maximum x and maximum y of the static geoms [m]; a plane without a size is infinite."""
     import mujoco
 
     corners = []
     for geom in range(model.ngeom):
         if int(model.geom_bodyid[geom]) != 0 or not collides(model, geom):
             continue
-        if int(model.geom_type[geom]) == 0:  # a plane; MuJoCo writes an endless one as 0
+        if int(model.geom_type[geom]) == 0:  # a plane; size 0 means infinite
             x, y = (half or np.inf for half in model.geom_size[geom][:2].tolist())
             corners.append(np.array([(-x, -y, 0.0), (x, y, 0.0)]) + model.geom_pos[geom])
         else:
@@ -133,7 +133,7 @@ def bounds(model: Any) -> tuple[float, float, float, float]:
 
 
 def hull_outline(model: Any, geoms: Sequence[int]) -> tuple[Point, ...]:
-    """Geoms of one body from above, in its frame: the corners of their convex outline [m], anticlockwise."""
+    """Convex outline of geoms of one body from above, body frame: corners [m], anticlockwise."""
     import mujoco
 
     corners: list[tuple[float, float]] = []
@@ -168,7 +168,7 @@ def _mesh_points(model: Any, geom: int) -> Any:
 
 
 def _ring_points(model: Any, geom: int) -> Any:
-    """Points on the rim of a cylinder."""
+    """Points on the circumference of a cylinder [m]."""
     angles, radius = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False), float(model.geom_size[geom][0])
     return radius * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
 
@@ -180,7 +180,7 @@ def _box_points(model: Any, geom: int) -> Any:
 
 
 def _convex(points: Sequence[Point]) -> list[Point]:
-    """The convex outline of points, anticlockwise (Andrew's monotone chain)."""
+    """Convex hull of points, anticlockwise (Andrew's monotone chain)."""
 
     def chain(ordered: Sequence[Point]) -> list[Point]:
         kept: list[Point] = []
@@ -199,17 +199,17 @@ def _convex(points: Sequence[Point]) -> list[Point]:
 
 @dataclass
 class Motors:
-    """Some motors of one robot: what they are asked for, and how fast they may get there.
+    """Motors of one robot with their targets.
 
     Attributes:
-        ids: Their places in MuJoCo's control vector.
-        joints: Their joints' places in the velocity vector.
-        angles: Their joints' places in the position vector.
-        target: Speeds that they are asked for [rad/s].
-        change: Greatest change of a speed in one physics step [rad/s].
-        settled: Whether all have reached their target.
-        delay: How many physics steps later a target holds than it was asked for.
-        coming: Targets that do not hold yet, each with the step at which it will.
+        ids: Indices in MuJoCo's control vector.
+        joints: Indices of the joints in the velocity vector.
+        angles: Indices of the joints in the position vector.
+        target: Commanded speeds [rad/s].
+        change: Maximum change of a speed per physics step [rad/s].
+        settled: Whether all motors have reached their target.
+        delay: Delay of a command [physics steps].
+        coming: Delayed commands, each with the step at which it takes effect.
     """
 
     ids: list[int]

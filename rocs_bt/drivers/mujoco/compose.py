@@ -1,4 +1,4 @@
-"""Composing a world: one arena and its robots become one compiled model."""
+"""Compose a world: compile an arena and its robots into one model."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .world import MujocoWorld
 
 @dataclass(frozen=True)
 class SensorMount:
-    """A sensor that a robot carries, before the model is compiled.
+    """Sensor of a robot before the model is compiled.
 
     Attributes:
-        name: What robot.toml calls it.
-        driver: Its driver's name, or a class of a user's own.
-        parameters: What the driver takes, in SI units.
-        file, line: Where it is written, for messages.
-        running: Context in which a user's own class is run.
+        name: Name of the sensor in robot.toml.
+        driver: Name of the driver, or a user's class.
+        parameters: Parameters of the driver, SI units.
+        file, line: Location of its table, for messages.
+        running: Context in which a user's class runs.
     """
 
     name: str
@@ -40,12 +40,12 @@ class SensorMount:
 
 @dataclass(frozen=True)
 class Placed:
-    """A robot to put into the world.
+    """Robot of a world.
 
     Attributes:
-        name: The prefix of its elements, as in `R2/hull`.
-        model: Its MJCF; the root body is named `base` and moves freely.
-        sensors: What it carries; a robot without a mind carries nothing.
+        name: Prefix of its elements, as in `R2/hull`.
+        model: MJCF file of the robot; the root body is named `base` and has a free joint.
+        sensors: Sensors of the robot; none for a robot without an agent.
     """
 
     name: str
@@ -61,17 +61,17 @@ def compose_world(
     clock: Clock | None = None,
     within: Sequence[Path] = (),
 ) -> MujocoWorld:
-    """The compiled world, its robots standing at the origin until they are placed.
+    """Compile a world; its robots are at the origin until they are placed.
 
     Args:
-        arena: The world's MJCF.
-        robots: Who is in it.
+        arena: MJCF file of the arena.
+        robots: Robots of the world.
         step: Physics step [s].
-        clock: Time; a simulated one of this step by default, which the world moves on.
-        within: Folders that a model may name files of, besides its own.
+        clock: Clock of the world; by default a simulated clock, which the world advances.
+        within: Folders with files that a model may reference, in addition to its own folder.
 
     Raises:
-        InputError: A file is missing or is no MJCF, or a robot lacks what its drivers need.
+        InputError: A file is missing or no valid MJCF, or a model lacks an element that a driver needs.
     """
     model = compile_model(arena, robots, step=step, within=within)
     return MujocoWorld(model, [r.name for r in robots], clock or SimulatedClock(step))
@@ -80,20 +80,20 @@ def compose_world(
 def compile_model(
     arena: Path, robots: Sequence[Placed], *, step: float = 0.005, within: Sequence[Path] = (), text: str | None = None
 ) -> Any:
-    """The compiled MjModel of an arena and its robots; worlds may share it, one after the other.
+    """Compile the MjModel of an arena and its robots; several worlds can use it, one after the other.
 
-    The options were chosen by measurement: the discrete integrator is right at every step up to 20 ms, elliptic
-    cones and ellipsoid wheels give drives that follow their kinematics to 0.2 %.
+    The options were chosen by measurement: the discrete integrator is correct at every step up to 20 ms, and with
+    elliptic cones and ellipsoid wheels drives follow their kinematics to 0.2 %.
 
     Args:
-        arena: The world's MJCF.
-        robots: Who is in it.
+        arena: MJCF file of the arena.
+        robots: Robots of the world.
         step: Physics step [s].
-        within: Folders that a model may name files of, besides its own.
-        text: The world's MJCF where a program made it; `arena` then only names it in faults.
+        within: Folders with files that a model may reference, in addition to its own folder.
+        text: MJCF text of a generated arena; `arena` then only names it in faults.
 
     Raises:
-        InputError: A file is missing or is no MJCF, or a robot lacks what its drivers need.
+        InputError: A file is missing or no valid MJCF, or a model lacks an element that a driver needs.
     """
     import mujoco
 
@@ -110,23 +110,23 @@ def compile_model(
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    # Sensors are computed when somebody reads them, not at each step.
+    # Sensors are computed when they are read, not at each step.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     with _compiling(arena):
         return spec.compile()
 
 
 def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None) -> Any:
-    """The MjSpec of an MJCF file.
+    """Read the MjSpec of an MJCF file.
 
     Args:
         file: The file.
-        within: Folders that it may name files of, besides its own.
-        text: Its text where a program made it.
+        within: Folders with files that it may reference, in addition to its own folder.
+        text: MJCF text of a generated model.
 
     Raises:
-        InputError: The file cannot be read, is no MJCF, names a file of another folder, or asks for too much; with the
-            line.
+        InputError: The file cannot be read, is no valid MJCF, references a file in another folder, or exceeds a limit;
+            contains the line.
     """
     import mujoco
 
@@ -142,7 +142,7 @@ def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None)
 
 @contextmanager
 def _compiling(file: Path, what: str = "the model does not compile") -> Iterator[None]:
-    """What MuJoCo refuses in here is a fault of this file, at the line that it tells."""
+    """Context that converts MuJoCo's errors to faults of this file, with the line in MuJoCo's message."""
     try:
         yield
     except (ValueError, RuntimeError, MemoryError) as error:
@@ -159,11 +159,11 @@ def _check_base(model: Any, file: Path) -> None:
             Fault(f"a robot's root body must be named 'base', found {names}.", file, hint='Write <body name="base">.')
         )
     if not any(int(j.type) == 0 for j in base.joints):
-        raise InputError(Fault("the body 'base' cannot move.", file, hint="Add a <freejoint/> to it."))
+        raise InputError(Fault("the body 'base' has no free joint.", file, hint="Add a <freejoint/> to it."))
 
 
 def _take_options(spec: Any, model: Any) -> None:
-    """Give a robot the world's <option>: the world's holds, and MuJoCo warns about every difference."""
+    """Copy the world's <option> to a robot's model, since MuJoCo warns about every difference."""
     for name in dir(spec.option):
         if name.startswith("_"):
             continue

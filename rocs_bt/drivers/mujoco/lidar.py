@@ -1,4 +1,4 @@
-"""Laser scanner in MuJoCo: all rays of a scan in one call, quick also in worlds with many geoms."""
+"""Laser scanner in MuJoCo: casts all rays of a scan in one call, fast also in worlds with many geoms."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Array = npt.NDArray[np.float64]
 
 
 class Lidar(MujocoSensor):
-    """Ranges [m] along rays from one site, from the right to the left; a scan is taken at one instant.
+    """Ranges [m] along rays from one site, from right to left; all rays are cast at the same time.
 
-    The rays lie in the plane of the site and pitch with the robot. They pass through the body that carries the scanner.
+    The rays lie in the x-y plane of the site and pitch with the robot. They ignore the body that carries the scanner.
     """
 
     declares = LidarParameters
@@ -53,7 +53,7 @@ class Lidar(MujocoSensor):
     def read(self) -> Reading:
         world, (low, high) = self.mount.world, self.parameters.range
         with world.lock:
-            if world.stamp != self._taken[0]:  # a second look at the same instant says the same
+            if world.stamp != self._taken[0]:  # a repeated reading at the same time is equal
                 ranges = self._scan()
                 if self.mount.noise > 0.0:
                     ranges = ranges + self.mount.rng.normal(0.0, self.mount.noise, len(ranges))
@@ -63,7 +63,7 @@ class Lidar(MujocoSensor):
             return Reading(world.stamp, self._taken[1].tolist())
 
     def fan(self) -> Fan:
-        """Where its rays begin and look, in the body frame."""
+        """Origin and directions of the rays, body frame."""
         element = self.mount.world.model.site(self._site)
         (x, y, _), (w, i, j, k) = element.pos.tolist(), element.quat.tolist()
         yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
@@ -72,11 +72,11 @@ class Lidar(MujocoSensor):
         return Fan(x=x, y=y, yaw=yaw + first, step=second - first, rays=count, reach=reach)
 
     def _scan(self) -> Array:
-        """(rays,) Distances [m] in the present state, +inf where there is nothing."""
+        """Distances [m] in the present state, +inf without a hit, shape (rays,)."""
         self.mount.world.update_poses()
         data = self.mount.world.data
         directions = self._rays @ data.site_xmat[self._site].reshape(3, 3).T
-        # A little farther than it sees, so that what is told of its edge does not depend on the cut.
+        # Beyond the maximum range, so that readings near it do not depend on the cutoff.
         cutoff = self.parameters.range[1] + 1.0
         distances = self._cast.distances(data, data.site_xpos[self._site], directions, cutoff)
         found: Array = np.where(distances < 0.0, math.inf, distances)
@@ -87,25 +87,25 @@ def _read(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> L
     return read_parameters(LidarParameters, parameters, f"lidar '{name}'", among=among)
 
 
-Places = npt.NDArray[np.intp]
+Indices = npt.NDArray[np.intp]
 
 TILE = 1.75
 """Side of a tile [m]."""
 
 MANY = 64
-"""From so many geoms on tiles are worth their while."""
+"""Minimum number of geoms for which tiles are faster."""
 
 
 class Rays:
-    """Casts rays from one place at a time.
+    """Ray caster for rays with a common origin.
 
-    MuJoCo holds each ray against a sphere around each body, and then against that body's geoms one by one; whatever
-    stands in the world is one body's. Where much does, rays are cast in a second model, which has a body for each tile
-    of the ground. Its geoms are the same, so the distances are too, to the bit.
+    MuJoCo tests each ray against a bounding sphere per body, then against that body's geoms one by one; all static
+    geoms belong to one body. In worlds with many geoms the rays are therefore cast in a second model with one body per
+    tile of the floor. Its geoms are the same, so the distances are equal bit by bit.
 
     Args:
-        model: The compiled MjModel.
-        excluded: The body that rays pass through.
+        model: Compiled MjModel.
+        excluded: ID of the body that rays ignore.
     """
 
     def __init__(self, model: Any, excluded: int) -> None:
@@ -113,7 +113,7 @@ class Rays:
 
         self._cast = mujoco.mj_multiRay
         self._model, self._excluded = model, excluded
-        # Before 4.0 rays miss some geoms of such tiles.
+        # Before MuJoCo 4.0 rays miss some geoms in tiles.
         tiles_are_right = mujoco.mj_version() >= 4_000_000
         self._tiled = _tiled(model) if tiles_are_right and model.ngeom >= MANY else None
         if self._tiled is not None:
@@ -123,13 +123,16 @@ class Rays:
             mujoco.mj_kinematics(self._model, self._copy)
 
     def distances(self, data: Any, origin: Array, directions: Array, cutoff: float) -> Array:
-        """(k,) How far it is along each ray [m]; -1 where there is nothing.
+        """Distances along rays.
 
         Args:
-            data: The world's MjData, its poses up to date.
-            origin: (3,) Where all rays begin [m].
-            directions: (k, 3) Where they go, of length 1.
-            cutoff: What is farther away may be left out [m].
+            data: MjData of the world, with updated poses.
+            origin: Common origin of the rays [m], world frame, shape (3,).
+            directions: Unit vectors of the rays, world frame, shape (k, 3).
+            cutoff: Distance beyond which hits may be ignored [m].
+
+        Returns:
+            Distances [m], -1 without a hit, shape (k,).
         """
         if self._tiled is not None:
             self._tiled.follow(self._copy, data)
@@ -154,28 +157,28 @@ class Rays:
 
 @dataclass(frozen=True, eq=False)
 class _Tiled:
-    """A model for rays only.
+    """Model with tiles, for ray casting only.
 
     Attributes:
-        model: The compiled MjModel.
-        bodies: Its bodies that may move: their places here, and those in the first model.
-        geoms: The same of its geoms that may move.
+        model: Compiled MjModel.
+        bodies: Indices of the movable bodies in this model, and in the original model.
+        geoms: Indices of the movable geoms in this model, and in the original model.
     """
 
     model: Any
-    bodies: tuple[Places, Places]
-    geoms: tuple[Places, Places]
+    bodies: tuple[Indices, Indices]
+    geoms: tuple[Indices, Indices]
 
     def follow(self, copy: Any, data: Any) -> None:
-        """Let everything be where it is in the world."""
-        (here, there), (shapes, those) = self.bodies, self.geoms
-        copy.xipos[here] = data.xipos[there]
-        copy.geom_xpos[shapes], copy.geom_xmat[shapes] = data.geom_xpos[those], data.geom_xmat[those]
+        """Copy the poses of all movable bodies and geoms from the world."""
+        (bodies, world_bodies), (geoms, world_geoms) = self.bodies, self.geoms
+        copy.xipos[bodies] = data.xipos[world_bodies]
+        copy.geom_xpos[geoms], copy.geom_xmat[geoms] = data.geom_xpos[world_geoms], data.geom_xmat[world_geoms]
 
 
 @lru_cache(maxsize=4)
 def _tiled(model: Any) -> _Tiled | None:
-    """A model in tiles; None of one that has other than plain shapes."""
+    """Model with tiles; None if the model has other geoms than primitive shapes."""
     import mujoco
 
     kinds = mujoco.mjtGeom
@@ -184,31 +187,31 @@ def _tiled(model: Any) -> _Tiled | None:
         return None
     spec, parents = mujoco.MjSpec(), dict[Any, Any]()
     bodies, kind, size = model.geom_bodyid.tolist(), model.geom_type.tolist(), model.geom_size.tolist()
-    place, turn = model.geom_pos.tolist(), model.geom_quat.tolist()
+    position, turn = model.geom_pos.tolist(), model.geom_quat.tolist()
     shown = [geom for geom in range(model.ngeom) if _is_shown(model, geom)]
     for geom in shown:
         if bodies[geom] == 0 and kind[geom] == kinds.mjGEOM_PLANE:
-            parent = spec.worldbody  # it is in no tile
+            parent = spec.worldbody  # planes belong to no tile
         else:
-            key = bodies[geom] or (place[geom][0] // TILE, place[geom][1] // TILE)
+            key = bodies[geom] or (position[geom][0] // TILE, position[geom][1] // TILE)
             parent = parents.get(key) or parents.setdefault(key, _body(spec, model, bodies[geom]))
-        parent.add_geom(type=kinds(kind[geom]), size=size[geom], pos=place[geom], quat=turn[geom])
+        parent.add_geom(type=kinds(kind[geom]), size=size[geom], pos=position[geom], quat=turn[geom])
     compiled = spec.compile()
     names = ((i, compiled.body(i).name) for i in range(compiled.nbody))
     moving = {i: int(name) for i, name in names if name.isdecimal()}
     here = [geom for geom, body in enumerate(compiled.geom_bodyid.tolist()) if body in moving]
     there = [geom for body in moving.values() for geom in shown if bodies[geom] == body]  # in the same order
-    return _Tiled(compiled, _places(moving.items()), _places(zip(here, there, strict=True)))
+    return _Tiled(compiled, _indices(moving.items()), _indices(zip(here, there, strict=True)))
 
 
 def _is_shown(model: Any, geom: int) -> bool:
-    """Whether rays meet it: what is wholly transparent they pass through."""
+    """Whether rays hit a geom; they ignore fully transparent geoms."""
     material = model.geom_matid[geom]
     return bool((model.geom_rgba[geom, 3] if material < 0 else model.mat_rgba[material, 3]) != 0.0)
 
 
 def _body(spec: Any, model: Any, body: int) -> Any:
-    """A body of the same inertia, about whose middle MuJoCo puts its sphere, or a tile."""
+    """Add a tile, or a body with the inertia of a body of the model; MuJoCo centres the bounding sphere on it."""
     if body == 0:
         return spec.worldbody.add_body()
     return spec.worldbody.add_body(
@@ -221,6 +224,6 @@ def _body(spec: Any, model: Any, body: int) -> Any:
     )
 
 
-def _places(pairs: Iterable[tuple[int, int]]) -> tuple[Places, Places]:
+def _indices(pairs: Iterable[tuple[int, int]]) -> tuple[Indices, Indices]:
     here, there = np.array(list(pairs), dtype=np.intp).reshape(-1, 2).T
     return here, there

@@ -1,4 +1,4 @@
-"""What a device in MuJoCo is given: its robot, its noise, and the world as a driver may use it."""
+"""Mount of a device in MuJoCo: its robot, its noise, and the world's interface for drivers."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from .body import Motors
 
 
 class DriverWorld(Protocol):
-    """The simulated world as a driver may use it: `mount.world`.
+    """Interface of the simulated world for drivers: `mount.world`.
 
-    Poses and twists are true, without noise. Robots are named as in the scenario; a robot's elements in the compiled
-    model have its name as a prefix, such as `R2/base`. All values are of the present state, reached at `stamp`.
+    Poses and twists are ground truth, without noise. Robots are named as in the scenario; the elements of a robot in
+    the compiled model have its name as a prefix, such as `R2/base`. All values are of the present state, reached at
+    `stamp`.
     """
 
     @property
@@ -38,7 +39,7 @@ class DriverWorld(Protocol):
 
     @property
     def stamp(self) -> float:
-        """Time at which the present state was reached [s]."""
+        """Time of the present state [s]."""
         ...
 
     @property
@@ -70,25 +71,28 @@ class DriverWorld(Protocol):
     def clearance(
         self, robot: str, limit: float = ..., among: Literal["all", "robots", "obstacles"] = ...
     ) -> tuple[float, str]:
-        """Distance from a robot's hull to the nearest thing but the floor [m], negative inside, and that thing's name.
+        """Distance from a robot's hull to the nearest obstacle, without the floor.
 
         Args:
-            robot: The robot.
-            limit: Greatest distance of interest [m]; (limit, "") where nothing is nearer.
-            among: Which things count.
+            robot: Name of the robot.
+            limit: Maximum distance of interest [m].
+            among: Obstacles that count: other `robots`, `obstacles` that are no robots, or `all`.
+
+        Returns:
+            Distance [m], negative inside, and name of the obstacle; (limit, "") if none is nearer than the limit.
         """
         ...
 
     def room(self, x: float, y: float, z: float = ...) -> float:
-        """Distance from a point [m], world frame, to the nearest thing that cannot move, but the floor [m]."""
+        """Distance from a point [m], world frame, to the nearest static obstacle, without the floor [m]."""
         ...
 
     def sees(self, robot: str, other: str, height: float) -> bool:
-        """Whether the line between the bases of two robots is free at a height over the floor [m]."""
+        """Whether the line of sight between the bases of two robots is free, at a height over the floor [m]."""
         ...
 
     def bounds(self) -> tuple[float, float, float, float]:
-        """Least x, least y, greatest x, greatest y of all that cannot move [m]; infinite where the floor has no end."""
+        """Minimum x, minimum y, maximum x, maximum y of the static geoms [m]; infinite for an infinite floor."""
         ...
 
     def update_poses(self) -> None:
@@ -104,26 +108,26 @@ class DriverWorld(Protocol):
         ...
 
     def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
-        """(n,) Values of the model's sensors at n addresses, in the present state."""
+        """Values of the model's sensors at n addresses, in the present state, shape (n,)."""
         ...
 
     def motors(self, robot: str, names: Sequence[str], max_change: float = ..., delay: float = ...) -> Motors:
-        """Handle of some velocity motors of a robot's model; an actuator takes it once, in its constructor.
+        """Handle of velocity motors of a robot's model; an actuator requests it once, in its constructor.
 
         Args:
-            robot: The robot.
-            names: The model's actuators, without the robot's prefix.
-            max_change: Greatest change of a motor's speed [rad/s2].
+            robot: Name of the robot.
+            names: Actuators of the model, without the robot's prefix.
+            max_change: Maximum rate of change of a motor's speed [rad/s2].
             delay: Delay of each command [s], a whole number of physics steps.
 
         Raises:
             UnknownName: The robot's model has no such actuator.
-            InputError: The delay is no whole number of physics steps.
+            InputError: The delay is not a whole number of physics steps.
         """
         ...
 
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
-        """Command motors [rad/s], in their order."""
+        """Command motor speeds [rad/s], in the order of the motors."""
         ...
 
     def motor_speeds(self, motors: Motors) -> list[float]:
@@ -137,13 +141,13 @@ class DriverWorld(Protocol):
 
 @dataclass(frozen=True)
 class Mount:
-    """What a device is given.
+    """Mount of a device.
 
     Attributes:
-        world: The world.
-        robot: The robot's name, which is the prefix of its elements.
-        noise: Standard deviation of each value [SI].
-        rng: The device's own random stream.
+        world: World of the robot.
+        robot: Name of the robot, the prefix of its elements.
+        noise: Standard deviation of each value, SI units.
+        rng: Random stream of the device.
     """
 
     world: DriverWorld

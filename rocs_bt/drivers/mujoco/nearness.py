@@ -1,4 +1,4 @@
-"""How near a hull is to everything else."""
+"""Clearance of hulls and points."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .body import FLOOR, RobotBody, collides, geom_labels
 Array = npt.NDArray[np.float64]
 
 FEW = 8
-"""So many distances are sooner measured than sifted."""
+"""Maximum number of geoms for which measuring all distances is faster than preselecting."""
 
 Among = Literal["all", "obstacles", "robots"]
-"""What a hull may be near to: other robots, what is no robot, or both."""
+"""Obstacles that count for the clearance of a hull: other robots, obstacles that are no robots, or all."""
 
 
 class Nearness:
-    """Distances between hulls and things; the floor is none.
+    """Distances between hulls and obstacles; the floor does not count.
 
     Args:
-        model: The compiled model.
-        robots: What belongs to which robot.
+        model: Compiled model.
+        robots: Indices of the robots, by name.
     """
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
@@ -42,41 +42,41 @@ class Nearness:
         among = {"obstacles": dict.fromkeys(robots, others), "robots": peers}
         among["all"] = {name: [*others, *peers[name]] for name in robots}
         self._among = {of: {name: np.array(g, dtype=np.intp) for name, g in by.items()} for of, by in among.items()}
-        self._bounds = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)  # 0: it has no end
+        self._bounds = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)  # 0 means infinite
 
     def clearance(self, data: Any, body: RobotBody, limit: float, among: Among = "all") -> tuple[float, str]:
-        """The distance [m] from a hull to the nearest of some, and its name; (limit, "") when none is nearer."""
+        """Distance [m] from a hull to the nearest obstacle, and its name; (limit, "") if none is nearer."""
         best, name, others = limit, "", self._among[among][body.name]
         for hull in body.hull:
             for geom in self._candidates(data, hull, others):
-                # mj_geomDistance cuts off at its limit, which must be finite and positive; it rejects what is farther
-                # by its bounding sphere, in half a microsecond.
+                # mj_geomDistance stops at its limit, which must be finite and positive; it rejects geoms with a farther
+                # bounding sphere in half a microsecond.
                 found = self._distance(self._model, data, hull, geom, max(min(best, 1e3), 1e-6), None)
                 if found < best:
                     best, name = float(found), self._names[geom]
         return best, name
 
-    def _candidates(self, data: Any, hull: int, things: npt.NDArray[np.intp]) -> list[int]:
-        """Those of some geoms that may be the nearest to a hull, in their order: a field of posts has few.
+    def _candidates(self, data: Any, hull: int, geoms: npt.NDArray[np.intp]) -> list[int]:
+        """Geoms that may be the nearest to a hull geom, in order.
 
-        Between the surfaces it is no farther than between the centres, and no nearer than between bounding spheres.
+        The distance of surfaces is at most that of the centres, and at least that of the bounding spheres.
         """
-        if len(things) <= FEW:
-            few: list[int] = things.tolist()
+        if len(geoms) <= FEW:
+            few: list[int] = geoms.tolist()
             return few
-        apart = data.geom_xpos[things] - data.geom_xpos[hull]
+        apart = data.geom_xpos[geoms] - data.geom_xpos[hull]
         centres = np.sqrt(np.einsum("ij,ij->i", apart, apart))
-        spheres = centres - self._bounds[things] - self._bounds[hull]
-        possible: list[int] = things[spheres <= centres.min()].tolist()
+        spheres = centres - self._bounds[geoms] - self._bounds[hull]
+        possible: list[int] = geoms[spheres <= centres.min()].tolist()
         return possible
 
     def room(self, data: Any, point: Array) -> float:
-        """The distance of a point (3,) [m] from the nearest thing that cannot move [m]; exact for boxes."""
+        """Distance of a point [m], shape (3,), from the nearest static obstacle [m]; exact for boxes."""
         return float(self._still.distances(data, point).min(initial=math.inf))
 
 
 class _Boxes:
-    """The boxes around geoms, each in its geom's own frame; planes have none."""
+    """Bounding boxes of geoms, each in the frame of its geom; planes have none."""
 
     def __init__(self, model: Any, geoms: list[int]) -> None:
         self._index = np.array(geoms, dtype=np.intp)
@@ -84,7 +84,7 @@ class _Boxes:
         self._half = model.geom_aabb[self._index, 3:].reshape(-1, 3).copy()
 
     def distances(self, data: Any, point: Array) -> Array:
-        """(k,) Distances of a point (3,) from the boxes [m]; zero inside."""
+        """Distances of a point, shape (3,), from the boxes [m], zero inside, shape (k,)."""
         offset = (point - data.geom_xpos[self._index])[:, None, :]
         frames = data.geom_xmat[self._index].reshape(-1, 3, 3)
         local = (offset @ frames)[:, 0, :] - self._centre

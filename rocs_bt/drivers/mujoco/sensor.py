@@ -1,4 +1,4 @@
-"""The common part of all sensors in MuJoCo."""
+"""Base class of all sensors in MuJoCo."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from .mount import Mount
 
 
 class MujocoSensor(Sensor):
-    """Base of all sensors in MuJoCo; a user's own driver extends it and implements `sample`.
+    """Base of all sensors in MuJoCo; a user's driver extends it and implements `sample`.
 
-    The keyword-only parameters of a subclass's constructor are the keys that its table in robot.toml may have.
+    The keyword-only parameters of a subclass's constructor are the keys of its table in robot.toml.
 
     Args:
-        name: The sensor's name in robot.toml.
-        mount: The robot, the world, the noise.
+        name: Name of the sensor in robot.toml.
+        mount: Robot, world and noise.
 
     Attributes:
-        mount: The robot, the world, the noise.
-        declares: The dataclass that declares a shipped driver's keys; None for a user's own driver.
+        mount: Robot, world and noise.
+        declares: Dataclass that declares a shipped driver's keys; None for a user's driver.
     """
 
     declares: ClassVar[type | None] = None
@@ -29,22 +29,22 @@ class MujocoSensor(Sensor):
     def __init__(self, name: str, mount: Mount) -> None:
         super().__init__(name)
         self.mount = mount
-        self._drawn_at = math.nan
+        self._sampled_at = math.nan
         self._errors: list[float] = []
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
-        """Add what the sensor needs to the robot's MjSpec before the world is compiled; nothing by default.
+        """Add the elements that the sensor needs to the robot's MjSpec before compilation; none by default.
 
         Args:
-            model: MuJoCo's `MjSpec` of the robot alone, without prefix.
-            name: The sensor's name in robot.toml.
-            parameters: The arguments that the constructor will get by keyword; an own driver that extends a shipped one
-                passes them on as they are.
+            model: MuJoCo's `MjSpec` of the robot, without prefix.
+            name: Name of the sensor in robot.toml.
+            parameters: Keyword arguments of the constructor; a user's driver that extends a shipped one passes them on
+                unchanged.
         """
 
     def sample(self) -> list[float]:
-        """Values in the present state of the world, without noise [SI]; `mount.world.lock` is held."""
+        """Values in the present state of the world, SI units, without noise; called with `mount.world.lock` held."""
         raise NotImplementedError
 
     def read(self) -> Reading:
@@ -52,12 +52,12 @@ class MujocoSensor(Sensor):
         with world.lock:
             values, stamp = self.sample(), world.stamp
             if mount.noise > 0.0:
-                if stamp != self._drawn_at:  # a second look at the same instant says the same
-                    self._drawn_at = stamp
+                if stamp != self._sampled_at:  # a repeated reading at the same time is equal
+                    self._sampled_at = stamp
                     self._errors = mount.rng.normal(0.0, mount.noise, len(values)).tolist()
                 values = [v + e for v, e in zip(values, self._errors, strict=True)]
             return Reading(stamp, self.limit(values))
 
     def limit(self, values: list[float]) -> list[float]:
-        """What the device makes of values that it cannot tell; the values themselves by default."""
+        """Limit values to the measuring range of the device; unchanged by default."""
         return values

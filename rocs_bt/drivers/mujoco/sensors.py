@@ -1,4 +1,4 @@
-"""Sensors in MuJoCo: computed when they are read, once for each instant."""
+"""Sensors in MuJoCo, computed when they are read."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Orientation(MujocoSensor):
 
 
 class WheelSpeed(MujocoSensor):
-    """Rim speeds [m/s] from the motors' shafts."""
+    """Wheel linear speeds [m/s], from the motor shafts."""
 
     declares = WheelSpeedParameters
 
@@ -75,7 +75,7 @@ class WheelSpeed(MujocoSensor):
 
 
 class WheelTravel(MujocoSensor):
-    """How far the rims have rolled [m], in whole counts, from the motors' shafts: what slips has rolled too."""
+    """Wheel travel [m] in whole counts, from the motor shafts; includes slip."""
 
     declares = WheelTravelParameters
 
@@ -89,7 +89,7 @@ class WheelTravel(MujocoSensor):
 
 
 class Gyro(MujocoSensor):
-    """Mean yaw rate since the reading before [rad/s]."""
+    """Mean yaw rate since the previous reading [rad/s]."""
 
     declares = GyroParameters
 
@@ -103,7 +103,7 @@ class Gyro(MujocoSensor):
 
 
 class RangeCone(MujocoSensor):
-    """Ranges [m] of cones: the nearest echo of a fan of MuJoCo's rangefinder rays each."""
+    """Ranges [m] of cones: the minimum over a fan of MuJoCo rangefinder rays each."""
 
     declares = RangeConeParameters
 
@@ -123,7 +123,7 @@ class RangeCone(MujocoSensor):
 
         wanted = _cones(parameters, name, among="declares" not in vars(cls))
         _require_sites(model, wanted.sites, name)
-        compiled = model.copy().compile()  # which resolves however the file orients its sites
+        compiled = model.copy().compile()  # resolves every form of orientation in the file
         for site in wanted.sites:
             found = compiled.site(site)
             body = model.body(compiled.body(int(compiled.site_bodyid[found.id])).name)
@@ -139,7 +139,7 @@ class RangeCone(MujocoSensor):
                     type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
                     objtype=mujoco.mjtObj.mjOBJ_SITE,
                     objname=label,
-                    intprm=[1, 0, 0],  # the distance alone
+                    intprm=[1, 0, 0],  # distance only
                 )
 
     def sample(self) -> list[float]:
@@ -154,7 +154,7 @@ class RangeCone(MujocoSensor):
         return [math.inf if v > high else low if v < low else v for v in values]
 
     def beams(self) -> tuple[Beam, ...]:
-        """Where its beams begin and look, in the body frame."""
+        """Origins and directions of the beams, body frame."""
         model, low_high = self.mount.world.model, self.parameters.range
         found = []
         for site in self.parameters.sites:
@@ -167,7 +167,7 @@ class RangeCone(MujocoSensor):
 
 
 class RobotSensor(MujocoSensor):
-    """Tags, ranges [m] and bearings [rad] of the other robots that a ray at its height finds nothing before."""
+    """Tags, ranges [m] and bearings [rad] of the other robots with a free line of sight at the sensor's height."""
 
     declares = RobotSensorParameters
 
@@ -175,9 +175,7 @@ class RobotSensor(MujocoSensor):
         super().__init__(name, mount)
         self.parameters = read_parameters(RobotSensorParameters, parameters, f"robot_sensor '{name}'")
         if mount.noise > 0.0:
-            raise InputError(
-                f"robot_sensor '{name}' has no one noise for all its values; give it range_noise and bearing_noise."
-            )
+            raise InputError(f"robot_sensor '{name}' does not take 'noise'. Use range_noise and bearing_noise.")
         self._model = RobotSensorModel(self.parameters, mount.rng)
         self._others = {tag: other for tag, other in enumerate(mount.world.robots, 1) if other != mount.robot}
 
@@ -190,7 +188,7 @@ class RobotSensor(MujocoSensor):
 
 
 class MailboxSensor(MujocoSensor):
-    """What other robots said, as it came since the last reading; the same on every robot, simulated or not."""
+    """Messages of other robots since the last reading; the same on every robot, simulated or not."""
 
     declares = MailboxParameters
 
@@ -226,19 +224,19 @@ def make_sensor(
     noise: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> MujocoSensor:
-    """A sensor of a robot in the world.
+    """Construct a sensor of a robot in the world.
 
     Args:
-        world: The world, composed with this sensor.
-        robot: The robot's name.
-        name: What robot.toml calls the sensor.
-        driver: Its driver's name, or a class of a user's own.
-        parameters: What the driver takes, in SI units.
-        noise: Standard deviation of each value [SI].
-        rng: Where the noise comes from.
+        world: World that was compiled with this sensor.
+        robot: Name of the robot.
+        name: Name of the sensor in robot.toml.
+        driver: Name of the driver, or a user's class.
+        parameters: Parameters of the driver, SI units.
+        noise: Standard deviation of each value, SI units.
+        rng: Random stream of the noise; a fixed one by default.
 
     Raises:
-        InputError: No such driver, or parameters that do not fit it or the model.
+        InputError: Unknown driver, or parameters that do not fit the driver or the model.
     """
     world.body(robot)
     mount = Mount(world, robot, noise, np.random.default_rng(0) if rng is None else rng)
@@ -259,7 +257,7 @@ def _axis(quat: Any) -> list[float]:
 
 
 def _require_sites(model: Any, sites: Sequence[str], sensor: str) -> None:
-    # The sites that other sensors have put into the model are named like paths; its author's are not.
+    # Sites that other sensors have added contain a slash in their names; the author's sites do not.
     known = [s.name for s in model.sites if s.name and "/" not in s.name]
     if missing := [site for site in sites if site not in known]:
         raise InputError(*(unknown(f"site for sensor '{sensor}'", site, known, "The model") for site in missing))

@@ -1,4 +1,4 @@
-"""Who hides whom: lines of sight between robots."""
+"""Lines of sight between robots."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 
 from .body import RobotBody, collides
 
-_ON = 1e-4  # [m] past a surface of one's own, from where to look on
-_OWN = 8  # surfaces of one's own that a ray may leave
+_ON = 1e-4  # [m] distance past an ignored surface at which the ray continues
+_OWN = 8  # maximum number of ignored surfaces along a ray
 
 Point = tuple[float, float, float]
 
 
 class Sight:
-    """Rays from one robot to another. What is only drawn hides nobody.
+    """Line-of-sight check between robots; only colliding geoms block it.
 
     Args:
-        model: The compiled model.
-        robots: What belongs to which robot.
+        model: Compiled model.
+        robots: Indices of the robots, by name.
     """
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
@@ -39,7 +39,15 @@ class Sight:
         self._solid = [collides(model, geom) for geom in range(model.ngeom)]
 
     def clear(self, data: Any, robot: RobotBody, other: RobotBody, begin: Point, end: Point) -> bool:
-        """Whether a ray between two points [m] meets nothing but the two robots at its ends."""
+        """Whether a ray between two points [m] hits only the two robots at its ends.
+
+        Args:
+            data: MjData of the world, with updated poses.
+            robot: Robot at the start.
+            other: Robot at the end.
+            begin: Start point [m], world frame.
+            end: End point [m], world frame.
+        """
         left = math.dist(begin, end)
         if left < _ON:
             return True

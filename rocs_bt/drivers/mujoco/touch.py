@@ -1,4 +1,4 @@
-"""Noticing contacts as they begin."""
+"""Detection of the begin of contacts."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 
 from .body import FLOOR, RobotBody, geom_labels
 
-_APART = 0.2  # [s] for which two things must be apart before their next contact is a new one
-_STILL = 0.02  # [m/s] below which a robot stands still
-_STILL_TURN = 0.05  # [rad/s]
+_APART = 0.2  # [s] minimum separation before the next contact of the same pair counts as a new one
+_STILL = 0.02  # [m/s] maximum speed of a stationary robot
+_STILL_TURN = 0.05  # [rad/s] maximum turn rate of a stationary robot
 
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact that began.
+    """Begin of a contact.
 
     Attributes:
-        t: When [s].
-        robot: Whose.
-        other: What it touched.
-        moving: Whether the robot moved, or was commanded to, as it began.
+        t: Time [s].
+        robot: Name of the robot.
+        other: Name of the touched obstacle or robot.
+        moving: Whether the robot moved or was commanded to move when the contact began.
     """
 
     t: float
@@ -33,16 +33,15 @@ class Contact:
 
 
 class ContactDetector:
-    """Looks at MuJoCo's contacts after each physics step, and tells which ones are new.
+    """Detects new contacts of robots after physics steps.
 
     Args:
-        model: The compiled model.
-        robots: What belongs to which robot.
+        model: Compiled model.
+        robots: Indices of the robots, by name.
 
     Attributes:
-        usual: How many contacts there are when all is well: wheels and casters on the floor. While there are as
-            many there is nothing to look for, but for a wheel that lifts just as something is touched: look now and
-            then all the same.
+        usual: Number of contacts in normal driving: wheels and casters on the floor. While the number is the same,
+            most updates can be skipped. They must not all be skipped: a wheel may lift as something is touched.
     """
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
@@ -55,16 +54,16 @@ class ContactDetector:
         self._new: list[Contact] = []
 
     def begin(self, data: Any) -> None:
-        """Remember how everything moves before the next steps: an impact changes it."""
+        """Store all velocities before the next steps, since an impact changes them."""
         self._before[:] = data.qvel
 
     def update(self, data: Any, t: float, commanded: Callable[[str], bool]) -> None:
-        """Look for contacts after a step.
+        """Detect new contacts after a step.
 
         Args:
-            data: MuJoCo's.
-            t: The time after the step [s].
-            commanded: Tells whether a robot is asked to move.
+            data: MjData of the world.
+            t: Time after the step [s].
+            commanded: Whether a robot, given by name, is commanded to move.
         """
         plain = True
         names, floor = self._names, self._floor
@@ -82,7 +81,7 @@ class ContactDetector:
             self.usual = data.ncon
 
     def drain(self) -> list[Contact]:
-        """The contacts that began since the last call."""
+        """Contacts that began since the last call."""
         new, self._new = self._new, []
         return new
 

@@ -1,4 +1,4 @@
-"""MujocoWorld: one compiled model of an arena and its robots, moved on step by step."""
+"""MujocoWorld: compiled model of an arena and its robots, with its state."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ __all__ = ["Contact", "MujocoWorld"]
 
 
 class MujocoWorld:
-    """An arena, its robots, and the time; everything under one lock.
+    """Simulated world: arena, robots and time, protected by one lock.
 
     Args:
-        model: The compiled MjModel; robots' elements carry their prefix.
-        robots: The names of the robots.
-        clock: Time; a simulated one is moved on with each physics step.
+        model: Compiled MjModel; elements of robots have the robot's name as prefix.
+        robots: Names of the robots.
+        clock: Clock of the world; a simulated clock is advanced by each physics step.
 
     Attributes:
-        model, data: MuJoCo's; hold `lock` to use them while another thread steps.
-        robots: What belongs to which robot.
-        things: What else can be carried about.
+        model, data: MuJoCo's model and state; hold `lock` to use them while another thread steps.
+        robots: Indices of the robots in the model, by name.
+        objects: Named mocap bodies, which scripts can move, by name.
         step: Physics step [s].
-        lock: Held for each physics step and each read.
-        stamp: When the present state was reached, on `clock` [s].
-        only_robots_move: Whether everything that can move belongs to a robot.
+        lock: Lock, held for each physics step and each read.
+        stamp: Time of the present state, on `clock` [s].
+        only_robots_move: Whether all movable bodies belong to robots.
     """
 
     def __init__(self, model: Any, robots: Sequence[str], clock: Clock) -> None:
@@ -46,7 +46,7 @@ class MujocoWorld:
 
         self.model = model
         self.data = mujoco.MjData(model)
-        # Live views of arrays that never move: for a few numbers plain Python is faster than numpy.
+        # Views of MuJoCo's arrays, whose memory is fixed: for few numbers plain Python is faster than numpy.
         self._qpos: memoryview[float] = memoryview(self.data.qpos)
         self._qvel: memoryview[float] = memoryview(self.data.qvel)
         self._ctrl: memoryview[float] = memoryview(self.data.ctrl)
@@ -59,36 +59,36 @@ class MujocoWorld:
         self.objects: Mapping[str, MocapBody] = find_objects(model)
         roots = {body.root for body in self.robots.values()}
         self.only_robots_move = not self.objects and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
-        self._drift = np.zeros((model.nmocap, 3))  # of carried things in one physics step [m]
+        self._drift = np.zeros((model.nmocap, 3))  # [m] displacements of scripted objects per physics step
         self._mj = mujoco
         self._simulated = isinstance(clock, SimulatedClock)
         self._tick: Callable[[], None] = clock.advance if isinstance(clock, SimulatedClock) else lambda: None
         self._motors: dict[str, list[Motors]] = {name: [] for name in robots}
-        self._late: list[Motors] = []  # those with a delay
-        self._steps = 0  # since the start
-        self._ramping: list[Motors] = []  # those that are not yet as fast as they are asked to be
+        self._late: list[Motors] = []  # motors with a delay
+        self._steps = 0  # number of physics steps since the start
+        self._ramping: list[Motors] = []  # motors that have not reached their targets
         self._gates: list[SafetyGate] = []
         self._touch = ContactDetector(model, self.robots)
         self._near = Nearness(model, self.robots)
         self._sight = Sight(model, self.robots)
-        self._revision = 0  # of the state; what is derived from it notes which one it belongs to
+        self._revision = 0  # number of the state, for cached values
         self._posed = self._sensed = -1
         self._poses: dict[str, tuple[int, Pose2]] = {}
         self._sensors_off = int(model.opt.disableflags)
         self._sensors_on = self._sensors_off & ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
     def body(self, robot: str) -> RobotBody:
-        """What belongs to a robot.
+        """Indices of a robot in the model.
 
         Raises:
-            UnknownName: No robot of that name is in the world.
+            UnknownName: The world has no such robot.
         """
         if robot not in self.robots:
             raise UnknownName(unknown("robot", robot, self.robots, "The world"))
         return self.robots[robot]
 
     def place(self, robot: str, pose: Pose2) -> None:
-        """Put a robot somewhere, standing still, at its model's height."""
+        """Place a robot at a pose, world frame, at rest and at the height of its model."""
         body = self.body(robot)
         with self.lock:
             q, v = body.q, body.v
@@ -99,7 +99,7 @@ class MujocoWorld:
             self._revision += 1
 
     def pose(self, robot: str) -> Pose2:
-        """Where a robot truly is, world frame; computed once for all that ask in the same state."""
+        """True pose of a robot, world frame; cached per state."""
         known = self._poses.get(robot)
         if known is not None and known[0] == self._revision:
             return known[1]
@@ -111,13 +111,13 @@ class MujocoWorld:
         return pose
 
     def position(self, robot: str) -> list[float]:
-        """Where the origin of a robot's base is: x, y, z [m], world frame."""
+        """Position of the origin of a robot's base: x, y, z [m], world frame."""
         q = self.body(robot).q
         with self.lock:
             return [*self._qpos[q : q + 3]]
 
     def twist(self, robot: str) -> Twist2:
-        """How a robot truly moves, body frame."""
+        """True twist of a robot, body frame."""
         v, yaw = self.body(robot).v, self.pose(robot).yaw
         with self.lock:
             x, y, _, _, _, turn = self._qvel[v : v + 6].tolist()
@@ -125,17 +125,17 @@ class MujocoWorld:
         return Twist2(c * x + s * y, turn, c * y - s * x)
 
     def mocap_body(self, name: str) -> MocapBody:
-        """A thing that can be carried about.
+        """Mocap body of a name.
 
         Raises:
-            UnknownName: The world has no mocap body of that name.
+            UnknownName: The world has no such mocap body.
         """
         if name not in self.objects:
             raise UnknownName(unknown("mocap body", name, self.objects, "The world"))
         return self.objects[name]
 
     def object_pose(self, name: str) -> Pose2:
-        """Where a thing is, world frame."""
+        """Pose of a mocap body, world frame."""
         slot = self.mocap_body(name).slot
         with self.lock:
             x, y, _ = self.data.mocap_pos[slot].tolist()
@@ -143,7 +143,7 @@ class MujocoWorld:
         return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
 
     def place_object(self, name: str, pose: Pose2) -> None:
-        """Put a thing somewhere, at once."""
+        """Place a mocap body at a pose, world frame, immediately."""
         slot = self.mocap_body(name).slot
         with self.lock:
             self.data.mocap_pos[slot, :2] = pose.x, pose.y
@@ -151,29 +151,29 @@ class MujocoWorld:
             self._revision += 1
 
     def set_object_velocity(self, name: str, velocity: tuple[float, float]) -> None:
-        """Carry a thing along at a velocity [m/s], world frame, until told otherwise; nothing holds it up."""
+        """Set the velocity of a mocap body [m/s], world frame; contacts do not stop it."""
         slot = self.mocap_body(name).slot
         with self.lock:
             self._drift[slot, :2] = velocity[0] * self.step, velocity[1] * self.step
 
     def motors(self, robot: str, names: Sequence[str], max_change: float = math.inf, delay: float = 0.0) -> Motors:
-        """Take some motors of a robot in hand.
+        """Handle of velocity motors of a robot.
 
         Args:
-            robot: Whose.
-            names: The model's actuators, without prefix.
-            max_change: How fast their speed may change [rad/s2].
-            delay: How much later a speed is held than it was asked for [s].
+            robot: Name of the robot.
+            names: Actuators of the model, without prefix.
+            max_change: Maximum rate of change of a motor's speed [rad/s2].
+            delay: Delay of each command [s], a whole number of physics steps.
 
         Raises:
             UnknownName: The model has no such actuator.
-            InputError: The delay is no whole number of physics steps.
+            InputError: The delay is not a whole number of physics steps.
         """
         self.body(robot)
         late = round(delay / self.step)
         if abs(late * self.step - delay) > 1e-6 * self.step:
             near = f"{1e3 * self.step * late:g} ms"
-            message = f"the delay of {robot}'s motors, {1e3 * delay:g} ms, is no whole number of physics steps of "
+            message = f"the delay of {robot}'s motors, {1e3 * delay:g} ms, is not a whole number of physics steps of "
             raise InputError(Fault(f"{message}{1e3 * self.step:g} ms.", hint=f"Use {near}."))
         ids = [self._id("actuator", robot, name) for name in names]
         turned = [int(self.model.actuator_trnid[i, 0]) for i in ids]
@@ -185,7 +185,7 @@ class MujocoWorld:
         return motors
 
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
-        """Ask motors for speeds [rad/s]; after their delay they get there as fast as they may."""
+        """Command motor speeds [rad/s]; after the delay they are approached at the maximum rate of change."""
         with self.lock:
             if motors.delay:
                 motors.coming.append((self._steps + motors.delay, speeds))
@@ -193,28 +193,28 @@ class MujocoWorld:
                 self._aim(motors, speeds)
 
     def motor_speeds(self, motors: Motors) -> list[float]:
-        """How fast motors truly turn [rad/s]."""
+        """True speeds of motors [rad/s]."""
         with self.lock:
             return [self._qvel[j] for j in motors.joints]
 
     def motor_angles(self, motors: Motors) -> list[float]:
-        """How far motors have truly turned since the start [rad]."""
+        """True angles of motors since the start [rad]."""
         with self.lock:
             return [self._qpos[a] for a in motors.angles]
 
     def guard(self, gate: SafetyGate) -> None:
-        """Check the watchdog of this actuator before each physics step."""
+        """Register a safety gate, whose watchdog is then checked before each physics step."""
         self._gates.append(gate)
 
     def commanded(self, robot: str) -> bool:
-        """Whether any of a robot's motors is asked to turn, or still runs down."""
+        """Whether a robot's motors are commanded to turn, or have not stopped yet."""
         for m in self._motors[robot]:
             if not m.settled or any(m.target) or any(any(speeds) for _, speeds in m.coming):
                 return True
         return False
 
     def advance(self, steps: int) -> None:
-        """Let the world move on by some physics steps."""
+        """Advance the world by a number of physics steps."""
         with self.lock:
             touch, data, model, step, now = self._touch, self.data, self.model, self._mj.mj_step, self.clock.now
             touch.begin(data)
@@ -240,20 +240,20 @@ class MujocoWorld:
             self._revision += 1
 
     def contacts(self) -> list[Contact]:
-        """The contacts that began since the last call; contacts with the floor are none."""
+        """Contacts that began since the last call; contacts with the floor do not count."""
         with self.lock:
             return self._touch.drain()
 
     def clearance(self, robot: str, limit: float = math.inf, among: Among = "all") -> tuple[float, str]:
-        """How near a robot's hull is to anything but the floor.
+        """Distance from a robot's hull to the nearest obstacle, without the floor.
 
         Args:
-            robot: Whose hull.
-            limit: What is farther than this is of no interest [m].
-            among: What counts: the other `robots`, the `obstacles` that are none, or `all`.
+            robot: Name of the robot.
+            limit: Maximum distance of interest [m].
+            among: Obstacles that count: other `robots`, `obstacles` that are no robots, or `all`.
 
         Returns:
-            The distance [m], negative inside, and the name of the nearest thing; (limit, "") when none is nearer.
+            Distance [m], negative inside, and name of the obstacle; (limit, "") if none is nearer than the limit.
         """
         body = self.body(robot)
         with self.lock:
@@ -261,13 +261,13 @@ class MujocoWorld:
             return self._near.clearance(self.data, body, limit, among)
 
     def room(self, x: float, y: float, z: float = 0.15) -> float:
-        """How far a point [m] is from the nearest thing that cannot move, the floor excepted [m]."""
+        """Distance from a point [m], world frame, to the nearest static obstacle, without the floor [m]."""
         with self.lock:
             self.update_poses()
             return self._near.room(self.data, np.array([x, y, z]))
 
     def sees(self, robot: str, other: str, height: float) -> bool:
-        """Whether nothing stands between the centres of two robots' bases, at a height over the floor [m]."""
+        """Whether the line of sight between the bases of two robots is free, at a height over the floor [m]."""
         here, there = self.pose(robot), self.pose(other)
         ends = (here.x, here.y, height), (there.x, there.y, height)
         with self.lock:
@@ -275,7 +275,7 @@ class MujocoWorld:
             return self._sight.clear(self.data, self.body(robot), self.body(other), *ends)
 
     def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
-        """Values of MuJoCo sensors in the present state, computed once for all that ask about it."""
+        """Values of MuJoCo sensors at n addresses, in the present state, shape (n,); cached per state."""
         with self.lock:
             if self._sensed != self._revision:
                 self.update_poses()
@@ -286,7 +286,7 @@ class MujocoWorld:
             return self._sensordata.take(addresses)
 
     def sensor_address(self, robot: str, name: str) -> int:
-        """Where a MuJoCo sensor of a robot leaves its first value.
+        """Address of the first value of a MuJoCo sensor of a robot, for `sensed`.
 
         Raises:
             UnknownName: The model has no such sensor.
@@ -294,16 +294,16 @@ class MujocoWorld:
         return int(self.model.sensor_adr[self._id("sensor", robot, name)])
 
     def bounds(self) -> tuple[float, float, float, float]:
-        """Least x, least y, greatest x, greatest y of the floor and of what stands on it [m]; infinite without end."""
+        """Minimum x, minimum y, maximum x, maximum y of the static geoms [m]; infinite for an infinite floor."""
         return bounds(self.model)
 
     def digest(self, into: hashlib._Hash) -> None:
-        """Add the float64 generalised positions to a hash."""
+        """Update a hash with the float64 generalised positions."""
         with self.lock:
             into.update(self._qpos)
 
     def update_poses(self) -> None:
-        """Poses of all geoms and sites in the present state: a step leaves those of the state before it."""
+        """Compute the poses of all geoms and sites in `data`; after a step they still belong to the previous state."""
         if self._posed != self._revision:
             self._mj.mj_kinematics(self.model, self.data)
             self._posed = self._revision
