@@ -14,7 +14,7 @@ from ..geometry import Pose2
 from .mover import MOVERS
 from .scripted_objects import SCRIPTED_OBJECTS
 
-OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "place")
+OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "position")
 """Fields that are no settings: documentation, names, and positions in files."""
 
 UNITS = {
