@@ -60,37 +60,37 @@ def load_module(path: Path) -> ModuleType:
 
 
 def classes_in(path: Path) -> dict[str, int]:
-    """The classes at a file's top level and the lines they stand in, without running it.
+    """Top-level classes of a file with their lines; the file is not run.
 
     Raises:
-        InputError: The file cannot be read, or is no Python.
+        InputError: The file cannot be read, or is not valid Python.
     """
     return {n.name: n.lineno for n in _parse(path).body if isinstance(n, ast.ClassDef)}
 
 
 def functions_in(path: Path) -> dict[str, int]:
-    """The functions at a file's top level and the lines they stand in, without running it.
+    """Top-level functions of a file with their lines; the file is not run.
 
     Raises:
-        InputError: The file cannot be read, or is no Python.
+        InputError: The file cannot be read, or is not valid Python.
     """
     return {n.name: n.lineno for n in _parse(path).body if isinstance(n, ast.FunctionDef)}
 
 
 def texts_in(path: Path) -> set[str]:
-    """The texts that stand in a file, without running it.
+    """String constants of a file; the file is not run.
 
     Raises:
-        InputError: The file cannot be read, or is no Python.
+        InputError: The file cannot be read, or is not valid Python.
     """
     return {n.value for n in ast.walk(_parse(path)) if isinstance(n, ast.Constant) and isinstance(n.value, str)}
 
 
 def load_class(path: Path, name: str) -> type:
-    """A class of a Python file.
+    """Load a class of a Python file.
 
     Raises:
-        InputError: The file does not load, or has no class of that name; lists those that it has.
+        InputError: The file does not load, or has no such class; lists its classes.
     """
     found = getattr(load_module(path), name, None)
     if not isinstance(found, type):
@@ -99,7 +99,7 @@ def load_class(path: Path, name: str) -> type:
 
 
 def guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
-    """A person's function, with the same signature, whose exceptions are faults of its file."""
+    """Wrap a function of content: its exceptions become faults of its file. The signature is unchanged."""
 
     @functools.wraps(build)
     def safe(*args: Any, **kwargs: Any) -> Any:
@@ -111,29 +111,29 @@ def guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
 
 @contextmanager
 def running(path: Path, *owners: object, passing: type[Exception] | tuple[type[Exception], ...] = ()) -> Iterator[None]:
-    """Turn whatever a person's code raises into a fault of its file, at the line; `sys.exit` too.
+    """Context that converts exceptions of content, including `sys.exit`, to faults of its file with the line.
 
     Args:
-        path: The file.
-        owners: Classes or functions of it: what the engine raises over a value that they returned is a fault at their
-            definition.
-        passing: Exceptions that the code may raise.
+        path: File of the content.
+        owners: Classes or functions of the file; if the engine refuses a value that they returned, the fault is at
+            their definition.
+        passing: Exceptions that are not converted.
 
     Raises:
-        InputError: The code raised anything else.
+        InputError: The content raised another exception.
     """
     try:
         yield
     except passing:
         raise
-    except InputError as error:  # raised by what the code used; the code is the place that asked for it
+    except InputError as error:  # raised by the engine or other content; the fault is at the calling line
         raise error.at(path, fault_of(path, error, *owners).line) from error
-    except (Exception, SystemExit) as error:  # a person's own code may raise anything
+    except (Exception, SystemExit) as error:  # content may raise anything
         raise InputError(fault_of(path, error, *owners)) from error
 
 
 def running_class(cls: type, *passing: type[Exception]) -> AbstractContextManager[None]:
-    """As `running` for a class of content, whose InputErrors pass, too; nothing for a class of the engine."""
+    """As `running` for a class of content, but InputErrors are not converted; no effect for a class of the engine."""
     if not cls.__module__.startswith(CONTENT_PREFIX):
         return nullcontext()
     file = sys.modules[cls.__module__].__file__ or ""
@@ -145,19 +145,19 @@ def _parse(path: Path) -> ast.Module:
         return ast.parse(path.read_text(encoding="utf-8"), str(path))
     except OSError as error:
         raise InputError(Fault("this Python file cannot be read.", path, hint=f"{error.strerror}.")) from error
-    except (RecursionError, MemoryError) as error:  # both are the parser's answer to endless brackets
+    except (RecursionError, MemoryError) as error:  # the parser raises either for deeply nested brackets
         raise InputError(Fault("not valid Python: nested too deeply.", path)) from error
     except (SyntaxError, ValueError) as error:
         raise InputError(fault_of(path, error)) from error
 
 
 def fault_of(path: Path, error: BaseException, *owners: object) -> Fault:
-    """The fault of a person's code, at the last of its lines that had a part in it.
+    """Fault for an exception of content, at the innermost line of content.
 
     Args:
-        path: The file.
-        error: What was raised.
-        owners: Classes or functions of the file, at whose definition it is reported where no line had a part in it.
+        path: File of the content.
+        error: The exception.
+        owners: Classes or functions of the file; without a line of content the fault is at their definition.
     """
     if isinstance(error, SyntaxError) and error.filename in (None, str(path)):
         return Fault(f"not valid Python: {error.msg}.", path, error.lineno or 0, error.offset or 0)

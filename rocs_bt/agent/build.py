@@ -34,7 +34,7 @@ from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile
 from .wiring import LoadClass, declare_signals, make_analyzers, make_monitors
 
-Keep = Callable[[Hashable, Callable[[], Any]], Any]
+Cache = Callable[[Hashable, Callable[[], Any]], Any]
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def build_agent(
     runtime: Runtime,
     *,
     load_class: LoadClass = load_class_from_file,
-    keep: Keep = lambda key, make: make(),
+    cached: Cache = lambda key, make: make(),
     share: Callable[[Knowledge], Sharing] | None = None,
 ) -> Agent:
     """Build, connect and check all blocks of one agent; nothing runs yet.
@@ -97,7 +97,7 @@ def build_agent(
         rates: Rates of the blocks.
         runtime: Clock, sink, timer and random streams.
         load_class: Loader of classes that robot.toml names as `file.py:Class`.
-        keep: Cache for data that agents of the same content share (`Catalog.keep`).
+        cached: Cache for data that agents of the same content share (`Catalog.cached`).
         share: Factory of the knowledge sharing; None without sharing.
 
     Raises:
@@ -114,7 +114,7 @@ def build_agent(
     actions = action_table(*controller.actions)
     pipeline = Pipeline(clock, sink, name, latency=controller.latency)
     environment = Environment.of(knowledge.signals)
-    rule_files = _rule_files(controller, robot, environment, actions, knowledge, keep)
+    rule_files = _rule_files(controller, robot, environment, actions, knowledge, cached)
     knowledge.reactive_models.extend([*(file.model for file in rule_files), *controller.reflexes(knowledge)])
     _follow_mode(knowledge, [file.model for file in rule_files])
     sharing = None if share is None else _with_mailbox(share(knowledge), devices.sensors)
@@ -178,7 +178,7 @@ def _rule_files(
     environment: Environment,
     actions: Mapping[str, type[Action]],
     knowledge: Knowledge,
-    keep: Keep,
+    cached: Cache,
 ) -> list[RuleFile]:
     """Active rule files; agents with the same robot and mission share the parsed rules."""
     return [
@@ -188,7 +188,7 @@ def _rule_files(
             actions,
             thresholds(robot, file),
             knowledge,
-            partial(keep, ("rules", file, robot.file, controller.mission)),
+            partial(cached, ("rules", file, robot.file, controller.mission)),
         )
         for file in controller.rules
     ]

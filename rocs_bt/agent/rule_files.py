@@ -27,7 +27,7 @@ class RuleFile:
         actions: Actions of the agent, by name.
         overrides: Thresholds that robot.toml overrides, by name.
         knowledge: Knowledge of the agent.
-        keep: Cache of parsed rules, shared by agents of the same content.
+        cached: Cache of parsed rules, shared by agents of the same content.
 
     Attributes:
         file: Path of the rule file.
@@ -44,7 +44,7 @@ class RuleFile:
         actions: Mapping[str, type[Action]],
         overrides: Mapping[str, Override],
         knowledge: Knowledge,
-        keep: Callable[[Callable[[], RuleSet]], RuleSet] = lambda read: read(),
+        cached: Callable[[Callable[[], RuleSet]], RuleSet] = lambda read: read(),
     ) -> None:
         self.file = file
         self._environment = environment
@@ -52,7 +52,7 @@ class RuleFile:
         self._overrides = overrides
         self._knowledge = knowledge
         self._stamps: dict[Path, tuple[int, int] | None] = {}
-        self.model = RuleModel(self._stamped(keep(self._load)))
+        self.model = RuleModel(self._stamped(cached(self._load)))
 
     def changed(self) -> bool:
         """Whether the file or an included file has changed since the last load."""

@@ -16,7 +16,7 @@ from ..drivers.mujoco import (
     MujocoActuator,
     MujocoSensor,
     MujocoWorld,
-    Placed,
+    RobotInstance,
     SensorMount,
     compose_world,
     make_actuator,
@@ -115,7 +115,7 @@ def _world(
 ) -> MujocoWorld:
     """World made of the robot's model alone, which suffices to compile it."""
     mounts = [SensorMount(s.name, d.make, d.parameters, robot.file, s.line, d.running) for s, d in sensors]
-    return compose_world(model, [Placed(_NAME, model, mounts)], within=catalog.roots)
+    return compose_world(model, [RobotInstance(_NAME, model, mounts)], within=catalog.roots)
 
 
 def driver_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:

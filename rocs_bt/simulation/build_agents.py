@@ -86,7 +86,7 @@ def build_agents(
                 rates,
                 own,
                 load_class=catalog.load_class,
-                keep=catalog.cached,
+                cached=catalog.cached,
                 share=shares.get(agent.name),
             )
         agents.append(built)

@@ -67,7 +67,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         _begin(stack, end, without_world(header, spec, robots), agents, options)
         heard = [*([] if options.live is None else [options.live]), *options.sinks]
         record = RunRecord(header, end.files.recorder, heard, batched=False)
-        memory.keep(f"{spec.name}-{options.seed}", patient=False)
+        memory.start(f"{spec.name}-{options.seed}", patient=False)
 
         def check(t: float) -> None:
             record.check()
@@ -242,7 +242,7 @@ class HardwareEpisode:
                 stack.callback(brake, self._agents)
                 while wait_until(clock, count * self._period, never, self._ended):
                     self.t = clock.now()
-                    self._look()
+                    self._check_all()
                     if why := self._ended():
                         self._panel.interrupt(why, at_once=True)
                     if self._panel.over or self.t >= self._duration:
@@ -253,7 +253,7 @@ class HardwareEpisode:
             raise
         self._panel.finish(self.t)
 
-    def _look(self) -> None:
+    def _check_all(self) -> None:
         """Check devices and progress of all agents."""
         self._check(self.t)
         for gate in self._gates:

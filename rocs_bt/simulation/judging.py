@@ -109,7 +109,7 @@ class JudgePanel:
             judge = self._judges[agent.name]
             if not judge.decided:
                 agent.stop(END)
-            judge.look_for_failure(agent)
+            judge.check_failure(agent)
             verdict = verdicts[agent.name] = judge.verdict()
             self._sink.emit(
                 Judged(

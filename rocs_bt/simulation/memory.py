@@ -49,7 +49,7 @@ class Memory:
                     self._recall(path, agent)
         self._loaded = recall(self.recalled, agents)
 
-    def keep(self, label: str, patient: bool) -> None:
+    def start(self, label: str, patient: bool) -> None:
         """Begin to write this run to the file.
 
         Args:

@@ -137,7 +137,7 @@ class Judge:
         """
         self._mission = agent.status
         self._distance = math.inf if self._goal is None else pose.distance(self._goal.pose)
-        self.look_for_failure(agent)
+        self.check_failure(agent)
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
         self._visit(t, pose)
@@ -152,7 +152,7 @@ class Judge:
         self._watch_progress(t, pose, agent, commanded)
         return self.decided
 
-    def look_for_failure(self, agent: AgentState) -> None:
+    def check_failure(self, agent: AgentState) -> None:
         """Record the failure of a block or actuator as an `error`, also a failure during the final stop."""
         if agent.failure is not None:
             self._note("error", str(agent.failure), decides=True)

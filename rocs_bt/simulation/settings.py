@@ -116,7 +116,7 @@ def _text(value: Any, show: Formatter, unit: str = "") -> str:
         x, y, yaw = (show(round(number, 3) if show is _plain else number) for number in value)
         return f"{x} m, {y} m" + ("" if math.isnan(value.yaw) else f", {yaw} rad")
     if isinstance(value, Table):  # of a fact
-        return _text({key: told for key, told in value.data.items() if key not in FactSpec.KEYS}, show)
+        return _text({key: each for key, each in value.data.items() if key not in FactSpec.KEYS}, show)
     if isinstance(value, Mapping):
         parts = [f"{key} {_text(value[key], show, unit)}" for key in sorted(value)]
     elif isinstance(value, (list, tuple)):

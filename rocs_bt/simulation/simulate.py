@@ -46,7 +46,7 @@ def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_re
         heard = [*([] if options.live is None else [options.live]), *options.sinks]
         record = RunRecord(ready.header, end.files.recorder, heard, batched=ready.clock is None)
         stack.callback(record.flush)
-        memory.keep(f"{spec.name}-{options.seed}", patient=ready.clock is None)
+        memory.start(f"{spec.name}-{options.seed}", patient=ready.clock is None)
         episode = ready.episode(options.duration, record.before(watch), lambda: end.signals.reason)
         end.attempt(lambda: ready.play(episode, record.sink))
         end.attempt(record.check)

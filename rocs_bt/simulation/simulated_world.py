@@ -9,7 +9,7 @@ from ..agent import RobotDevices, robot_drive
 from ..catalog import ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
-from ..drivers.mujoco import MujocoWorld, Placed, SensorMount, compile_model, make_actuator, make_sensor
+from ..drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compile_model, make_actuator, make_sensor
 from ..errors import Fault, InputError, located_at
 from ..event import EventSink
 from ..geometry import Pose2
@@ -152,7 +152,7 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
                 Fault(f"the robot '{spec.name}' has no model.", spec.file, hint='Add model = "robot.xml".')
             )
         mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in agents else []
-        placed.append(Placed(name, spec.model, mounts))
+        placed.append(RobotInstance(name, spec.model, mounts))
     arena, step = catalog.find("world", scenario.world), scenario.rate.physics
     key = ("model", arena, step, *((name, spec.file, name in agents) for name, spec in robots.items()))
     model = catalog.cached(

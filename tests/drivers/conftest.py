@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.catalog import RobotSpec, load_robot
-from rocs_bt.drivers.mujoco import MujocoWorld, Placed, SensorMount, compose_world
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,7 +29,7 @@ def make_world(tmp_path: Path, p3dx: RobotSpec) -> Callable[..., MujocoWorld]:
         arena.write_text(EMPTY.format(geoms))
         assert p3dx.model is not None
         mounts = [SensorMount(s.name, s.driver, s.parameters) for s in p3dx.sensors]
-        robots = [Placed("R2", p3dx.model, mounts), *(Placed(name, p3dx.model) for name in others)]
+        robots = [RobotInstance("R2", p3dx.model, mounts), *(RobotInstance(name, p3dx.model) for name in others)]
         return compose_world(arena, robots, step=step)
 
     return make

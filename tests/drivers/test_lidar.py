@@ -15,7 +15,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.drive import make_drive
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
-from rocs_bt.drivers.mujoco import MujocoWorld, Placed, SensorMount, compose_world, make_actuator, make_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2
 
@@ -30,7 +30,7 @@ def make(tmp_path: Path, geoms: str = "", step: float = 0.005) -> MujocoWorld:
     arena = tmp_path / "arena.xml"
     arena.write_text(EMPTY.format(geoms))
     assert ROBOT.model is not None
-    return compose_world(arena, [Placed("R", ROBOT.model, [SensorMount("lidar", "lidar", GIVEN)])], step=step)
+    return compose_world(arena, [RobotInstance("R", ROBOT.model, [SensorMount("lidar", "lidar", GIVEN)])], step=step)
 
 
 def test_the_robots_file_says_the_same_of_its_mount_as_its_model(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_says_what_is_wrong(tmp_path: Path, wrong: dict[str, object], message: s
     arena.write_text(EMPTY.format(""))
     mount = SensorMount("lidar", "lidar", {**GIVEN, **wrong})
     with pytest.raises(InputError, match=message):
-        compose_world(arena, [Placed("R", ROBOT.model, [mount])])
+        compose_world(arena, [RobotInstance("R", ROBOT.model, [mount])])
 
 
 WHEELS = {

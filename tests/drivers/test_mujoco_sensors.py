@@ -19,7 +19,7 @@ from rocs_bt.drivers.mujoco import (
     Mount,
     MujocoSensor,
     MujocoWorld,
-    Placed,
+    RobotInstance,
     SensorMount,
     compose_world,
     make_actuator,
@@ -90,7 +90,7 @@ def post_world(tmp_path_factory: pytest.TempPathFactory, p3dx: RobotSpec) -> Muj
     arena.write_text(f'<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>{POST}</worldbody></mujoco>')
     assert p3dx.model is not None
     mounts = [SensorMount(s.name, s.driver, s.parameters) for s in p3dx.sensors]
-    return compose_world(arena, [Placed("R2", p3dx.model, mounts)])
+    return compose_world(arena, [RobotInstance("R2", p3dx.model, mounts)])
 
 
 @pytest.fixture(scope="module")
@@ -183,7 +183,7 @@ def test_noise_is_the_sensors_own_and_repeats(make_world: MakeWorld) -> None:
 def test_wrong_parameters_are_told(p3dx: RobotSpec, tmp_path: object, changes: dict[str, object], message: str) -> None:
     spec = next(s for s in p3dx.sensors if s.name == "sonar")
     assert p3dx.model is not None
-    placed = Placed("R2", p3dx.model, [SensorMount("sonar", "range_cone", {**spec.parameters, **changes})])
+    placed = RobotInstance("R2", p3dx.model, [SensorMount("sonar", "range_cone", {**spec.parameters, **changes})])
     with pytest.raises(InputError, match=message):
         compose_world(p3dx.model.parents[2] / "scenarios" / "worlds" / "arena_box.xml", [placed])
 
@@ -207,6 +207,6 @@ class Tilt(MujocoSensor):
 def test_a_users_own_driver_fits_in(p3dx: RobotSpec) -> None:
     assert p3dx.model is not None
     arena = p3dx.model.parents[2] / "scenarios" / "worlds" / "arena_box.xml"
-    world = compose_world(arena, [Placed("R2", p3dx.model, [SensorMount("tilt", Tilt, {"height": 0.3})])])
+    world = compose_world(arena, [RobotInstance("R2", p3dx.model, [SensorMount("tilt", Tilt, {"height": 0.3})])])
     sensor = make_sensor(world, "R2", "tilt", Tilt, {"height": 0.3})
     assert sensor.read().values == pytest.approx([0.3975])

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld, Placed, compose_world, make_actuator
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
 from rocs_bt.drivers.mujoco.body import hull_outline, outlines
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2
@@ -109,10 +109,10 @@ import hashlib, sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from rocs_bt.catalog import load_robot
-from rocs_bt.drivers.mujoco import Placed, compose_world, make_actuator
+from rocs_bt.drivers.mujoco import RobotInstance, compose_world, make_actuator
 from rocs_bt.geometry import Pose2
 p3dx = load_robot(Path({robot!r}))
-world = compose_world(Path({arena!r}), [Placed("R2", p3dx.model), Placed("R1", p3dx.model)])
+world = compose_world(Path({arena!r}), [RobotInstance("R2", p3dx.model), RobotInstance("R1", p3dx.model)])
 world.place("R2", Pose2(-1.0, 2.0, 0.3)); world.place("R1", Pose2(0.2, 2.1, 3.0))
 for name, speeds in (("R2", (0.4, 0.3)), ("R1", (0.3, 0.35))):
     make_actuator(world, name, "wheels", "velocity", p3dx.actuators[0].parameters).command(speeds)
@@ -173,7 +173,7 @@ def test_a_wrong_robot_model_is_told(tmp_path: Path, text: str, message: str) ->
     model = tmp_path / "robot.xml"
     model.write_text(text)
     with pytest.raises(InputError, match=message) as error:
-        compose_world(ARENA, [Placed("R2", model)])
+        compose_world(ARENA, [RobotInstance("R2", model)])
     assert error.value.faults[0].file == model
 
 
@@ -188,7 +188,7 @@ def test_a_robots_own_options_do_not_change_the_world(tmp_path: Path) -> None:
         "<mujoco><option timestep='0.1' gravity='0 0 0'/><worldbody><body name='base'><freejoint/>"
         "<geom size='0.1'/></body></worldbody></mujoco>"
     )
-    world = compose_world(ARENA, [Placed("R2", model)], step=0.004)
+    world = compose_world(ARENA, [RobotInstance("R2", model)], step=0.004)
     assert world.step == 0.004
     assert world.model.opt.gravity[2] == pytest.approx(-9.81)
     assert math.isclose(world.model.opt.timestep, 0.004)

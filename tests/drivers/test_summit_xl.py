@@ -10,7 +10,7 @@ import pytest
 
 from rocs_bt.catalog import RobotSpec, load_robot, robot_drive
 from rocs_bt.device import Actuator
-from rocs_bt.drivers.mujoco import MujocoWorld, Placed, SensorMount, compose_world, make_actuator, make_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
 from rocs_bt.geometry import Pose2
 
 ROOT = Path(__file__).parents[2]
@@ -35,7 +35,7 @@ def make_summit_world(tmp_path: Path, summit: RobotSpec, p3dx: RobotSpec) -> Mak
         assert summit.model is not None
         assert p3dx.model is not None
         mounts = [SensorMount(s.name, s.driver, s.parameters) for s in summit.sensors]
-        robots = [Placed("R3", summit.model, mounts), *([Placed("R1", p3dx.model)] if other else [])]
+        robots = [RobotInstance("R3", summit.model, mounts), *([RobotInstance("R1", p3dx.model)] if other else [])]
         return compose_world(arena, robots, step=step)
 
     return make

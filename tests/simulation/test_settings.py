@@ -29,7 +29,7 @@ HERE = Pose2(1.0, -2.0, 0.5)
 SPECS = (ScenarioSpec, RateSpec, PlaceSpec, AgentSpec, MoverSpec, RequirementSpec, FactSpec, ShareSpec)
 LEFT_OUT = {
     *(f"ScenarioSpec.{name}" for name in ("name", "file", "doc", "bases")),
-    *(f"RequirementSpec.{name}" for name in ("doc", "place")),
+    *(f"RequirementSpec.{name}" for name in ("doc", "position")),
     *(f"{spec}Spec.line" for spec in ("Rate", "Place", "Agent", "Mover", "Requirement", "Share")),
     "AgentSpec.parameters_line",
 }

@@ -2,7 +2,7 @@
 
 from .actuators import ACTUATORS, MujocoActuator, make_actuator
 from .body import Motors
-from .compose import Placed, SensorMount, compile_model, compose_world
+from .compose import RobotInstance, SensorMount, compile_model, compose_world
 from .mount import DriverWorld, Mount
 from .sensor import MujocoSensor
 from .sensors import SENSORS, make_sensor
@@ -18,7 +18,7 @@ __all__ = [
     "MujocoActuator",
     "MujocoSensor",
     "MujocoWorld",
-    "Placed",
+    "RobotInstance",
     "SensorMount",
     "compile_model",
     "compose_world",

@@ -39,7 +39,7 @@ class SensorMount:
 
 
 @dataclass(frozen=True)
-class Placed:
+class RobotInstance:
     """Robot of a world.
 
     Attributes:
@@ -55,7 +55,7 @@ class Placed:
 
 def compose_world(
     arena: Path,
-    robots: Sequence[Placed],
+    robots: Sequence[RobotInstance],
     *,
     step: float = 0.005,
     clock: Clock | None = None,
@@ -78,7 +78,12 @@ def compose_world(
 
 
 def compile_model(
-    arena: Path, robots: Sequence[Placed], *, step: float = 0.005, within: Sequence[Path] = (), text: str | None = None
+    arena: Path,
+    robots: Sequence[RobotInstance],
+    *,
+    step: float = 0.005,
+    within: Sequence[Path] = (),
+    text: str | None = None,
 ) -> Any:
     """Compile the MjModel of an arena and its robots; several worlds can use it, one after the other.
 

@@ -20,7 +20,7 @@ Among = Literal["all", "obstacles", "robots"]
 """Obstacles that count for the clearance of a hull: other robots, obstacles that are no robots, or all."""
 
 
-class Nearness:
+class ClearanceQuery:
     """Distances between hulls and obstacles; the floor does not count.
 
     Args:

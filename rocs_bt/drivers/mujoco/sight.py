@@ -16,7 +16,7 @@ _OWN = 8  # maximum number of ignored surfaces along a ray
 Point = tuple[float, float, float]
 
 
-class Sight:
+class LineOfSight:
     """Line-of-sight check between robots; only colliding geoms block it.
 
     Args:

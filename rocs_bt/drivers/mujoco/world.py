@@ -16,8 +16,8 @@ from ...errors import Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Twist2, pose2, wrap_angle
 from ...safety import SafetyGate
 from .body import MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
-from .nearness import Among, Nearness
-from .sight import Sight
+from .nearness import Among, ClearanceQuery
+from .sight import LineOfSight
 from .touch import Contact, ContactDetector
 
 __all__ = ["Contact", "MujocoWorld"]
@@ -69,8 +69,8 @@ class MujocoWorld:
         self._ramping: list[Motors] = []  # motors that have not reached their targets
         self._gates: list[SafetyGate] = []
         self._touch = ContactDetector(model, self.robots)
-        self._near = Nearness(model, self.robots)
-        self._sight = Sight(model, self.robots)
+        self._clearance = ClearanceQuery(model, self.robots)
+        self._sight = LineOfSight(model, self.robots)
         self._revision = 0  # number of the state, for cached values
         self._posed = self._sensed = -1
         self._poses: dict[str, tuple[int, Pose2]] = {}
@@ -258,13 +258,13 @@ class MujocoWorld:
         body = self.body(robot)
         with self.lock:
             self.update_poses()
-            return self._near.clearance(self.data, body, limit, among)
+            return self._clearance.clearance(self.data, body, limit, among)
 
     def room(self, x: float, y: float, z: float = 0.15) -> float:
         """Distance from a point [m], world frame, to the nearest static obstacle, without the floor [m]."""
         with self.lock:
             self.update_poses()
-            return self._near.room(self.data, np.array([x, y, z]))
+            return self._clearance.room(self.data, np.array([x, y, z]))
 
     def sees(self, robot: str, other: str, height: float) -> bool:
         """Whether the line of sight between the bases of two robots is free, at a height over the floor [m]."""
