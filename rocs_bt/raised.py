@@ -121,7 +121,7 @@ def reported(event: ContentRaised) -> str:
 def describe(error: BaseException) -> str:
     """Type and message of an exception in one line; never raises, even if the exception's `__str__` does."""
     if isinstance(error, SystemExit):
-        return f"SystemExit: it called for an exit ({error.code!r:.40})"
+        return f"SystemExit({error.code!r:.40})"
     try:
         message = " ".join(str(error).split())
     except Exception:  # noqa: BLE001 - the exception's own `__str__` may raise anything

@@ -201,7 +201,7 @@ class Agent:
 
     def _broke(self, block: str, error: BaseException) -> None:
         if isinstance(error, SystemExit):
-            self.fail(block, "ended", f"it called for an exit ({error.code})", error)
+            self.fail(block, "ended", f"it raised SystemExit({error.code})", error)
         else:
             place = raised_at(error)
             self.fail(block, "raised", describe(error) + (f" ({place})" if place is not None else ""), error)

@@ -90,7 +90,7 @@ class JudgePanel:
             with suppress(Exception):  # stopping may need the part that failed
                 agent.stop(why)
         for judge in self._judges.values():
-            judge.fail(f"the run broke off: {why}") if known else judge.interrupt(why)
+            judge.fail(f"the run ended by an exception: {why}") if known else judge.interrupt(why)
         with suppress(Exception):
             return self.finish(t)
         return {}

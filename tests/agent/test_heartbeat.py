@@ -63,7 +63,7 @@ def of(sink, kind):
 WORDS = {
     "raised": ("raised", "RuntimeError: a worm (test_heartbeat.py:"),
     "ended": ("ended", "its thread has ended"),
-    "exit": ("ended", "it called for an exit (7)"),
+    "exit": ("ended", "it raised SystemExit(7)"),
     "hung": ("hung", "it has missed 3 control periods"),
 }
 

@@ -130,7 +130,7 @@ def test_a_command_waits_for_a_neutral_that_came_before_it(tmp_path):
     [
         ("refuses", "raised", "the fuse blew"),
         ("raises", "raised", "RuntimeError: a worm (wheels.py:"),
-        ("calls for an exit", "raised", "SystemExit: it called for an exit (7) (wheels.py:"),
+        ("calls for an exit", "raised", "SystemExit(7) (wheels.py:"),
         ("hangs", "hung", "its process has not answered for 20 control periods: the driver hangs"),
         ("hangs for good", "hung", "its process has not answered for 20 control periods: the driver hangs"),
     ],

@@ -50,9 +50,9 @@ def test_what_raises_beside_the_agents_stops_them_and_leaves_all_files(tmp_path,
     with pytest.raises(Defect, match="a worm") as caught:
         rocs_bt.run("exp1", Catalog(), mode=mode, out=tmp_path, progress=breaks)
     agent = written(tmp_path)["agents"]["R2"]
-    assert (agent["outcome"], agent["reason"]) == ("error", "the run broke off: Defect: a worm")
+    assert (agent["outcome"], agent["reason"]) == ("error", "the run ended by an exception: Defect: a worm")
     (note,) = caught.value.__notes__
-    assert "R2 error: the run broke off: Defect: a worm" in note
+    assert "R2 error: the run ended by an exception: Defect: a worm" in note
     assert f"Report: {tmp_path}/report.html" in note
 
 
@@ -67,7 +67,7 @@ def test_a_sink_that_raises_ends_the_run_and_loses_no_file(tmp_path, mode):
     with pytest.raises(Defect, match="a worm"):
         rocs_bt.run("exp1", Catalog(), mode=mode, out=tmp_path, sinks=[Broken()])
     agent = written(tmp_path)["agents"]["R2"]
-    assert (agent["outcome"], agent["reason"]) == ("error", "the run broke off: Defect: a worm")
+    assert (agent["outcome"], agent["reason"]) == ("error", "the run ended by an exception: Defect: a worm")
     assert agent["failed_block"] is None
 
 

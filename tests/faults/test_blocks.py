@@ -67,7 +67,7 @@ def test_a_block_that_calls_for_an_exit_has_ended(broken, monkeypatch):
     monkeypatch.setattr(PassRange, "process", raising(PassRange, "process", lambda: stages[0].clock, SystemExit(7)))
     run = broken(stages.append)
     assert run.agent.outcome == "error"
-    assert "block 'R2/analyze obstacle' ended: it called for an exit (7)" in run.agent.reason
+    assert "block 'R2/analyze obstacle' ended: it raised SystemExit(7)" in run.agent.reason
     assert run.driven == [False]
 
 

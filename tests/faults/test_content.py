@@ -395,7 +395,7 @@ def calls_for_an_exit():
     ("raises", "detail"),
     [
         (unsound, "Rotten: a worm"),
-        (calls_for_an_exit, "SystemExit: it called for an exit (3)"),
+        (calls_for_an_exit, "SystemExit(3)"),
         (lambda: None, "TypeError: 'NoneType' object is not iterable"),
         (lambda: ["Stop"], "TypeError: react must return a list of Reflex, found an item 'Stop'"),
     ],

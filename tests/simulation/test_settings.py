@@ -176,5 +176,5 @@ def test_texts_are_for_people_and_numbers_in_full_where_rounding_would_hide_a_di
     rows = {row.what: (row.first, row.second) for row in settings(FULL, None)}
     assert rows["duration"] == ("60 s", "")
     assert rows["place goal"][0] == "kind: goal; pose: 1 m, -2 m, 0.5 rad; tolerance: 0.1 m; agents: R1, R2"
-    assert rows["fact hall #2"][0] == "node: hall; agents: R2; at: 5 s; told: width 3 m"
+    assert rows["fact hall #2"][0] == "node: hall; agents: R2; at: 5 s; table: width 3 m"
     assert (rows["rate's control"][0], rows["movers"][0]) == ("20 Hz", "M1, door")
