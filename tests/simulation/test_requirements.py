@@ -127,7 +127,7 @@ def test_a_margin_without_bound_is_none():
         (("min_clearance", "min_clearence"), "req.toml:7:19: no signal or alias is named 'min_clearence'"),
         (("0.05 m/s", "0.05 m"), "req.toml:11:60: 'speed < 0.05 m': '<' needs one unit"),
         (('agent = "R2"', 'agent = "R9"'), "req.toml:10:1: no agent is named 'R9'"),
-        (('name = "arrives"', 'name = "keeps clear"'), "the name 'keeps clear' is taken"),
+        (('name = "arrives"', 'name = "keeps clear"'), "another table has the name 'keeps clear'"),
         (('require = "always min_clearance > 0.18 m"', ""), "require"),
         (("always min_clearance > 0.18 m", "speed"), "a requirement must be true or false, but speed is in m/s"),
     ],
