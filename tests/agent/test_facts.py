@@ -88,7 +88,7 @@ def test_only_those_who_are_told_know(tmp_path):
         ('width = "1.2 m"', 'wide = "1.2 m"', r":6:1: connects has no attribute 'wide'"),
         ('["hall", "store"]', '["hall", "stor"]', r":22:1: there is no node named 'stor'. Did you mean 'store'"),
         ('leads_to = ["hall"', 'pursues = ["hall"', r":22:1: 'pursues' cannot start from 'hatch' of kind door"),
-        ('pursues = "home"', "pursues = 3", r":27:1: pursues takes names, or to tables with 'to', found 3"),
+        ('pursues = "home"', "pursues = 3", r":27:1: pursues takes names, or tables with 'to', found 3"),
         ('node = "R2"', 'node = "R9"', r":25:1: there is no node 'R9' yet"),
         ('node = "store"', 'node = "hall"', r":8:1: node 'hall' exists already"),
         ('pursues = "home"', 'pursues = ["home", "home"]', r":27:1: pursues leads to one node only, found 2"),

@@ -147,7 +147,7 @@ def test_a_watching_thread_that_fails_says_so_where_it_is_waited_for(tmp_path, m
     def broken(*args):
         raise RuntimeError("a defect")
 
-    monkeypatch.setattr(RuleFile, "look", broken)
+    monkeypatch.setattr(RuleFile, "reload_if_changed", broken)
     monkeypatch.setattr("rocs_bt.agent.rule_files.POLL", 0.001)
     watch = RuleWatch([("R1", folder.rules)], SimulatedClock(0.05), folder.sink)
     with pytest.raises(RuntimeError, match="a defect"), watch:

@@ -153,7 +153,7 @@ class TestSignalsWhileTheReportIsWritten:
         signals += [signal.SIGINT, signal.SIGTERM]
         with pytest.raises(EndedAtOnce) as caught:
             rocs_bt.run("exp1", Catalog(), out=tmp_path, duration=1.0)
-        assert caught.value.__notes__ == [f"There is no report.html. To make it: rocs-bt report {tmp_path}"]
+        assert caught.value.__notes__ == [f"There is no report.html. To create it: rocs-bt report {tmp_path}"]
         assert sorted(file.name for file in tmp_path.iterdir()) == ["run.mcap", "summary.json"]
         signals.clear()
         assert call(["report", str(tmp_path)]) == 0

@@ -99,7 +99,7 @@ def test_a_second_signal_ends_at_once_and_in_neutral(project, start, capsys):
     code, out, err = process.end(20.0)
     assert (code, out) == (128 + signal.SIGTERM, "")
     assert "ended at once by SIGTERM\n" in err
-    assert "There is no summary.json and no report.html. To make both: rocs-bt report out\n" in err
+    assert "There is no summary.json and no report.html. To create both: rocs-bt report out\n" in err
     events = list(Recording.open(project / "out").events())
     assert [e.outcome for e in events if isinstance(e, Judged)] == ["interrupted"]
     assert last_commands(events) == [[0.0, 0.0]]
