@@ -105,12 +105,12 @@ class Pipeline:
         self._queues = {Priority.HIGH: self._high, Priority.NORMAL: self._normal}
         self._count = 0
         self._held = False
-        self._cut_off: list[Ticket] = []  # NORMAL tickets cancelled by reflexes that are still active
+        self._preempted: list[Ticket] = []  # NORMAL tickets cancelled by reflexes that are still active
         self._woken = False
         self._latency = latency
         self._uncharged: list[Ticket] = []
-        self._leaving: list[tuple[Ticket, str, float | None]] = []  # NORMAL ticket, canceller, due time [s]
-        self._updating: list[tuple[Ticket, Mapping[str, Any], float | None]] = []  # ticket, values, due time [s]
+        self._cancellations: list[tuple[Ticket, str, float | None]] = []  # NORMAL ticket, canceller, due time [s]
+        self._updates: list[tuple[Ticket, Mapping[str, Any], float | None]] = []  # ticket, values, due time [s]
 
     def submit(self, action: Action, priority: Priority, by: str) -> Ticket:
         """Queue an action.
@@ -131,7 +131,7 @@ class Pipeline:
             self._count += 1
             ticket = Ticket(self._count, action, priority, by, self.clock.now())
             if priority is Priority.HIGH:
-                self._cut_off += self._normal
+                self._preempted += self._normal
                 self._preempt(by)
             elif self._latency is None:
                 ticket.due = math.inf
@@ -152,11 +152,11 @@ class Pipeline:
         """
         with self._lock:
             if ticket.state.done:
-                self._cut_off = [other for other in self._cut_off if other is not ticket]
+                self._preempted = [other for other in self._preempted if other is not ticket]
                 return False
             if ticket.priority is Priority.NORMAL and self._latency != 0.0:
                 due = None if self._latency is None else self.clock.now() + self._latency
-                self._leaving.append((ticket, by, due))
+                self._cancellations.append((ticket, by, due))
                 return True
             self._end(ticket, TicketState.CANCELLED, by)
             self._wake()
@@ -170,7 +170,7 @@ class Pipeline:
         """
         with self._lock:
             if self._held:
-                self._cut_off += self._normal
+                self._preempted += self._normal
             self._preempt(by)
             self._wake()
 
@@ -181,35 +181,35 @@ class Pipeline:
         """
         with self._lock:
             due = None if self._latency is None else self.clock.now() + self._latency
-            self._updating.append((ticket, parameters, due))
+            self._updates.append((ticket, parameters, due))
             if self._latency == 0.0:
                 self.settle()
 
     def charge(self, latency: float) -> None:
         """Set the due time of the planner's last decisions from its measured latency [s]."""
         with self._lock:
-            if not (self._uncharged or self._leaving or self._updating):
+            if not (self._uncharged or self._cancellations or self._updates):
                 return
             due = self.clock.now() + latency
             for ticket in self._uncharged:
                 ticket.due = due
             self._uncharged.clear()
-            self._leaving = [(ticket, by, due if at is None else at) for ticket, by, at in self._leaving]
-            self._updating = [(ticket, given, due if at is None else at) for ticket, given, at in self._updating]
+            self._cancellations = [(ticket, by, due if at is None else at) for ticket, by, at in self._cancellations]
+            self._updates = [(ticket, given, due if at is None else at) for ticket, given, at in self._updates]
 
     def settle(self) -> None:
         """Apply updates and cancellations that are due after the planner's latency; Execute calls this each period."""
-        if not self._leaving and not self._updating:
+        if not self._cancellations and not self._updates:
             return
         with self._lock:
             now = self.clock.now() + _SLACK
-            updates, leaves = self._updating, self._leaving
-            self._updating = [each for each in updates if each[2] is None or each[2] > now]
-            self._leaving = [each for each in leaves if each[2] is None or each[2] > now]
+            updates, cancellations = self._updates, self._cancellations
+            self._updates = [each for each in updates if each[2] is None or each[2] > now]
+            self._cancellations = [each for each in cancellations if each[2] is None or each[2] > now]
             for ticket, given, at in updates:
                 if at is not None and at <= now and not ticket.state.done:
                     self._update(ticket, given)
-            for ticket, by, at in leaves:
+            for ticket, by, at in cancellations:
                 if at is not None and at <= now and not ticket.state.done:
                     self._end(ticket, TicketState.CANCELLED, by)
 
@@ -248,7 +248,7 @@ class Pipeline:
         with self._lock:
             self._held = held
             if not held:
-                self._cut_off.clear()
+                self._preempted.clear()
 
     @property
     def held(self) -> bool:
@@ -259,7 +259,7 @@ class Pipeline:
     def blocked(self) -> bool:
         """Whether a plan action, queued or cut off by a reflex, waits for the end of that reflex."""
         with self._lock:
-            return self._held and bool(self._normal or self._cut_off)
+            return self._held and bool(self._normal or self._preempted)
 
     def queued(self) -> tuple[Ticket, ...]:
         """All tickets that have not ended, in serving order."""

@@ -1,11 +1,11 @@
 """Schema files: TOML with `format = "schema/1"`, read into a Schema; all faults are reported, each at its line.
 
 [kind.charger]
-doc = "Where a robot fills its battery"
+doc = "Charging station"
 extends = "place"
 
 [kind.charger.attributes]
-power = { type = "number", unit = "W", low = "0 W", doc = "that it gives" }
+power = { type = "number", unit = "W", low = "0 W", doc = "charging power" }
 
 [relation.docks_at]
 sources = ["robot"]

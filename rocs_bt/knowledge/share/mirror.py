@@ -12,7 +12,7 @@ from ...geometry import Pose2, Twist2, along_arc
 from ..knowledge import Knowledge
 from .inbox import Counts
 from .replica import Entry, Key, Plain, Replica
-from .scope import PEER, Scope, agent_of, frozen, thawed
+from .scope import PEER, Scope, agent_of, from_shared, to_shared
 from .wire import fits
 
 STATE = ("pose", "speed", "turn_rate", "spread")
@@ -157,12 +157,12 @@ class Mirror:
             attributes = graph.edge(node, key[1], other)
             if attributes is None:
                 return None
-            return {name: frozen(v) for name, v in attributes.items()}  # type: ignore[misc]  # on edges none is a mapping
+            return {name: to_shared(v) for name, v in attributes.items()}  # type: ignore[misc]  # on edges none is a mapping
         if kind != key[1]:
             return None
         if node == self._agent and key[2] in STATE:
             return self._state.get(key[2])
-        return frozen(graph.attributes(node).get(key[2]))
+        return to_shared(graph.attributes(node).get(key[2]))
 
     # -- in ---------------------------------------------------------------------------------------------------------
 
@@ -243,7 +243,7 @@ class Mirror:
         for key in self._replica.about(name):
             if len(key) == 3 and key[1] == kind and (value := self.visible(key)) is not None:
                 declared = self._scope.attribute(kind, key[2])
-                values[key[2]] = value if declared is None else thawed(declared, value)
+                values[key[2]] = value if declared is None else from_shared(declared, value)
         if name in self.self_reporting and isinstance(pose := values.get("pose"), Pose2):
             age = min(max(0.0, t - self._replica.since[name, PEER, "pose"]), EXTRAPOLATION_LIMIT)
             twist = Twist2(values.get("speed") or 0.0, values.get("turn_rate") or 0.0)
@@ -274,7 +274,7 @@ class Mirror:
 
     def _relate(self, source: str, relation: str, target: str, values: Mapping[str, Plain]) -> None:
         declared = self._graph.schema.relations[relation].attributes
-        found = {name: thawed(declared[name], value) for name, value in values.items()}
+        found = {name: from_shared(declared[name], value) for name, value in values.items()}
         self._try(lambda: self._graph.relate(source, relation, target, **found))
 
     def _rivals(self, key: Key) -> list[Key]:

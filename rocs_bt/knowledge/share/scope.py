@@ -21,7 +21,7 @@ EVERYTHING = "all"
 """Keyword for all kinds, including a robot's own parts and blocks."""
 
 ORIGIN_LIMIT = 256
-"""Maximum number of characters in the name of a start."""
+"""Maximum number of characters of an origin."""
 
 _OWN = ("part", "monitor", "analyze", "rule_set", "message")
 
@@ -142,7 +142,7 @@ class Scope:
             if declared is None:
                 return f"a {key[1]} has no attribute '{key[2]}' to share"
             if value is not None:
-                declared.check(thawed(declared, value))
+                declared.check(from_shared(declared, value))
             return ""
         if key[1] not in self.relations:
             return f"'{key[1]}' is not shared"
@@ -157,28 +157,28 @@ class Scope:
         for name, each in value.items():
             if name not in declared:
                 return f"'{relation}' has no attribute {name!r:.80}"
-            declared[name].check(thawed(declared[name], each))
+            declared[name].check(from_shared(declared[name], each))
         return ""
 
 
 def is_origin(name: str) -> bool:
-    """Whether a name is that of a start of an agent."""
+    """Whether a name is an origin `agent#start`."""
     agent, _, start = name.partition("#")
     return is_name(agent) and bool(start) and len(name) <= ORIGIN_LIMIT and start.isprintable()
 
 
 def agent_of(origin: str) -> str:
-    """The agent of a start."""
+    """The name of the agent in an origin `agent#start`."""
     return origin.partition("#")[0]
 
 
-def frozen(value: Any) -> Plain:
+def to_shared(value: Any) -> Plain:
     """Convert a value of the graph to its shared form."""
     plain: Plain = list(value) if isinstance(value, tuple) else value
     return plain
 
 
-def thawed(declared: Attribute, value: Plain) -> Any:
+def from_shared(declared: Attribute, value: Plain) -> Any:
     """Convert a shared value to the form of the graph.
 
     Raises:
