@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import rocs_bt
+from rocs_bt.cli.main import COMMANDS
 from rocs_bt.errors import InputError, RecordingError
 from rocs_bt.event import RuleChanged, SensorRead
 
@@ -33,6 +34,11 @@ def test_every_call_of_the_table_exists():
     assert len(calls) > 10
     for call in calls:
         assert callable(pkgutil.resolve_name(f"rocs_bt.{call.removeprefix('rocs_bt.')}")), call
+
+
+def test_every_command_is_in_the_table():
+    table = "".join(re.findall(r"^\|.*", PAGE, re.MULTILINE))
+    assert set(COMMANDS) <= set(re.findall(r"`rocs-bt ([a-z]+)`", table)) <= {*COMMANDS, "docs"}
 
 
 def test_events_of_one_kind_have_the_fields_of_that_kind(names):
