@@ -23,8 +23,8 @@ from row import Row, size
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import ScenarioScene, Store, SweepOptions, scenes_of, sweep
 from rocs_bt.compare.episode import Episode, SceneRef
+from rocs_bt.compare.run_sweep import cores
 from rocs_bt.compare.runner import EpisodeRunner
-from rocs_bt.compare.sweep import cores
 
 SEEDS = range(1, size(25, 2))
 FIELDS, FIELD_SEEDS = size((8, (1, 2)), (1, (1,)))

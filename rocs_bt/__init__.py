@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .catalog import Catalog
     from .clock import Clock, SimulatedClock, WallClock
     from .compare import Comparison
-    from .compare.sweep import sweep
+    from .compare.run_sweep import sweep
     from .device import Actuator, Reading, Sensor
     from .errors import InputError, RocsError
     from .event import Change, Event, ListSink

@@ -11,8 +11,8 @@ from .family import Family, Scene, goal_scenario, load_family, position, quantit
 from .floor_grid import shortest_cells
 from .ground import Ground
 from .obstacle import Block, Post, length_of, walls_around
+from .run_sweep import SweepOptions, sweep
 from .store import Store
-from .sweep import SweepOptions, sweep
 
 __all__ = [
     "Block",

@@ -26,7 +26,7 @@ SCHEMA = "episode/1"
 _NOT_PLAYED = (
     *("cli", "check", "testing", "record/live"),
     *("compare/report", "compare/statistics", "compare/comparison", "compare/verdict", "compare/replay"),
-    *("compare/imports", "compare/cluster", "compare/pool", "compare/sweep", "compare/search"),
+    *("compare/imports", "compare/cluster", "compare/pool", "compare/run_sweep", "compare/search"),
 )
 """Parts of the engine that do not affect an episode."""
 

@@ -20,7 +20,7 @@ from typing import Any
 
 from rocs_bt import run
 from rocs_bt.catalog import CachingCatalog, ScenarioSpec
-from rocs_bt.compare.sweep import local_pool
+from rocs_bt.compare.run_sweep import local_pool
 
 LIMIT = 60.0  # [s] in which EXP1's goal must be reached
 

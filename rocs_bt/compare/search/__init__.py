@@ -3,7 +3,7 @@
 from .draft import Draft
 from .keep import keep, play_command, refuse_existing
 from .player import SEED, Player
-from .search import FAILURES, SearchOptions, SearchResult, default_name, search
+from .run_search import FAILURES, SearchOptions, SearchResult, default_name, search
 from .shrink import Fairness, Shrinking
 from .space import SampledScene, SearchSpace
 

@@ -11,8 +11,8 @@ from typing import TypeAlias
 from ...catalog import Catalog, PlannerSpec
 from ...errors import InputError
 from ..record import EpisodeRecord
+from ..run_sweep import SweepOptions, sweep
 from ..store import Store
-from ..sweep import SweepOptions, sweep
 from .draft import Draft
 
 SEED = 1

@@ -13,8 +13,8 @@ from ...catalog import CachingCatalog, Catalog, PlannerSpec
 from ...control.footprint import Footprint
 from ...errors import Fault, InputError
 from ..record import OUTCOMES, EpisodeRecord
+from ..run_sweep import WALL_LIMIT, cores, local_pool
 from ..store import Store
-from ..sweep import WALL_LIMIT, cores, local_pool
 from .draft import Draft
 from .player import SEED, Player
 from .shrink import Shrinking
