@@ -1,4 +1,4 @@
-"""The command line: the only folder that prints. Each command is a file, loaded when it is called.
+"""Command line: the only package that prints. Each command is a module, loaded when the command is called.
 
-Nobody imports it.
+No other package imports it.
 """

@@ -1,4 +1,4 @@
-"""`python -m rocs_bt.cli` is `rocs-bt`."""
+"""Runs `rocs-bt` by `python -m rocs_bt.cli`."""
 
 from .main import main
 

@@ -1,4 +1,4 @@
-"""`rocs-bt check`: content files, all faults at once."""
+"""`rocs-bt check`: check content files, with all faults at once."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("paths", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--json", "as_json", is_flag=True, help="As JSON: files, and faults with file, line and column.")
-@click.option("--strict", is_flag=True, help="A warning is a fault, too (for CI); what cannot be decided is none.")
-@click.option("--no-code", is_flag=True, help="Load no Python content; parse it only.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: files, and faults with file, line and column.")
+@click.option("--strict", is_flag=True, help="Exit with 2 for warnings too (for CI); notes do not count.")
+@click.option("--no-code", is_flag=True, help="Parse Python content without running it.")
 @click.option(
     "--nodes",
     "dialect",
     type=click.Choice(["rocs", "nav2"]),
-    help="Of missions in XML: whose nodes they name; what the scenarios that play them say by default.",
+    help="XML missions: dialect of the nodes; by default that of the scenarios that use them.",
 )
 @click.option(
     "--palette",
     "palettes",
     multiple=True,
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Of missions in XML: a file whose TreeNodesModel declares nodes that are not here; may be repeated.",
+    help="XML missions: file whose TreeNodesModel declares further nodes; may be repeated.",
 )
 @click.option(
-    "--stub-unknown", is_flag=True, help="Of missions in XML: one warning for each unknown node or tree, no errors."
+    "--stub-unknown", is_flag=True, help="XML missions: warnings instead of errors for unknown nodes and trees."
 )
 def command(
     paths: tuple[Path, ...],
@@ -47,13 +47,13 @@ def command(
     palettes: tuple[Path, ...],
     stub_unknown: bool,
 ) -> int:
-    """Check files, and folders with all that is in them; the project around the current folder if none is given.
+    """Check files and folders; by default the project that contains the current folder.
 
-    Faults and their summary go to stdout, each fault as FILE:LINE:COLUMN: MESSAGE. Exits with 2 when anything cannot
-    run; a warning alone is no fault, unless it is asked for with --strict. Exits with 3 on a defect of rocs_bt.
+    Prints each fault as FILE:LINE:COLUMN: MESSAGE, and a summary, to stdout. Exits with 2 if there are errors, with
+    --strict also for warnings, and with 3 on a defect of rocs_bt.
 
-    Behaviour trees and MJCF models may stand anywhere: XML files are recognised by what they hold. A SubTree may
-    name a tree of another file that is checked with it.
+    Behaviour trees and MJCF models may be in any folder: XML files are recognised by their content. A SubTree may name
+    a tree of another checked file.
     """
     from ..check import check_content
 

@@ -1,4 +1,4 @@
-"""`rocs-bt compare`: planners over scenes and seeds, and what they say."""
+"""`rocs-bt compare`: compare planners over scenes and seeds, with statistical verdicts."""
 
 from __future__ import annotations
 
@@ -27,41 +27,49 @@ if TYPE_CHECKING:
     from ..compare.statistics import Estimate
     from ..compare.verdict import Verdict
 
-_ERRORS = 3  # that are told on the screen
-_WIDE = 1000  # columns, more than any table has
+_ERRORS = 3  # maximum number of printed errors
+_WIDE = 1000  # characters, wider than any table
 
 
 @click.command()
 @click.argument("planners", nargs=-1, required=True)
-@click.option("--family", "families", multiple=True, help="Scenes of this family; may be given more than once.")
-@click.option("--scenarios", type=click.IntRange(min=1), default=20, show_default=True, help="How many of each family.")
+@click.option("--family", "families", multiple=True, help="Use scenes of this family; may be repeated.")
 @click.option(
-    "--from", "first", type=click.IntRange(min=0), default=0, show_default=True, help="The first one's index."
+    "--scenarios", type=click.IntRange(min=1), default=20, show_default=True, help="Number of scenes of each family."
+)
+@click.option(
+    "--from", "first", type=click.IntRange(min=0), default=0, show_default=True, help="Index of the first scene."
 )
 @click.option("--set", "given", multiple=True, metavar="NAME=VALUE", help="A parameter of the families, with its unit.")
-@click.option("--scenario", multiple=True, help="A scenario that was written by hand, or a scene such as barn_like-17.")
-@click.option("--agent", default="", help="Whose planner it is in such a scenario; the first agent's if left out.")
+@click.option("--scenario", multiple=True, help="A scenario, or a scene such as barn_like-17; may be repeated.")
+@click.option("--agent", default="", help="Agent that the planner controls in such a scenario; by default the first.")
 @click.option(
     "--seeds", type=click.IntRange(min=1), default=3, show_default=True, help="Seeds of each scene: 1, 2, ..."
 )
-@click.option("--metric", "metrics", multiple=True, help="Judge by this; success, collision and time if left out.")
-@click.option("--early", is_flag=True, help="End as soon as every pair is told apart; the verdicts hold all the same.")
+@click.option(
+    "--metric", "metrics", multiple=True, help="Judge by this metric; by default success, collision and time."
+)
+@click.option(
+    "--early", is_flag=True, help="Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests)."
+)
 @click.option(
     "--store",
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("runs/compare"),
     show_default=True,
-    help="Where episodes are kept: what is there is not played again.",
+    help="Folder of stored episodes, which are not played again.",
 )
-@click.option("--workers", type=click.IntRange(min=1), help="Processes; one for each core if left out.")
-@click.option("--cluster", metavar="ADDRESS", help="Play on a Dask cluster, whose scheduler is there.")
-@click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Longest an episode may compute [s].")
-@click.option("--retry-errors", is_flag=True, help="Play again what came to an error before.")
-@click.option("--report", type=click.Path(path_type=Path, dir_okay=False), help="Write all that was found as one page.")
-@click.option("--markdown", type=click.Path(path_type=Path, dir_okay=False), help="Write its tables in Markdown.")
+@click.option("--workers", type=click.IntRange(min=1), help="Number of processes; by default one per core.")
+@click.option("--cluster", metavar="ADDRESS", help="Play on the Dask cluster with this scheduler.")
+@click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Wall-clock limit of an episode [s].")
+@click.option("--retry-errors", is_flag=True, help="Play episodes again that ended in an error.")
+@click.option("--report", type=click.Path(path_type=Path, dir_okay=False), help="Write a report as one HTML page.")
+@click.option(
+    "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="Write the tables of the report in Markdown."
+)
 @click.option("--export", type=click.Path(path_type=Path, dir_okay=False), help="Write the episodes as JSON lines.")
 @click.option(
-    "--json", "as_json", is_flag=True, help="Print results and verdicts as JSON: the same content, the same bytes."
+    "--json", "as_json", is_flag=True, help="Print results and verdicts as JSON; equal content gives equal bytes."
 )
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
 def command(
@@ -86,10 +94,10 @@ def command(
     as_json: bool,
     no_code: bool,
 ) -> int:
-    """Compare PLANNERS in the same scenes with the same seeds, and say which is better, and how sure that is.
+    """Compare PLANNERS in the same scenes with the same seeds, with statistical verdicts.
 
-    Killed at any moment and called again, it goes on where it was. Exits with 1 if an episode ended in an error, or
-    content raised an exception in it.
+    An interrupted comparison continues where it stopped when called again. Exits with 1 if an episode ended in an
+    error or content raised an exception.
     """
     from ..compare import Comparison, Store, SweepOptions, sweep
     from ..compare.cluster import dask_executor
@@ -100,10 +108,10 @@ def command(
     for name in judged:
         metric(name)
     if early and len(planners) < 2:
-        raise InputError(Fault("one planner alone cannot be told apart.", hint="Give two, or leave --early out."))
+        raise InputError(Fault("--early needs at least two planners.", hint="Give two, or remove --early."))
     places = [*_of_families(families, range(first, first + scenarios), given), *_by_hand(scenario, agent, catalog)]
     if not places:
-        raise InputError(Fault("nothing was said of where.", hint="Add --family barn_like, or --scenario exp1."))
+        raise InputError(Fault("no scenes given.", hint="Add --family barn_like, or --scenario exp1."))
     _make_room(report, markdown, export)
     total = len(planners) * len(places) * seeds
     with ExitStack() as stack:
@@ -133,17 +141,17 @@ def command(
     _write(comparison, verdicts, judged, catalog, report=report, markdown=markdown, any_time=early)
     if as_json:
         results = [_plain(record) for record in records]
-        told = {"results": results, "verdicts": [verdict.as_dict() for verdict in verdicts]}
-        echo(json.dumps(told, indent=1, sort_keys=True, allow_nan=False))
+        plain = {"results": results, "verdicts": [verdict.as_dict() for verdict in verdicts]}
+        echo(json.dumps(plain, indent=1, sort_keys=True, allow_nan=False))
     else:
-        _tell(comparison, judged, verdicts, found.played)
+        _print(comparison, judged, verdicts, found.played)
         if report is not None:
             echo(f"Report: {report}")
     return int(any(map(_is_broken, records)))
 
 
 def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[SceneRef]:
-    """The scenes of some families."""
+    """Scenes of families, by index."""
     from ..compare import scenes_of
     from ..compare.replay import parse_parameters
 
@@ -152,7 +160,7 @@ def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> 
 
 
 def _by_hand(names: Sequence[str], agent: str, catalog: Catalog) -> list[SceneRef]:
-    """Scenes by their names; those that were written by hand are for an agent."""
+    """Scenes by name; in scenarios the planner controls the given agent."""
     from ..compare import ScenarioScene
     from ..compare.replay import scene_by_name
 
@@ -170,7 +178,7 @@ def _write(
     markdown: Path | None,
     any_time: bool,
 ) -> None:
-    """Write the page, and the tables in Markdown, where they are wanted."""
+    """Write the HTML report and the Markdown tables, if requested."""
     from ..compare.report import markdown as in_markdown
     from ..compare.report import sceneries, write_comparison
 
@@ -188,7 +196,7 @@ def _write(
 
 
 def _plain(record: EpisodeRecord) -> dict[str, Any]:
-    """A record as JSON, without its track, which is for pictures."""
+    """Record as plain data, without its track, which only figures use."""
     import msgspec
 
     plain: dict[str, Any] = msgspec.to_builtins(record)
@@ -197,10 +205,10 @@ def _plain(record: EpisodeRecord) -> dict[str, Any]:
 
 
 def _make_room(*files: Path | None) -> None:
-    """Make the folders of what is to be written, before anything is played.
+    """Create the folders of the output files before any episode is played.
 
     Raises:
-        InputError: One cannot be written to.
+        InputError: A file cannot be written.
     """
     for file in (file for file in files if file is not None):
         try:
@@ -210,8 +218,8 @@ def _make_room(*files: Path | None) -> None:
             raise InputError(Fault(f"'{file}' cannot be written: {error.strerror}.")) from error
 
 
-def _tell(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict], played: int) -> None:
-    """A table of how each planner did, the best first; then the verdicts on the pairs."""
+def _print(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict], played: int) -> None:
+    """Print a table of the planners, best first, then the verdicts on the pairs."""
     from rich.box import SIMPLE
 
     from ..compare.metric import metric
@@ -233,21 +241,21 @@ def _tell(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Ver
     show_table(cells, head, right=counts, edge=_WIDE, box=SIMPLE, padding=(0, 1, 0, 0))
     for line in pairs(verdicts, [row.planner for row in rows]):
         echo(line)
-    _tell_errors(comparison.records)
+    _print_errors(comparison.records)
 
 
 def _interval(found: Estimate, of: Metric) -> str:
-    """An estimate and its interval, where there is one; shares in percent."""
+    """Format an estimate with its interval, if any; shares in percent."""
     from ..compare.metric import SHARES
     from ..compare.report import number
 
     if of.name in SHARES:
-        told, *ends = [f"{100.0 * found.value:.3g}", f"{100.0 * found.low:.0f}", f"{100.0 * found.high:.0f}"]
+        value, *ends = [f"{100.0 * found.value:.3g}", f"{100.0 * found.low:.0f}", f"{100.0 * found.high:.0f}"]
     else:
-        told, *ends = [number(each) for each in (found.value, found.low, found.high)]
+        value, *ends = [number(each) for each in (found.value, found.low, found.high)]
     if math.isnan(found.value):
         return "–"
-    return told if math.isnan(found.low) else f"{told} ({ends[0]} to {ends[1]})"
+    return value if math.isnan(found.low) else f"{value} ({ends[0]} to {ends[1]})"
 
 
 def _head(of: Metric) -> str:
@@ -257,19 +265,19 @@ def _head(of: Metric) -> str:
     return f"{of.name} [{unit}]" if unit else of.name
 
 
-def _tell_errors(records: Sequence[EpisodeRecord]) -> None:
-    """The first episodes that ended in an error or in which content raised, each with the command that repeats it."""
+def _print_errors(records: Sequence[EpisodeRecord]) -> None:
+    """Print the first episodes with an error or an exception of content, and the commands that repeat them."""
     from ..compare.replay import replay_command
 
     broken = [record for record in records if _is_broken(record)]
     for record in broken[:_ERRORS]:
         raised = record.metrics.get("exceptions")
         what = f"{counted(int(raised), 'exception')}, {record.outcome}" if raised else record.outcome
-        echo(f"{what}: {record.reason or 'its goal was reached'}\n  again: {replay_command(record)}", err=True)
+        echo(f"{what}: {record.reason or 'goal reached'}\n  repeat: {replay_command(record)}", err=True)
     if (more := len(broken) - _ERRORS) > 0:
         echo(f"and {counted(more, 'more such episode')}", err=True)
 
 
 def _is_broken(record: EpisodeRecord) -> bool:
-    """Whether an episode ended in an error, or content raised in it."""
+    """Whether an episode ended in an error, or content raised an exception in it."""
     return record.outcome == "error" or bool(record.metrics.get("exceptions"))

@@ -1,4 +1,4 @@
-"""`rocs-bt diff`: what two scenarios share, and what differs."""
+"""`rocs-bt diff`: compare the content, settings and code of two scenarios."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
 
 Rows = list[Sequence[str]]
 _NONE = "–"
-_NAMES = ("robot", "mission", "rules", "script")  # settings that a page always tells
+_NAMES = ("robot", "mission", "rules", "script")  # settings that are always listed in Markdown
 
 
 @click.command()
 @click.argument("first")
 @click.argument("second")
 @click.option("--json", "as_json", is_flag=True, help="As JSON, with content hashes.")
-@click.option("--markdown", is_flag=True, help="As Markdown: what differs, and the names of the rest.")
+@click.option("--markdown", is_flag=True, help="As Markdown: differences, and the names of equal settings.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
 def command(first: str, second: str, as_json: bool, markdown: bool, no_code: bool) -> None:
-    """List what the scenarios FIRST and SECOND share, and what differs: content, settings and code.
+    """List common and differing content, settings and code of the scenarios FIRST and SECOND.
 
-    Content is compared by its bytes, settings are all that the scenarios say. Code is what the built minds are made of:
-    nothing is run.
+    Content is compared byte by byte; settings are all keys of the scenarios. Code means the classes of the built
+    agents; nothing is run.
     """
     from ..simulation.reuse import diff
 
@@ -50,14 +50,14 @@ def command(first: str, second: str, as_json: bool, markdown: bool, no_code: boo
 
 
 def _tables(found: Reuse, *, brief: bool) -> Iterator[tuple[str, Rows]]:
-    """Titles and rows, the first of them the heads."""
+    """Titles and rows of the tables; the first row is the head."""
     first, second = found.first, found.second
     yield f"Content of {first} and {second}", _shares(found.content, first, second)
     yield f"Settings of {first} and {second}", _settings(found.settings, found, brief=brief)
     for robot in found.robots:
         yield _title(robot, found), _robot(robot, found, brief=brief)
     code = _differences if brief else _shares
-    yield f"Engine classes that the minds are made of, {first} and {second}", code(found.code, first, second, "room")
+    yield f"Engine classes of the agents in {first} and {second}", code(found.code, first, second, "package")
     if not brief:
         yield "Files", _files(found)
 
@@ -81,7 +81,7 @@ def _robot(robot: Counterpart, found: Reuse, *, brief: bool) -> Rows:
 
 
 def _settings(settings: Sequence[Setting], found: Reuse, *, brief: bool) -> Rows:
-    """All of them; where that is to be brief, those that are the same in one row."""
+    """Rows of the settings; if brief, equal settings share one row."""
     rest = [s.what for s in settings if brief and s.same and s.what not in _NAMES]
     rows: Rows = [("", found.first, found.second, "")]
     rows += (
@@ -104,7 +104,7 @@ def _shares(shares: Sequence[Share], first: str, second: str, head: str = "") ->
 
 
 def _differences(shares: Sequence[Share], first: str, second: str, head: str) -> Rows:
-    """Only what differs; the rooms in which nothing does share the last row."""
+    """Rows of the packages that differ; equal packages share the last row."""
     rows: Rows = [(head, f"only in {first}", f"only in {second}")]
     rows += ((s.kind, ", ".join(s.first) or _NONE, ", ".join(s.second) or _NONE) for s in shares if not s.same)
     rows.append((", ".join(s.kind for s in shares if s.same), _NONE, _NONE))
@@ -125,7 +125,7 @@ def _markdown(title: str, rows: Rows) -> str:
 
 
 def _show(title: str, rows: Rows) -> None:
-    """Print columns as wide as what is in them, up to the terminal's width."""
+    """Print a table, at most as wide as the terminal."""
     head, *body = rows
     colours = {"same": "green", "differs": "yellow"}
     styles = {i: colours[row[-1]] for i, row in enumerate(body) if row[-1] in colours}

@@ -1,4 +1,4 @@
-"""`rocs-bt doctor`: what works on this machine, and what to install for what does not."""
+"""`rocs-bt doctor`: check the installation and optional tools on this machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .terminal import echo, styled
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 _COMPILERS = ("cc", "gcc", "clang", "cl")
-# MuJoCo chooses its GL when it is loaded, so each kind is tried in a process of its own.
+# MuJoCo selects its GL backend when it is loaded, so each one is tried in a separate process.
 _RENDER = """
 import mujoco
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
@@ -33,7 +33,7 @@ with mujoco.Renderer(model, 16, 16) as renderer:
 
 @dataclass(frozen=True)
 class _Finding:
-    """One thing that was looked at. `needed` tells that nothing works without it."""
+    """Result of one check; `needed` means that rocs_bt does not work without it."""
 
     what: str
     works: bool
@@ -44,14 +44,14 @@ class _Finding:
 @click.command()
 @click.pass_context
 def command(ctx: click.Context) -> None:
-    """Tell what works on this machine, and what to install for what does not."""
+    """Check the installation and optional tools, and print what to install for missing ones."""
     broken = False
     for finding in _findings():
         mark = styled("yes", fg="green") if finding.works else styled("no ", fg="red")
         echo(f"{mark}  {finding.what:<14} {finding.detail}")
         broken |= finding.needed and not finding.works
     if broken:
-        echo("rocs_bt cannot run here until the needed parts are installed.", err=True)
+        echo("rocs_bt cannot run until the required parts are installed.", err=True)
         ctx.exit(3)
 
 
@@ -72,24 +72,28 @@ def _findings() -> Iterator[_Finding]:
     yield _Finding("display", display, "--view works" if display else "no display: --view does not work here")
     yield _Finding("encoder", _has("imageio-ffmpeg"), "for --video" if _has("imageio-ffmpeg") else _extra("video"))
     browser = next(filter(None, map(shutil.which, _BROWSERS)), None)
-    yield _Finding("browser", browser is not None, browser or "none of Chromium or Chrome: the report's tests skip")
+    yield _Finding("browser", browser is not None, browser or "no Chromium or Chrome; tests of the report are skipped")
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
     yield _Finding("C compiler", compiler is not None, compiler or "none; rocs_bt works without one")
     missing = kernel_missing()
-    yield _Finding("rules' kernel", not missing, f"Python runs the rules: {missing}" if missing else "runs the rules")
+    yield _Finding(
+        "rules' kernel",
+        not missing,
+        f"rules run in Python: {missing}" if missing else "rules run in the compiled kernel",
+    )
     headers = sysconfig.get_path("include")
     yield _Finding("Python headers", os.path.isfile(f"{headers}/Python.h"), headers)
 
 
 def _packages() -> _Finding:
-    """The packages that the core needs, without those of the extras."""
+    """Check the required packages, without those of the extras."""
     required = (
         [r for r in importlib.metadata.requires("rocs_bt") or [] if "extra ==" not in r] if _has("rocs_bt") else []
     )
     names = [re.split(r"[^A-Za-z0-9_.-]", r, maxsplit=1)[0] for r in required]
     missing = [n for n in names if not _has(n)]
     if missing:
-        return _Finding("packages", False, f"missing: {', '.join(missing)}; install rocs_bt again with pip", True)
+        return _Finding("packages", False, f"missing: {', '.join(missing)}; reinstall rocs_bt with pip", True)
     found = [f"{n} {importlib.metadata.version(n)}" for n in ("mujoco", "casadi", "py-trees", "numpy") if _has(n)]
     return _Finding("packages", bool(found), ", ".join(found) or "none; install rocs_bt with pip", True)
 
@@ -100,8 +104,8 @@ def _content() -> _Finding:
         entries = catalog.list()
     except RocsError as error:
         return _Finding("content", False, str(error), True)
-    project = f", and the project in {catalog.project}" if catalog.project else "; no project around this folder"
-    return _Finding("content", True, f"{len(entries)} pieces; shipped ones in {catalog.shipped}{project}", True)
+    project = f", project in {catalog.project}" if catalog.project else "; this folder is not in a project"
+    return _Finding("content", True, f"{len(entries)} entries; shipped content in {catalog.shipped}{project}", True)
 
 
 def _has(package: str) -> bool:

@@ -1,4 +1,4 @@
-"""`rocs-bt episode`: one episode of a comparison again, to look at."""
+"""`rocs-bt episode`: play one episode of a comparison again, with recording and report."""
 
 from __future__ import annotations
 
@@ -15,13 +15,12 @@ from .terminal import echo
 @click.command()
 @click.argument("planner")
 @click.argument("scene")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="The episode's seed.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Where to write; runs/... if left out.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the episode.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default in runs.")
 def command(planner: str, scene: str, seed: int, out: Path | None) -> int:
-    """Play PLANNER in SCENE, as a comparison does, and write summary.json, run.mcap and report.html.
+    """Play PLANNER in SCENE, as in a comparison, and write summary.json, run.mcap and report.html.
 
-    SCENE is a scenario, or a scene of a family as results name it, such as barn_like-17. Exit codes are those of
-    `rocs-bt run`.
+    SCENE is a scenario, or a scene of a family such as barn_like-17. Exit codes are those of `rocs-bt run`.
     """
     from ..compare.replay import replay_episode
 

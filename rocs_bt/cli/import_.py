@@ -1,4 +1,4 @@
-"""`rocs-bt import`: scenarios from a user's own copy of a benchmark."""
+"""`rocs-bt import`: convert a user's copy of a benchmark to scenarios."""
 
 from __future__ import annotations
 
@@ -23,15 +23,21 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("benchmark", type=click.Choice(["barn", "mrpb", "movingai"]))
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Your project's folder.")
-@click.option("--limit", type=click.IntRange(min=1), help="At most so many scenarios.")
-@click.option("--robot", default="jackal", show_default=True, help="Who drives.")
-@click.option("--mission", default="go_to", show_default=True, help="Its mission; a planner brings its own.")
-@click.option("--rules", default="avoid_collision", show_default=True, help="Its rules, or nothing.")
-@click.option("--pairs", type=click.IntRange(min=1), default=5, show_default=True, help="mrpb: starts for each map.")
-@click.option("--cell", default="0.5 m", show_default=True, help="movingai: side of a cell.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Project folder.")
+@click.option("--limit", type=click.IntRange(min=1), help="Maximum number of scenarios.")
+@click.option("--robot", default="jackal", show_default=True, help="Robot of the scenarios.")
+@click.option("--mission", default="go_to", show_default=True, help="Mission; replaced by that of a planner.")
+@click.option("--rules", default="avoid_collision", show_default=True, help="Rule file; may be empty.")
 @click.option(
-    "--every", type=click.IntRange(min=1), default=100, show_default=True, help="movingai: one problem of so many."
+    "--pairs",
+    type=click.IntRange(min=1),
+    default=5,
+    show_default=True,
+    help="mrpb: number of start and goal pairs per map.",
+)
+@click.option("--cell", default="0.5 m", show_default=True, help="movingai: cell size.")
+@click.option(
+    "--every", type=click.IntRange(min=1), default=100, show_default=True, help="movingai: take every Nth problem."
 )
 def command(
     benchmark: str,
@@ -45,15 +51,17 @@ def command(
     cell: str,
     every: int,
 ) -> None:
-    """Write the worlds of BENCHMARK in FOLDER, your own copy of it, as scenarios into your project.
+    """Convert the worlds of BENCHMARK in FOLDER, your own copy of it, to scenarios in your project.
 
-    barn: a clone of the BARN challenge. mrpb: a clone of the local planning benchmark MRPB, or any maps of ROS's map
-    server. movingai: .map and .scen files.
+    barn: a clone of the BARN challenge. mrpb: a clone of the local planning benchmark MRPB, or any maps in the format
+    of ROS's map server. movingai: .map and .scen files.
     """
     from ..compare.family import AgentSetup
 
     if not folder.exists():
-        raise InputError(Fault(f"there is no folder '{folder}'.", hint="Name your own copy of the benchmark."))
+        raise InputError(
+            Fault(f"there is no folder '{folder}'.", hint="Give the folder of your copy of the benchmark.")
+        )
     side = convert(cell, LENGTH, "--cell")
     if not 0.05 <= side <= 10.0:
         raise InputError(Fault(f"--cell must be 5 cm to 10 m, found {side:g} m."))
@@ -64,7 +72,7 @@ def command(
         scene.write(out)
         names.append(scene.name)
     if not names:
-        raise InputError(Fault("no scene was found that the robot fits into.", folder, hint="Try a larger --cell."))
+        raise InputError(Fault("no scene with enough space for the robot.", folder, hint="Try a larger --cell."))
     inside = "" if out == Path() else f"cd {shlex.quote(str(out))} && "
     which = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
     echo(f"{counted(len(names), 'scenario')}: {which}.")

@@ -1,4 +1,4 @@
-"""`rocs-bt knowledge`: query, draw, export and import what agents knew over a run, and know for the next one."""
+"""`rocs-bt knowledge`: query, draw, export and import the knowledge of agents."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
 
 _EXPORTS = (".json", ".graphml")
 run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
-agent_option = click.option("--agent", help="Whose knowledge; may be left out where there is only one agent.")
+agent_option = click.option("--agent", help="Name of the agent; optional if there is only one.")
 run_number_option = click.option(
-    "--run-number", type=click.IntRange(min=1), help="Of a file with several runs; the newest if left out."
+    "--run-number", type=click.IntRange(min=1), help="Number of the run in a file with several; by default the newest."
 )
 
 
 class _Moment(click.FloatRange):
-    """A time of a run [s]: at least 0, and a number; NaN passes a plain FloatRange."""
+    """Time of a run [s], at least 0; refuses NaN, which FloatRange accepts."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         t = float(super().convert(value, param, ctx))
-        return self.fail("a time is a number of seconds, found nan.", param, ctx) if math.isnan(t) else t
+        return self.fail("a time must be a number of seconds, found nan.", param, ctx) if math.isnan(t) else t
 
 
 at_option = click.option(
-    "--at", "t", type=_Moment(min=0.0), metavar="SECONDS", help="As of this time; the end if left out."
+    "--at", "t", type=_Moment(min=0.0), metavar="SECONDS", help="Time of the state; by default the end."
 )
 
 
@@ -49,10 +49,10 @@ at_option = click.option(
 @click.option("--format", "form", type=click.Choice(["html", "svg", "text"]), default="html", show_default=True)
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 def show(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
-    """Draw what an agent knew in RUN: a page with search and a time slider, a picture, or a list.
+    """Draw the knowledge of an agent in RUN: an HTML page with search and a time slider, an SVG drawing, or a list.
 
-    RUN is a run's folder, its run.mcap, a file that `run --knowledge` wrote, or an export. The page tells the whole
-    run; the others one moment.
+    RUN is a run's folder, its run.mcap, a file written by `run --knowledge`, or an export. The page shows the whole
+    run; the other formats show one time.
     """
     from ..record.knowledge import draw, render_knowledge
 
@@ -67,7 +67,7 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
         return
     file = out or _beside(run) / f"knowledge.{form}"
     file.write_text(text, encoding="utf-8")
-    echo(f"What {log.agent} knew: {file}")
+    echo(f"Knowledge of {log.agent}: {file}")
 
 
 @click.command()
@@ -78,9 +78,9 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
 @click.option("--format", "form", type=click.Choice(["json", "graphml"]), default="json", show_default=True)
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 def export(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
-    """Write what an agent knew in RUN, at one moment, as JSON or GraphML.
+    """Write the knowledge of an agent in RUN at one time as JSON or GraphML.
 
-    JSON says all, and `knowledge import` reads it back to the last bit; GraphML is for programs that draw graphs.
+    JSON is lossless and can be read by `knowledge import`; GraphML is for graph drawing programs.
     """
     from ..knowledge.history import to_graphml, to_json_text
 
@@ -96,11 +96,11 @@ def export(run: Path, agent: str | None, run_number: int | None, t: float | None
 @click.command(name="import")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.argument("knowledge", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--agent", help="Whose knowledge it becomes; the one that it was if left out.")
+@click.option("--agent", help="Agent that gets the knowledge; by default the agent in the file.")
 def take(file: Path, knowledge: Path, agent: str | None) -> None:
-    """Put an export FILE (JSON or GraphML) into a KNOWLEDGE file, as its newest run: a later run remembers it.
+    """Add an export FILE (JSON or GraphML) to a KNOWLEDGE file as its newest run, for use by later runs.
 
-    Everything is checked against the schema first; a file with a fault changes nothing.
+    The file is checked against the schema first; if it has faults, nothing is changed.
     """
     from ..knowledge.history import write_state
 
@@ -108,13 +108,13 @@ def take(file: Path, knowledge: Path, agent: str | None) -> None:
     if agent is not None:
         state.agent = agent
     if not state.agent:
-        raise InputError(Fault("it does not say whose knowledge it is.", file, hint="Say it: --agent NAME"))
+        raise InputError(Fault("the file does not name the agent.", file, hint="Give it: --agent NAME"))
     write_state(knowledge, state, file.name)
     echo(f"{knowledge}: {len(state.nodes())} nodes, {len(state.edges())} edges of {state.agent}.")
 
 
 def open_log(run: Path, agent: str | None, number: int | None) -> ChangeLog:
-    """What an agent knew, wherever it was kept: a recording, a file of knowledge, or an export."""
+    """Change log of an agent from a recording, a knowledge file, or an export."""
     from ..knowledge.history import History, log_of
     from ..record import Recording
     from ..record.knowledge import recorded_log
@@ -129,10 +129,10 @@ def open_log(run: Path, agent: str | None, number: int | None) -> ChangeLog:
 
 
 def state_of(log: ChangeLog, t: float | None) -> State:
-    """What was known at a time [s]; at the end where None.
+    """State of a change log at a time [s], or at its end.
 
     Raises:
-        InputError: That time is not kept.
+        InputError: The log does not cover that time.
     """
     try:
         return log.as_of(t)
@@ -141,7 +141,7 @@ def state_of(log: ChangeLog, t: float | None) -> State:
 
 
 def _kept(run: Path) -> Path:
-    """The file that is meant: of a run's folder its knowledge, else its recording."""
+    """File of a run: in a folder the knowledge file, or else the recording."""
     if not run.is_dir():
         return run
     kept = run / "knowledge.sqlite"
@@ -154,12 +154,12 @@ def _exported(file: Path, schema: Schema) -> State:
     try:
         text = file.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise InputError(Fault(f"this is no text: {error.reason} at byte {error.start}.", file)) from error
+        raise InputError(Fault(f"not UTF-8 text: {error.reason} at byte {error.start}.", file)) from error
     return from_graphml(text, file, schema) if file.suffix == ".graphml" else from_json_text(text, file, schema)
 
 
 def _listed(state: State) -> str:
-    """A state as lines that people and grep read."""
+    """List a state, one node or edge per line."""
     from ..record.knowledge import value_text
 
     lines = []
@@ -184,12 +184,12 @@ def _beside(run: Path) -> Path:
 @at_option
 @click.option("--json", "as_json", is_flag=True, help="Print the answers as JSON.")
 def query(run: Path, text: str, agent: str | None, run_number: int | None, t: float | None, as_json: bool) -> int:
-    """Put a QUERY to what an agent knew, such as "object where moves and distance(pose, robot) < 2 m".
+    """Query the knowledge of an agent, such as "object where moves and distance(pose, robot) < 2 m".
 
-    RUN is a run's folder, its run.mcap, a file that `run --knowledge` wrote, or an export. Of a recorded run, `robot`
-    is where the robot was, and the query may name its signals. The language is told in docs/knowledge.md.
+    RUN is a run's folder, its run.mcap, a file written by `run --knowledge`, or an export. For a recorded run, `robot`
+    is the robot's pose at the time, and the query may use its signals. See docs/knowledge.md for the language.
 
-    Exits with 0 when there is an answer, with 1 when there is none.
+    Exits with 0 if there is an answer, with 1 if there is none.
     """
     from ..knowledge import QueryContext, compile_query
     from ..record import Recording
@@ -212,9 +212,9 @@ def query(run: Path, text: str, agent: str | None, run_number: int | None, t: fl
 
 
 def _table(answers: Answers) -> str:
-    """The answers in columns."""
+    """Table of the answers."""
     if not answers:
-        return "nothing answers."
+        return "no answers."
     if not answers.variables and not answers.columns:
         return "yes."
     heads = [*answers.variables, *answers.columns]
@@ -247,41 +247,41 @@ def _plain(answer: dict[str, Any]) -> dict[str, Any]:
 @run_number_option
 @at_option
 def why(run: Path, agent: str | None, run_number: int | None, t: float | None) -> None:
-    """Tell why an agent chose its strategies in RUN, and what came of each; with --at of the one in force then.
+    """Print the reasons and outcomes of an agent's strategies in RUN; with --at, of the strategy active then.
 
-    RUN is a run's folder, its run.mcap, a file that `run --knowledge` wrote, or an export.
+    RUN is a run's folder, its run.mcap, a file written by `run --knowledge`, or an export.
     """
     log = open_log(run, agent, run_number)
     state = log.as_of()
     uses = sorted(state.nodes("use"), key=lambda use: state.get(use, "began") or 0.0)
     if t is not None:
-        uses = [use for use in uses if _in_force(state, use, t)]
+        uses = [use for use in uses if _active(state, use, t)]
     if not uses:
         when = "" if t is None else f" at {t:g} s"
         hint = "Missions choose strategies with UseStrategy (docs/strategies.md)."
-        echo(f"No strategy of {log.agent} was in force{when}. {hint}")
+        echo(f"No strategy of {log.agent} was active{when}. {hint}")
         return
     for use in uses:
-        echo("\n".join(_told(state, use)))
+        echo("\n".join(_use_lines(state, use)))
 
 
-def _in_force(state: Readable, use: str, t: float) -> bool:
+def _active(state: Readable, use: str, t: float) -> bool:
     ended = state.get(use, "ended")
     return bool((state.get(use, "began") or 0.0) <= t and (ended is None or t <= ended))
 
 
-def _told(state: Readable, use: str) -> Iterator[str]:
+def _use_lines(state: Readable, use: str) -> Iterator[str]:
     known = state.attributes(use)
-    names = ", ".join(state.related(use, "use_of")) or "a strategy that is forgotten"
+    names = ", ".join(state.related(use, "use_of")) or "a removed strategy"
     until = f"{known['ended']:.2f} s" if "ended" in known else "the end"
-    came = known.get("outcome", "still in force") + (f": {known['reason']}" if "reason" in known else "")
-    yield f"{known.get('began', 0.0):.2f} s to {until}  {names}  {came}"
-    yield from (f"    {line}" for line in known.get("why", "nothing was noted").splitlines())
+    outcome = known.get("outcome", "still active") + (f": {known['reason']}" if "reason" in known else "")
+    yield f"{known.get('began', 0.0):.2f} s to {until}  {names}  {outcome}"
+    yield from (f"    {line}" for line in known.get("why", "no reason recorded").splitlines())
 
 
 @click.group()
 def command() -> None:
-    """Look into what agents knew: ask, draw, write and read it."""
+    """Query, draw, export and import the knowledge of agents."""
 
 
 for each in (query, why, show, export, take):

@@ -1,4 +1,4 @@
-"""`rocs-bt list`: all content there is."""
+"""`rocs-bt list`: list all content."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .terminal import echo, styled
 @click.argument("kind", required=False)
 @click.option("--json", "as_json", is_flag=True, help="As JSON: name, kind, path, doc, origin.")
 def command(kind: str | None, as_json: bool) -> None:
-    """List the content there is: yours first, then what rocs_bt ships.
+    """List the content of the project and of rocs_bt, by kind and name.
 
-    KIND is one of scenario, mission, rules, robot, world, family, route, node, planner; a plural is fine too.
+    KIND is one of scenario, mission, rules, robot, world, family, route, node, planner, or its plural.
     """
     entries = Catalog.here().list(_singular(kind))
     if as_json:
@@ -28,10 +28,10 @@ def command(kind: str | None, as_json: bool) -> None:
         if of_kind:
             echo(styled(found, bold=True))
         for e in of_kind:
-            mine = " (yours)" if e.origin == "project" else ""
-            echo(f"  {e.name:<{width}}  {e.doc}{mine}")
+            origin = " (project)" if e.origin == "project" else ""
+            echo(f"  {e.name:<{width}}  {e.doc}{origin}")
     if not entries:
-        echo("There is none.")
+        echo("None found.")
 
 
 def _singular(kind: str | None) -> str | None:

@@ -1,4 +1,4 @@
-"""`rocs-bt new`: a project with one of each and a test that passes."""
+"""`rocs-bt new`: create a project with an example of each kind of content and tests."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ROBOT = "pioneer_p3dx"
 @click.command()
 @click.argument("name", type=click.Path(path_type=Path))
 def command(name: Path) -> None:
-    """Begin a project in the folder NAME: a mission, rules, a robot, a scenario and a passing test."""
+    """Create a project in the folder NAME, with a mission, rules, a robot, a scenario and tests."""
     if name.exists() and (not name.is_dir() or any(name.iterdir())):
         raise InputError(Fault(f"'{name}' exists and is not empty.", hint="Choose a new name, or an empty folder."))
     shipped = Catalog()
@@ -27,8 +27,8 @@ def command(name: Path) -> None:
     if around is not None and around != shipped.shipped:
         raise InputError(
             Fault(
-                f"'{name}' would lie inside the project '{around}'.",
-                hint="Projects do not nest: name a folder outside of it, or add files to that project.",
+                f"'{name}' is inside the project '{around}'.",
+                hint="Projects cannot be nested: choose a folder outside, or add files to that project.",
             )
         )
     robot = shipped.find("robot", _ROBOT).path.parent
@@ -38,5 +38,5 @@ def command(name: Path) -> None:
         shutil.copytree(robot, name / "robots" / "rover", ignore=ignore)
     except OSError as error:
         raise InputError(Fault(f"cannot write the project '{name}': {error.strerror or error}.")) from error
-    echo(f"{name} has one of each; its README says what is where.")
+    echo(f"Created the project {name}; see its README.md.")
     echo(f"Try next: cd {shlex.quote(str(name))} && rocs-bt run first && pytest")

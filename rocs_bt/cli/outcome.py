@@ -1,4 +1,4 @@
-"""The outcome of a run, as text and as exit code."""
+"""Outcome of a run as text and as exit code."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from .terminal import styled
 if TYPE_CHECKING:
     from ..record import AgentResult, Following, KnowledgeFile, Localisation, Summary
 
-_FAULTS = 3  # that are told on the screen
+_FAULTS = 3  # maximum number of printed faults
 
 
 def exit_code(summary: Summary, *, signal: int | None = None, missing: bool = False) -> int:
-    """Exit code of a command that ran.
+    """Exit code of a command that ran a scenario.
 
     Args:
         summary: Summary of the run.
-        signal: The signal that ended the run; None if none did.
+        signal: Signal that ended the run, if any.
         missing: Whether a file of the run could not be written.
 
     Returns:
-        128 + signal; else 3 if a block of the engine failed, 0 if every agent succeeded and every file was written, 1.
+        128 + signal; else 3 if a block of the engine failed; else 0 if every agent succeeded and every file was
+        written; else 1.
     """
     agents = list(summary.agents.values())
     if signal is not None:
@@ -37,12 +38,12 @@ def exit_code(summary: Summary, *, signal: int | None = None, missing: bool = Fa
 
 
 def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
-    """The outcome in a few lines for each agent, where the report is, and what to try next.
+    """Outcome of each agent in a few lines, path of the report, and suggested commands.
 
     Args:
         summary: Summary of the run.
         folder: Folder of the run.
-        report: The report; None if there is none.
+        report: Report file, if any.
     """
     lines: list[str] = []
     for name, agent in summary.agents.items():
@@ -59,16 +60,16 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
 
 
 def _remembered(kept: KnowledgeFile) -> list[str]:
-    """What was remembered at the start, what was not, and where this run's knowledge is."""
+    """Lines about the knowledge loaded at the start, refused items, and the file of this run's knowledge."""
     lines = []
     for name, found in kept.remembered.items():
         lines.append(
-            f"{name} remembered {counted(found.nodes, 'thing')} and {counted(found.edges, 'relation')}"
+            f"{name} loaded {counted(found.nodes, 'node')} and {counted(found.edges, 'relation')}"
             f" of earlier runs{', but not all' if found.refused else ''}."
         )
-        lines += [f"  not remembered: {reason}" for reason in found.refused[:_FAULTS]]
+        lines += [f"  refused: {reason}" for reason in found.refused[:_FAULTS]]
     if kept.lost:
-        lines.append(f"{counted(kept.lost, 'change')} of knowledge came faster than the disk took them.")
+        lines.append(f"{counted(kept.lost, 'change')} of knowledge lost: the disk was too slow.")
     file = shlex.quote(kept.file)
     return [*lines, f"Knowledge: {file}   (rocs-bt knowledge show {file})"]
 
@@ -82,11 +83,11 @@ def _outcome(name: str, agent: AgentResult, summary: Summary) -> list[str]:
     reactive, deliberative = agent.time_reactive, agent.time_deliberative
     share = 100.0 * reactive / max(reactive + deliberative, 1e-9)
     refirings = agent.reflex_refirings
-    again = f" and fired again {counted(refirings, 'time')} while latched" if refirings else ""
+    again = f", {counted(refirings, 're-firing')} while latched" if refirings else ""
     clearance, collisions = agent.min_clearance, agent.collisions
     hit = "" if collisions is None else f" with {counted(collisions, 'collision')}"
-    near = "" if clearance is None else f", never nearer than {max(clearance, 0.0):.2f} m to anything"
-    struck = f", struck {counted(agent.struck, 'time')} while it stood" if agent.struck else ""
+    near = "" if clearance is None else f", minimum clearance {max(clearance, 0.0):.2f} m"
+    struck = f", {counted(agent.struck, 'contact')} while stationary" if agent.struck else ""
     kept = [*_followed(agent.following), *_located(agent.localisation)]
     faults = [f"  fault at {fault}" for fault in agent.faults[:_FAULTS]]
     if (more := len(agent.faults) - _FAULTS) > 0:
@@ -94,9 +95,9 @@ def _outcome(name: str, agent: AgentResult, summary: Summary) -> list[str]:
     return [
         f"{outcome}{took} ({place}){reason}",
         f"  drove {agent.path_length:.2f} m{hit}{struck}{near}; {_duration(summary)}",
-        f"  {counted(agent.reflex_activations, 'reflex', 'es')} held the wheels {share:.0f} % of the time{again},"
-        f" {counted(agent.replans, 're-plan')},"
-        f" {counted(agent.route_switches, 'switch', 'es')} between plan and reflex",
+        f"  {counted(agent.reflex_activations, 'reflex activation')} ({share:.0f} % of the time){again},"
+        f" {counted(agent.replans, 'replan')},"
+        f" {counted(agent.route_switches, 'plan/reflex switch', 'es')}",
         *kept,
         *faults,
     ]
@@ -106,27 +107,27 @@ def _duration(summary: Summary) -> str:
     if not summary.simulated:
         return f"{summary.sim_time:.1f} s driven"
     simulated = f"{summary.sim_time:.1f} s simulated"
-    if summary.wall_time is None:  # of a recording that was cut off
+    if summary.wall_time is None:  # unknown for a recording that was cut off
         return simulated
     return f"{simulated} in {summary.wall_time:.1f} s ({summary.real_time_factor:.0f} times real time)"
 
 
 def _followed(following: Following | None) -> list[str]:
-    """How it kept its distance from its leader; nothing of who follows nobody, or never caught up."""
+    """Line about the distance to a leader; none for an agent that followed no robot or never caught up."""
     if following is None or following.mean_distance is None or following.in_band is None:
         return []
     driving = following.least_driving
-    near = "" if driving is None else f", never nearer than {driving:.2f} m while it drove"
+    near = "" if driving is None else f", minimum {driving:.2f} m while driving"
     return [
-        f"  followed {following.leader} at {following.mean_distance:.2f} m in the mean,"
-        f" {100.0 * following.in_band:.0f} % of the time within its band{near}"
+        f"  followed {following.leader} at a mean distance of {following.mean_distance:.2f} m,"
+        f" {100.0 * following.in_band:.0f} % of the time within the follow band{near}"
     ]
 
 
 def _located(error: Localisation | None) -> list[str]:
-    """How far off it took itself to be; nothing of who does not localise itself."""
+    """Line about the error of the pose estimate; none for an agent without an estimator."""
     if error is None:
         return []
     rms = f"{100.0 * error.position_rms:.1f} cm and {math.degrees(error.heading_rms):.1f} deg"
     most = f"{100.0 * error.position_max:.1f} cm and {math.degrees(error.heading_max):.1f} deg"
-    return [f"  its estimate of its pose was {rms} off (rms), at most {most}"]
+    return [f"  error of the pose estimate: {rms} (rms), at most {most}"]

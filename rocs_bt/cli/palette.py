@@ -1,4 +1,4 @@
-"""`rocs-bt palette`: the nodes that missions in XML may name, as a file for an editor such as Groot2."""
+"""`rocs-bt palette`: write the nodes available to missions in XML, for an editor such as Groot2."""
 
 from __future__ import annotations
 
@@ -13,13 +13,18 @@ from .terminal import echo
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 @click.option(
-    "--nodes", "dialect", type=click.Choice(["rocs", "nav2"]), default="rocs", show_default=True, help="Whose nodes."
+    "--nodes",
+    "dialect",
+    type=click.Choice(["rocs", "nav2"]),
+    default="rocs",
+    show_default=True,
+    help="Dialect of the nodes.",
 )
-@click.option("--no-code", is_flag=True, help="Leave the nodes of planners/nodes out, which are Python.")
+@click.option("--no-code", is_flag=True, help="Omit the nodes of planners/nodes, which are Python.")
 def command(out: Path | None, dialect: str, no_code: bool) -> None:
-    """Write the models of the robot's actions, of our nodes and of a project's own, with ports, types and defaults.
+    """Write the models of all actions and nodes, of rocs_bt and of the project, with ports, types and defaults.
 
-    Load it in the editor, or include it in a mission: its TreeNodesModel is generated from the classes.
+    Load the file in the editor, or include it in a mission. Its TreeNodesModel is generated from the classes.
     """
     from ..actions import action_table
     from ..plan import mission_nodes, shipped_nodes

@@ -1,4 +1,4 @@
-"""`rocs-bt plot`: the figures of a run as PNG and SVG."""
+"""`rocs-bt plot`: figures of a run as PNG and SVG."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .terminal import echo
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
 @click.argument("other", required=False, type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Where to write; the run's folder if left out.")
+@click.option("--out", type=click.Path(path_type=Path), help="Output folder; by default in the run's folder.")
 def command(run: Path, other: Path | None, out: Path | None) -> None:
-    """Draw the figures of RUN, a run's folder or its run.mcap; with OTHER, both over each other."""
+    """Draw the figures of RUN, a run's folder or its run.mcap; with OTHER, overlay both runs."""
     from ..record import Recording, write_figures
 
     recordings = [Recording.open(path) for path in (run, other) if path is not None]

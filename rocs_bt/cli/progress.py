@@ -1,4 +1,4 @@
-"""A progress bar for what takes longer than a moment; only on a terminal."""
+"""Progress bar for commands that take longer than a second; only on a terminal."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Any
 from ..clock import WallClock
 from .terminal import perhaps_closed, safe
 
-_PATIENCE = 1.0  # [s]; work that is done sooner shows no bar
+_PATIENCE = 1.0  # [s] before the bar is shown
 
 
 class Progress:
-    """Called with how far the work is; draws a bar on stderr once it takes longer than a second.
+    """Progress bar on stderr, shown after one second; called with the progress.
 
         with Progress("exp1", total=60.0) as progress:
             run(..., progress=progress)
 
     Args:
-        what: What is being done.
-        total: How far it goes, in the unit of the calls.
-        unit: What they count.
+        what: Description of the work.
+        total: Total, in the unit of the calls.
+        unit: Unit of the calls.
     """
 
     def __init__(self, what: str, total: float, unit: str = "s simulated") -> None:
@@ -37,7 +37,7 @@ class Progress:
         return self
 
     def __call__(self, done: float) -> None:
-        """Tell how far it is."""
+        """Update the progress."""
         if not self._shown:
             return
         if self._bar is None and self._clock.now() < _PATIENCE:

@@ -1,4 +1,4 @@
-"""`rocs-bt replay`: the recorded sensors to the same mind, or why something happened."""
+"""`rocs-bt replay`: re-run agents on recorded sensor data, or explain one moment of a run."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .terminal import echo
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--why", metavar="T", type=float, help="Tell what was known, planned, fired and sent at T seconds.")
-@click.option("--agent", help="Whose; all agents if left out.")
+@click.option("--why", metavar="T", type=float, help="Show knowledge, plan, active rules and commands at T seconds.")
+@click.option("--agent", help="Name of the agent; by default all.")
 def command(run: Path, why: float | None, agent: str | None) -> int:
-    """Feed the sensors recorded in RUN to the same mind, and compare its decisions with those recorded.
+    """Re-run the agents of RUN on its recorded sensor data, and compare their events with the recorded ones.
 
-    Exits with 0 when they are the same, with 1 at the first event that differs. With --why nothing is run.
+    Exits with 0 if all events are equal, with 1 at the first difference. With --why, nothing is run.
     """
     from ..record import Recording
 
@@ -31,8 +31,8 @@ def command(run: Path, why: float | None, agent: str | None) -> int:
 
     difference = replay(recording, Catalog.here(), agent=agent)
     if difference is None:
-        cut = "" if recording.complete else ", as far as the recording goes: it was cut off"
-        echo(f"The same decisions, event by event{cut}.")
+        cut = "" if recording.complete else ", up to the end of the recording, which was cut off"
+        echo(f"All events are equal{cut}.")
         return 0
     echo(str(difference))
     return 1

@@ -12,12 +12,12 @@ from .terminal import echo
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Where to write; beside RUN if left out.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default that of RUN.")
 def command(run: Path, out: Path | None) -> None:
-    """Make summary.json and report.html of RUN, a run's folder or its run.mcap; also of one that was cut off.
+    """Make summary.json and report.html of RUN, a run's folder or its run.mcap, also of an incomplete one.
 
-    They are computed from the recording alone. An agent without an outcome is `interrupted` there, and what no event
-    holds (wall time, trajectory hash, file of knowledge) is null.
+    Both are computed from the recording alone. An agent without an outcome is `interrupted`; values that no event
+    contains (wall time, trajectory hash, knowledge file) are null.
     """
     from .._run import report
 

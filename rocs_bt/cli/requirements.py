@@ -1,4 +1,4 @@
-"""`rocs-bt requirements`: what must hold over a run, checked on its recording."""
+"""`rocs-bt requirements`: check requirements on the recording of a run."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ _COLOURS = {"satisfied": "green", "violated": "red", "unknown": "yellow"}
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--require", "texts", metavar="TEXT", multiple=True, help="Check this instead; may be given many times.")
-@click.option("--agent", help="Whose; all agents if left out.")
+@click.option(
+    "--require", "texts", metavar="TEXT", multiple=True, help="Check this requirement instead; may be repeated."
+)
+@click.option("--agent", help="Name of the agent; by default all.")
 @click.option("--json", "as_json", is_flag=True, help="As JSON, by agent.")
 def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool) -> int:
-    """Check the requirements of RUN's scenario, or others, on its recording: verdict, least margin, worst moment.
+    """Check the requirements of RUN's scenario, or others, on its recording: verdict, minimum margin and its time.
 
-    Exits with 0 when all are satisfied, with 1 when one is violated or cannot be told.
+    Exits with 0 if all are satisfied, with 1 if one is violated or unknown.
     """
     from ..errors import InputError, unknown
     from ..record import Recording, RequirementInfo
@@ -37,8 +39,8 @@ def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool)
         raise InputError(unknown("agent", agent, names, "The run"))
     wanted = [r for r in recording.header.requirements if agent in (None, r.agent)]
     if texts:
-        whose = names if agent is None else [agent]
-        wanted = [RequirementInfo(name=text, agent=name, text=text) for text in texts for name in whose]
+        agents = names if agent is None else [agent]
+        wanted = [RequirementInfo(name=text, agent=name, text=text) for text in texts for name in agents]
     if not wanted:
         raise InputError("the run's scenario has no requirement. Give one, such as --require 'always speed < 1 m/s'.")
     checked = check_recorded(recording, wanted)
@@ -49,7 +51,7 @@ def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool)
 
 
 def finding_line(agent: str, finding: Finding) -> str:
-    """One line of text for one requirement of an agent."""
+    """Line of text with the result of a requirement of an agent."""
     verdict = styled(finding.verdict, fg=_COLOURS[finding.verdict], bold=True)
     line = f"{agent} {verdict}: {finding.name}"
     if finding.name != finding.require:
@@ -57,8 +59,8 @@ def finding_line(agent: str, finding: Finding) -> str:
     if finding.violated is not None:
         line += f", first at {finding.violated:.2f} s"
     if finding.margin is not None:
-        line += f"; least margin {finding.margin:.3g}{' ' if finding.unit else ''}{finding.unit}"
+        line += f"; minimum margin {finding.margin:.3g}{' ' if finding.unit else ''}{finding.unit}"
         line += f" at {finding.worst:.2f} s"
     if finding.unknown:
-        line += f"; not known at {finding.unknown} of {finding.samples} moments"
+        line += f"; unknown at {finding.unknown} of {finding.samples} samples"
     return line

@@ -1,4 +1,4 @@
-"""`rocs-bt rules`: living with rule files: their tests, what they would have done in a run, where thresholds belong."""
+"""`rocs-bt rules`: test rule files, replay them on recordings, and tune their thresholds."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import click
 
 from ..catalog import Catalog, Entry
 from ..errors import InputError, unknown
+from ..words import counted
 from .run import catalog_for
 from .terminal import echo, styled
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from ..record import AgentInfo, Recording
     from ..simulation.rule_replay import ReflexInput, RuleReplay
 
-_PANELS = 6  # rules whose signals a picture shows, where nobody names them
+_PANELS = 6  # default number of rules whose signals are drawn
 
 
 @click.group()
@@ -29,11 +30,11 @@ def command() -> None:
 
 @command.command()
 @click.argument("files", metavar="[FILE|NAME]...", nargs=-1)
-@click.option("--robot", help="For this robot; for those of all scenarios that use the file if left out.")
+@click.option("--robot", help="Test for this robot; by default for all robots that use the file in a scenario.")
 def test(files: tuple[str, ...], robot: str | None) -> int:
-    """Run the tests of rule files, in them and in rules/tests; of all of the project's if none is given.
+    """Run the tests in rule files and in rules/tests; by default those of all rule files of the project.
 
-    Exits with 0 when all pass, with 1 when one fails.
+    Exits with 0 if all tests pass, with 1 if one fails.
     """
     from ..check import fitted_rules
     from ..reactive import run_tests
@@ -47,27 +48,26 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
                 if not result.passed:
                     failed += 1
                     position = f"{result.position.file}:{result.position.line}:{result.position.column}"
-                    told = f"{position}: {styled('failed', fg='red', bold=True)}: {result.rule}, '{result.test}'"
-                    echo(f"{told}, on {name}: {result.message}", err=True)
+                    failure = f"{position}: {styled('failed', fg='red', bold=True)}: {result.rule}, '{result.test}'"
+                    echo(f"{failure}, on {name}: {result.message}", err=True)
         done += count
         if not count:
-            apart = entry.path.parent / "tests" / entry.path.name
-            echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]], here or in {apart}.", err=True)
-    echo(f"{done} test{'' if done == 1 else 's'}: {done - failed} passed, {failed} failed.")
+            separate = entry.path.parent / "tests" / entry.path.name
+            echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]], here or in {separate}.", err=True)
+    echo(f"{counted(done, 'test')}: {done - failed} passed, {failed} failed.")
     return 1 if failed else 0
 
 
 @command.command()
 @click.argument("file", metavar="FILE|NAME")
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--agent", help="Whose signals; those of all agents that flinch by the file if left out.")
+@click.option("--agent", help="Agent whose signals are used; by default all agents that use the file.")
 @click.option("--rule", "wanted", metavar="RULE", multiple=True, help="Draw the signals of this rule; may be repeated.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Where to draw; RUN/rules if left out.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default RUN/rules.")
 def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out: Path | None) -> None:
-    """Tell when each rule of FILE would have fired in RUN, and draw signals, thresholds, latches and winners.
+    """Evaluate the rules of FILE on the signals recorded in RUN; print firings, and draw signals, latches and winners.
 
-    RUN is a run's folder or its run.mcap. The rules see what the run's robot saw; what they would have made of it is
-    not played.
+    RUN is a run's folder or its run.mcap. Nothing is simulated: the actions of the rules have no effect.
     """
     from ..record import Recording
     from ..record.figures.rules import draw_rules, write_picture
@@ -90,19 +90,19 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
 @command.command()
 @click.argument("file", metavar="FILE|NAME")
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--rule", required=True, help="Whose firings to count.")
-@click.option("--threshold", required=True, help="What to sweep: a name of the file's [threshold] table.")
-@click.option("--from", "low", metavar="QUANTITY", help="The least value; half of what is in force if left out.")
-@click.option("--to", "high", metavar="QUANTITY", help="The greatest value; twice what is in force if left out.")
+@click.option("--rule", required=True, help="Rule whose firings are counted.")
+@click.option("--threshold", required=True, help="Threshold to sweep: a name in the file's [threshold] table.")
+@click.option("--from", "low", metavar="QUANTITY", help="Minimum value; by default half of the present one.")
+@click.option("--to", "high", metavar="QUANTITY", help="Maximum value; by default twice the present one.")
 @click.option(
     "--steps",
     type=click.IntRange(2, 1000),
     default=21,
     show_default=True,
-    help="How many values, beside the one in force.",
+    help="Number of values, in addition to the present one.",
 )
-@click.option("--agent", help="Whose signals; those of all agents that flinch by the file if left out.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Where to draw; RUN/rules if left out.")
+@click.option("--agent", help="Agent whose signals are used; by default all agents that use the file.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default RUN/rules.")
 def tune(
     file: str,
     runs: tuple[Path, ...],
@@ -114,7 +114,7 @@ def tune(
     agent: str | None,
     out: Path | None,
 ) -> None:
-    """Tell how often a rule of FILE would have fired in each RUN, for each value of one of its thresholds."""
+    """Count the firings of a rule of FILE in each RUN for a range of values of a threshold."""
     import numpy as np
 
     from ..record import Recording
@@ -125,24 +125,22 @@ def tune(
     catalog = catalog_for(file)
     path = catalog.find("rules", file).path
     recordings = [Recording.open(run) for run in runs]
-    whose = [_fitting(path, _agents(recording, path, agent), catalog) for recording in recordings]
-    fitted = [
-        (reflex_input(r, info), own) for r, fitting in zip(recordings, whose, strict=True) for info, own in fitting
-    ]
-    seen, rules = [each for each, _ in fitted], fitted[0][1]
+    fitting = [_fitting(path, _agents(recording, path, agent), catalog) for recording in recordings]
+    fitted = [(reflex_input(r, info), own) for r, found in zip(recordings, fitting, strict=True) for info, own in found]
+    inputs, rules = [each for each, _ in fitted], fitted[0][1]
     rule_index(rule, rules)
     dimension = threshold_dimension(threshold, rules)
     now = [own.thresholds[threshold] for _, own in fitted]  # robots may override it
     around = [factor * present for present in now for factor in (0.5, 2.0)]
-    least = min(around) if low is None else convert(low, dimension, "--from")
-    most = max(around) if high is None else convert(high, dimension, "--to")
-    if not least < most:
-        raise InputError(f"--from must be less than --to, found {least:g} and {most:g} {dimension}.")
-    values = np.array(_with_present(np.linspace(least, most, steps).tolist(), now))
+    minimum = min(around) if low is None else convert(low, dimension, "--from")
+    maximum = max(around) if high is None else convert(high, dimension, "--to")
+    if not minimum < maximum:
+        raise InputError(f"--from must be less than --to, found {minimum:g} and {maximum:g} {dimension}.")
+    values = np.array(_with_present(np.linspace(minimum, maximum, steps).tolist(), now))
     counts = sweep_threshold(
-        path, seen, catalog, rule=rule, threshold=threshold, values=values.tolist(), dimension=dimension
+        path, inputs, catalog, rule=rule, threshold=threshold, values=values.tolist(), dimension=dimension
     )
-    names = _unlike([f"{each.run} {each.agent.name}" for each in seen])
+    names = _unique_names([f"{each.run} {each.agent.name}" for each in inputs])
     echo("\n".join(_sweep_table(threshold, str(dimension), values.tolist(), names, counts.tolist(), now)))
     series = {name: counts[:, i] for i, name in enumerate(names)}
     canvas = draw_sweep(threshold, str(dimension), values, series, now, f"{path.stem}/{rule.rpartition('/')[2]}")
@@ -152,7 +150,7 @@ def tune(
 
 
 def _entries(files: Sequence[str]) -> list[tuple[Entry, Catalog]]:
-    """The rule files to test; all of the project's, or of the shipped ones outside of a project."""
+    """Rule files to test: the given ones, else all of the project, else all shipped ones."""
     from ..catalog import is_path
     from ..reactive import tested_file
 
@@ -167,7 +165,7 @@ def _entries(files: Sequence[str]) -> list[tuple[Entry, Catalog]]:
 
 
 def _agents(recording: Recording, file: Path, wanted: str | None) -> list[AgentInfo]:
-    """The agents that are meant: the one that is named, else those that flinched by the file, else all."""
+    """Selected agents: the named one, else those that used the file, else all."""
     agents = recording.header.agents
     if wanted is not None:
         found = [agent for agent in agents if agent.name == wanted]
@@ -178,7 +176,11 @@ def _agents(recording: Recording, file: Path, wanted: str | None) -> list[AgentI
 
 
 def _fitting(file: Path, agents: Sequence[AgentInfo], catalog: Catalog) -> list[tuple[AgentInfo, RuleSet]]:
-    """The agents that a rule file fits, with the rules as they have them; where it fits none, why."""
+    """Agents that a rule file fits, each with its rules.
+
+    Raises:
+        InputError: The file fits no agent.
+    """
     from ..simulation.rule_replay import rules_for
 
     found, errors = [], []
@@ -194,24 +196,23 @@ def _fitting(file: Path, agents: Sequence[AgentInfo], catalog: Catalog) -> list[
 
 
 def _table(found: RuleReplay) -> list[str]:
-    """Each rule's firings, then how it was in the run itself."""
-    seen: ReflexInput = found.inputs
-    lines = [f"{found.rules.name} on {seen.run}, {seen.agent.name}: {len(seen.t)} samples, none interpolated"]
+    """Table of all firings, then the number of firings of each rule, also in the run itself."""
+    inputs: ReflexInput = found.inputs
+    lines = [f"{found.rules.name} on {inputs.run}, {inputs.agent.name}: {len(inputs.t)} samples, not interpolated"]
     if found.firings:
         width = max(len(f.rule) for f in found.firings)
         lines.append(f"  {'from [s]':>9} {'to [s]':>8} {'wins [s]':>9}  {'rule':<{width}}  reading")
     for f in found.firings:
         lines.append(f"  {f.begin:>9.2f} {f.end:>8.2f} {f.won:>9.2f}  {f.rule:<{width}}  {f.reading}")
-    own = found.rules.name in seen.agent.rules
+    own = found.rules.name in inputs.agent.rules
     for rule in found.rules.rules:
-        count = sum(f.rule == rule.name for f in found.firings)
-        told = f"  {rule.name}: {count} time{'' if count == 1 else 's'}"
-        lines.append(told + (f", {len(seen.latched.get(rule.name, ()))} in the run itself" if own else ""))
+        line = f"  {rule.name}: {counted(sum(f.rule == rule.name for f in found.firings), 'time')}"
+        lines.append(line + (f", {len(inputs.latched.get(rule.name, ()))} in the run itself" if own else ""))
     return lines
 
 
 def _with_present(values: Sequence[float], now: Sequence[float]) -> list[float]:
-    """The values to try, with those in force among them."""
+    """Values to try, including the present ones."""
     others = [value for value in values if not any(math.isclose(value, present) for present in now)]
     return sorted({*others, *now})
 
@@ -219,7 +220,7 @@ def _with_present(values: Sequence[float], now: Sequence[float]) -> list[float]:
 def _sweep_table(
     threshold: str, unit: str, values: list[float], names: list[str], counts: list[list[float]], now: Sequence[float]
 ) -> list[str]:
-    """A row per value; the value in force in each run is marked."""
+    """Table with a row per value; the present value of each run is marked."""
     head = f"{threshold} [{unit}]"
     lines = [f"{head:>14}  " + "  ".join(f"{name:>10}" for name in names) + ("       all" if len(names) > 1 else "")]
     for value, row in zip(values, counts, strict=True):
@@ -231,6 +232,6 @@ def _sweep_table(
     return lines
 
 
-def _unlike(names: list[str]) -> list[str]:
-    """The names, each with a number where it stands more than once."""
+def _unique_names(names: list[str]) -> list[str]:
+    """Names with numbers appended to repeated ones."""
     return [f"{name} #{names[: i + 1].count(name)}" if names.count(name) > 1 else name for i, name in enumerate(names)]

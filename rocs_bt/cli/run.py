@@ -1,4 +1,4 @@
-"""`rocs-bt run`: a scenario to its outcome, its recording and its report."""
+"""`rocs-bt run`: run a scenario, with recording and report."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ if TYPE_CHECKING:
     from ..record.live import LivePage
     from ..simulation import RunResult
 
-_NOTICE = "\n{signal}: the run ends and its report is written; a second signal ends it at once.\n"
+_NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
 
 
 @click.command()
 @click.argument("scenario")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="The episode's seed.")
-@click.option("--out", type=click.Path(path_type=Path), help="Where to write; runs/SCENARIO-SEED if left out.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the episode.")
+@click.option("--out", type=click.Path(path_type=Path), help="Output folder; by default runs/SCENARIO-SEED.")
 @click.option("--mode", type=click.Choice(["lockstep", "threaded"]), default="lockstep", show_default=True)
 @click.option("--for", "duration", metavar="SECONDS", type=float, help="End after this simulated time.")
 @click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer.")
 @click.option("--video", type=click.Path(path_type=Path, dir_okay=False), help="Render a video to this file.")
 @click.option("--live", "show_live", is_flag=True, help="Watch in a browser, until Ctrl-C.")
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, help="The live page's port; any that is free if left out."
+    "--port", type=click.IntRange(0, 65535), default=0, help="Port of the live page; by default any free port."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
-@click.option("--btlog", is_flag=True, help="Write AGENT.btlog too, which Groot2 replays.")
+@click.option("--btlog", is_flag=True, help="Also write AGENT.btlog for replay in Groot2.")
 @click.option("--no-report", is_flag=True, help="Write no report.html.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
 @click.option(
     "--knowledge",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="Remember what is in this file, and go on in it.",
+    help="Load knowledge of earlier runs from this file, and add this run's.",
 )
-@click.option("--watch-rules", is_flag=True, help="Read rule files anew that change meanwhile.")
+@click.option("--watch-rules", is_flag=True, help="Reload rule files that change during the run.")
 def command(
     scenario: str,
     seed: int,
@@ -63,22 +63,22 @@ def command(
     knowledge: Path | None,
     watch_rules: bool,
 ) -> int:
-    """Run SCENARIO, a name or a file, and tell how each agent did.
+    """Run SCENARIO, a name or a file, and print the outcome of each agent.
 
-    Writes summary.json, run.mcap and report.html, also where Ctrl-C, SIGTERM or SIGHUP ends it; a second signal ends it
-    at once. Exits with 0 if every agent succeeded, 1 if one did not or a file could not be written, 2 if something in
-    the input is wrong, 3 if the engine failed, 128 + signal if one ended it.
+    Writes summary.json, run.mcap and report.html, also if Ctrl-C, SIGTERM or SIGHUP ends the run; a second signal ends
+    it at once. Exits with 0 if every agent succeeded, 1 if one did not or a file could not be written, 2 if the input
+    is invalid, 3 if the engine failed, 128 + signal if a signal ended the run.
     """
     from .._run import run
     from ..check import agent_warnings
     from ..simulation import RunOptions, StopSignals
 
     if duration is not None and not 0.0 < duration < float("inf"):
-        raise InputError(Fault(f"--for must be a time above zero, found {duration:g} s."))
+        raise InputError(Fault(f"--for must be positive and finite, found {duration:g} s."))
     catalog = catalog_for(scenario, code=not no_code)
     spec = catalog.load_scenario(scenario)
-    for doubt in agent_warnings(spec, catalog):
-        echo(str(doubt), err=True)
+    for warning in agent_warnings(spec, catalog):
+        echo(str(warning), err=True)
     folder, signals = out or Path("runs") / f"{spec.name}-{seed}", StopSignals(_NOTICE)
     with _live(port) if show_live else nullcontext() as live:
         with Progress(spec.name, duration or spec.duration) as progress:
@@ -101,14 +101,14 @@ def command(
             result = run(spec, catalog, options)
         _print(result, folder, as_json)
         if live is not None and signals.received is None:
-            echo("The live page stays until Ctrl-C.", err=True)
+            echo("The live page stays open until Ctrl-C.", err=True)
             if not live.wait():
-                echo("The live page does not respond any more, so it was closed.", err=True)
+                echo("The live page stopped responding and was closed.", err=True)
     return exit_code(result.summary, signal=signals.received, missing=bool(result.missing))
 
 
 def _print(result: RunResult, folder: Path, as_json: bool) -> None:
-    """Print the summary, and the files that are missing."""
+    """Print the summary, and the files that could not be written."""
     summary = result.summary
     with perhaps_closed():
         echo(summary.to_json().rstrip() if as_json else outcome_text(summary, folder, result.report))
@@ -118,7 +118,7 @@ def _print(result: RunResult, folder: Path, as_json: bool) -> None:
 
 @contextmanager
 def _live(port: int) -> Iterator[LivePage]:
-    """A live page, and where to find it."""
+    """Open a live page and print its URL."""
     from ..record.live import LivePage
 
     with LivePage(port) as live:
@@ -127,14 +127,14 @@ def _live(port: int) -> Iterator[LivePage]:
 
 
 class _Replacements:
-    """An event sink that says at once what became of rule files that changed."""
+    """Event sink that prints the results of reloading rule files."""
 
     def emit(self, event: Event) -> None:
-        """Say it."""
+        """Print a RulesReplaced event."""
         if isinstance(event, RulesReplaced):
             echo(f"{event.t:.2f} s, {event.agent}: {event.rules}: {event.detail}", err=True)
 
 
 def catalog_for(name: str, *, code: bool = True) -> Catalog:
-    """The catalog around a file that was named by its path, else around the current folder."""
+    """Catalog of the project around a file given by path, else around the current folder."""
     return Catalog.here(Path(name).parent if is_path(name) else None, code=code)

@@ -1,4 +1,4 @@
-"""`rocs-bt scene`: write scenes of a family into a project, and tell how hard they are."""
+"""`rocs-bt scene`: generate scenes of a family as scenarios, and report their difficulty."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("family")
 @click.argument("index", type=click.IntRange(min=0), default=0)
-@click.option("--count", type=click.IntRange(min=1), default=1, help="How many, from INDEX on.")
+@click.option("--count", type=click.IntRange(min=1), default=1, help="Number of scenes, from INDEX on.")
 @click.option("--set", "values", multiple=True, metavar="NAME=VALUE", help="A parameter, such as 'people=12'.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Your project's folder.")
-@click.option("--dry", is_flag=True, help="Only tell how hard they are; write nothing.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Project folder.")
+@click.option("--dry", is_flag=True, help="Print the difficulty only; write nothing.")
 @click.option("--json", "as_json", is_flag=True, help="Difficulty as JSON, SI units.")
 def command(family: str, index: int, count: int, values: tuple[str, ...], out: Path, dry: bool, as_json: bool) -> None:
-    """Make scenes of FAMILY, from INDEX on (0 by default): ordinary scenarios with their worlds.
+    """Generate scenes of FAMILY, from INDEX on (0 by default), as scenarios with their worlds.
 
-    The same family, parameters and index make the same scene everywhere.
+    The same family, parameters and index give the same scene on every machine.
     """
     from ..compare import load_family
     from ..compare.replay import parse_parameters
@@ -39,8 +39,8 @@ def command(family: str, index: int, count: int, values: tuple[str, ...], out: P
         echo(json.dumps([_plain(scene) for scene in scenes], indent=2))
         return
     for scene in scenes:
-        told = ", ".join(f"{name} {value:.3g}" for name, value in scene.difficulty.items())
-        echo(f"{scene.name}: {told}")
+        difficulty = ", ".join(f"{name} {value:.3g}" for name, value in scene.difficulty.items())
+        echo(f"{scene.name}: {difficulty}")
     if written:
         inside = "" if out == Path() else f"cd {shlex.quote(str(out))} && "
         echo(f"Try next: {inside}rocs-bt run {scenes[0].name}")

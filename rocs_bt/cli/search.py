@@ -1,4 +1,4 @@
-"""`rocs-bt search`: where a planner fails, and the least that makes it fail."""
+"""`rocs-bt search`: search for a scene in which a planner fails, and reduce it to a minimal one."""
 
 from __future__ import annotations
 
@@ -21,35 +21,44 @@ if TYPE_CHECKING:
     from ..compare.record import EpisodeRecord
     from ..compare.search import Draft, SearchResult, SearchSpace
 
-_LISTED = 12  # things that are told of a scene
+_LISTED = 12  # maximum number of listed obstacles
 
 
 @click.command()
 @click.argument("planner")
-@click.option("--family", required=True, help="The scenes to search.")
-@click.option("--set", "given", multiple=True, metavar="NAME=VALUE", help="A parameter of the family, which stays.")
-@click.option("--vary", multiple=True, metavar="NAME=LOW..HIGH", help="The range of one; half to twice if left out.")
+@click.option("--family", required=True, help="Family of the searched scenes.")
+@click.option("--set", "given", multiple=True, metavar="NAME=VALUE", help="Fix a parameter of the family.")
+@click.option(
+    "--vary", multiple=True, metavar="NAME=LOW..HIGH", help="Range of a parameter; by default half to twice its value."
+)
 @click.option(
     "--failure",
     type=click.Choice(["any", "collision", "failed", "stuck", "timeout", "error"]),
     default="any",
     show_default=True,
-    help="What to seek.",
+    help="Outcome to search for.",
 )
-@click.option("--budget", type=click.IntRange(min=1), default=300, show_default=True, help="Episodes at most, in all.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of what is drawn.")
-@click.option("--keep", "folder", type=click.Path(path_type=Path, file_okay=False), help="A project to write it into.")
-@click.option("--name", default="", help="Its name there; PLANNER_in_FAMILY if left out.")
+@click.option(
+    "--budget", type=click.IntRange(min=1), default=300, show_default=True, help="Maximum number of episodes."
+)
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the sampled scenes.")
+@click.option(
+    "--keep",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Project to write the scene and a test to.",
+)
+@click.option("--name", default="", help="Name of the scene there; by default PLANNER_in_FAMILY.")
 @click.option(
     "--store",
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("runs/compare"),
     show_default=True,
-    help="Where episodes are kept: what is there is not played again.",
+    help="Folder of stored episodes, which are not played again.",
 )
-@click.option("--workers", type=click.IntRange(min=1), help="Processes; one for each core if left out.")
-@click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Longest an episode may compute [s].")
-@click.option("--json", "as_json", is_flag=True, help="Tell it as JSON, both texts of the scene included.")
+@click.option("--workers", type=click.IntRange(min=1), help="Number of processes; by default one per core.")
+@click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Wall-clock limit of an episode [s].")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, including scenario and world of the scene.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
 def command(
     planner: str,
@@ -67,39 +76,39 @@ def command(
     as_json: bool,
     no_code: bool,
 ) -> int:
-    """Search the scenes of FAMILY for one in which PLANNER fails, and make that one as small as can be.
+    """Search the scenes of a family for one in which PLANNER fails, and reduce it to a minimal one.
 
-    Killed at any moment and called again, it goes on where it was. Exits with 1 where it found one, else with 0.
+    An interrupted search continues where it stopped when called again. Exits with 1 if it found a failure, else 0.
     """
     from ..compare import Store, load_family
     from ..compare.replay import parse_value
     from ..compare.search import FAILURES, SearchOptions, SearchSpace, default_name, keep, refuse_existing, search
 
     catalog = Catalog.here(code=not no_code)
-    who = catalog.load_planner(planner)
+    spec = catalog.load_planner(planner)
     fixed = {key: parse_value(value) for key, value in _pairs("--set", given).items()}
     space = SearchSpace.of(load_family(catalog, family, fixed), fixed, _pairs("--vary", vary))
-    called = name or default_name(who, space)
+    scene_name = name or default_name(spec, space)
     if folder is not None:
-        refuse_existing(folder, called)
+        refuse_existing(folder, scene_name)
     options = SearchOptions(
-        name=called,
+        name=scene_name,
         failures=FAILURES if failure == "any" else (failure,),
         budget=budget,
         seed=seed,
         workers=workers,
         wall_limit=wall_limit,
     )
-    with Store(store) as kept, Progress(f"{who.name} in {family}", budget, "episodes") as progress:
-        result = search(who, space, options, catalog=catalog, store=kept, progress=progress)
+    with Store(store) as kept, Progress(f"{spec.name} in {family}", budget, "episodes") as progress:
+        result = search(spec, space, options, catalog=catalog, store=kept, progress=progress)
     files = None
     if folder is not None and result.smallest is not None:
         files = keep(result.smallest, planner, folder)
     if as_json:
-        echo(json.dumps(_plain(who.name, space, result), indent=1, sort_keys=True))
+        echo(json.dumps(_plain(spec.name, space, result), indent=1, sort_keys=True))
     else:
-        _tell(planner, space, result)
-        _tell_kept(planner, result.smallest, folder, files)
+        _print(planner, space, result)
+        _print_files(planner, result.smallest, folder, files)
     return int(result.found is not None)
 
 
@@ -113,19 +122,20 @@ def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _tell(planner: str, space: SearchSpace, result: SearchResult) -> None:
-    """What was found, and what is left of it."""
+def _print(planner: str, space: SearchSpace, result: SearchResult) -> None:
+    """Print the failure that was found, and the reduced scene."""
     family = space.family.name
     if result.sampled is None or result.found is None or result.first is None:
         echo(f"{planner} failed in none of {counted(result.searched, 'scene')} of {family}.")
         return
-    told = ", ".join(f"{name}={value:g}" for name, value in result.sampled.parameters.items())
-    echo(f"{planner} fails in {result.sampled.scene.name}{f' ({told})' if told else ''}: {_how(result.first)}")
+    parameters = ", ".join(f"{name}={value:g}" for name, value in result.sampled.parameters.items())
+    suffix = f" ({parameters})" if parameters else ""
+    echo(f"{planner} fails in {result.sampled.scene.name}{suffix}: {_how(result.first)}")
     echo(f"It was scene {result.searched}; {_size(result.found)}.")
     if result.smallest is None or result.last is None:
         return
-    ended = "" if result.done else ", where the budget ended"
-    echo(f"What is left after {counted(result.shrunk, 'more episode')}{ended}: {_size(result.smallest)}.")
+    ended = "" if result.done else " (budget exhausted)"
+    echo(f"Reduced in {counted(result.shrunk, 'more episode')}{ended}: {_size(result.smallest)}.")
     echo(f"  {_how(result.last)}")
     for line in _listed(result.smallest):
         echo(f"  {line}")
@@ -136,49 +146,49 @@ def _how(record: EpisodeRecord) -> str:
 
 
 def _size(draft: Draft) -> str:
-    return f"{counted(len(draft.obstacles), 'thing')}, {math.dist(draft.start, draft.goal):.3g} m from start to goal"
+    return f"{counted(len(draft.obstacles), 'obstacle')}, {math.dist(draft.start, draft.goal):.3g} m from start to goal"
 
 
 def _listed(draft: Draft) -> list[str]:
-    """Start, goal and the first things, each on a line."""
+    """Lines with start and goal, and with the first obstacles."""
     from ..compare import Post
 
     lines = [f"start {_at(draft.start)}, goal {_at(draft.goal)}"]
-    standing = {obstacle.name: obstacle for obstacle in draft.ground.obstacles}
-    for name, place in list(draft.obstacles.items())[:_LISTED]:
-        obstacle = standing.get(name)
+    static = {obstacle.name: obstacle for obstacle in draft.ground.obstacles}
+    for name, position in list(draft.obstacles.items())[:_LISTED]:
+        obstacle = static.get(name)
         if obstacle is None:
-            lines.append(f"{name}: a mover, from {_at(place)}")
+            lines.append(f"{name}: a mover, from {_at(position)}")
         elif isinstance(obstacle, Post):
-            lines.append(f"{name}: a cylinder of {2.0 * obstacle.radius:g} m at {_at(place)}")
+            lines.append(f"{name}: a cylinder of {2.0 * obstacle.radius:g} m at {_at(position)}")
         else:
             turn = f", turned by {math.degrees(obstacle.yaw):.3g} deg" if obstacle.yaw else ""
-            lines.append(f"{name}: a box of {obstacle.length:g} x {obstacle.width:g} m at {_at(place)}{turn}")
+            lines.append(f"{name}: a box of {obstacle.length:g} x {obstacle.width:g} m at {_at(position)}{turn}")
     more = len(draft.obstacles) - _LISTED
-    return [*lines, f"and {counted(more, 'more thing')}"] if more > 0 else lines
+    return [*lines, f"and {counted(more, 'more obstacle')}"] if more > 0 else lines
 
 
-def _at(place: tuple[float, float]) -> str:
-    return f"({place[0]:g}, {place[1]:g})"
+def _at(position: tuple[float, float]) -> str:
+    return f"({position[0]:g}, {position[1]:g})"
 
 
-def _tell_kept(planner: str, draft: Draft | None, folder: Path | None, files: tuple[Path, Path] | None) -> None:
-    """Where the scene is, and what to type next."""
+def _print_files(planner: str, draft: Draft | None, folder: Path | None, files: tuple[Path, Path] | None) -> None:
+    """Print the files of the scene and the next command."""
     from ..compare.search import play_command
 
     if draft is None:
         return
     if folder is None or files is None:
-        echo("Try next: the same command with --keep FOLDER, which writes it into a project.")
+        echo("Try next: the same command with --keep FOLDER, which writes the scene to a project.")
         return
     inside = "" if folder.resolve() == Path.cwd() else f"cd {shlex.quote(str(folder))} && "
-    echo(f"Kept: {files[0]}, and a test of it: {files[1]}")
+    echo(f"Scenario: {files[0]}\nTest: {files[1]}")
     echo(f"Try next: {inside}{play_command(draft, planner)}")
 
 
 def _plain(planner: str, space: SearchSpace, result: SearchResult) -> Mapping[str, Any]:
-    """All of it as JSON, SI units."""
-    told: dict[str, Any] = {
+    """Result as plain data, SI units."""
+    plain: dict[str, Any] = {
         "planner": planner,
         "family": space.family.name,
         "searched": result.searched,
@@ -189,10 +199,10 @@ def _plain(planner: str, space: SearchSpace, result: SearchResult) -> Mapping[st
         "smallest": None,
     }
     if result.sampled is not None:
-        told["drawn"] = {"index": result.sampled.index, "parameters": dict(result.sampled.parameters)}
+        plain["drawn"] = {"index": result.sampled.index, "parameters": dict(result.sampled.parameters)}
     for key, draft, record in (("found", result.found, result.first), ("smallest", result.smallest, result.last)):
         if draft is not None and record is not None:
-            told[key] = {
+            plain[key] = {
                 "outcome": record.outcome,
                 "reason": record.reason,
                 "sim_time": record.sim_time,
@@ -202,4 +212,4 @@ def _plain(planner: str, space: SearchSpace, result: SearchResult) -> Mapping[st
                 "scenario": draft.scene.toml,
                 "world": draft.scene.world,
             }
-    return told
+    return plain

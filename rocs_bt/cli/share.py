@@ -1,4 +1,4 @@
-"""`rocs-bt share`: what agents need to share what they know beyond one host."""
+"""`rocs-bt share`: keys for sharing knowledge over a network."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from .terminal import echo
 
 @click.group()
 def command() -> None:
-    """Make keys for robots that share what they know over a network."""
+    """Make keys for robots that share knowledge over a network."""
 
 
 @command.command()
 @click.argument("members", nargs=-1, required=True)
-@click.option("--out", default="keys", show_default=True, type=click.Path(path_type=Path), help="The group's folder.")
+@click.option("--out", default="keys", show_default=True, type=click.Path(path_type=Path), help="Folder of the group.")
 def keys(members: tuple[str, ...], out: Path) -> None:
-    """Make keys for MEMBERS, such as the names of the agents, and for the group where it has none.
+    """Make keys for MEMBERS, such as the names of the agents, and for the group if it has none yet.
 
-    Copy each member's folder to its robot, and name it in the scenario: [share] keys = "keys/R2". The folder's
-    authority.key signs further members, and stays here.
+    Copy each member's folder to its robot, and name it in the scenario: [share] keys = "keys/R2". The file
+    authority.key signs further members; do not copy it to a robot.
     """
     from ..knowledge.share.keys import make_keys
 
@@ -33,5 +33,5 @@ def keys(members: tuple[str, ...], out: Path) -> None:
         what = Fault("making keys needs 'cryptography', which is not installed.", hint="pip install 'rocs_bt[share]'")
         raise InputError(what) from error
     for folder in folders:
-        echo(f"{folder} is for {folder.name} alone: copy it there over a line that you trust.")
-    echo(f"{out / 'authority.key'} signs further members: keep it here, and keep it secret.")
+        echo(f"{folder}: keys of {folder.name}. Copy them to that robot only, over a trusted connection.")
+    echo(f"{out / 'authority.key'}: signs further members. Keep it here and secret.")

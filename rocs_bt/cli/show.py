@@ -1,4 +1,4 @@
-"""`rocs-bt show`: the tree of a mission, drawn; or a rule file as it runs."""
+"""`rocs-bt show`: draw the tree of a mission, or list a rule file."""
 
 from __future__ import annotations
 
@@ -19,16 +19,14 @@ from .terminal import echo
     type=click.Choice(["text", "svg", "html", "xml"]),
     default="text",
     show_default=True,
-    help="Of a mission: what to draw; xml writes it as Groot2 reads it.",
+    help="Format of a mission; xml is for Groot2.",
 )
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
-@click.option("--main", default="", metavar="ID", help="Of an XML mission: the tree to draw.")
-@click.option("--stub-unknown", is_flag=True, help="Of an XML mission: stand-ins for what is unknown or wrong.")
-@click.option(
-    "--nodes", "dialect", type=click.Choice(["rocs", "nav2"]), help="Of an XML mission: whose nodes it names."
-)
-@click.option("--robot", default="pioneer_p3dx", show_default=True, help="The robot that it is built for.")
-@click.option("--compiled", is_flag=True, help="Of a rule file: the Python that it becomes.")
+@click.option("--main", default="", metavar="ID", help="XML missions: ID of the tree to draw.")
+@click.option("--stub-unknown", is_flag=True, help="XML missions: replace unknown or invalid nodes by stubs.")
+@click.option("--nodes", "dialect", type=click.Choice(["rocs", "nav2"]), help="XML missions: dialect of the nodes.")
+@click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")
+@click.option("--compiled", is_flag=True, help="Rule files: show the generated Python code.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
 def command(
     name: str,
@@ -41,9 +39,9 @@ def command(
     compiled: bool,
     no_code: bool,
 ) -> None:
-    """Draw the tree of a mission, and the parameters that it takes; or list the rules of a rule file.
+    """Draw the tree of a mission with its parameters, or list the rules of a rule file.
 
-    A name that both have means the mission; with --compiled, the rule file.
+    If a mission and a rule file have the same name, the mission is shown; with --compiled, the rule file.
     """
     from ..check import draw_mission
 

@@ -1,7 +1,7 @@
-"""Output to the terminal: all that the commands print passes here.
+"""Terminal output of all commands.
 
-Names come from content files, recordings and other robots, and may hold anything; a terminal obeys control characters.
-So `echo` and `show_table` escape whatever is not plain text. Nothing else in the package prints.
+Names from content files, recordings and other robots may contain control characters, which a terminal obeys. `echo`
+and `show_table` therefore escape everything that is not plain text. No other module prints.
 """
 
 from __future__ import annotations
@@ -21,34 +21,34 @@ from typing import Any, TextIO
 import click
 
 _UNSAFE = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tab and newline
-    "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # marks that reorder what is read
-    "\u2028\u2029\ud800-\udfff]"  # other line ends; halves of characters, which no stream takes
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters except tab and newline
+    "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # marks that reorder text
+    "\u2028\u2029\ud800-\udfff]"  # other line separators; surrogates, which no stream can encode
 )
-_MARK = os.urandom(8).hex()  # unknown to content, so no content can style anything
+_MARK = os.urandom(8).hex()  # secret, so that content cannot style text
 _STYLED = re.compile(rf"\x00{_MARK}:([0-9;]*)\x00")
 
 
 def safe(text: object) -> str:
-    """A text as a terminal may get it: control characters as Python's escapes; tabs and newlines stay."""
+    """Escape the control characters of a text as Python does; tabs and newlines stay."""
     return _UNSAFE.sub(lambda found: found[0].encode("unicode_escape").decode(), str(text).replace("\r\n", "\n"))
 
 
 def styled(text: object, *, fg: str | None = None, bold: bool | None = None, dim: bool | None = None) -> str:
-    """A text that `echo` prints in a colour or style; it may be part of another text."""
+    """Mark a text to be printed by `echo` in a colour or style; may be embedded in another text."""
     codes = re.findall(r"\x1b\[([0-9;]*)m", click.style("", fg=fg, bold=bold, dim=dim, reset=False))
     return f"{''.join(_mark(code) for code in codes)}{text}{_mark('0')}"
 
 
 def echo(text: object = "", *, err: bool = False, nl: bool = True) -> None:
-    """Print a text, of which only what `styled` made has any effect on the terminal.
+    """Print a text; control characters are escaped, except the styles of `styled`.
 
     Args:
-        text: The text.
-        err: Whether it goes to stderr.
-        nl: Whether a newline follows.
+        text: Text to print.
+        err: Whether to print to stderr.
+        nl: Whether to append a newline.
     """
-    parts = _STYLED.split(str(text))  # texts and the codes between them, by turns
+    parts = _STYLED.split(str(text))  # texts and style codes alternate
     for i, part in enumerate(parts):
         parts[i] = f"\x1b[{part}m" if i % 2 else safe(part)
     _write("".join(parts), err, nl)
@@ -64,16 +64,16 @@ def show_table(
     edge: int = 80,
     **options: Any,
 ) -> None:
-    """Print a table, as wide as its cells up to the terminal's edge.
+    """Print a table, at most as wide as the terminal.
 
     Args:
-        rows: Its cells, row by row.
-        head: The names of the columns.
+        rows: Cells by row.
+        head: Names of the columns.
         styles: Styles of rows, by index.
-        right: Columns that are aligned right; in the first one no line is broken.
+        right: Indices of right-aligned columns; if there are any, lines of the first column are not wrapped.
         indent: Spaces before each line.
-        edge: Columns available where there is no terminal and COLUMNS does not say more.
-        options: Those of `rich.table.Table`.
+        edge: Minimum width [characters] without a terminal; COLUMNS may increase it.
+        options: Options of `rich.table.Table`.
     """
     from rich.console import Console
     from rich.table import Table
@@ -97,7 +97,7 @@ def echo_traceback(error: BaseException) -> None:
 
 
 def guard_streams() -> None:
-    """Have warnings, and exceptions of threads, printed by `echo`, too; for the process of the command."""
+    """Print warnings and exceptions of threads by `echo`, in the whole process."""
 
     def warning(
         message: Warning | str,
@@ -121,7 +121,7 @@ def guard_streams() -> None:
 
 @contextmanager
 def perhaps_closed() -> Iterator[None]:
-    """What is printed in here, and what stdout still holds, goes nowhere if the terminal is gone."""
+    """Discard output in the context, and buffered output, if the terminal was closed."""
     try:
         yield
     except OSError as error:

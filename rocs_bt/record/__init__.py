@@ -1,7 +1,7 @@
-"""What happened: recording, reading back, comparing, explaining and drawing.
+"""Recordings of runs: writing, reading, comparing, explaining and drawing.
 
-It draws recorded data only and knows no block. Imported by `simulation`, `compare`, the driver that
-replays, and the command line.
+This package uses recorded data only and imports no block. `simulation`, `compare`, the replay driver and the command
+line import it.
 """
 
 from .atomic_file import write_whole

@@ -1,4 +1,4 @@
-"""The data of the report's animation: plain lists, rounded to what a screen can show."""
+"""Data of the report's animation: plain lists, rounded to the resolution of a screen."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .figures.wheels import wheel_command
 from .header import Beam, Fan
 from .history import AgentHistory, BodyHistory, History
 
-_MOST = 4000  # samples in a series; a longer run is thinned, which the eye does not see
-_RAYS, _ECHOES = 180, 120_000  # of a scanner that are drawn, of one scan and in all
+_MOST = 4000  # maximum number of samples in a series; longer series are thinned
+_RAYS, _ECHOES = 180, 120_000  # maximum number of drawn scanner rays: of one scan, and in total
 Json = dict[str, Any]
 
 
 def animation(run: History) -> Json:
-    """What the page's script draws: the world, the bodies over time, and what each agent had in mind."""
+    """Data for the page's script: the world, the bodies' trajectories, and the state of each agent over time."""
     header = run.header
     hulls = {b.name: b.hull for b in header.bodies}
     return {
@@ -37,7 +37,7 @@ def animation(run: History) -> Json:
 
 
 def _bounds(run: History) -> list[float]:
-    """The world's bounds, wide enough for places and paths: least x, least y, greatest x, greatest y [m]."""
+    """Bounds of the world, places and paths: minimum x, minimum y, maximum x, maximum y [m]."""
     places = [(p.x - p.radius, p.y - p.radius, p.x + p.radius, p.y + p.radius) for p in run.header.places]
     found = np.array([run.header.bounds(), *places, *(_extent(b) for b in run.bodies.values())])
     found = found[np.isfinite(found).all(axis=1)]
@@ -99,7 +99,7 @@ def _ranges(beams: tuple[Beam, ...], reads: list[SensorRead]) -> Json:
 
 
 def _scans(fan: Fan, reads: list[SensorRead]) -> Json:
-    """A scanner's scans; of many rays and many scans only some of either, evenly."""
+    """Scans of a laser scanner, evenly thinned to the maximum number of rays and echoes."""
     every = math.ceil(fan.rays / _RAYS)
     fits = [r for r in reads if len(r.data) == 8 * fan.rays]
     fits = fits[:: max(1, math.ceil(len(fits) * fan.rays / (every * _ECHOES)))]
@@ -111,7 +111,7 @@ def _scans(fan: Fan, reads: list[SensorRead]) -> Json:
 
 
 def _range(value: float) -> float | None:
-    """A range in centimetres' precision; None without an echo, -1 where it is broken: JSON knows no others."""
+    """Range rounded to centimetres for JSON: None for no echo, -1 for an invalid value."""
     if math.isnan(value):
         return -1
     return round(value, 2) if math.isfinite(value) else None

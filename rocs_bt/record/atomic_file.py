@@ -1,4 +1,4 @@
-"""Files that are written as a whole or not at all."""
+"""Atomic writing of files."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from pathlib import Path
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a text file in one step: until the text is complete, an earlier file of that name stays as it is.
+    """Write a text file atomically: an existing file is replaced only when the new one is complete.
 
     Args:
-        path: The file; its folder must exist.
-        text: Its text, written as UTF-8.
+        path: File to write; its folder must exist.
+        text: Text, written as UTF-8.
 
     Raises:
-        OSError: It cannot be written, as on a full disk; nothing is left behind.
+        OSError: The file cannot be written, as on a full disk; no partial file remains.
     """
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         part.write_text(text, encoding="utf-8")
         part.replace(path)
-    except BaseException:  # raised again, after the file is removed
+    except BaseException:  # remove the partial file, then raise again
         part.unlink(missing_ok=True)
         raise

@@ -1,8 +1,8 @@
-"""Events as JSON and back, exactly; the topic and the schema of each kind.
+"""Lossless JSON encoding of events; topic and schema of each kind of event.
 
-JSON has no NaN and no infinity: msgspec writes null. Where an event holds such a number, its message gets one more
-key, `non_finite`: a list with the place of each, and its eight bytes in hexadecimal, for a NaN has a sign and more. So
-viewers see plain JSON, and a reader gets the event back to the bit.
+JSON has no NaN and no infinity: msgspec writes null. A message with such numbers has one more key, `non_finite`: a
+list with the path of each number and its eight bytes in hexadecimal, which preserve sign and payload of a NaN. Viewers
+thus read plain JSON, and a reader recovers the event bit by bit.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from ..errors import RecordingError
 from ..event import Event
 from ..nesting import check_nesting
 
-#: Every kind of event that can be read back.
+#: Kinds of events that can be decoded.
 KINDS: tuple[type[Event], ...] = tuple(
     kind for kind in vars(ev).values() if isinstance(kind, type) and issubclass(kind, Event) and kind is not Event
 )
-# A kind that is not here goes to a topic of its class's name.
+# Other kinds use the class name as topic.
 TOPICS: dict[type[Event], str] = {
     ev.SensorRead: "sensors",
     ev.SensorFailed: "sensor_failures",
@@ -48,20 +48,20 @@ TOPICS: dict[type[Event], str] = {
     ev.Judged: "outcome",
 }
 SCHEMA_PREFIX = "rocs_bt."
-#: All that encoding can raise for an event that holds what an event must not.
+#: Exceptions that encoding raises for an event with unsupported values.
 UNFIT = (TypeError, ValueError, OverflowError, RecursionError, struct.error)
 _DOUBLE = struct.Struct(">d")
-_WHOLE = frozenset((str, bytes, int, bool, type(None)))  # what can hold no NaN
+_WHOLE = frozenset((str, bytes, int, bool, type(None)))  # types that cannot contain a NaN
 
 
 def topic_of(kind: type[Event], agent: str) -> str:
-    """The topic of a kind of event: `/R2/tickets`, or `/world/poses` where it has no agent."""
+    """Topic of a kind of event: `/R2/tickets`, or `/world/poses` without an agent."""
     return f"/{agent or 'world'}/{TOPICS.get(kind, kind.__name__)}"
 
 
 @cache
 def schema_of(kind: type[Event]) -> bytes:
-    """The JSON schema of a kind of event: an object at its root, as viewers want it."""
+    """JSON schema of a kind of event, with an object at its root, as viewers require."""
     (schema,), components = msgspec.json.schema_components([kind], ref_template="#/$defs/{name}")
     schema = components.pop(kind.__name__)
     schema["properties"]["non_finite"] = {"type": "array", "items": {"type": "array"}}
@@ -69,12 +69,12 @@ def schema_of(kind: type[Event]) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """What msgspec cannot encode, as something that it can: numpy's numbers and arrays, and views of mappings."""
+    """Convert values that msgspec cannot encode: numpy numbers and arrays, and views of mappings."""
     if isinstance(value, (np.generic, np.ndarray)):
         return value.tolist()
     if isinstance(value, Mapping):
         return dict(value)
-    raise TypeError(f"{type(value).__name__} is not data that an event may hold")
+    raise TypeError(f"an event cannot contain a {type(value).__name__}")
 
 
 _ENCODER = msgspec.json.Encoder(enc_hook=plain)
@@ -84,32 +84,32 @@ _DECODE = msgspec.json.Decoder(_ANY).decode
 
 
 def encode(event: Event) -> bytes:
-    """An event as JSON.
+    """Encode an event as JSON.
 
     Raises:
-        TypeError: It holds something that is not data.
-        ValueError: It holds text that is not Unicode, or the like.
+        TypeError: The event contains an object that is not plain data.
+        ValueError: The event contains an invalid value, such as text that is not Unicode.
     """
     data = _ENCODE(event)
-    # Most nulls are a None; only what is no finite number needs its bits beside it.
+    # Most nulls are None; only for non-finite numbers are the bits added.
     return _exact(event) if b"null" in data and not _sound(event) else data
 
 
 def encode_all(events: Sequence[Event]) -> list[bytes | None]:
-    """Many events in one go, which is faster; None for each that must be encoded by itself."""
+    """Encode many events at once, which is faster; None for each event that must be encoded separately."""
     try:
         lines = _LINES(events).split(b"\n")
-    except UNFIT:  # one of them; `encode` tells which
+    except UNFIT:  # raised again by `encode` for the event at fault
         return [None] * len(events)
-    lines.pop()  # what comes after the last line's end
+    lines.pop()  # empty text after the last line break
     return [None if b"null" in line and not _sound(event) else line for line, event in zip(lines, events, strict=True)]
 
 
 def decode(data: bytes) -> Event:
-    """The event that `encode` made JSON of.
+    """Decode an event encoded by `encode`.
 
     Raises:
-        RecordingError: It is no such message.
+        RecordingError: The message is no such event.
     """
     try:
         check_nesting(data)
@@ -124,12 +124,12 @@ def decode(data: bytes) -> Event:
 
 
 def _sound(event: Event) -> bool:
-    """Whether no NaN and no infinity is in an event, so that each null in its JSON is a None."""
+    """Whether an event has only finite numbers, so that each null in its JSON is a None."""
     return _finite(getattr(event, name) for name in event.__struct_fields__)
 
 
 def _finite(values: Iterable[Any]) -> bool:
-    """Whether no NaN and no infinity is in any of them; False too where only a closer look can tell."""
+    """Whether all numbers are finite; also False for types that are not inspected."""
     for value in values:
         kind = type(value)
         if kind is float:
@@ -148,8 +148,8 @@ def _finite(values: Iterable[Any]) -> bool:
 
 def _exact(event: Event) -> bytes:
     fields = msgspec.to_builtins(event, enc_hook=plain)
-    places = list(_non_finite(fields, ()))
-    return msgspec.json.encode({**fields, "non_finite": places} if places else fields)
+    found = list(_non_finite(fields, ()))
+    return msgspec.json.encode({**fields, "non_finite": found} if found else fields)
 
 
 def _non_finite(value: Any, where: tuple[Any, ...]) -> Any:

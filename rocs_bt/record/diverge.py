@@ -1,4 +1,4 @@
-"""Do two streams of events say the same? Used by `rocs-bt replay`, and to hold that the same seed is the same run."""
+"""Comparison of two event streams, for `rocs-bt replay` and for tests of reproducibility."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from ..event import (
     unpack,
 )
 
-#: What the simulation tells of the world; a replay has no world, so it has none of these.
+#: Events of the simulated world; a replay has no world and so emits none of these.
 WORLD_EVENTS: tuple[type[Event], ...] = (BodyMoved, Touched, Approached, GoalEntered, RequirementViolated, Judged)
 
-_BYTES = msgspec.msgpack.Encoder(order="deterministic").encode  # holds NaN and infinities, unlike JSON
+_BYTES = msgspec.msgpack.Encoder(order="deterministic").encode  # encodes NaN and infinities, unlike JSON
 
 
 @dataclass(frozen=True)
 class Divergence:
-    """The first place where two streams differ.
+    """First difference of two event streams.
 
     Attributes:
-        index: How many events were the same before it.
-        expected: What the first stream has there; None at its end.
-        found: What the second stream has there; None at its end.
-        before: The last events that were the same, oldest first.
+        index: Number of equal events before it.
+        expected: Event of the first stream; None at its end.
+        found: Event of the second stream; None at its end.
+        before: Last equal events, oldest first.
     """
 
     index: int
@@ -45,13 +45,13 @@ class Divergence:
 
     @property
     def t(self) -> float:
-        """When it happened [s], by the first stream where it has not ended."""
+        """Time of the difference [s], taken from the first stream unless it has ended."""
         event = self.expected or self.found
         return event.t if event is not None else 0.0
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """The fields that differ, where both are events of one kind."""
+        """Names of the differing fields, if both events are of the same kind."""
         a, b = self.expected, self.found
         if a is None or b is None or type(a) is not type(b):
             return ()
@@ -61,9 +61,9 @@ class Divergence:
         lines = [f"the runs differ at t = {self.t:.3f} s, at event {self.index + 1}:"]
         lines += [f"  both      {describe(e)}" for e in self.before]
         lines.append(f"  recorded  {describe(self.expected)}")
-        lines.append(f"  now       {describe(self.found)}")
+        lines.append(f"  replayed  {describe(self.found)}")
         if self.fields:
-            lines.append(f"  differ in {', '.join(self.fields)}")
+            lines.append(f"  differing fields: {', '.join(self.fields)}")
         return "\n".join(lines)
 
 
@@ -75,16 +75,16 @@ def compare(
     cut_off: bool = False,
     context: int = 5,
 ) -> Divergence | None:
-    """The first difference of two streams, but for wall-time fields; None where they say the same.
+    """First difference of two event streams, ignoring wall-clock fields; None if they are equal.
 
     Numbers are compared bit by bit, so that NaN equals NaN. Reading stops at the first difference.
 
     Args:
-        expected: The first stream, such as a recording's.
-        found: The second one, such as a replay's.
-        skip: Kinds to leave out on both sides: `WORLD_EVENTS` for a replay.
-        cut_off: The first stream may end before the second one, as the recording of a killed run does.
-        context: How many equal events to keep before the difference.
+        expected: First stream, such as a recording's.
+        found: Second stream, such as a replay's.
+        skip: Kinds of events to ignore in both: `WORLD_EVENTS` for a replay.
+        cut_off: Whether the first stream may end earlier, as the recording of a killed run does.
+        context: Number of equal events to keep before the difference.
     """
     before: deque[Event] = deque(maxlen=context)
     pairs = zip_longest(_kept(expected, skip), _kept(found, skip))
@@ -98,23 +98,23 @@ def compare(
 
 
 def timeless(event: Event) -> Event:
-    """The event without what wall time put into it."""
+    """Copy of an event with its wall-clock fields set to zero."""
     return msgspec.structs.replace(event, solve_time=0.0) if isinstance(event, Followed) else event
 
 
 def describe(event: Event | None) -> str:
-    """One line that tells an event: time, agent, kind and fields; packed values as numbers."""
+    """Describe an event in one line: time, agent, kind and fields, with unpacked values."""
     if event is None:
         return "(the end)"
-    told = []
+    fields = []
     for name in event.__struct_fields__:
         value = getattr(event, name)
         if name in ("t", "agent") or value in ("", None, {}, b""):
             continue
         if isinstance(value, bytes):
             value = unpack(value) if len(value) % 8 == 0 else value
-        told.append(f"{name}={_text(value)}")
-    return f"t={event.t:.3f} {event.agent or 'world'} {type(event).__name__} {' '.join(told)}"
+        fields.append(f"{name}={_text(value)}")
+    return f"t={event.t:.3f} {event.agent or 'world'} {type(event).__name__} {' '.join(fields)}"
 
 
 def _text(value: object) -> str:

@@ -1,4 +1,4 @@
-"""The JSON schemas of the well-known messages that Foxglove-compatible viewers draw, as far as we write them.
+"""JSON schemas of the Foxglove messages that rocs_bt writes.
 
 Source: the published schemas of the Foxglove SDK (MIT licence): names, fields and enumerations are theirs.
 """
@@ -86,22 +86,22 @@ DEBUG, INFO, WARNING, ERROR, FATAL = 1, 2, 3, 4, 5
 
 
 def schema(name: str) -> bytes:
-    """The JSON schema of one of the messages above."""
+    """JSON schema of one of these messages."""
     return msgspec.json.encode(_SCHEMAS[name])
 
 
 def timestamp(time: int) -> Json:
-    """A time [ns] as their messages hold it."""
+    """Convert a time [ns] to a Foxglove timestamp."""
     return {"sec": time // 1_000_000_000, "nsec": time % 1_000_000_000}
 
 
 def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Json:
-    """A pose without a turn, at a point [m]."""
+    """Pose at a point [m], without rotation."""
     return {"position": {"x": x, "y": y, "z": z}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
 
 
 def entity(time: int, frame: str, name: str, **primitives: list[Json]) -> Json:
-    """A thing to draw, in a frame, until it is replaced by another of its name."""
+    """Scene entity in a frame, shown until it is replaced by one of the same name."""
     kinds = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
     return {
         "timestamp": timestamp(time),
@@ -115,7 +115,7 @@ def entity(time: int, frame: str, name: str, **primitives: list[Json]) -> Json:
 
 
 def line(kind: int, points: list[tuple[float, float, float]], color: Json, thickness: float) -> Json:
-    """Lines through points [m]: 0 a strip, 1 a loop, 2 one for each pair; the thickness is in metres."""
+    """Line primitive through points [m]; kind 0 is a strip, 1 a loop, 2 a list of segments; thickness in metres."""
     return {
         "type": kind,
         "pose": pose(),

@@ -1,4 +1,4 @@
-"""What a recording says of its run before the first event: who, where, with which content, and what to draw."""
+"""Header of a recording: scenario, agents, content, versions and the geometry that is drawn."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Point = tuple[float, float]
 
 
 class Outline(msgspec.Struct, frozen=True, kw_only=True):
-    """One solid thing of the world, from above, in the world frame.
+    """Outline of an obstacle from above, world frame.
 
     Attributes:
-        name: The world file's name of it.
-        points: Corners of a polygon [m]; a circle has its centre alone.
-        radius: A circle's radius [m]; 0 for a polygon.
-        height: How high it is [m].
+        name: Name in the world file.
+        points: Corners of a polygon [m]; for a circle, only the centre.
+        radius: Radius of a circle [m]; 0 for a polygon.
+        height: Height [m].
     """
 
     name: str
@@ -32,19 +32,19 @@ class Outline(msgspec.Struct, frozen=True, kw_only=True):
 
     @staticmethod
     def box(name: str, pose: Pose2, size: Point, height: float = 0.0) -> Outline:
-        """A box of this length and width [m], centred at a pose."""
+        """Box of a length and width [m], centred at a pose."""
         x, y = size[0] / 2.0, size[1] / 2.0
         corners = ((x, y), (-x, y), (-x, -y), (x, -y))
         return Outline(name=name, points=tuple(pose.transform(*c) for c in corners), height=height)
 
     @staticmethod
     def circle(name: str, centre: Point, radius: float, height: float = 0.0) -> Outline:
-        """A round thing of this radius [m]."""
+        """Circle of a radius [m]."""
         return Outline(name=name, points=(centre,), radius=radius, height=height)
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True):
-    """A place that has a name: a goal, a dock ... `radius` is its tolerance [m]."""
+    """Named place, such as a goal or a dock; `radius` is its tolerance [m]."""
 
     name: str
     x: float  # [m]
@@ -55,7 +55,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Beam(msgspec.Struct, frozen=True, kw_only=True):
-    """One beam of a range sensor, in the body frame: where it begins, where it points, how far it sees."""
+    """Beam of a range sensor, body frame: origin, direction, maximum range and cone."""
 
     x: float  # [m]
     y: float  # [m]
@@ -65,14 +65,14 @@ class Beam(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Fan(msgspec.Struct, frozen=True, kw_only=True):
-    """The rays of a laser scanner, in the body frame: where they begin, where they point, how far they see.
+    """Rays of a laser scanner, body frame.
 
     Attributes:
-        x, y: Where they begin [m].
-        yaw: Where the first one points, the rightmost [rad].
-        step: From one to the next, to the left [rad].
-        rays: How many there are.
-        reach: How far they see [m].
+        x, y: Origin [m].
+        yaw: Direction of the first, rightmost ray [rad].
+        step: Angle between neighbouring rays, counter-clockwise [rad].
+        rays: Number of rays.
+        reach: Maximum range [m].
     """
 
     x: float
@@ -84,14 +84,14 @@ class Fan(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """One moving body.
+    """Moving body.
 
     Attributes:
-        name: As in `BodyMoved.body`; that of its agent, where it has one.
-        hull: Its outline from above, in the body frame [m].
-        beams: The beams of its range sensors by the sensor's name, in the order of the sensor's values.
-        fans: The rays of its laser scanners, likewise.
-        height: How high it is [m].
+        name: Name as in `BodyMoved.body`; the agent's name for an agent's body.
+        hull: Outline from above [m], body frame.
+        beams: Beams of the range sensors by sensor, in the order of the sensor's values.
+        fans: Rays of the laser scanners by sensor.
+        height: Height [m].
     """
 
     name: str
@@ -102,7 +102,7 @@ class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TreeNode(msgspec.Struct, frozen=True, kw_only=True):
-    """One node of a mission tree: its path from the root (names joined by `/`), its class and its children's paths."""
+    """Node of a mission tree: path from the root (names joined by `/`), class, and paths of the children."""
 
     path: str
     type: str
@@ -110,14 +110,14 @@ class TreeNode(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """One signal of an agent, in the order of its snapshots; see `Signal`.
+    """Declaration of an agent's signal, in the order of the snapshots; see `Signal`.
 
     Attributes:
-        units: The unit of each value, or one for all of them.
-        low: The lowest valid value; None where there is none.
-        high: The highest valid value; None where there is none.
-        max_age: How long a value stays valid [s]; None for ever.
-        late: Whether an Analyze writes it, in lockstep after the reflexes of its period.
+        units: Unit of each value, or one unit for all values.
+        low: Minimum valid value; None for no bound.
+        high: Maximum valid value; None for no bound.
+        max_age: Validity of a value [s]; None for unlimited.
+        late: Whether an Analyze block writes the signal, in lockstep after the reflexes of the period.
     """
 
     name: str
@@ -130,16 +130,16 @@ class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):
 
     @staticmethod
     def of(signal: Signal, late: bool = False) -> SignalInfo:
-        """What a recording says of a signal."""
+        """Convert the declaration of a signal."""
         low, high, age = (v if math.isfinite(v) else None for v in (*signal.bounds, signal.max_age))
         units = tuple(map(str, signal.dimensions))
         return SignalInfo(name=signal.name, size=signal.size, units=units, low=low, high=high, max_age=age, late=late)
 
     def signal(self) -> Signal:
-        """The declaration that it was made of, but for its doc.
+        """Convert back to a declaration, without its doc.
 
         Raises:
-            UnitError: A unit is none.
+            UnitError: A unit is unknown.
         """
         return Signal(
             self.name,
@@ -151,7 +151,7 @@ class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RequirementInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """One requirement of the scenario: its name, the agent that it is about, and its text."""
+    """Requirement of the scenario: name, agent, condition and description."""
 
     name: str
     agent: str
@@ -160,7 +160,7 @@ class RequirementInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
-    """The nodes of a mission tree since one of its subtrees was swapped."""
+    """Nodes of a mission tree after a swap of subtrees."""
     children: dict[str, list[str]] = {}
     for path, _, parent in swap.nodes:
         children.setdefault(parent, []).append(path)
@@ -168,7 +168,7 @@ def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
 
 
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """One agent: its robot, mission and rules by name, the mission's nodes (the root first, parents first), signals."""
+    """Agent: names of robot, mission and rules, nodes of the tree (parents before children), and signals."""
 
     name: str
     robot: str
@@ -179,22 +179,22 @@ class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
-    """All that is known of a run before it starts.
+    """Description of a run, written before it starts.
 
     Attributes:
-        scenario: The scenario's name.
-        seed: The episode's seed.
+        scenario: Name of the scenario.
+        seed: Seed of the episode.
         mode: `lockstep` or `threaded`.
-        command: What a person types to make this run again.
-        versions: Version by package name.
-        content_hash: sha256 of all content used.
-        rates: Turns a second by what turns: `physics`, `control`, `plan` ... [Hz].
-        agents: The agents, in the scenario's order.
-        bodies: All moving bodies: those of the agents, and movers.
-        outlines: The world's solid things.
+        command: Command line that repeats the run.
+        versions: Version by package.
+        content_hash: SHA-256 of all content used.
+        rates: Rates of `physics`, `control`, `plan` ... [Hz].
+        agents: Agents, in the scenario's order.
+        bodies: Moving bodies of agents and movers.
+        outlines: Outlines of the obstacles in the world.
         places: Goals and other named places.
-        requirements: What must hold over the run.
-        recalled: By agent, what it remembered of earlier runs, as JSON (docs/knowledge.md).
+        requirements: Requirements of the scenario.
+        recalled: Knowledge of earlier runs by agent, as JSON (docs/knowledge.md).
         start: Time of the first period [s].
         simulated: Whether the world was simulated. If not, poses are the robots' own estimates.
     """
@@ -217,11 +217,11 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def label(self) -> str:
-        """A short name of the run, such as `exp1-7`."""
+        """Short name of the run, such as `exp1-7`."""
         return f"{self.scenario}-{self.seed}"
 
     def bounds(self) -> tuple[float, float, float, float]:
-        """Least x, least y, greatest x and greatest y of what stands in the world [m]; NaN for an empty one."""
+        """Minimum x, minimum y, maximum x and maximum y of the obstacles [m]; NaN for an empty world."""
         xs = [x + sign * o.radius for o in self.outlines for x, _ in o.points for sign in (-1, 1)]
         ys = [y + sign * o.radius for o in self.outlines for _, y in o.points for sign in (-1, 1)]
         if not xs:

@@ -1,4 +1,4 @@
-"""A run as series over time: what figures and the report draw, gathered from a recording in one pass."""
+"""Time series of a run for figures and the report, collected from a recording in one pass."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ Series = NDArray[np.float64]
 
 @dataclass
 class BodyHistory:
-    """Where one body was.
+    """Trajectory of one body.
 
     Attributes:
-        t: Times (n,) [s].
-        pose: x, y, yaw in the world frame (n, 3) [m, m, rad].
-        wheels: Wheel rim speeds (n, w) [m/s]; (n, 0) where nobody told.
+        t: Times [s], shape (n,).
+        pose: x, y, yaw [m, m, rad], world frame, shape (n, 3).
+        wheels: Wheel linear speeds [m/s], shape (n, w); (n, 0) if not recorded.
     """
 
     t: Series
@@ -54,7 +54,7 @@ class BodyHistory:
     wheels: Series
 
     def at(self, t: Series | float) -> Series:
-        """Positions at times (m, 2) [m], between samples on the straight line; NaN where the body has no samples."""
+        """Positions [m] at times, shape (m, 2), linearly interpolated; NaN if the body has no samples."""
         times = np.atleast_1d(t)
         if not len(self.t):
             return np.full((len(times), 2), np.nan)
@@ -63,7 +63,13 @@ class BodyHistory:
 
 @dataclass
 class Command:
-    """What one actuator was told over time: times (n,) [s], values (n, w) [SI], route of each."""
+    """Commands of one actuator.
+
+    Attributes:
+        t: Times [s], shape (n,).
+        values: Commanded values, SI units, shape (n, w).
+        routes: Route of each command.
+    """
 
     t: Series
     values: Series
@@ -72,7 +78,7 @@ class Command:
 
 @dataclass
 class Span:
-    """Something that lasted, such as a route, a rule's activity or a running ticket."""
+    """Time interval of a route, an active rule or a running ticket."""
 
     name: str
     begin: float  # [s]
@@ -81,7 +87,7 @@ class Span:
 
 @dataclass
 class Activation(Span):
-    """One activation of a rule: the event that began it, and the number of re-firings while it was latched."""
+    """One activation of a rule, with its first event and the number of re-firings while latched."""
 
     event: RuleChanged
     refirings: int = 0
@@ -89,7 +95,7 @@ class Activation(Span):
 
 @dataclass
 class Worst:
-    """The worst moment of a requirement: its name, its verdict, when it was [s], and its margin with its unit."""
+    """Time [s] of the minimum margin of a requirement, with the requirement's name, verdict and margin with unit."""
 
     name: str
     verdict: str
@@ -98,12 +104,12 @@ class Worst:
 
 
 FaultEvent = SensorFailed | ContentRaised | BlockFailed | CommandExpired | PeerFault | Stuck | Touched
-"""What a report lists as faults of a run."""
+"""Events that a report lists as faults of a run."""
 
 
 @dataclass
 class AgentHistory:
-    """What one agent did, as events by kind in their order, and what follows from them."""
+    """Events of one agent by kind, in order, and series derived from them."""
 
     commands: dict[str, Command] = field(default_factory=dict)
     rules: list[RuleChanged] = field(default_factory=list)
@@ -122,20 +128,20 @@ class AgentHistory:
 
     @property
     def switches(self) -> list[float]:
-        """When the route changed between deliberative and reactive [s] (paper, Figure 5b)."""
+        """Times of the switches between the deliberative and the reactive route [s] (paper, Figure 5b)."""
         acting = [s for s in self.routes if s.name in ("deliberative", "reactive")]
         return [b.begin for a, b in pairwise(acting) if a.name != b.name]
 
     def statuses(self) -> dict[str, NodeTicked]:
-        """The last thing that each node of the tree said."""
+        """Last status event of each node of the tree."""
         return {event.node: event for event in self.tree}
 
     def nodes(self, info: AgentInfo) -> tuple[TreeNode, ...]:
-        """The nodes of the mission's tree at the end, after all swaps of subtrees."""
+        """Nodes of the mission's tree at the end, after all swaps of subtrees."""
         return nodes_after(self.swaps[-1]) if self.swaps else info.nodes
 
     def reflexes(self, end: float) -> list[Activation]:
-        """The activations of all rules: each from its firing until it ended, or until `end` [s]."""
+        """Activations of all rules, each from its firing until its end, at most until `end` [s]."""
         found: list[Activation] = []
         active: dict[str, Activation] = {}
         for event in self.rules:
@@ -149,7 +155,7 @@ class AgentHistory:
         return found
 
     def runs(self, end: float) -> list[Span]:
-        """When each ticket's action ran, as `action #ticket`."""
+        """Intervals in which the tickets' actions ran, named `action #ticket`."""
         spans: dict[int, Span] = {}
         for event in self.tickets:
             if event.state == "RUNNING":
@@ -160,13 +166,13 @@ class AgentHistory:
 
 
 class History:
-    """The series of one recording.
+    """Time series of one recording.
 
     Attributes:
-        label: A short name of the run.
-        header: The recording's.
-        bodies: By name, in the header's order.
-        agents: By name, in the header's order.
+        label: Short name of the run.
+        header: Header of the recording.
+        bodies: Trajectories by body, in the header's order.
+        agents: Histories by agent, in the header's order.
         end: Time of the last event [s].
     """
 
@@ -181,8 +187,8 @@ class History:
             self.end = max(self.end, event.t)
             self._take(event)
         self.bodies = {name: _body(moves) for name, moves in self._moves.items()}
-        for (agent, actuator), told in self._commands.items():
-            self.agents[agent].commands[actuator] = _command(told)
+        for (agent, actuator), events in self._commands.items():
+            self.agents[agent].commands[actuator] = _command(events)
         for history in self.agents.values():
             first = next(iter(history.commands.values()), None)
             history.routes = [] if first is None else _routes(first, self.end, history.stopped)
@@ -224,7 +230,7 @@ class History:
 
 
 def _worst(findings: Iterable[Finding]) -> list[Worst]:
-    """The worst moments of the requirements whose margin is known."""
+    """Minimum margins of the requirements with a known margin."""
     return [
         Worst(f.name, f.verdict, f.worst, f"{f.margin:.3g} {f.unit}".strip())
         for f in findings
@@ -233,7 +239,7 @@ def _worst(findings: Iterable[Finding]) -> list[Worst]:
 
 
 def _matrix(packed: list[bytes]) -> Series:
-    """Packed values as rows; a row shorter than the longest is filled with NaN."""
+    """Unpack values into the rows of a matrix; shorter rows are padded with NaN."""
     rows = [unpack(data) for data in packed]
     width = max((len(r) for r in rows), default=0)
     return np.array([[*r, *[np.nan] * (width - len(r))] for r in rows], float).reshape(len(rows), width)
@@ -244,12 +250,13 @@ def _body(moves: list[BodyMoved]) -> BodyHistory:
     return BodyHistory(np.array([m.t for m in moves], float), pose, _matrix([m.wheels for m in moves]))
 
 
-def _command(told: list[ActuatorCommanded]) -> Command:
-    return Command(np.array([e.t for e in told], float), _matrix([e.data for e in told]), tuple(e.route for e in told))
+def _command(events: list[ActuatorCommanded]) -> Command:
+    t = np.array([e.t for e in events], float)
+    return Command(t, _matrix([e.data for e in events]), tuple(e.route for e in events))
 
 
 def _routes(command: Command, end: float, stopped: float | None) -> list[Span]:
-    """Which route had the wheels when; none has once the agent was stopped, whoever had its last command."""
+    """Intervals of the routes that commanded the wheels; idle from the time at which the agent was stopped."""
     spans: list[Span] = []
     for t, route in zip(command.t.tolist(), command.routes, strict=True):
         route = "idle" if stopped is not None and t >= stopped else route

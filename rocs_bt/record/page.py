@@ -1,4 +1,4 @@
-"""Pages of one HTML file each that need nothing else: their templates, and figures in the page's own colours."""
+"""Self-contained HTML pages: rendering of templates, and SVG figures in the colours of the page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from .figures import figure
 
-# The figures' colours become the page's, so that they follow its light or dark theme.
+# Colours of figures are replaced by CSS variables, so that figures follow the light or dark theme.
 THEME = {
     figure.INK: "var(--ink)",
     figure.MUTED: "var(--muted)",
@@ -25,12 +25,12 @@ THEME = {
 
 
 def render_page(template: str, *, beside: Path | None = None, **values: Any) -> str:
-    """A page from one of the templates; texts in it are escaped.
+    """Render a template; texts are HTML-escaped.
 
     Args:
-        template: Its file's name.
-        beside: A folder with more templates.
-        values: What is filled in.
+        template: File name of the template.
+        beside: Folder with further templates.
+        values: Values of the template's variables.
     """
     import jinja2
 
@@ -41,7 +41,7 @@ def render_page(template: str, *, beside: Path | None = None, **values: Any) -> 
 
 
 def inline_svg(name: str, svg: str) -> str:
-    """An SVG file as an element of a page: its ids made its own, its metadata left out, its colours the page's."""
+    """Convert an SVG file to an element of a page: unique ids, no metadata, colours of the page."""
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     svg = re.sub(rf'(\bid="|href="#|url\(#)(?!{name}-)', rf"\g<1>{name}-", svg)
     for color, variable in THEME.items():

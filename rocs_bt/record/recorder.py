@@ -1,4 +1,4 @@
-"""The recorder: an event sink that writes run.mcap."""
+"""Recorder: event sink that writes run.mcap."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from .viewer import Draw, Message, Viewer
 
 FORMAT = "1"
 HEADER, SUMMARY = "header.json", "summary.json"
-_FLUSH_EVERY = 500_000_000  # [ns] of the run's time: what a killed run may lose
-_BATCH = 256  # events that wait to be encoded together, which costs half of one by one between all that happens
+_FLUSH_EVERY = 500_000_000  # [ns] flush period in run time, which a killed run may lose
+_BATCH = 256  # events encoded together, at half the cost of encoding them one by one
 _LATEST = 2**64 - 1  # [ns]
 
 
 class Recorder:
-    """Writes every event to an MCAP file, stamped with the run's time, and what viewers draw of it.
+    """Writes events to an MCAP file, stamped with run time, together with messages for viewers.
 
-    Safe under threads. The same events give the same bytes. A process that is killed leaves a file that can be read
-    up to half a second of the run's time before its last event.
+    Thread-safe. Equal events give equal bytes. The file of a killed process can be read up to at most half a second
+    of run time before its last event.
 
     Args:
-        path: The file; its folder must exist.
-        header: What is known of the run before it starts.
+        path: File to write; its folder must exist.
+        header: Header of the run.
 
     Raises:
         RecordingError: The file cannot be written.
@@ -59,14 +59,14 @@ class Recorder:
             raise RecordingError(f"the recording '{path}' cannot be written: {error.strerror}.") from error
 
     def emit(self, event: Event) -> None:
-        """Take one event. Never raises: what goes wrong is kept, and told by `close`."""
-        self._waiting.append(event)  # which needs no lock, and nearly always that is all
-        self._look(event)
+        """Record one event. Never raises; errors are reported by `close`."""
+        self._waiting.append(event)  # thread-safe without a lock
+        self._encode_if_due(event)
 
     def take(self, events: Sequence[Event]) -> None:
-        """Take many events, in the order they came; never raises, as `emit`."""
+        """Record several events in order; never raises, as `emit`."""
         self._waiting.extend(events)
-        self._look(events[-1])
+        self._encode_if_due(events[-1])
 
     def close(self, summary: Summary | None = None) -> None:
         """End the recording; the second call does nothing.
@@ -75,7 +75,7 @@ class Recorder:
             summary: Summary of the run, kept with the recording.
 
         Raises:
-            RecordingError: Something could not be recorded; the file holds all the rest.
+            RecordingError: Some events could not be recorded; the file contains all others.
         """
         with self._lock:
             if self._closed:
@@ -93,7 +93,7 @@ class Recorder:
             )
         if self._unfit:
             first, count = self._unfit[0], len(self._unfit)
-            raise RecordingError(f"the recording '{self.path}' misses {count} of the events; the first: {first}.")
+            raise RecordingError(f"{count} events could not be recorded in '{self.path}'; the first: {first}.")
 
     def _begin(self, header: RunHeader) -> None:
         run = {"format": FORMAT, "scenario": header.scenario, "seed": str(header.seed), "mode": header.mode}
@@ -107,25 +107,25 @@ class Recorder:
             self._give_up(error)
             raise
 
-    def _look(self, newest: Event) -> None:
-        """Record what waits when that is enough, or has waited for long enough."""
+    def _encode_if_due(self, newest: Event) -> None:
+        """Record the waiting events if the batch is full or a flush is due."""
         try:
             due = newest.t * 1e9 + 0.5 >= self._flush_at
-        except TypeError:  # no time at all; `_encode` says so
+        except TypeError:  # the time is no number; reported by `_encode`
             due = True
         if due or len(self._waiting) >= _BATCH:
             with self._lock:
                 self._encode()
 
     def _encode(self) -> None:
-        """Record the events that wait; the lock is held, and others may leave more meanwhile."""
+        """Record the waiting events. The caller holds the lock; other threads may append further events."""
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
         if self._closed or self._disk or not waiting:
             return
         for event, data in zip(waiting, codec.encode_all(waiting), strict=True):
             try:
                 self._write(event, data or codec.encode(event))
-                # After each one, so that the same events give the same chunks however many came together.
+                # Checked after each event, so that chunks do not depend on the size of batches.
                 if self._last >= self._flush_at:
                     self._flush_at = self._last + _FLUSH_EVERY
                     self._writer.flush()
@@ -138,7 +138,7 @@ class Recorder:
     def _write(self, event: Event, data: bytes) -> None:
         time = int(event.t * 1e9 + 0.5)
         if not 0 <= time <= _LATEST:
-            raise ValueError(f"its time is {time * 1e-9:g} s, which a recording cannot hold")
+            raise ValueError(f"its time, {time * 1e-9:g} s, is out of range")
         channel, draw = self._channels.get((type(event), event.agent)) or self._open(event)
         self._writer.add_message(channel, time, data, time, self._sequence)
         self._sequence += 1
@@ -158,9 +158,9 @@ class Recorder:
         self._file.close()
 
     def _give_up(self, error: OSError) -> None:
-        """Record nothing more; what reached the disk stays readable."""
+        """Stop recording; the part that is on disk stays readable."""
         self._disk = error.strerror or str(error)
-        self._file.raw.close()  # what is still buffered has no room
+        self._file.raw.close()  # drops the buffer, for which there is no space
 
     def _open(self, event: Event) -> tuple[int, Draw | None]:
         kind = type(event)
@@ -176,7 +176,7 @@ class Recorder:
         self._writer.add_message(self._drawn[topic], time, data, time, self._sequence)
 
     def _channel(self, topic: str, schema: str, described: Callable[[], bytes]) -> int:
-        """Declare a channel of JSON messages, and its schema where it is new; returns its number."""
+        """Declare a channel of JSON messages, and its schema if it is new; returns the channel's number."""
         if schema not in self._schemas:
             self._schemas[schema] = self._writer.register_schema(schema, "jsonschema", described())
         number: int = self._writer.register_channel(topic, "json", self._schemas[schema])

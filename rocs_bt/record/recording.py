@@ -1,4 +1,4 @@
-"""Reading a recording back: the header, the events in their order and exactly, and the summary if it got so far."""
+"""Reader of recordings: header, events in exact order, and the summary if the run completed."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ R = TypeVar("R")
 
 _RECORD = struct.Struct("<BQ")  # opcode, length
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
-_LARGEST = 1 << 28  # [bytes] of a chunk; the recorder's have about 1 << 20
+_LARGEST = 1 << 28  # maximum size of a chunk [bytes]; the recorder's have about 1 << 20
 
 
 @dataclass
 class _Contents:
-    """What a walk over the file's records found."""
+    """Records found in a recording file."""
 
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
@@ -45,18 +45,18 @@ class _Contents:
 
 
 def _near(path: Path) -> set[str]:
-    """The runs that a user may have meant who asked for one that is not there: those in it, beside it and in runs/."""
+    """Runs near a path that does not exist, as suggestions: in it, beside it and in runs/."""
     return {str(file.parent) for folder in (path, path.parent, Path("runs")) for file in folder.glob("*/run.mcap")}
 
 
 class Recording:
-    """A recorded run.
+    """Recording of a run.
 
     Attributes:
-        path: The file.
-        header: What was known of the run before it started.
-        summary: The summary of the run; None where it did not get so far.
-        complete: False where the file was cut off, as by a killed run; the events up to there can be read.
+        path: Recording file.
+        header: Header, written before the run started.
+        summary: Summary of the run; None if the run did not complete.
+        complete: Whether the file is complete. If a killed run cut it off, the events up to there can be read.
     """
 
     def __init__(self, path: Path, header: RunHeader, contents: _Contents) -> None:
@@ -68,13 +68,13 @@ class Recording:
 
     @classmethod
     def open(cls, path: str | Path) -> Recording:
-        """Read a recording.
+        """Open a recording.
 
         Args:
-            path: The file, or the folder with a `run.mcap` in it.
+            path: Recording file, or a folder that contains `run.mcap`.
 
         Raises:
-            RecordingError: There is none, it is not one of ours, or it is damaged other than by being cut off.
+            RecordingError: The file does not exist, was not written by rocs_bt, or is damaged other than cut off.
         """
         path = Path(path)
         file = path / "run.mcap" if path.is_dir() else path
@@ -92,8 +92,8 @@ class Recording:
         if version is not None and version != FORMAT:
             raise RecordingError(f"'{file}' has format {version}; this version of rocs_bt reads format {FORMAT}.")
         if version is None or HEADER not in contents.attachments:
-            cut = "is cut off before its header ends" if not contents.complete else "was not written by rocs_bt"
-            raise RecordingError(f"'{file}' {cut}, so there is nothing to read. Run the scenario again.")
+            cut = "is cut off within its header" if not contents.complete else "was not written by rocs_bt"
+            raise RecordingError(f"'{file}' {cut} and cannot be read. Run the scenario again.")
         try:
             for attachment in contents.attachments.values():
                 check_nesting(attachment)
@@ -105,26 +105,26 @@ class Recording:
         return cls(file, header, contents)
 
     def events(self) -> Iterator[Event]:
-        """All events, in the order in which they were emitted.
+        """All events, in the order of emission.
 
         Raises:
             RecordingError: A message is damaged.
         """
-        ours: dict[int, bool] = {}
+        decodable: dict[int, bool] = {}
         schemas: dict[int, str] = {}
         known = {codec.SCHEMA_PREFIX + kind.__name__ for kind in codec.KINDS}
         for chunk in self._chunks:
             for opcode, body in _records(_content(chunk)):
                 if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
-                    # What is not ours are the viewers' messages, and events of kinds that a user added.
-                    if ours.get(_MESSAGE.unpack_from(body)[0]):
+                    # Others are messages for viewers, and events of kinds that a user added.
+                    if decodable.get(_MESSAGE.unpack_from(body)[0]):
                         yield codec.decode(body[_MESSAGE.size :])
                 elif opcode == Opcode.SCHEMA:
                     schema = _parsed(Schema, body, self.path)
                     schemas[schema.id] = schema.name
                 elif opcode == Opcode.CHANNEL:
                     channel = _parsed(Channel, body, self.path)
-                    ours[channel.id] = schemas.get(channel.schema_id) in known
+                    decodable[channel.id] = schemas.get(channel.schema_id) in known
 
 
 def _walk(data: bytes, file: Path) -> _Contents:
@@ -134,7 +134,7 @@ def _walk(data: bytes, file: Path) -> _Contents:
         body = data[at + _RECORD.size : at + _RECORD.size + length]
         whole = len(body) == length
         if opcode == 0:
-            break  # zeros, as a power cut leaves them at the end
+            break  # zeros at the end, left by a power failure
         if opcode == Opcode.CHUNK and whole:
             contents.chunks.append(_chunk(body, file, at))
         elif opcode == Opcode.ATTACHMENT and whole:
@@ -146,7 +146,7 @@ def _walk(data: bytes, file: Path) -> _Contents:
             metadata = _parsed(Metadata, body, file)
             contents.metadata[metadata.name] = metadata.metadata
         elif opcode > max(Opcode):
-            raise RecordingError(f"'{file}' is damaged: byte {at} holds {opcode}, which no record begins with.")
+            raise RecordingError(f"'{file}' is damaged: byte {at} is {opcode}, which is no MCAP opcode.")
         at += _RECORD.size + length
         if opcode == Opcode.FOOTER:
             contents.complete = data[at:] == MCAP0_MAGIC
@@ -155,10 +155,10 @@ def _walk(data: bytes, file: Path) -> _Contents:
 
 
 def _chunk(body: bytes, file: Path, at: int) -> Chunk:
-    """A chunk whose content can be read.
+    """Parse a chunk and verify its content.
 
     Raises:
-        RecordingError: It is damaged.
+        RecordingError: The chunk is damaged.
     """
     chunk = _parsed(Chunk, body, file)
     if chunk.compression not in ("", "lz4"):
@@ -173,10 +173,10 @@ def _chunk(body: bytes, file: Path, at: int) -> Chunk:
 
 
 def _content(chunk: Chunk) -> bytes:
-    """The records of a chunk, decompressed; at most as many bytes as it declares.
+    """Decompress the records of a chunk, up to the declared size.
 
     Raises:
-        RuntimeError: It cannot be decompressed.
+        RuntimeError: The chunk cannot be decompressed.
     """
     if not chunk.compression:
         return bytes(chunk.data)
@@ -196,10 +196,10 @@ def _records(chunk: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _parsed(kind: type[R], body: bytes, file: Path) -> R:
-    """A record of the container.
+    """Parse a record of the MCAP container.
 
     Raises:
-        RecordingError: It is damaged.
+        RecordingError: The record is damaged.
     """
     try:
         record: R = kind.read(ReadDataStream(BytesIO(body)))  # type: ignore[attr-defined]

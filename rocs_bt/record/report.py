@@ -1,4 +1,4 @@
-"""report.html: one file that needs nothing else, drawn from the recording alone."""
+"""report.html: self-contained report of a run, made from its recording."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ from .recording import Recording
 from .summary import AgentResult, Following, Localisation, Summary
 
 Number = tuple[str, float | str | None, str]
-"""Label, value and format of a number of the report; None for a value that was not measured."""
+"""Label, value and format of a number of the report; the value is None if it was not measured."""
 
-_TURNED_AWAY = ("oversized", "unauthenticated", "malformed", "flooded", "refused")
+_REJECTED = ("oversized", "unauthenticated", "malformed", "flooded", "refused")
 
 _VERDICTS = {
     "success": "{name} reached its goal",
     "collision": "{name} collided",
     "failed": "The mission of {name} failed",
     "stuck": "{name} got stuck",
-    "interrupted": "The run was ended before {name} came to another outcome",
+    "interrupted": "The run of {name} was interrupted",
     "timeout": "{name} ran out of time",
     "error": "{name} was stopped by an error",
 }
 
 
 def write_report(recording: Recording, summary: Summary | None, path: Path) -> None:
-    """Write the report of a run, as a whole or not at all.
+    """Write the report of a run; the file is replaced only when it is complete.
 
     Args:
-        recording: The recording of the run.
-        summary: The summary of the run; None if there is none.
-        path: The HTML file.
+        recording: Recording of the run.
+        summary: Summary of the run; None if there is none.
+        path: HTML file to write.
 
     Raises:
-        RecordingError: The file cannot be written, or the recording not read.
+        RecordingError: The file cannot be written, or the recording cannot be read.
     """
     text = render_report(recording, summary)
     try:
@@ -57,10 +57,10 @@ def write_report(recording: Recording, summary: Summary | None, path: Path) -> N
 
 
 def render_report(recording: Recording, summary: Summary | None) -> str:
-    """The report as HTML."""
+    """Render the report as HTML."""
     run = History(recording)
     results = {} if summary is None else summary.agents
-    # In JSON `<` occurs in texts only, where this escape means the same; no text can then end the script element.
+    # JSON has `<` only in strings, where this escape is equivalent; so no string can end the script element.
     data = msgspec.json.encode(animation(run)).decode().replace("<", "\\u003c")
     return render_page(
         "report.html",
@@ -76,7 +76,7 @@ def render_report(recording: Recording, summary: Summary | None) -> str:
 
 def _agent(run: History, info: AgentInfo, result: AgentResult | None) -> dict[str, Any]:
     agent = run.agents[info.name]
-    judged = result if result is not None else agent.judged  # a run that was killed later has this, but no summary
+    judged = result if result is not None else agent.judged  # a killed run may have an outcome, but no summary
     return {
         "info": info,
         "outcome": "unknown" if judged is None else judged.outcome,
@@ -94,7 +94,7 @@ def _agent(run: History, info: AgentInfo, result: AgentResult | None) -> dict[st
 
 def _verdict(name: str, judged: AgentResult | Judged | None) -> str:
     if judged is None:
-        return f"The run ended before {name} came to an outcome"
+        return f"The run ended without an outcome of {name}"
     verdict = _VERDICTS.get(judged.outcome, "{name}: " + judged.outcome).format(name=name)
     if judged.outcome != "success":
         return verdict
@@ -105,18 +105,18 @@ def _verdict(name: str, judged: AgentResult | Judged | None) -> str:
 
 
 def _numbers(result: AgentResult) -> list[tuple[str, str]]:
-    """What was measured, as label and text with its unit; only what is there."""
+    """Measured values as pairs of label and text with unit; missing values are omitted."""
     wanted = (
         ("time to goal", result.time_to_goal, "{:.2f} s"),
         ("path length", result.path_length, "{:.2f} m"),
-        ("least clearance", result.min_clearance, "{:.3f} m"),
+        ("minimum clearance", result.min_clearance, "{:.3f} m"),
         ("collisions", result.collisions, "{}"),
-        ("struck by others", result.struck, "{}"),
-        ("reflexes fired", result.reflex_activations, "{}"),
+        ("contacts while stationary", result.struck, "{}"),
+        ("reflex activations", result.reflex_activations, "{}"),
         ("fired again while latched", result.reflex_refirings, "{}"),
         ("exceptions of content", sum(result.exceptions.values()) or None, "{}"),
-        ("switches of route", result.route_switches, "{}"),
-        ("plans made anew", result.replans, "{}"),
+        ("plan/reflex switches", result.route_switches, "{}"),
+        ("replans", result.replans, "{}"),
         ("commands limited by the safety gate", _counts(result.commands_limited), "{}"),
         ("time deliberative", result.time_deliberative, "{:.2f} s"),
         ("time reactive", result.time_reactive, "{:.2f} s"),
@@ -134,9 +134,9 @@ def _following(following: Following | None) -> list[Number]:
         return []
     return [
         (f"distance to {following.leader}, mean", following.mean_distance, "{:.2f} m"),
-        ("how far it is from the one asked for, mean", following.distance_error, "{:.2f} m"),
-        ("following time within its band", _scaled(following.in_band, 100), "{:.1f} %"),
-        ("least distance while driving", following.least_driving, "{:.2f} m"),
+        ("error of the follow distance, mean", following.distance_error, "{:.2f} m"),
+        ("time within the follow band", _scaled(following.in_band, 100), "{:.1f} %"),
+        ("minimum distance while driving", following.least_driving, "{:.2f} m"),
     ]
 
 
@@ -144,11 +144,11 @@ def _localisation(error: Localisation | None) -> list[Number]:
     if error is None:
         return []
     return [
-        ("position estimate's error, rms", 100 * error.position_rms, "{:.2f} cm"),
-        ("position estimate's error, greatest", 100 * error.position_max, "{:.2f} cm"),
-        ("heading estimate's error, rms", math.degrees(error.heading_rms), "{:.2f}°"),
-        ("heading estimate's error, greatest", math.degrees(error.heading_max), "{:.2f}°"),
-        ("estimate's consistency (NEES over 3)", error.nees, "{:.2f}"),
+        ("position error of the estimate, rms", 100 * error.position_rms, "{:.2f} cm"),
+        ("position error of the estimate, maximum", 100 * error.position_max, "{:.2f} cm"),
+        ("heading error of the estimate, rms", math.degrees(error.heading_rms), "{:.2f}°"),
+        ("heading error of the estimate, maximum", math.degrees(error.heading_max), "{:.2f}°"),
+        ("consistency of the estimate (NEES / 3)", error.nees, "{:.2f}"),
     ]
 
 
@@ -156,14 +156,14 @@ def _sharing(shared: Mapping[str, float] | None) -> list[Number]:
     if shared is None:
         return []
     return [
-        ("own writes that peers were told", shared.get("written"), "{}"),
-        ("writes of peers that were taken", shared.get("merged"), "{}"),
-        ("messages of peers that were turned away", sum(shared[reason] for reason in _TURNED_AWAY), "{}"),
+        ("writes sent to peers", shared.get("written"), "{}"),
+        ("writes of peers accepted", shared.get("merged"), "{}"),
+        ("messages of peers rejected", sum(shared[reason] for reason in _REJECTED), "{}"),
     ]
 
 
 def _counts(counts: Mapping[str, int]) -> str | None:
-    """Counts by action, such as `12 (Creep 12)`; None where there are none."""
+    """Counts by action, such as `12 (Creep 12)`; None if there are none."""
     if not counts:
         return None
     each = ", ".join(f"{name or 'outside of actions'} {count}" for name, count in counts.items())
@@ -175,13 +175,13 @@ def _scaled(value: float | None, factor: float) -> float | None:
 
 
 def _tree(info: AgentInfo, agent: AgentHistory) -> list[dict[str, Any]]:
-    """The mission's nodes with their last statuses, and how deep each stands."""
-    said, rows = agent.statuses(), []
+    """Rows of the mission's nodes with depth and last status."""
+    statuses, rows = agent.statuses(), []
     depth: dict[str, int] = {}
     for node in agent.nodes(info):
         level = depth.setdefault(node.path, 0)
         depth.update(dict.fromkeys(node.children, level + 1))
-        last = said.get(node.path)
+        last = statuses.get(node.path)
         rows.append(
             {
                 "path": node.path,
@@ -197,7 +197,7 @@ def _tree(info: AgentInfo, agent: AgentHistory) -> list[dict[str, Any]]:
 
 
 def _tickets(agent: AgentHistory) -> list[dict[str, Any]]:
-    """One row for each ticket: when it was submitted, began and ended, and how."""
+    """Rows of the tickets: times of submission, start and end, and result."""
     rows: dict[int, dict[str, Any]] = {}
     for event in agent.tickets:
         row = rows.setdefault(event.ticket, {"submitted": event.t, "began": None, "ended": None, "by": event.by})
@@ -222,7 +222,7 @@ def _fault(event: FaultEvent) -> str:
     if isinstance(event, BlockFailed):
         return f"{event.what} {event.kind}: {event.detail}"
     if isinstance(event, CommandExpired):
-        return f"no command came for {event.actuator}, so it was stopped"
+        return f"no command for {event.actuator}: stopped by its watchdog"
     if isinstance(event, Stuck):
         return event.reason
     if isinstance(event, PeerFault):

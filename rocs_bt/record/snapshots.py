@@ -1,8 +1,8 @@
-"""What an agent's reflexes saw, period by period, rebuilt from events; and what was true meanwhile.
+"""Signal snapshots of an agent for each period, reconstructed from events, with ground-truth signals.
 
-Nothing is interpolated. A signal's value stands from when it was written until it is written again or is older than
-its `max_age`, as in the live table. In lockstep the samples are those that the reflexes were evaluated on, to the bit;
-in threaded mode there is one at each time of a write, so that they may differ by what one thread did before another.
+Values are not interpolated. A signal keeps its value until it is written again or exceeds its `max_age`, as in the
+live table. In lockstep the samples equal those that the reflexes were evaluated on, bit by bit. In threaded mode there
+is one sample at each time of a write, so samples may differ from the live ones by the order of threads.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from ..units import ANGLE, LENGTH, NONE
 from .header import AgentInfo
 from .recording import Recording
 
-#: What the simulation knows of an agent and its mind does not; only requirements may use it.
+#: Ground-truth signals from the simulation, unknown to the agent; only requirements may use them.
 TRUTH: tuple[Signal, ...] = (
-    Signal("min_clearance", 1, (LENGTH,), doc="The least distance so far from the hull to anything, but the floor."),
-    Signal("true_pose", 3, (LENGTH, LENGTH, ANGLE), doc="Where the robot truly is, in the world frame."),
-    Signal("collisions", 1, (NONE,), doc="How often it ran into something so far."),
-    Signal("struck", 1, (NONE,), doc="How often something ran into it so far, while it stood."),
+    Signal("min_clearance", 1, (LENGTH,), doc="Minimum distance so far from the hull to any geom but the floor."),
+    Signal("true_pose", 3, (LENGTH, LENGTH, ANGLE), doc="Ground-truth pose, world frame."),
+    Signal("collisions", 1, (NONE,), doc="Number of collisions caused so far."),
+    Signal("struck", 1, (NONE,), doc="Number of contacts so far while the robot was stationary."),
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One moment of an agent.
+    """Sample of an agent's signals.
 
     Attributes:
-        t: When [s].
-        x: Its signals in the order of its snapshots, then those of TRUTH, (size,) in SI units; NaN where invalid.
-        mode: The mode that it was in.
-        felt: Whether its reflexes were evaluated; False of the moment at which it was stopped.
+        t: Time [s].
+        x: Signals in the order of the snapshots, then those of TRUTH, SI units, shape (size,); NaN if invalid.
+        mode: Mode of the agent.
+        felt: Whether the reflexes were evaluated; False at the time at which the agent was stopped.
     """
 
     t: float
@@ -50,13 +50,13 @@ class Sample:
 
 
 class Snapshots:
-    """Makes samples of one agent's events.
+    """Reconstructs samples from the events of one agent.
 
     Args:
-        agent: What the recording's header says of it.
+        agent: Agent in the header of the recording.
 
     Raises:
-        RecordingError: It says nothing of its signals.
+        RecordingError: The header does not declare the agent's signals.
     """
 
     def __init__(self, agent: AgentInfo) -> None:
@@ -73,7 +73,7 @@ class Snapshots:
         self._stopped = False
 
     def take(self, event: Event) -> Sample | None:
-        """Take one event; gives the sample that it ends."""
+        """Process one event; returns the sample that it completes, if any."""
         if event.agent != self.name or self._stopped:
             return None
         if isinstance(event, (SignalsWritten, BodyMoved)):
@@ -82,17 +82,17 @@ class Snapshots:
             return sample
         if isinstance(event, AgentStopped):
             self._stopped = True
-            # In lockstep it is stopped at the beginning of a period, before its reflexes.
+            # In lockstep an agent is stopped at the beginning of a period, before its reflexes.
             return None if self._t is None else self._sample(self._t, felt=event.t > self._t)
         self._apply(event)
         return None
 
     def end(self) -> Sample | None:
-        """The last sample of events that were cut off."""
+        """Last sample of a stream that is cut off; None if the agent was stopped."""
         return None if self._stopped or self._t is None else self._sample(self._t)
 
     def _begin(self, t: float) -> Sample | None:
-        """The sample that is over where this is a later time."""
+        """Begin a later time; returns the sample of the previous one."""
         if self._t is not None and t <= self._t:
             return None
         sample = None if self._t is None else self._sample(self._t)
@@ -132,25 +132,29 @@ class Snapshots:
 
 
 def environment_of(agent: AgentInfo, truth: bool = False) -> Environment:
-    """The names that expressions over an agent's samples may use; those of TRUTH only where asked for.
+    """Names available to expressions over an agent's samples.
+
+    Args:
+        agent: Agent in the header of the recording.
+        truth: Whether to include the signals of TRUTH.
 
     Raises:
-        RecordingError: The recording says nothing of the agent's signals.
+        RecordingError: The header does not declare the agent's signals.
     """
     return Environment.packed([*_declared(agent), *(TRUTH if truth else ())])
 
 
 def samples_of(recording: Recording, agent: AgentInfo) -> Iterator[Sample]:
-    """The samples of one agent of a recording, in order.
+    """Samples of one agent of a recording, in order.
 
     Raises:
-        RecordingError: It cannot be read, or says nothing of the agent's signals.
+        RecordingError: The recording cannot be read, or its header does not declare the agent's signals.
     """
     return samples_in(recording.events(), Snapshots(agent))
 
 
 def samples_in(events: Iterable[Event], snapshots: Snapshots) -> Iterator[Sample]:
-    """The samples that events make."""
+    """Samples reconstructed from events."""
     for event in events:
         if (sample := snapshots.take(event)) is not None:
             yield sample
@@ -161,7 +165,7 @@ def samples_in(events: Iterable[Event], snapshots: Snapshots) -> Iterator[Sample
 def _declared(agent: AgentInfo) -> list[Signal]:
     if not agent.signals:
         raise RecordingError(
-            f"the recording does not say which signals '{agent.name}' has: it is of an older version, or was not made "
-            "by a run. Run the scenario again."
+            f"the recording does not declare the signals of '{agent.name}': it has an older version or was not made by "
+            "a run. Run the scenario again."
         )
     return [signal.signal() for signal in agent.signals]

@@ -42,11 +42,11 @@ class Localisation(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Following(msgspec.Struct, frozen=True, kw_only=True):
-    """True distance of a follower from its leader (paper, 6.5); None where there was nothing to measure.
+    """Ground-truth distance of a follower from its leader (paper, 6.5); None if not measured.
 
     Attributes:
         leader: Name of the robot that is followed.
-        periods: Number of control periods that count.
+        periods: Number of evaluated control periods.
         mean_distance: Mean distance [m].
         distance_error: Mean absolute error of the distance [m].
         in_band: Share of the periods within the follow band.
@@ -73,13 +73,13 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         name: Name of the requirement.
         require: Text of the requirement.
-        verdict: `satisfied`, `violated`, or `unknown` if it was never seen violated and some samples had no value.
-        margin: Minimum margin (robustness), negative where it is violated; None if it is unknown or has no bound.
-        unit: Unit of the margin; empty where units mix, and each comparison is measured by its signals' span.
+        verdict: `satisfied`, `violated`, or `unknown` if no violation was seen but some samples had no value.
+        margin: Minimum margin (robustness), negative if violated; None if unknown or unbounded.
+        unit: Unit of the margin; empty for mixed units, where each comparison is normalised by its signals' span.
         worst: Time of the minimum margin [s].
         violated: Time of the first violation [s]; None if there was none.
         samples: Number of samples at which it was evaluated.
-        unknown: Number of these without a value, because a signal in it was invalid.
+        unknown: Number of these samples without a value, because a signal was invalid.
     """
 
     name: str
@@ -94,7 +94,7 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
-    """Result of one agent, SI units; None for what was not measured.
+    """Result of one agent, SI units; None for values that were not measured.
 
     Attributes:
         robot: Name of the robot.
@@ -162,7 +162,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Remembered(msgspec.Struct, frozen=True, kw_only=True):
-    """Knowledge of earlier runs that an agent loaded: numbers of nodes and edges, and reasons for what was refused."""
+    """Knowledge of earlier runs loaded by an agent: numbers of nodes and edges, and reasons of refused items."""
 
     nodes: int
     edges: int
@@ -170,7 +170,7 @@ class Remembered(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class KnowledgeFile(msgspec.Struct, frozen=True, kw_only=True):
-    """Knowledge between runs: its file, what each agent loaded from it, and the number of changes that were lost."""
+    """Knowledge kept between runs: its file, the knowledge loaded by each agent, and the number of lost changes."""
 
     file: str
     remembered: Mapping[str, Remembered]

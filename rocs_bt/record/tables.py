@@ -42,7 +42,7 @@ def event_table(recording: Recording, kind: str | type[Event] = "", agent: str |
         agent: Name of the agent; all agents and the world if None.
 
     Raises:
-        InputError: There is no such type of event, or no such agent.
+        InputError: Unknown type of event, or unknown agent.
         RecordingError: The recording cannot be read.
     """
     name = kind if isinstance(kind, str) else kind.__name__
@@ -79,7 +79,7 @@ def signal_table(recording: Recording, agent: str, names: Sequence[str] = ()) ->
         names: Names of the signals; all signals of the agent if empty.
 
     Raises:
-        InputError: There is no such agent or signal.
+        InputError: Unknown agent or signal.
         RecordingError: The recording cannot be read, or does not declare the agent's signals.
     """
     info = _agent(recording, agent)

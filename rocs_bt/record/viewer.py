@@ -1,4 +1,4 @@
-"""What viewers draw, made from events: poses, frames, range beams, logs, and the world's outline once."""
+"""Messages for Foxglove-compatible viewers, made from events: poses, frames, range beams, logs and the world."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _HULL = {"r": 0.16, "g": 0.36, "b": 0.75, "a": 1.0}
 _BEAM = {"r": 0.95, "g": 0.60, "b": 0.10, "a": 0.55}
 _PLACE = {"r": 0.10, "g": 0.60, "b": 0.35, "a": 0.9}
 
-# Text templates, not dictionaries: they are filled for every body in every period.
-_EVERY = 100_000_000  # [ns] Viewers fill in between: what moves is drawn ten times a second, and recorded each time.
+# String templates are faster than dictionaries; they are filled for every body.
+_EVERY = 100_000_000  # [ns] period of poses and beams for viewers; events are recorded at the full rate
 _STAMP = '{"timestamp":{"sec":%d,"nsec":%d},'
 _POSE = (
     _STAMP + '"frame_id":"world","pose":{"position":{"x":%.5f,"y":%.5f,"z":0.0},'
@@ -36,10 +36,10 @@ _FRAME = (
 
 
 class Viewer:
-    """Turns events into messages that Foxglove-compatible viewers draw; what moves ten times a second.
+    """Converts events to messages for Foxglove-compatible viewers; poses and beams at 10 Hz.
 
     Args:
-        header: What the run says of its bodies, beams and outlines.
+        header: Header of the run, with bodies, beams and outlines.
     """
 
     def __init__(self, header: RunHeader) -> None:
@@ -54,23 +54,23 @@ class Viewer:
             ev.ContentRaised: lambda e, t: self._log(e, t, foxglove.ERROR, reported(e)),
             ev.BlockFailed: lambda e, t: self._log(e, t, foxglove.FATAL, f"{e.what} {e.kind}: {e.detail}"),
             ev.Touched: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.kind} with {e.other}"),
-            ev.CommandExpired: lambda e, t: self._log(e, t, foxglove.ERROR, f"no command came for {e.actuator}"),
+            ev.CommandExpired: lambda e, t: self._log(e, t, foxglove.ERROR, f"no command for {e.actuator}"),
             ev.Stuck: lambda e, t: self._log(e, t, foxglove.WARNING, e.reason),
             ev.PeerFault: lambda e, t: self._log(e, t, foxglove.WARNING, f"peer {e.peer}: {e.detail}"),
             ev.GoalEntered: lambda e, t: self._log(e, t, foxglove.INFO, f"goal {e.goal} reached"),
             ev.Judged: lambda e, t: self._log(e, t, foxglove.INFO, f"outcome: {e.outcome}. {e.reason}"),
-            ev.Replanned: lambda e, t: self._log(e, t, foxglove.INFO, f"{e.node} plans anew ({e.count})"),
+            ev.Replanned: lambda e, t: self._log(e, t, foxglove.INFO, f"{e.node} replans ({e.count})"),
             ev.Said: lambda e, t: self._log(e, t, foxglove.INFO, e.text),
             ev.RuleChanged: self._rule,
             ev.TicketChanged: self._ticket,
         }
 
     def drawing(self, kind: type[Event]) -> Draw | None:
-        """What gives the messages of an event of this kind at a time [ns]; None for the many that give none."""
+        """Function that makes messages from an event of this kind and a time [ns]; None for kinds without messages."""
         return self._draw.get(kind)
 
     def scene(self, time: int) -> Message:
-        """The world's outline, its places and the bodies' hulls, to be drawn once."""
+        """Scene of the world's outlines, places and the bodies' hulls, sent once."""
         outlines = [_outline(o, time) for o in self._header.outlines]
         places = [_place(p, time) for p in self._header.places]
         hulls = [_hull(b, time) for b in self._header.bodies if b.hull]
@@ -81,7 +81,7 @@ class Viewer:
         )
 
     def log(self, agent: str, time: int, level: int, text: str) -> Message:
-        """One line of an agent's log."""
+        """Message with one line of an agent's log."""
         name = agent or WORLD
         stamp = foxglove.timestamp(time)
         line = {"timestamp": stamp, "level": level, "message": text, "name": name, "file": "", "line": 0}
@@ -96,7 +96,7 @@ class Viewer:
         topic, name, pace = self._frames[event.body]
         if time < pace.next or not math.isfinite(event.x + event.y + event.yaw):
             return ()
-        pace.drawn(time)
+        pace.sent(time)
         sec, nsec = divmod(time, 1_000_000_000)
         x, y, z, w = event.x, event.y, math.sin(event.yaw / 2.0), math.cos(event.yaw / 2.0)
         return (
@@ -108,7 +108,7 @@ class Viewer:
         lines = self._beams.get((event.agent, event.sensor))
         if lines is None or time < lines.pace.next or len(event.data) != 8 * lines.count:
             return ()
-        lines.pace.drawn(time)
+        lines.pace.sent(time)
         return ((lines.topic, foxglove.SCENE, lines.fill(event.data, time)),)
 
     def _rule(self, event: ev.RuleChanged, time: int) -> Iterator[Message]:
@@ -122,23 +122,23 @@ class Viewer:
 
 
 class _Pace:
-    """How often something is drawn.
+    """Rate limiter of messages.
 
     Attributes:
-        next: When it is time to draw it again [ns].
+        next: Earliest time of the next message [ns].
     """
 
     def __init__(self) -> None:
         self.next = 0
 
-    def drawn(self, time: int) -> None:
-        """It was drawn at this time [ns]."""
-        # A little early, for times are rounded.
+    def sent(self, time: int) -> None:
+        """Note that a message was sent at this time [ns]."""
+        # Slightly early, since times are rounded.
         self.next = time + _EVERY - 1000
 
 
 class _BeamLines:
-    """The beams of one range sensor as lines in its body's frame, ready to be filled with ranges."""
+    """Template of the beams of one range sensor, as lines in the body frame."""
 
     def __init__(self, body: BodyInfo, sensor: str) -> None:
         beams = body.beams[sensor]
@@ -146,7 +146,7 @@ class _BeamLines:
         self.count = len(beams)
         self.pace = _Pace()
         self._rays = [(b.x, b.y, math.cos(b.yaw), math.sin(b.yaw), b.reach) for b in beams]
-        # The beginnings never change; what changes is written once as a mark, and a mark becomes a place to fill.
+        # Start points are constant. End points are encoded as a marker, which becomes a format field.
         points = [p for b in beams for p in ((b.x, b.y, body.height), (7e77, 7e77, body.height))]
         lines = [foxglove.line(2, points, _BEAM, 0.01)]
         update = {
@@ -159,7 +159,7 @@ class _BeamLines:
     def fill(self, data: bytes, time: int) -> bytes:
         ends: list[float] = []
         for (x, y, along, across, reach), distance in zip(self._rays, ev.unpack(data), strict=True):
-            # No echo is drawn to the sensor's reach, a broken value not at all.
+            # A beam without echo is drawn to the sensor's maximum range, an invalid one not at all.
             shown = 0.0 if math.isnan(distance) else min(distance, reach)
             ends += (x + along * shown, y + across * shown)
         return (self._template % (*divmod(time, 1_000_000_000), *ends)).encode()

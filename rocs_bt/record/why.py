@@ -1,4 +1,4 @@
-"""Why did it do that? What an agent knew, planned, had fired and sent at a time, from its recording."""
+"""State of an agent at one time of a recording: knowledge, plan, active rules, tickets and commands."""
 
 from __future__ import annotations
 
@@ -28,32 +28,32 @@ from ..raised import reported
 from .diverge import describe
 from .recording import Recording
 
-_RECENT = 0.5  # [s] of events that are told one by one
-_RAISED = 5  # exceptions of content, the last ones
-_STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, Followed)  # but for what comes every period
+_RECENT = 0.5  # [s] before the time, whose events are listed
+_RAISED = 5  # maximum number of listed exceptions of content
+_STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, Followed)  # emitted every period, not listed
 
 
 @dataclass
 class Why:
-    """What one agent had in mind at a time; everything is the latest up to it.
+    """State of one agent at a time: the latest value of everything up to then.
 
     Attributes:
-        t: The time asked for [s].
-        agent: The agent.
-        signals: Values by signal, SI units, with the time they were written [s].
-        graph: The knowledge graph.
-        tree: What each node of the mission tree last said.
-        rules: The last thing of each rule that is active.
-        fired: The last firings, newest last.
-        tickets: The tickets that have not ended.
-        atomic: The atomic action that began last.
-        commands: The last command by actuator.
-        limited: The last command that the safety gate limited, by actuator.
-        followed: The follower's last tick.
-        bodies: Where the simulation says the bodies are.
-        changes: The last change of each kind.
-        raised: The exceptions of content so far.
-        recent: The events of the last half second but what comes every period.
+        t: Requested time [s].
+        agent: Name of the agent.
+        signals: Time of writing [s] and values by signal, SI units.
+        graph: Knowledge graph.
+        tree: Last status of each node of the mission tree.
+        rules: Last event of each active rule.
+        fired: Firings so far, newest last.
+        tickets: Open tickets by number.
+        atomic: Atomic action that started last.
+        commands: Last command by actuator.
+        limited: Last command scaled by the safety gate, by actuator.
+        followed: Last command computed by the trajectory follower.
+        bodies: Last ground-truth pose by body.
+        changes: Last change of each kind.
+        raised: Exceptions of content so far.
+        recent: Events of the last half second, except those emitted every period.
     """
 
     t: float
@@ -78,29 +78,29 @@ class Why:
 
 
 def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
-    """What an agent knew, planned, had fired and sent at a time.
+    """Reconstruct the state of an agent at a time.
 
     Args:
-        recording: The run.
-        t: The time [s]; events up to it count.
-        agent: Which one; None for the only one, or the first.
+        recording: Recording of the run.
+        t: Time [s]; later events are ignored.
+        agent: Name of the agent; the first agent by default.
 
     Raises:
-        InputError: There is no such agent, or the run has no such time.
+        InputError: Unknown agent, or a time outside the run.
     """
     names = [a.name for a in recording.header.agents]
     name = agent if agent is not None else names[0] if names else ""
     if name not in names:
         raise InputError(unknown("agent", name, names, "The run"))
     why, last = Why(t, name, graph=State(name)), recording.header.start
-    # A time that somebody typed is rounded: allow for half a millisecond.
+    # Times given by users are rounded: tolerate half a millisecond.
     for event in recording.events():
         last = max(last, event.t)
         if event.t <= t + 5e-4 and (event.agent == name or isinstance(event, BodyMoved)):
             _take(why, event)
     if not recording.header.start <= t <= last + 5e-4:
-        known = f"from {recording.header.start:g} s to {last:g} s"
-        raise InputError(Fault(f"the run has no time {t:g} s.", hint=f"It goes {known}."))
+        covered = f"from {recording.header.start:g} s to {last:g} s"
+        raise InputError(Fault(f"the time {t:g} s is outside the run.", hint=f"The run is {covered}."))
     return why
 
 
@@ -113,7 +113,7 @@ def _take(why: Why, event: Event) -> None:
         why.tree[event.node] = event
     elif isinstance(event, RuleChanged):
         before = why.rules.pop(event.rule, None)
-        # A rule that fired stays active until its action has ended, released or not (docs/architecture.md).
+        # A rule that fired stays active until its action has ended, even if released (docs/architecture.md).
         waited = before is None or before.phase in ("latched", "waits")
         if event.phase != "ended" and not (event.phase == "released" and waited):
             why.rules[event.rule] = event
@@ -148,7 +148,7 @@ def _render(why: Why) -> Iterable[str]:
     yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {_values(e.values)}" for e in why.changes.values()])
     yield from _part("planned", [f"{e.status:8} {e.node}{_since(e, why.t)}" for e in why.tree.values()])
     active = [f"{e.rule} {e.phase}, priority {e.priority}{_since(e, why.t)}: {e.reading}" for e in why.rules.values()]
-    yield from _part("fired", active or ["no rule is active"])
+    yield from _part("fired", active or ["no active rule"])
     if why.fired:
         last = why.fired[-1]
         yield f"             last: {last.rule}{_since(last, why.t)}: {last.reading}"
@@ -157,9 +157,9 @@ def _render(why: Why) -> Iterable[str]:
         f"#{e.ticket} {e.state} {e.action}({_values(e.parameters)}) {e.priority} by {e.by}"
         for e in why.tickets.values()
     ]
-    yield from _part("sent", tickets or ["nothing is in the pipeline"])
+    yield from _part("sent", tickets or ["no open ticket"])
     if why.atomic is not None:
-        yield f"             began {why.atomic.action}({_values(why.atomic.parameters)}){_since(why.atomic, why.t)}"
+        yield f"             started {why.atomic.action}({_values(why.atomic.parameters)}){_since(why.atomic, why.t)}"
     for command in why.commands.values():
         yield f"             {command.actuator} = {_numbers(command.values)} ({command.route}){_since(command, why.t)}"
         limited = why.limited.get(command.actuator)
@@ -169,7 +169,7 @@ def _render(why: Why) -> Iterable[str]:
     if why.followed is not None:
         yield f"             {_follower(why.followed)}{_since(why.followed, why.t)}"
     yield from _part(
-        "truth", [f"{b.body} at ({b.x:.3f}, {b.y:.3f}) m, yaw {b.yaw:.3f} rad" for b in why.bodies.values()]
+        "true pose", [f"{b.body} at ({b.x:.3f}, {b.y:.3f}) m, yaw {b.yaw:.3f} rad" for b in why.bodies.values()]
     )
     yield from _part("just before", [describe(e) for e in why.recent[-10:]])
 

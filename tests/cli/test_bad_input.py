@@ -145,8 +145,8 @@ def test_all_faults_of_a_project_are_told_at_once(project, rocs_bt):
     [
         (["run", "exq1"], r"no scenario is named 'exq1'\. Did you mean 'exp1'\?"),
         (["run", "nowhere/exp1.toml"], r"no scenario file is named 'nowhere/exp1\.toml'"),
-        (["run", "exp1", "--for", "-3"], r"--for must be a time above zero"),
-        (["run", "exp1", "--for", "nan"], r"--for must be a time above zero"),
+        (["run", "exp1", "--for", "-3"], r"--for must be positive and finite"),
+        (["run", "exp1", "--for", "nan"], r"--for must be positive and finite"),
         (["run", "exp1", "--seed", "-1"], r"Invalid value for '--seed'"),
         (["run", "exp1", "--mode", "warp"], r"'warp' is not one of 'lockstep', 'threaded'"),
         (["run"], r"Missing argument 'SCENARIO'"),
@@ -174,7 +174,7 @@ def test_new_does_not_write_over_anything(rocs_bt, tmp_path):
 
 def test_a_place_that_cannot_be_written_is_told(rocs_bt, tmp_path):
     (tmp_path / "occupied").write_text("a file, no folder")
-    refused(rocs_bt("run", "exp1", "--for", "1", "--out", "occupied"), r"'occupied' cannot be used: .*Name another")
+    refused(rocs_bt("run", "exp1", "--for", "1", "--out", "occupied"), r"cannot use 'occupied': .*Choose another")
 
 
 def test_two_files_of_one_name_are_told(project, rocs_bt):

@@ -32,7 +32,7 @@ def test_list_for_people_tells_what_is_theirs(project, rocs_bt):
     told = rocs_bt("list").out
     assert "patrol" in told
     (line,) = (line for line in told.splitlines() if line.split()[:1] == ["patrol"])
-    assert line.endswith("(yours)")
+    assert line.endswith("(project)")
 
 
 def test_show_draws_the_tree_and_the_parameters(project, rocs_bt):
@@ -102,7 +102,7 @@ def test_check_of_a_defect_tells_the_faults_and_exits_with_3(project, rocs_bt, m
 def test_new_does_not_nest_projects(project, rocs_bt):
     told = rocs_bt("new", "inner")
     assert told.code == 2
-    assert f"'inner' would lie inside the project '{project}'. Projects do not nest: name a folder outside" in told.err
+    assert f"'inner' is inside the project '{project}'. Projects cannot be nested: choose a folder outside" in told.err
     assert not (project / "inner").exists()
     assert rocs_bt("new", "robots/deep/inner").code == 2
     assert rocs_bt("new", "../beside").code == 0

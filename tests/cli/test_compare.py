@@ -13,13 +13,13 @@ duration = "0.5 s"
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["tree"], "nothing was said of where"),
+        (["tree"], "no scenes given"),
         (["nonsense", "--scenario", "exp1"], "no planner is named 'nonsense'"),
         (["tree", "--family", "nonsense"], "no family is named 'nonsense'"),
         (["tree", "--scenario", "nonsense"], "'nonsense' is neither a scenario"),
         (["tree", "--scenario", "exp1", "--agent", "R9"], "no agent is named 'R9'"),
         (["tree", "--scenario", "exp1", "--metric", "speed"], "no metric is named 'speed'"),
-        (["tree", "--scenario", "exp1", "--early"], "one planner alone cannot be told apart"),
+        (["tree", "--scenario", "exp1", "--early"], "--early needs at least two planners"),
         (["tree", "tree", "--scenario", "exp1"], "two planners are named 'tree'"),
         (["tree", "--family", "barn_like", "--set", "robot"], "--set takes NAME=VALUE"),
         (["tree", "--family", "barn_like", "--set", "nonsense=1"], "nonsense"),

@@ -19,7 +19,7 @@ def finished(tmp_path_factory):
 
 
 def test_a_run_tells_what_it_remembered_and_where_it_keeps_it(rocs_bt, tmp_path):
-    for expected in ("Knowledge: k.sqlite", "R2 remembered 0 things and 0 relations of earlier runs."):
+    for expected in ("Knowledge: k.sqlite", "R2 loaded 0 nodes and 0 relations of earlier runs."):
         told = rocs_bt("run", "exp1", "--for", "0.2", "--no-report", "--out", tmp_path / "r", "--knowledge", "k.sqlite")
         assert told.code == 1
         assert expected in told.out
@@ -27,8 +27,8 @@ def test_a_run_tells_what_it_remembered_and_where_it_keeps_it(rocs_bt, tmp_path)
 
 def test_show_draws_a_page_a_picture_and_a_list(rocs_bt, finished, tmp_path):
     told = rocs_bt("knowledge", "show", finished)
-    assert (told.code, told.out) == (0, f"What R2 knew: {finished / 'knowledge.html'}\n")
-    assert "What R2 knows" in (finished / "knowledge.html").read_text()
+    assert (told.code, told.out) == (0, f"Knowledge of R2: {finished / 'knowledge.html'}\n")
+    assert "Knowledge of R2" in (finished / "knowledge.html").read_text()
     told = rocs_bt("knowledge", "show", finished / "run.mcap", "--format", "svg", "--at", "1", "--out", "a.svg")
     assert told.code == 0
     assert (tmp_path / "a.svg").read_text().startswith("<svg")
@@ -57,7 +57,7 @@ def test_what_cannot_be_read_is_told(rocs_bt, finished, tmp_path):
     (tmp_path / "bad.graphml").write_bytes(b"\xff\xfe\x00")
     for arguments, expected in (
         (("import", "bad.json", "k.sqlite"), "there is no 'agent'"),
-        (("import", "bad.graphml", "k.sqlite"), "this is no text"),
+        (("import", "bad.graphml", "k.sqlite"), "not UTF-8 text"),
         (("import", "none.json", "k.sqlite"), "none.json"),
         (("show", "nowhere"), "there is no knowledge 'nowhere'"),
         (("show", finished, "--agent", "R7"), "R2"),

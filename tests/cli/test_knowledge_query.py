@@ -46,7 +46,7 @@ def test_as_of_an_earlier_time(kept, capsys):
 
 def test_no_answer_and_no_query(kept, capsys):
     assert call(["knowledge", "query", kept, "goal"]) == 1
-    assert capsys.readouterr().out == "nothing answers.\n"
+    assert capsys.readouterr().out == "no answers.\n"
     assert call(["knowledge", "query", kept, "where distance('box', 'anna') < 2 m"]) == 0
     assert capsys.readouterr().out == "yes.\n"
     assert call(["knowledge", "query", kept, "object whre moves"]) == 2

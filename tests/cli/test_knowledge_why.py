@@ -73,9 +73,9 @@ def test_each_use_is_told_with_its_reasons_and_its_outcome(told, played):
 
 def test_at_a_time_the_one_in_force_is_told(told, played):
     assert "  through  " in told(played, "--at", "0.1")
-    assert "No strategy of R2 was in force at 1.9 s." in told(played, "--at", "1.9")
+    assert "No strategy of R2 was active at 1.9 s." in told(played, "--at", "1.9")
 
 
 def test_a_run_without_strategies_says_so(told, tmp_path):
     run("exp1", out=tmp_path / "out", duration=0.2, report=False)
-    assert "No strategy of R2 was in force. Missions choose strategies with UseStrategy" in told(tmp_path / "out")
+    assert "No strategy of R2 was active. Missions choose strategies with UseStrategy" in told(tmp_path / "out")

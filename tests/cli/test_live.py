@@ -24,7 +24,7 @@ def test_the_page_stays_after_the_end_until_somebody_interrupts(tmp_path):
     ) as process:
         try:
             url = re.fullmatch(r"Live: (http://127\.0\.0\.1:\d+/\S+/)\n", process.stderr.readline())[1]
-            assert process.stderr.readline() == "The live page stays until Ctrl-C.\n"
+            assert process.stderr.readline() == "The live page stays open until Ctrl-C.\n"
             outcome, trail = None, []
             with urllib.request.urlopen(url + "events", timeout=GUARD) as stream:
                 while outcome is None:  # who comes at once may hear of the end a moment later
@@ -48,7 +48,7 @@ def test_a_port_that_is_taken_is_told_before_the_run(rocs_bt, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         told = rocs_bt("run", "exp1", "--live", "--port", taken.getsockname()[1], "--out", tmp_path / "run")
     assert told.code == 2
-    assert re.search(r"port \d+ cannot be had: .*--port", told.err)
+    assert re.search(r"port \d+ is not available: .*--port", told.err)
     assert not (tmp_path / "run").exists()
 
 
@@ -76,6 +76,6 @@ def test_a_page_that_is_stopped_keeps_neither_the_run_nor_the_command_from_endin
     assert done.returncode == 1
     assert "R2 timeout" in done.stdout
     assert done.stderr.splitlines()[1:] == [
-        "The live page stays until Ctrl-C.",
-        "The live page does not respond any more, so it was closed.",
+        "The live page stays open until Ctrl-C.",
+        "The live page stopped responding and was closed.",
     ]

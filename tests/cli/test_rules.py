@@ -52,7 +52,7 @@ def test_refirings_while_latched_are_counted_apart_from_activations(project, roc
     assert again == list(range(1, agent["reflex_refirings"] + 1))
     assert len(again) > 20  # a period each
     assert agent["reflex_activations"] == 1
-    assert re.search(rf"  1 reflex held the wheels \d+ % of the time and fired again {len(again)} times", told.out)
+    assert re.search(rf"  1 reflex activation \(\d+ % of the time\), {len(again)} re-firings while latched", told.out)
     report = (project / "out/report.html").read_text()
     row = re.search(r'<table class="firings">.*?<tbody>(.*?)</tbody>', report, re.S)[1]
     assert row.count("<tr>") == 1
@@ -179,7 +179,7 @@ class TestReplay:
     def test_as_a_table_and_a_picture(self, runs, rocs_bt, tmp_path):
         told = rocs_bt("rules", "replay", "avoid_collision", runs[0], "--out", tmp_path)
         assert told.code == 0, told.err
-        assert "avoid_collision on exp1-3, R2: 200 samples, none interpolated" in told.out
+        assert "avoid_collision on exp1-3, R2: 200 samples, not interpolated" in told.out
         assert len(re.findall(r"avoid_collision/AvoidCollision  min\(front\) = 0\.\d+ m", told.out)) == 3
         assert "avoid_collision/AvoidCollision: 3 times, 3 in the run itself" in told.out
         svg = (tmp_path / "avoid_collision-R2.svg").read_text()
@@ -277,7 +277,7 @@ class TestRequirements:
         assert told.code == 2
         assert "the run's scenario has no requirement" in told.err
         told = rocs_bt("requirements", runs[0], "--require", "always speed < 2 m/s")
-        assert (told.code, told.out.startswith("R2 satisfied: always speed < 2 m/s; least margin ")) == (0, True)
+        assert (told.code, told.out.startswith("R2 satisfied: always speed < 2 m/s; minimum margin ")) == (0, True)
         told = rocs_bt("requirements", runs[0], "--require", "always speed < 0.1 m/s", "--agent", "R2", "--json")
         assert told.code == 1
         assert '"verdict": "violated"' in told.out

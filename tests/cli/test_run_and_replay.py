@@ -42,7 +42,7 @@ def test_a_new_run_takes_the_place_of_an_earlier_one(rocs_bt, recorded):
 
 def test_a_replay_reaches_the_same_decisions(rocs_bt, recorded):
     told = rocs_bt("replay", recorded)
-    assert (told.code, told.out) == (0, "The same decisions, event by event.\n")
+    assert (told.code, told.out) == (0, "All events are equal.\n")
 
 
 def test_a_replay_of_nobody_is_refused(rocs_bt, recorded):
@@ -56,7 +56,7 @@ def test_a_cut_off_recording_is_compared_as_far_as_it_goes(rocs_bt, recorded):
     file.write_bytes(file.read_bytes()[:60_000])
     told = rocs_bt("replay", recorded)
     assert told.code == 0
-    assert "as far as the recording goes: it was cut off" in told.out
+    assert "up to the end of the recording, which was cut off" in told.out
 
 
 def test_a_replay_away_from_its_project_says_where_to_go(rocs_bt, tmp_path, monkeypatch):
@@ -74,28 +74,28 @@ def test_why_calls_a_reflex_active_until_its_action_has_ended(rocs_bt, recorded)
     told = rocs_bt("replay", recorded, "--why", "2")
     assert told.code == 0
     assert "RUNNING AvoidCollision" in told.out
-    assert "no rule is active" not in told.out
+    assert "no active rule" not in told.out
     assert "avoid_collision/AvoidCollision" in told.out.partition("fired")[2].partition("\n")[0]
 
 
 def test_why_asks_for_a_time_that_the_run_has(rocs_bt, recorded):
     told = rocs_bt("replay", recorded, "--why", "99")
     assert told.code == 2
-    assert "the run has no time 99 s. It goes from 0 s to 6 s" in told.err
+    assert "the time 99 s is outside the run. The run is from 0 s to 6 s" in told.err
 
 
 def test_a_follower_that_localises_itself_is_told_of_as_one(rocs_bt, tmp_path):
     told = rocs_bt("run", "exp3_localised", "--for", "8", "--out", tmp_path / "run")
     found = json.loads((tmp_path / "run" / "summary.json").read_text("utf-8"))["agents"]
     leash, lost = found["R3"]["following"], found["R2"]["localisation"]
-    assert f"followed R2 at {leash['mean_distance']:.2f} m in the mean" in told.out
-    assert f"{100.0 * leash['in_band']:.0f} % of the time within its band" in told.out
-    assert f"its estimate of its pose was {100.0 * lost['position_rms']:.1f} cm" in told.out
-    assert (told.out.count("followed R2"), told.out.count("its estimate of its pose")) == (1, 2)
+    assert f"followed R2 at a mean distance of {leash['mean_distance']:.2f} m" in told.out
+    assert f"{100.0 * leash['in_band']:.0f} % of the time within the follow band" in told.out
+    assert f"error of the pose estimate: {100.0 * lost['position_rms']:.1f} cm" in told.out
+    assert (told.out.count("followed R2"), told.out.count("error of the pose estimate")) == (1, 2)
     page = (tmp_path / "run" / "report.html").read_text("utf-8")
     assert f"{leash['distance_error']:.2f} m</" in page
     assert "distance to R2, mean" in page
-    assert "following time within its band" in page
+    assert "time within the follow band" in page
 
 
 @pytest.mark.parametrize("name", ["$$", "$x$", r"$\frac{", "a $ b_c ^"])

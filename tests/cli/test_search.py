@@ -62,7 +62,7 @@ def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare)
     told = rocs_bt("search", "none", *bare, "--budget", 12, "--keep", ".")
     assert told.code == 1, told.err
     assert "none fails in bare-" in told.out
-    assert "0 things" in told.out
+    assert "0 obstacles" in told.out
     assert "rocs-bt episode none none_in_bare --seed 1" in told.out
     assert (tmp_path / "scenarios" / "worlds" / "none_in_bare.xml").exists()
     plain = rocs_bt("search", "none", *bare, "--budget", 12, "--json")

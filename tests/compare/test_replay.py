@@ -31,7 +31,7 @@ def trajectory(run):
 
 def command_on(page):
     """What a report says makes its run again."""
-    return html.unescape(re.search(r"The same run again</h2>\s*<pre>(.*?)</pre>", page.read_text())[1])
+    return html.unescape(re.search(r"Repeat this run</h2>\s*<pre>(.*?)</pre>", page.read_text())[1])
 
 
 def test_a_run_of_the_first_moments_says_so(tmp_path, monkeypatch):

@@ -92,7 +92,7 @@ def test_a_recording_that_was_cut_off_anywhere_gives_a_summary_or_says_why_not(s
     try:
         recording = Recording.open(file)
     except RecordingError as error:
-        assert "is cut off before its header ends" in str(error) or "is not an MCAP recording" in str(error)
+        assert "is cut off within its header" in str(error) or "is not an MCAP recording" in str(error)
         return
     found, whole = summary_of(recording).agents["R2"], live.agents["R2"]
     assert found.path_length <= whole.path_length
@@ -134,7 +134,7 @@ def test_after_kill_9_there_is_a_report(project, start, capsys) -> None:
     assert (summary["wall_time"], summary["trajectory_hash"]) == (None, None)
     assert summary["agents"]["R2"]["path_length"] > 0.0
     page = Path("out/report.html").read_text()
-    assert "The run was ended before R2 came to another outcome." in page
+    assert "The run of R2 was interrupted." in page
 
 
 def test_a_run_that_is_not_there_is_an_error_in_a_sentence(project, capsys) -> None:

@@ -70,7 +70,7 @@ def test_a_signal_ends_the_run_in_order(project, start, received, mode):
     process.send_signal(received)
     assert (
         process.notice()
-        == f"{received.name}: the run ends and its report is written; a second signal ends it at once.\n"
+        == f"{received.name}: ending the run and writing its report; a second signal ends it at once.\n"
     )
     code, out, err = process.end()
     assert (code, err) == (128 + received, "")

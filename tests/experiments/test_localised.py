@@ -99,7 +99,7 @@ def test_a_replay_decides_the_same(tmp_path: Path) -> None:
 
 def test_the_report_prints_the_error(tmp_path: Path) -> None:
     run("exp1_localised", CATALOG, seed=1, out=tmp_path, duration=2.0)
-    assert "position estimate&#39;s error, rms" in (tmp_path / "report.html").read_text("utf-8")
+    assert "position error of the estimate, rms" in (tmp_path / "report.html").read_text("utf-8")
     assert json.loads((tmp_path / "summary.json").read_text())["agents"]["R2"]["localisation"]["nees"] > 0.0
 
 

@@ -42,7 +42,7 @@ def test_the_first_difference_is_found_with_what_came_before():
     assert f"t = {events[at].t:.3f} s, at event {at + 1}" in text
     assert "recorded" in text
     assert "state=FAILED" in text
-    assert "differ in state" in text
+    assert "differing fields: state" in text
 
 
 def test_a_stream_that_ends_early_differs_there():

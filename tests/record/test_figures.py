@@ -120,7 +120,7 @@ def test_a_run_with_nothing_in_it_can_be_drawn(tmp_path):
 
 
 def test_wrong_wishes_are_told(recording, tmp_path):
-    with pytest.raises(InputError, match=r"'bmp' is not known.*png, svg, pdf"):
+    with pytest.raises(InputError, match=r"unknown format 'bmp'.*png, svg, pdf"):
         write_figures([recording], tmp_path, formats=("bmp",))
     with pytest.raises(InputError, match="no recording"):
         write_figures([], tmp_path)

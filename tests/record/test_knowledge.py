@@ -112,7 +112,7 @@ def test_who_is_meant_must_be_said_and_exist(recording, tmp_path):
         recorded_log(recording, "R7")
     nothing = Recorder(tmp_path / "run.mcap", synthetic.header())
     nothing.close()
-    with pytest.raises(RecordingError, match="no change of what R2 knew"):
+    with pytest.raises(RecordingError, match="no changes of the knowledge of R2"):
         recorded_log(Recording.open(tmp_path))
 
 
@@ -184,9 +184,9 @@ def test_thinning_leaves_out_only_what_was_overwritten_soon():
 def test_the_report_tells_what_was_learnt(recording, told):
     folder, _ = told
     page = render_report(Recording.open(folder), None)
-    assert "What R2 learnt" in page
+    assert "Knowledge changes of R2" in page
     assert "<td>near box</td>" in page
-    assert "What R2 learnt" not in render_report(recording, recording.summary)  # where nothing changed
+    assert "Knowledge changes of R2" not in render_report(recording, recording.summary)  # where nothing changed
 
 
 @pytest.mark.browser

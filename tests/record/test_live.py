@@ -197,15 +197,15 @@ def test_a_foreign_host_is_refused(live):
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.7", "::"])
 def test_it_is_served_on_loopback_only(host):
-    with pytest.raises(InputError, match=rf"served on {host}, where others"):
+    with pytest.raises(InputError, match=rf"{host} is no loopback address"):
         Server(host, 0, "token", Feed())
-    with pytest.raises(InputError, match="others than this machine"), LivePage(host=host):
+    with pytest.raises(InputError, match="other machines could reach"), LivePage(host=host):
         pass
 
 
 def test_a_port_that_is_taken_is_told(live):
     port = urlsplit(live.url).port
-    with pytest.raises(InputError, match=rf"port {port} cannot be had.*--port"), LivePage(port):
+    with pytest.raises(InputError, match=rf"port {port} is not available.*--port"), LivePage(port):
         pass
 
 

@@ -66,10 +66,10 @@ def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
         for event in EVENTS:
             page.emit(event)
         until(browser, "link.textContent === 'live' && Number(time.textContent) >= 3.95")
-        assert browser.evaluate("title.textContent") == "R2 is under way"
+        assert browser.evaluate("title.textContent") == "R2 is running"
         assert browser.evaluate(f"{row('go to/GoTo')}.innerText").startswith("RUNNING")
         assert browser.evaluate(f"{row('go to/goal known')}.innerText").startswith("SUCCESS")
-        assert browser.evaluate("document.querySelector('.mind [data-is=node]').textContent") == "GoTo"
+        assert browser.evaluate("document.querySelector('.state [data-is=node]').textContent") == "GoTo"
         assert browser.evaluate("document.querySelector('[data-rule] .reading').textContent").startswith("min(front)")
         assert browser.evaluate(cell("wheel_speeds")).count(",") == 1
         assert "origin" in browser.evaluate("document.querySelector('.log').textContent")
@@ -86,7 +86,7 @@ def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
         page.emit(SubtreeSwapped(t=6.1, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes))
         until(browser, f"{row('go to/GoTo')} === null && {row('go to/Stop')}.innerText.startsWith('idle')")
         page.emit(TicketChanged(t=6.2, agent="R2", ticket=9, action="Stop", priority="NORMAL", state="RUNNING", by="x"))
-        until(browser, "document.querySelector('.mind [data-is=action]').textContent.includes('Stop')")
+        until(browser, "document.querySelector('.state [data-is=action]').textContent.includes('Stop')")
         page.emit(Judged(t=6.3, agent="R2", outcome="success", time_to_goal=6.3))
         until(browser, "link.textContent === 'over' && title.textContent === 'R2: success'")
         browser.open(page.url)  # who comes after the end sees it all

@@ -52,7 +52,7 @@ def test_it_says_what_happened_in_plain_words(page):
     assert "rocs-bt run exp1 --seed 7" in page
     assert "mujoco 4.0.1" in page
     assert 'class="status SUCCESS"' in page
-    assert "What went wrong" not in page
+    assert "Faults of" not in page
     assert "cut off" not in page
 
 
@@ -115,7 +115,7 @@ def test_faults_and_a_cut_off_run_are_told(tmp_path):
     path.write_bytes(recorder.path.read_bytes()[:-100])
     write_report(Recording.open(path), None, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
-    assert "The run ended before R2 came to an outcome" in page
+    assert "The run ended without an outcome of R2" in page
     assert "cut off at 2.00 s" in page
     for text in ("sensor sonar failed: no answer", "block R2/analyze ranges hung", "struck by R1"):
         assert text in page
@@ -154,7 +154,7 @@ def test_in_a_browser_the_slider_moves_the_picture_and_no_error_is_logged(browse
     def move(t):
         browser.evaluate(f"slider.value = {t}; slider.dispatchEvent(new Event('input'))")
         told = browser.evaluate(
-            "[time.textContent, ...[...document.querySelectorAll('.mind dd')].map(d => d.textContent)]"
+            "[time.textContent, ...[...document.querySelectorAll('.state dd')].map(d => d.textContent)]"
         )
         return browser.evaluate("picture.toDataURL()"), told
 
@@ -165,7 +165,7 @@ def test_in_a_browser_the_slider_moves_the_picture_and_no_error_is_logged(browse
     assert [row[2] for row in told] == ["GoTo", "AvoidCollision", "GoTo", "–"]
     assert told[1][3].startswith("AvoidCollision: min(front) = 0.")
     assert [row[3] == "–" for row in told] == [True, False, True, True]
-    assert browser.evaluate("document.querySelector('.mind h3 span').textContent") == "idle"
+    assert browser.evaluate("document.querySelector('.state h3 span').textContent") == "idle"
 
     browser.evaluate("document.querySelector('.firings button.t').click()")
     assert browser.evaluate("time.textContent") == browser.evaluate(

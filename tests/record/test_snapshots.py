@@ -92,5 +92,5 @@ def test_a_header_keeps_a_declaration():
 
 
 def test_a_recording_without_signals_says_what_to_do():
-    with pytest.raises(RecordingError, match=r"which signals 'R1' has.*Run the scenario again"):
+    with pytest.raises(RecordingError, match=r"declare the signals of 'R1'.*Run the scenario again"):
         Snapshots(AgentInfo(name="R1", robot="r", mission="m"))

@@ -40,8 +40,8 @@ def test_before_and_after_it_no_rule_is_active(recording):
     assert before.rules == after.rules == {}
     assert before.fired == []
     assert len(after.fired) == 2
-    assert "no rule is active" in str(before)
-    assert "nothing is in the pipeline" in str(after)
+    assert "no active rule" in str(before)
+    assert "no open ticket" in str(after)
     assert after.tree["go to"].status == "SUCCESS"
 
 
@@ -74,7 +74,7 @@ def test_the_graph_is_as_it_was(tmp_path):
 
 
 def test_a_wrong_time_or_agent_is_told(recording):
-    with pytest.raises(InputError, match=r"the run has no time 21 s\. It goes from 0 s to 20 s"):
+    with pytest.raises(InputError, match=r"the time 21 s is outside the run\. The run is from 0 s to 20 s"):
         explain(recording, 21.0)
     with pytest.raises(InputError, match=r"no agent is named 'R3'.*R2"):
         explain(recording, 1.0, agent="R3")

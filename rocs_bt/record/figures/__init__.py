@@ -1,4 +1,4 @@
-"""Figures of a run; matplotlib is imported when one is drawn."""
+"""Figures of a run; matplotlib is imported only when a figure is drawn."""
 
 from .plot import FIGURES, write_figures
 

@@ -1,4 +1,4 @@
-"""The arena from above, with the paths coloured by route (paper, Figure 5b)."""
+"""Arena from above, with the paths coloured by route (paper, Figure 5b)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Arena(Figure):
-    """Walls, boxes and goals; a dot for each atomic action, a square at each switch of the route, others in black."""
+    """Arena from above: obstacles and goals, dots at atomic actions, squares at route switches, other robots black."""
 
     title = "The arena from above"
     size = (7.2, 5.8)
@@ -32,7 +32,7 @@ class Arena(Figure):
         self.draw_bodies(canvas.add_subplot(), runs, bodies, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     def draw_bodies(self, axes: Axes, runs: Sequence[History], bodies: Collection[str], **legend: Any) -> None:
-        """Draw some of the bodies only, beside whatever else the figure shows; `legend` says where the legend is."""
+        """Draw the world and the given bodies only; `legend` contains placement options of the legend."""
         from matplotlib.lines import Line2D
 
         axes.set_aspect("equal")
@@ -55,7 +55,7 @@ class Arena(Figure):
                 markersize=6,
                 mfc="none",
                 linestyle="",
-                label="switch of route",
+                label="plan/reflex switch",
             ),
         ]
         route_legend(axes, runs, marks, bodies, borderaxespad=0.0, **legend)
@@ -104,12 +104,12 @@ class Arena(Figure):
             squares.set_gid(f"{gid}-switches")
 
     def _worst(self, axes: Axes, run: History, name: str, gid: str) -> None:
-        """A cross where the robot was at the worst moment of each requirement."""
+        """Draw a cross at the robot's position at the minimum margin of each requirement."""
         for k, worst in enumerate(run.agents[name].worst):
-            (place,) = run.bodies[name].at(worst.t)
-            axes.plot(*place, "x", color=WORST, ms=8, mew=1.8, gid=f"{gid}-worst-{k}", zorder=6.5)
+            (position,) = run.bodies[name].at(worst.t)
+            axes.plot(*position, "x", color=WORST, ms=8, mew=1.8, gid=f"{gid}-worst-{k}", zorder=6.5)
             style: dict[str, Any] = {"textcoords": "offset points", "color": WORST, "fontsize": 7.5, "zorder": 7}
-            axes.annotate(worst.name, place, (8, -8 - 9 * k), **style)
+            axes.annotate(worst.name, position, (8, -8 - 9 * k), **style)
 
     def _other(self, axes: Axes, run: History, name: str, i: int) -> None:
         body = run.bodies[name]
@@ -122,7 +122,7 @@ class Arena(Figure):
 
 
 def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
-    """Walls, boxes and places; `gid` begins the ids of what is drawn."""
+    """Draw obstacles and places; `gid` is the prefix of the ids of the artists."""
     from matplotlib.patches import Circle, Polygon
 
     for i, outline in enumerate(header.outlines):
@@ -135,7 +135,7 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
         radius = max(place.radius, 0.05)
         ring = Circle((place.x, place.y), radius, fill=False, ec=PLACE, lw=1.2, gid=f"{gid}-place-{i}")
         axes.add_patch(ring)
-        side = -1 if place.x > 0.0 else 1  # towards the middle, away from the wall
+        side = -1 if place.x > 0.0 else 1  # text towards the middle, away from the walls
         axes.annotate(
             place.name,
             (place.x, place.y),
@@ -149,7 +149,7 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
 
 
 def draw_hull(axes: Axes, run: History, name: str, gid: str, *, at: int = -1, color: str = GRID) -> None:
-    """A body's outline at one of its samples, the last by default, with its heading and its name."""
+    """Draw a body's outline, heading and name at one of its samples, the last by default."""
     from matplotlib.patches import Polygon
 
     infos = [b for b in run.header.bodies if b.name == name and b.hull]

@@ -1,4 +1,4 @@
-"""What all figures share: the base class, the colours, and drawing without pyplot, so that nothing is global."""
+"""Base class of figures, colours, and drawing without pyplot and its global state."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-# The paper's Figure 5b: deliberative red, reactive blue, the disturbing robot black.
+# Colours of the paper's Figure 5b: deliberative red, reactive blue, the disturbing robot black.
 INK, MUTED, GRID, WALL, PLACE, OTHER = "#1d2733", "#66717f", "#dde2e8", "#c3cad3", "#1d8a4e", "#12161b"
 WORST = "#a8610a"
 ROBOTS = ("#7b3fb5", "#c26a00", "#0f7a72")
-"""Colours of robots that are agents, where routes are not shown."""
+"""Colours of agents in figures that do not show routes."""
 ROUTES = {"deliberative": "#c9302c", "reactive": "#1c62c4", "idle": "#98a2ae"}
 _STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",  # text stays text: small, searchable, in the reader's font
+    "svg.fonttype": "none",  # keep text as text: small, searchable, in the reader's font
     "font.family": "sans-serif",
     "font.size": 9.0,
-    "text.parse_math": False,  # names of places and rules may have dollar signs
+    "text.parse_math": False,  # names of places and rules may contain dollar signs
     "text.color": INK,
     "axes.edgecolor": MUTED,
     "axes.labelcolor": INK,
@@ -55,11 +55,11 @@ _STYLE: dict[Any, Any] = {
 
 
 class Figure(ABC):
-    """One figure of a run, or of several laid over each other.
+    """Figure of one run, or of several runs overlaid.
 
     Attributes:
-        name: The file's name, and the beginning of the ids of its artists.
-        title: What it shows, in a few words.
+        name: File stem, and prefix of the ids of the artists.
+        title: Short title.
         size: Width and height [inch].
     """
 
@@ -69,24 +69,24 @@ class Figure(ABC):
 
     @abstractmethod
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
-        """Draw the runs; the first is drawn full, the others over it, fainter and dashed."""
+        """Draw the runs: the first with solid lines, the others fainter and dashed."""
 
     def make(self, runs: Sequence[History]) -> Canvas:
-        """The drawn figure."""
+        """Draw the runs on a new canvas."""
         return drawn(self.size, lambda canvas: self.draw(canvas, runs))
 
     def render(self, runs: Sequence[History], form: str) -> bytes:
-        """The figure as a file's content; the same runs give the same bytes.
+        """Render the figure as the content of a file; equal runs give equal bytes.
 
         Args:
-            runs: What to draw.
+            runs: Runs to draw.
             form: `png`, `svg` or `pdf`.
         """
         return rendered(self.name, lambda: self.make(runs), form)
 
 
 def drawn(size: tuple[float, float], draw: Callable[[Canvas], None]) -> Canvas:
-    """A canvas of a size [inch] in our style, drawn on."""
+    """Make a canvas of a size [inch] in the style of rocs_bt and draw on it."""
     import matplotlib
     from matplotlib.figure import Figure as Canvas
 
@@ -97,18 +97,18 @@ def drawn(size: tuple[float, float], draw: Callable[[Canvas], None]) -> Canvas:
 
 
 def rendered(name: str, make: Callable[[], Canvas], form: str) -> bytes:
-    """A drawn canvas as a file's content; the same drawing gives the same bytes.
+    """Render a canvas as the content of a file; equal drawings give equal bytes.
 
     Args:
-        name: The figure's name.
-        make: Draws it.
+        name: Name of the figure.
+        make: Makes the canvas.
         form: `png`, `svg` or `pdf`.
     """
     import matplotlib
 
     undated: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}
     buffer = io.BytesIO()
-    # Ids in an SVG are made from the salt: one for each figure, so that several can stand on one page.
+    # The salt determines the ids in an SVG; one per figure keeps ids unique on a page with several figures.
     with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
         face = "none" if form == "svg" else "white"
         make().savefig(buffer, format=form, dpi=160, metadata=undated.get(form, {"Software": None}), facecolor=face)
@@ -116,12 +116,12 @@ def rendered(name: str, make: Callable[[], Canvas], form: str) -> bytes:
 
 
 def line_style(run: int) -> dict[str, Any]:
-    """How the lines of the first run, and of those laid over it, look."""
+    """Line style of the first run (0) and of the runs overlaid on it."""
     return {"linestyle": "-", "alpha": 1.0} if run == 0 else {"linestyle": (0, (4, 2)), "alpha": 0.65}
 
 
 def by_route(body: BodyHistory, agent: AgentHistory) -> Iterator[tuple[str, NDArray[np.intp]]]:
-    """The stretches of a body's path by route: the route, and the indices of its samples, ends shared."""
+    """Segments of a body's path by route: route and sample indices; neighbouring segments share their ends."""
     for span in agent.routes:
         indices = np.flatnonzero((body.t >= span.begin - 1e-9) & (body.t <= span.end + 1e-9))
         if len(indices) > 1:
@@ -129,14 +129,21 @@ def by_route(body: BodyHistory, agent: AgentHistory) -> Iterator[tuple[str, NDAr
 
 
 def shade_reflexes(axes: Axes, agent: AgentHistory) -> None:
-    """A pale band wherever the reactive route was active."""
+    """Shade the intervals of the reactive route."""
     for span in agent.routes:
         if span.name == "reactive":
             axes.axvspan(span.begin, span.end, color=ROUTES["reactive"], alpha=0.12, linewidth=0)
 
 
 def mark_worst(axes: Axes, agent: AgentHistory, gid: str, *, named: bool) -> None:
-    """A line at the worst moment of each requirement, with its name above where asked for; `gid` begins their ids."""
+    """Draw a line at the minimum margin of each requirement.
+
+    Args:
+        axes: Axes with time on x.
+        agent: History of the agent.
+        gid: Prefix of the ids of the lines.
+        named: Whether to label the lines with the requirements' names.
+    """
     for k, worst in enumerate(agent.worst):
         axes.axvline(worst.t, color=WORST, lw=1.0, ls=(0, (1, 1.5)), gid=f"{gid}-worst-{k}")
         if named:
@@ -157,14 +164,14 @@ def mark_worst(axes: Axes, agent: AgentHistory, gid: str, *, named: bool) -> Non
 def route_legend(
     axes: Axes, runs: Sequence[History], extra: Sequence[Any] = (), bodies: Collection[str] | None = None, **place: Any
 ) -> None:
-    """The legend: routes, bodies without an agent, and line styles where there are several runs.
+    """Draw the legend: routes, bodies without an agent, and line styles of several runs.
 
     Args:
-        axes: Where it goes.
-        runs: What is drawn.
-        extra: More entries.
-        bodies: Which bodies are drawn; all by default.
-        place: Where in the axes.
+        axes: Axes of the legend.
+        runs: Runs that are drawn.
+        extra: Further entries.
+        bodies: Names of the drawn bodies; all by default.
+        place: Placement options of the legend.
     """
     from matplotlib.lines import Line2D
 

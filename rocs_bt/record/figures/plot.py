@@ -1,4 +1,4 @@
-"""Figures of a run: what was active when, coordinates over time, and all figures as files."""
+"""Figures of activation and coordinates over time; writing of all figures to files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Activation(Figure):
-    """A row for the route, one for each rule that fired, one for each action that ran; bars where it was active."""
+    """Activation over time: bars in one row for the route, one per fired rule and one per action."""
 
     name = "activation"
     title = "Activation over time"
@@ -65,7 +65,7 @@ def _rows(run: History, name: str) -> dict[str, list[Span]]:
 
 
 class Coordinates(Figure):
-    """Both coordinates over time, coloured by route; goals as thin lines, others in black."""
+    """Both coordinates over time, coloured by route; goals as thin lines, other robots black."""
 
     name = "coordinates"
     title = "Position over time"
@@ -100,20 +100,23 @@ _FORMATS = ("png", "svg", "pdf")
 
 
 def write_figures(recordings: Sequence[Recording], folder: Path, formats: Sequence[str] = ("png", "svg")) -> list[Path]:
-    """Draw every figure of a run, or of several laid over each other, into files; returns their paths.
+    """Write all figures of a run, or of several runs overlaid, to files.
 
     Args:
-        recordings: One or more runs; the world drawn is the first one's.
-        folder: Where to write; made if it does not exist.
+        recordings: One or more recordings; the world of the first is drawn.
+        folder: Output folder; created if it does not exist.
         formats: Any of `png`, `svg`, `pdf`.
 
+    Returns:
+        Paths of the files.
+
     Raises:
-        InputError: There is nothing to draw, or a format is unknown.
+        InputError: No recording, or an unknown format.
         RecordingError: A file cannot be written.
     """
     unknown = [f for f in formats if f not in _FORMATS]
     if unknown or not recordings:
-        found = f"the format '{unknown[0]}' is not known." if unknown else "there is no recording to plot."
+        found = f"unknown format '{unknown[0]}'." if unknown else "there is no recording to plot."
         raise InputError(Fault(found, hint=f"Give one or more runs, and formats of: {', '.join(_FORMATS)}."))
     runs, paths = [History(r) for r in recordings], []
     try:

@@ -1,4 +1,4 @@
-"""Pictures of rule files on recordings: what they saw and wanted over time, and how often for which threshold."""
+"""Figures of rule files on recordings: guard signals and latches over time, and firings by threshold."""
 
 from __future__ import annotations
 
@@ -19,30 +19,36 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 _COLOURS = (INK, PLACE, "#7b3fb5", WORST, "#0f7a72", ROUTES["deliberative"], MUTED)
-_ROOM = 4.0  # how many times the greatest threshold a panel shows: what is farther away decides nothing
+_ROOM = 4.0  # range of a panel as a multiple of its largest threshold; larger values do not affect the rule
 Series = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """One comparison of a guard over time: its sides as they are written, and their values, (n,) or (n, k)."""
+    """Comparison in a guard over time.
+
+    Attributes:
+        left, right: Both sides as written.
+        left_values, right_values: Values of both sides, shape (n,) or (n, k).
+        releases: Whether the comparison belongs to `until`.
+    """
 
     left: str
     right: str
     left_values: Series
     right_values: Series
-    releases: bool = False  # of `until`
+    releases: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class RuleTrace:
-    """One rule on a recording.
+    """One rule evaluated on a recording.
 
     Attributes:
-        name: The rule.
-        latched: Where it was latched, bool, (n,).
-        wins: Where it was the winner, bool, (n,).
-        panels: Its comparisons by their unit.
+        name: Rule's name.
+        latched: Whether the rule was latched at each sample, shape (n,).
+        wins: Whether the rule won at each sample, shape (n,).
+        panels: Comparisons of the guard, by unit.
     """
 
     name: str
@@ -52,13 +58,13 @@ class RuleTrace:
 
 
 def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], title: str) -> Canvas:
-    """Signals against thresholds for some rules, each where it latched; below, the latches of all and who won.
+    """Draw signals and thresholds of some rules, and the latches and winners of all rules.
 
     Args:
-        t: Times [s], (n,).
+        t: Times [s], shape (n,).
         traces: All rules of the file.
-        shown: The names of those whose signals to show.
-        title: What stands above.
+        shown: Names of the rules whose signals are drawn.
+        title: Title of the figure.
     """
     panels = [(trace, unit) for trace in traces if trace.name in shown for unit in trace.panels]
     heights = [1.0] * len(panels) + [0.28 * (len(traces) + 1)]
@@ -79,15 +85,15 @@ def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], tit
 def draw_sweep(
     name: str, unit: str, values: Series, firings: Mapping[str, Series], now: Sequence[float], what: str
 ) -> Canvas:
-    """How often a rule would have fired for each value of a threshold.
+    """Draw the number of firings of a rule for each value of a threshold.
 
     Args:
-        name: The threshold.
-        unit: Its unit.
-        values: Its values, (n,).
-        firings: By run, how often, (n,).
-        now: The value in force in each run.
-        what: The rule.
+        name: Threshold's name.
+        unit: Unit of the threshold.
+        values: Values of the threshold, shape (n,).
+        firings: Numbers of firings by run, shape (n,).
+        now: Present value of the threshold in each run.
+        what: Rule's name.
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -114,7 +120,7 @@ def draw_sweep(
 
 
 def write_picture(name: str, canvas: Canvas, folder: Path) -> list[Path]:
-    """A drawn canvas as PNG and SVG; returns their paths.
+    """Write a canvas as PNG and SVG; returns the paths of the files.
 
     Raises:
         RecordingError: A file cannot be written.
@@ -130,7 +136,7 @@ def write_picture(name: str, canvas: Canvas, folder: Path) -> list[Path]:
 
 
 def spans(t: Series, on: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """When something was on: from the first sample of a stretch to the first after it, or to the last of all [s]."""
+    """Intervals in which a condition was true [s]: from its first sample to the next false one, or to the end."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
     last = len(t) - 1
     return [(float(t[a]), float(t[min(b, last)])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
@@ -162,7 +168,7 @@ def _panel(axes: Axes, t: Series, trace: RuleTrace, unit: str, gid: str) -> None
 
 
 def _limits(compared: Sequence[Compared]) -> tuple[float, float]:
-    """What a panel shows: all thresholds, and of the signals what is near them."""
+    """Limits of a panel's y axis: all thresholds, and signal values near them."""
     right = np.concatenate([c.right_values.ravel() for c in compared])
     left = np.concatenate([c.left_values.ravel() for c in compared])
     right, left = right[np.isfinite(right)], left[np.isfinite(left)]

@@ -1,4 +1,4 @@
-"""Wheel rim speeds against what was commanded."""
+"""Wheel linear speeds and commands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NAMES = {2: ("left", "right"), 4: ("front left", "front right", "rear left", "r
 
 
 class Wheels(Figure):
-    """One row for each wheel: the command as steps, the true speed as a line, reflexes shaded."""
+    """Wheel speeds: one row per wheel with the command as steps, the true speed as a line, reflexes shaded."""
 
     name = "wheels"
     title = "Wheel speeds and commands"
@@ -47,9 +47,9 @@ class Wheels(Figure):
         command = wheel_command(run, name)
         if command is not None and wheel < command.values.shape[1]:
             style = {**line_style(r), "linewidth": 0.9}
-            told = np.append(command.values[:, wheel], command.values[-1, wheel])
+            commanded = np.append(command.values[:, wheel], command.values[-1, wheel])
             times = np.append(command.t, run.end)
-            axes.step(times, told, where="post", color=INK, label=f"commanded{tag}", gid=f"{gid}-told", **style)
+            axes.step(times, commanded, where="post", color=INK, label=f"commanded{tag}", gid=f"{gid}-told", **style)
         body = run.bodies.get(name)
         if body is not None and wheel < body.wheels.shape[1]:
             style = {**line_style(r), "linewidth": 2.2, "alpha": 0.6}
@@ -57,7 +57,7 @@ class Wheels(Figure):
 
 
 def wheel_command(run: History, agent: str) -> Command | None:
-    """What the wheels were told: the command that has as many values as the body has wheels, else the first."""
+    """Command of the wheels: the one with as many values as the body has wheels, else the first; None if none."""
     commands = list(run.agents[agent].commands.values()) if agent in run.agents else []
     body = run.bodies.get(agent)
     fits = [c for c in commands if body is not None and c.values.shape[1] == body.wheels.shape[1]]

@@ -1,4 +1,4 @@
-"""What an agent knew over a run: its change log from a recording, drawn, and as a page."""
+"""Knowledge of an agent over a run: change log from a recording, drawing, table and HTML page."""
 
 from .drawing import draw
 from .learnt import Learnt, learnt, value_text

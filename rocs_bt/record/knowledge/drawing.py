@@ -1,6 +1,6 @@
-"""A graph as SVG: nodes in the colours of their kinds, relations as arrows; colours follow light and dark.
+"""Drawing of a knowledge graph as SVG: nodes coloured by kind, relations as arrows, light and dark theme.
 
-The agent stands in the middle, what it is related to around it, ring by ring.
+The agent is in the middle; the other nodes are on rings around it, by their distance in relations.
 """
 
 from __future__ import annotations
@@ -13,50 +13,50 @@ from ...knowledge import Readable
 
 Point = tuple[float, float]
 RING = 110.0  # [px] from one ring to the next
-ROOM = 62.0  # [px] along a ring for each node
-STRETCH = 1.45  # names are wider than high
+ROOM = 62.0  # [px] along a ring per node
+STRETCH = 1.45  # horizontal stretch, since names are wider than high
 
 
 def layout(kinds: Mapping[str, str], edges: Iterable[tuple[str, str]], root: str) -> dict[str, Point]:
-    """A place for every node, the same whenever the nodes and edges are the same.
+    """Ring layout of a graph; deterministic.
 
     Args:
-        kinds: The nodes and their kinds; those of a kind stand together, as far as they are related to the same node.
-        edges: Which are related, in whichever direction.
-        root: The node in the middle.
+        kinds: Kind by node; nodes of the same kind that are related to the same node are neighbours.
+        edges: Pairs of related nodes, in any direction.
+        root: Node in the middle.
 
     Returns:
-        x to the right and y down, around (0, 0) [px].
+        Position of each node [px], x right and y down, relative to the root.
     """
     near: dict[str, list[str]] = {name: [] for name in kinds}
     for one, other in edges:
         near[one].append(other)
         near[other].append(one)
-    places: dict[str, Point] = {}
+    positions: dict[str, Point] = {}
     radius = 0.0
     for ring in _rings(kinds, near, root):
         if ring == [root]:
-            places[root] = (0.0, 0.0)
+            positions[root] = (0.0, 0.0)
             continue
         while ring:
             radius += RING
             fit = max(6, int(math.tau * radius / ROOM))
             row, ring = (ring, []) if len(ring) <= fit else (ring[:fit], ring[fit:])
-            for place, name in enumerate(row):
-                angle = math.tau * (place / len(row)) - math.pi / 2.0
-                places[name] = (STRETCH * radius * math.cos(angle), radius * math.sin(angle))
-    return places
+            for i, name in enumerate(row):
+                angle = math.tau * (i / len(row)) - math.pi / 2.0
+                positions[name] = (STRETCH * radius * math.cos(angle), radius * math.sin(angle))
+    return positions
 
 
 def _rings(kinds: Mapping[str, str], near: Mapping[str, list[str]], root: str) -> Iterable[list[str]]:
-    """The nodes by how many relations they are away from the root, and at last those that are not related to it."""
+    """Nodes by their distance from the root in relations; unconnected nodes come last."""
     seen: set[str] = set()
     ring = [root] if root in kinds else []
     while ring:
         yield ring
         seen.update(ring)
         following: dict[str, None] = {}
-        for name in ring:  # those of one node side by side, so that what belongs together is near
+        for name in ring:  # neighbours of one node are side by side
             following.update(dict.fromkeys(_together((n for n in near[name] if n not in seen), kinds)))
         ring = list(following)
     if alone := [name for name in kinds if name not in seen]:
@@ -64,16 +64,16 @@ def _rings(kinds: Mapping[str, str], near: Mapping[str, list[str]], root: str) -
 
 
 def _together(names: Iterable[str], kinds: Mapping[str, str]) -> list[str]:
-    """Names with those of one kind side by side, kinds in the order of their first."""
+    """Group names by kind, with kinds in the order of their first occurrence."""
     names = list(names)
-    first = {kind: place for place, kind in reversed(list(enumerate(kinds[name] for name in names)))}
+    first = {kind: i for i, kind in reversed(list(enumerate(kinds[name] for name in names)))}
     return sorted(names, key=lambda name: first[kinds[name]])
 
 
 COLORS = ("robot-1", "reactive", "place", "robot-2", "robot-3", "deliberative", "worst", "good", "idle")
-"""Names of the page's colours, for kinds in the order in which they appear."""
+"""CSS colours of the kinds, in order of appearance."""
 CROWD = 250
-"""So many nodes are drawn without their names, which would cover each other."""
+"""Number of nodes above which names are hidden, since they would overlap."""
 _STYLE = """
 .knowledge { --ink: #1d2733; --muted: #66717f; --wall: #c3cad3; --paper: #ffffff; --robot-1: #7b3fb5;
   --reactive: #1c62c4; --place: #1d8a4e; --robot-2: #c26a00; --robot-3: #0f7a72; --deliberative: #c9302c;
@@ -93,39 +93,39 @@ LOOK = """
 .knowledge.crowd .node text, .knowledge.crowd .edge text { display: none; }
 """
 _MARGIN, _DOT = 40.0, 7.0
-_LETTER, _LONGEST = 7.6, 28  # [px] a letter's width, and how many of a name are shown
+_LETTER, _LONGEST = 7.6, 28  # width of a letter [px]; maximum number of shown letters of a name
 Edge = tuple[str, str, str]
 
 
 def draw(graph: Readable, root: str) -> str:
-    """A graph as an SVG document that needs nothing else.
+    """Draw a graph as a self-contained SVG document.
 
     Args:
-        graph: What is drawn.
-        root: The node in the middle.
+        graph: Graph to draw.
+        root: Node in the middle.
     """
     kinds = {name: graph.kind(name) for name in graph.nodes()}
     return picture(kinds, graph.edges(), root, style=_STYLE + LOOK)
 
 
 def picture(kinds: Mapping[str, str], edges: Sequence[Edge], root: str, style: str = "") -> str:
-    """The SVG of nodes and edges; `data-n` and `data-e` count them as they are given.
+    """Draw nodes and edges as SVG; `data-n` and `data-e` are their indices in the arguments.
 
     Args:
-        kinds: The nodes and their kinds.
+        kinds: Kind by node.
         edges: Source, relation and target of each edge.
-        root: The node in the middle.
-        style: What stands in it as a style sheet.
+        root: Node in the middle.
+        style: CSS of the drawing.
     """
-    places = layout(kinds, [(source, target) for source, _, target in edges], root)
+    positions = layout(kinds, [(source, target) for source, _, target in edges], root)
     colors = colors_of(kinds.values())
-    left, top, width, height = _frame(places)
-    lines = "".join(_edge(i, edge, places, bend) for i, (edge, bend) in enumerate(_bends(edges)))
-    dots = "".join(_node(i, name, kind, places[name], colors[kind]) for i, (name, kind) in enumerate(kinds.items()))
+    left, top, width, height = _frame(positions)
+    lines = "".join(_edge(i, edge, positions, bend) for i, (edge, bend) in enumerate(_bends(edges)))
+    dots = "".join(_node(i, name, kind, positions[name], colors[kind]) for i, (name, kind) in enumerate(kinds.items()))
     crowd = " crowd" if len(kinds) > CROWD else ""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="knowledge{crowd}" role="img" '
-        f'aria-label="What {_text(root)} knows" viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}">'
+        f'aria-label="Knowledge of {_text(root)}" viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}">'
         f"<style>{style}</style>"
         '<defs><marker id="arrow" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" '
         'orient="auto-start-reverse"><path d="M0 0L8 4L0 8z"/></marker></defs>'
@@ -133,22 +133,22 @@ def picture(kinds: Mapping[str, str], edges: Sequence[Edge], root: str, style: s
     )
 
 
-def _frame(places: Mapping[str, Point]) -> tuple[float, float, float, float]:
-    """Left, top, width and height of all nodes with their names."""
-    wide = {name: 24.0 + _LETTER * min(len(name), _LONGEST) for name in places}
-    left = min((x - (wide[n] if x < -1.0 else 20.0) for n, (x, _) in places.items()), default=0.0)
-    right = max((x + (20.0 if x < -1.0 else wide[n]) for n, (x, _) in places.items()), default=1.0)
-    ys = [y for _, y in places.values()] or [0.0]
+def _frame(positions: Mapping[str, Point]) -> tuple[float, float, float, float]:
+    """Left, top, width and height of the drawing, including names [px]."""
+    wide = {name: 24.0 + _LETTER * min(len(name), _LONGEST) for name in positions}
+    left = min((x - (wide[n] if x < -1.0 else 20.0) for n, (x, _) in positions.items()), default=0.0)
+    right = max((x + (20.0 if x < -1.0 else wide[n]) for n, (x, _) in positions.items()), default=1.0)
+    ys = [y for _, y in positions.values()] or [0.0]
     return left, min(ys) - _MARGIN, right - left, max(ys) - min(ys) + 2.0 * _MARGIN
 
 
 def colors_of(kinds: Iterable[str]) -> dict[str, str]:
-    """A colour for each kind, in the order in which they appear."""
+    """Colour by kind, in order of appearance."""
     return {kind: COLORS[i % len(COLORS)] for i, kind in enumerate(dict.fromkeys(kinds))}
 
 
 def _bends(edges: Sequence[Edge]) -> Iterable[tuple[Edge, float]]:
-    """Each edge with how far it bends aside [px], so that several between the same two are seen."""
+    """Edges with their sideways bend [px], which separates several edges between the same nodes."""
     count: dict[frozenset[str], int] = {}
     for edge in edges:
         pair = frozenset((edge[0], edge[2]))
@@ -156,11 +156,11 @@ def _bends(edges: Sequence[Edge]) -> Iterable[tuple[Edge, float]]:
         yield edge, 14.0 * number
 
 
-def _edge(number: int, edge: Edge, places: Mapping[str, Point], bend: float) -> str:
+def _edge(number: int, edge: Edge, positions: Mapping[str, Point], bend: float) -> str:
     source, relation, target = edge
-    (x0, y0), (x1, y1) = places[source], places[target]
+    (x0, y0), (x1, y1) = positions[source], positions[target]
     length = math.hypot(x1 - x0, y1 - y0)
-    if length < 1e-9:  # to itself
+    if length < 1e-9:  # a loop
         path, x, y = f"M{x0 - 5:.1f} {y0 - 5:.1f}c-34 -34 44 -34 10 0", x0, y0 - 30.0
     else:
         along, across = (x1 - x0) / length, (y1 - y0) / length
@@ -177,10 +177,10 @@ def _edge(number: int, edge: Edge, places: Mapping[str, Point], bend: float) -> 
     )
 
 
-def _node(number: int, name: str, kind: str, place: Point, color: str) -> str:
-    x, y = place
+def _node(number: int, name: str, kind: str, position: Point, color: str) -> str:
+    x, y = position
     shown = name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…"
-    beside = 'x="-11" text-anchor="end"' if x < -1.0 else 'x="11"'  # away from the middle, where the edges are
+    beside = 'x="-11" text-anchor="end"' if x < -1.0 else 'x="11"'  # away from the middle and its edges
     return (
         f'<g class="node" data-n="{number}" style="--c: var(--{color})" transform="translate({x:.1f} {y:.1f})">'
         f'<title>{_text(name)}, {_text(kind)}</title><circle r="{_DOT:g}"/>'
@@ -189,7 +189,7 @@ def _node(number: int, name: str, kind: str, place: Point, color: str) -> str:
 
 
 def _text(text: str) -> str:
-    """Escaped, and without what XML cannot hold."""
+    """Escape a text and replace characters that XML does not allow."""
     return escape(
         "".join(c if c >= " " and not "\ud800" <= c <= "\udfff" and c not in "\ufffe\uffff" else "�" for c in text)
     )

@@ -1,4 +1,4 @@
-"""What came of an agent's knowledge over a run, in a table that people can read."""
+"""Table of the changes of an agent's knowledge over a run."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from ...event import KnowledgeChanged, Value
 
 @dataclass
 class Learnt:
-    """One thing that was learnt over a run: an attribute, a relation, or that there is a node.
+    """Changes of one attribute, one relation, or the existence of one node over a run.
 
     Attributes:
-        subject: The node.
-        what: The attribute, the relation, or the node's kind.
-        first: What it was at first.
-        last: What it was at the end; None where it was gone.
-        count: How often it changed.
-        begin: When it was learnt [s].
-        end: When it changed last [s].
+        subject: Node.
+        what: Attribute, relation and target, or kind of the node.
+        first: First value, as text.
+        last: Last value, as text.
+        count: Number of changes.
+        begin: Time of the first value [s].
+        end: Time of the last change [s].
     """
 
     subject: str
@@ -32,28 +32,25 @@ class Learnt:
 
 
 def learnt(changes: Iterable[KnowledgeChanged], since: float) -> list[Learnt]:
-    """Everything that changed after a time [s], each thing once, in the order in which it first did.
-
-    A node that comes with attributes, as nearly all do, is told by them.
-    """
+    """Rows of everything that changed after a time [s], in the order of the first change."""
     rows: dict[tuple[str, str], Learnt] = {}
     for change in changes:
-        what, told = _told(change)
+        what, value = _described(change)
         key = change.subject, what
         row = rows.get(key)
         if row is None:
-            rows[key] = Learnt(change.subject, what, told, told, int(change.t > since), change.t, change.t)
+            rows[key] = Learnt(change.subject, what, value, value, int(change.t > since), change.t, change.t)
             continue
-        row.last = told
+        row.last = value
         row.end = change.t
         row.count += change.t > since
     return [row for row in rows.values() if row.count]
 
 
 def value_text(value: Value | tuple[float, ...]) -> str:
-    """A value for people."""
+    """Format a value for people."""
     if isinstance(value, bool) or value is None:
-        return {True: "yes", False: "no", None: "not known"}[value]
+        return {True: "yes", False: "no", None: "unknown"}[value]
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, (list, tuple)):
@@ -61,10 +58,11 @@ def value_text(value: Value | tuple[float, ...]) -> str:
     return str(value)
 
 
-def _told(change: KnowledgeChanged) -> tuple[str, str]:
+def _described(change: KnowledgeChanged) -> tuple[str, str]:
+    """Name and value of a change, as texts."""
     if change.what == "attribute":
         return change.name, value_text(change.value)
     if change.what.startswith("edge"):
         held = ", ".join(f"{n} {value_text(v)}" for n, v in change.attributes.items())
         return f"{change.name} {change.value}", held or {"edge removed": "no"}.get(change.what, "yes")
-    return change.name, {"node added": "there", "node removed": "gone"}[change.what]
+    return change.name, {"node added": "exists", "node removed": "removed"}[change.what]

@@ -1,4 +1,4 @@
-"""knowledge.html: what an agent knew, drawn at any moment of its run; one file that needs nothing else."""
+"""knowledge.html: self-contained page that draws an agent's knowledge at any time of a run."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .drawing import LOOK, Edge, colors_of, picture
 from .learnt import learnt
 
 MOST = 50_000
-"""Changes that a page tells one by one; of more, values that were soon written anew are left out."""
+"""Maximum number of changes in a page; beyond it, values that are soon overwritten are omitted."""
 _CODES = {"node added": 0, "node removed": 1, "attribute": 2, "edge added": 3, "edge changed": 3, "edge removed": 4}
 
 
 def render_knowledge(log: ChangeLog) -> str:
-    """A change log as HTML, with search and a time slider."""
-    told = log.all_changes()
-    changes = thinned(told, MOST)
+    """Render a change log as HTML, with search and a time slider."""
+    logged = log.all_changes()
+    changes = thinned(logged, MOST)
     kinds = {c.subject: c.name for c in changes if c.what == "node added"}
     edges: dict[Edge, int] = {}
     for change in changes:
@@ -44,18 +44,18 @@ def render_knowledge(log: ChangeLog) -> str:
         log=log,
         nodes=len(state.nodes()),
         relations=len(state.edges()),
-        count=len(told),
-        thinned=len(told) - len(changes),
+        count=len(logged),
+        thinned=len(logged) - len(changes),
         kinds=list(colors_of(kinds.values()).items()),
         picture=picture(kinds, list(edges), log.agent, LOOK),
-        learnt=learnt(told, log.begin),
-        # In JSON `<` occurs in texts only, where this escape means the same; no text can then end the script element.
+        learnt=learnt(logged, log.begin),
+        # JSON has `<` only in strings, where this escape is equivalent; so no string can end the script element.
         data=msgspec.json.encode(_readable(data)).decode().replace("<", "\\u003c"),
     )
 
 
 def thinned(changes: Sequence[KnowledgeChanged], most: int) -> list[KnowledgeChanged]:
-    """Changes without values that were written anew soon, as few as bring their number near to `most`."""
+    """Omit values that are soon overwritten if there are more than `most` changes."""
     if len(changes) <= most:
         return list(changes)
     span = (changes[-1].t - changes[0].t) or 1.0
@@ -70,7 +70,7 @@ def thinned(changes: Sequence[KnowledgeChanged], most: int) -> list[KnowledgeCha
     return kept[::-1]
 
 
-_MOMENTS = 500  # of a log that is thinned
+_MOMENTS = 500  # time resolution of a thinned log: values are kept once per such part of it
 
 
 def _rows(changes: Iterable[KnowledgeChanged], nodes: dict[str, int], edges: dict[Edge, int]) -> list[list[Any]]:
@@ -87,7 +87,7 @@ def _rows(changes: Iterable[KnowledgeChanged], nodes: dict[str, int], edges: dic
 
 
 def _units(schema: Schema, kinds: Iterable[str]) -> dict[str, dict[str, str]]:
-    """The unit of each attribute that has one, by kind."""
+    """Units of the attributes by kind, without dimensionless ones."""
     found: dict[str, dict[str, str]] = {}
     for kind in kinds:
         declared = schema.kinds[kind].attributes if kind in schema.kinds else {}
@@ -97,7 +97,7 @@ def _units(schema: Schema, kinds: Iterable[str]) -> dict[str, dict[str, str]]:
 
 
 def _readable(value: Any) -> Any:
-    """Plain data whose texts are Unicode: what is none becomes a mark."""
+    """Replace invalid Unicode in all texts of plain data."""
     if isinstance(value, str):
         return value.encode("utf-8", "replace").decode()
     if isinstance(value, dict):

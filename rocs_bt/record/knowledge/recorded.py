@@ -1,4 +1,4 @@
-"""What an agent of a recorded run knew: its change log, and its pose and signals at the time of a query."""
+"""Knowledge of an agent in a recording: change log, and pose and signals at the time of a query."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ..snapshots import environment_of, samples_of
 
 
 def recorded_log(recording: Recording, agent: str | None = None, schema: Schema = SCHEMA) -> ChangeLog:
-    """What an agent of a recorded run knew.
+    """Change log of an agent's knowledge in a recording.
 
     Args:
-        recording: The run.
-        agent: The agent; may be left out where there is only one.
-        schema: Types of the values; that of the project that it was recorded in.
+        recording: Recording of the run.
+        agent: Name of the agent; optional if there is only one.
+        schema: Schema of the project in which the run was recorded.
 
     Raises:
-        InputError: No such agent, or the agent must be named; lists all agents.
-        RecordingError: The recording is damaged, or has no change of that agent's knowledge.
+        InputError: Unknown agent, or an agent is required; lists all agents.
+        RecordingError: The recording is damaged, or has no changes of the agent's knowledge.
     """
     found, end = list[KnowledgeChanged](), 0.0
     for event in recording.events():
@@ -37,22 +37,22 @@ def recorded_log(recording: Recording, agent: str | None = None, schema: Schema 
     if agent is None and len(names) == 1:
         agent = names[0]
     if agent is None:
-        raise InputError(f"'{recording.path}' holds the knowledge of {', '.join(names)}. Name one of them.")
+        raise InputError(f"'{recording.path}' contains the knowledge of {', '.join(names)}. Choose one with --agent.")
     if agent not in names:
         raise InputError(unknown("agent", agent, names, f"'{recording.path}'"))
     changes = sorted((e for e in found if e.agent == agent), key=lambda e: e.revision)
     if not changes:
-        raise RecordingError(f"'{recording.path}' has no change of what {agent} knew.")
+        raise RecordingError(f"'{recording.path}' has no changes of the knowledge of {agent}.")
     stretch = Stretch(State(agent, schema), changes)
     return ChangeLog(agent, recording.header.label, schema, (stretch,), changes[0].t, end)
 
 
 class RecordedSignals:
-    """The signals of an agent of a recording at a time.
+    """Signals of an agent in a recording at a time.
 
     Args:
-        environment: Slices of the signals in a sample.
-        x: The sample; NaN where a signal was not valid.
+        environment: Layout of the signals in a sample.
+        x: Sample of the signals, SI units; NaN for invalid ones.
     """
 
     def __init__(self, environment: Environment, x: Sequence[float]) -> None:
@@ -61,33 +61,33 @@ class RecordedSignals:
 
     @property
     def names(self) -> Collection[str]:
-        """All signals."""
+        """Names of all signals."""
         return self._environment.signals.keys()
 
     def spec(self, name: str) -> Signal:
-        """A signal's declaration."""
+        """Declaration of a signal."""
         return self._environment.signals[name]
 
     def slice_of(self, name: str) -> slice:
-        """The slice of a signal in the sample."""
+        """Slice of a signal in the sample."""
         start = self._environment.offsets[name]
         return slice(start, start + self.spec(name).size)
 
     def read(self, name: str) -> Sequence[float]:
-        """The values of a signal."""
+        """Values of a signal, SI units."""
         return self._x[self.slice_of(name)]
 
 
 def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[QueryContext, RecordedSignals]:
-    """The robot of a recorded run as the source of a query, at a time.
+    """State of the querying robot in a recorded run: pose and signals at a time.
 
     Args:
-        recording: The run.
-        log: What its agent knew.
+        recording: Recording of the run.
+        log: Change log of the agent's knowledge.
         t: Time of the query [s].
 
     Raises:
-        RecordingError: The recording does not have the agent, or its signals.
+        RecordingError: The recording lacks the agent or its signals.
     """
     info = next((agent for agent in recording.header.agents if agent.name == log.agent), None)
     if info is None:

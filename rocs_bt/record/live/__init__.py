@@ -1,7 +1,7 @@
-"""The live page: a run while it goes on, in any browser, drawn from the same events that are recorded.
+"""Live page: a running episode in a browser, drawn from the recorded events.
 
-The run hands its events to a `LivePage`, which has a process of its own serve them: however many browsers look on,
-and however large a tree is, the run pays for a list append an event and for one encoding ten times a second.
+The run passes its events to a `LivePage`, and a separate process serves them to browsers. The cost for the run is one
+list append per event and one encoding at 10 Hz, independent of the number of browsers and the size of the tree.
 """
 
 from .page import RATE, LivePage

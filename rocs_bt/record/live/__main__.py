@@ -1,4 +1,4 @@
-"""The process of a live page: takes a run's events from standard input, and serves what they come to."""
+"""Server process of a live page: reads a run's events from standard input and serves their state."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .server import Feed, Server
 
 
 def main() -> None:
-    """Serve until standard input ends, which is when the run's process lets go or dies."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then lets go
+    """Serve until standard input ends, when the run's process closes it or dies."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the run, which then closes the pipe
     stream, feed = sys.stdin.buffer, Feed()
     settings = frames.decode(frames.read(stream) or b"", frames.Settings)
     try:
@@ -28,7 +28,7 @@ def main() -> None:
     _answer(frames.Answer(port=server.server_port))
     if (header := frames.read(stream)) is not None:
         run = frames.decode(header, RunHeader)
-        feed.update(lambda picture: picture.begin(run), anew=True)
+        feed.update(lambda picture: picture.begin(run), whole=True)
     while (data := frames.read(stream)) is not None:
         events = frames.decode_events(data)
         feed.update(partial(Picture.take, events=events))

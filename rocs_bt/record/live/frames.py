@@ -1,4 +1,4 @@
-"""What the run and the process of its live page tell each other: frames of MessagePack, each after its length."""
+"""Messages between a run and the process of its live page: length-prefixed MessagePack frames."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """The first frame that the process gets: where it serves, and the secret in the page's address."""
+    """First frame to the process: address to serve on, and the secret token of the page's URL."""
 
     host: str
     port: int
@@ -29,20 +29,20 @@ class Settings(msgspec.Struct, frozen=True):
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """What the process says to it: its port, or why it cannot serve."""
+    """Reply of the process: its port, or the reason why it cannot serve."""
 
     port: int = 0
     error: str = ""
 
 
 def encode(value: object) -> bytes:
-    """A value as a frame."""
+    """Encode a value as a frame."""
     data = _ENCODE(value)
     return len(data).to_bytes(4, "little") + data
 
 
 def encode_events(events: Sequence[Event]) -> bytes:
-    """Events as a frame: those that the page shows, without the ones that hold what is not data."""
+    """Encode the events that the page shows as a frame, without events that cannot be encoded."""
     wanted = [event for event in events if type(event) in _KINDS]
     try:
         return encode(wanted)
@@ -51,18 +51,18 @@ def encode_events(events: Sequence[Event]) -> bytes:
 
 
 def read(stream: IO[bytes]) -> bytes | None:
-    """The content of the next frame; None at the end."""
+    """Read the content of the next frame; None at the end of the stream."""
     length = stream.read(4)
     return stream.read(int.from_bytes(length, "little")) if len(length) == 4 else None
 
 
 def decode(data: bytes, kind: type[T]) -> T:
-    """The value of a frame's content."""
+    """Decode the content of a frame as a value."""
     return msgspec.msgpack.decode(data, type=kind)
 
 
 def decode_events(data: bytes) -> list[Event]:
-    """The events of a frame's content."""
+    """Decode the content of a frame as events."""
     return _EVENTS.decode(data)
 
 

@@ -1,4 +1,4 @@
-"""LivePage: the run's side of the live page, one more event sink."""
+"""LivePage: event sink in the run's process that feeds the live page."""
 
 from __future__ import annotations
 
@@ -21,36 +21,36 @@ from ..header import RunHeader
 from . import frames
 
 RATE = 10.0
-"""How often browsers hear news [Hz]."""
+"""Rate of updates of browsers [Hz]."""
 
 _PACKAGES = str(Path(__file__).resolve().parents[3])
-_START = 60.0  # [s] within which the page's process must serve
-_PATIENCE = 3.0  # [s] without reading anything, after which the page's process counts as stalled
-_GOODBYE = 5.0  # [s] that the page's process has to take what is left, and again to end
-_BACKLOG = 100_000  # events that may wait; a page that is further behind is given up, so its memory is bounded
+_START = 60.0  # [s] time limit for the start of the page's process
+_PATIENCE = 3.0  # [s] of a blocked write, after which the page's process counts as stalled
+_GOODBYE = 5.0  # [s] time limit for the page's process to read the remaining events, and again to end
+_BACKLOG = 100_000  # maximum number of waiting events, which bounds memory; a page further behind is abandoned
 
 
 class LivePage:
-    """Shows a run in browsers while it goes on; a context manager, and an event sink.
+    """Shows a running episode in browsers; a context manager and event sink.
 
         with LivePage() as page:
             print(page.url)
             rocs_bt.run("exp1", live=page)
             page.wait()
 
-    `emit` only appends to a list. One thread sends what came ten times a second to a process of its own, which serves
-    the page on loopback behind a token. A page that broke, stalled, or that nobody looks at never holds a run up:
-    leaving takes at most some seconds, after which the page's process is killed.
+    `emit` only appends to a list. A thread sends new events at 10 Hz to a separate process, which serves the page on
+    loopback behind a token. A page that failed or stalled never blocks the run: leaving the context takes at most a
+    few seconds, after which the page's process is killed.
 
     Args:
-        port: Where it is served; 0 for any port that is free.
-        host: The loopback address to serve on.
+        port: Port to serve on; 0 for any free port.
+        host: Loopback address to serve on.
 
     Raises:
-        InputError: On entering: the port is taken, or the host is no loopback address.
+        InputError: On entering: the port is in use, or the host is no loopback address.
 
     Attributes:
-        url: The page's address, with its token; empty until it is entered.
+        url: URL of the page with its token; empty before the context is entered.
     """
 
     def __init__(self, port: int = 0, host: str = "127.0.0.1") -> None:
@@ -66,7 +66,7 @@ class LivePage:
     def __enter__(self) -> LivePage:
         paths = [_PACKAGES, *filter(None, [os.environ.get("PYTHONPATH")])]
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", __package__],  # -P: nothing of the current folder is imported
+            [sys.executable, "-P", "-m", __package__],  # -P: import nothing from the current folder
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
@@ -77,7 +77,7 @@ class LivePage:
         found = frames.Answer(error="its process ended.") if answer is None else frames.decode(answer, frames.Answer)
         if found.error:
             self._end(self._process)
-            raise InputError(f"there is no live page: {found.error}")
+            raise InputError(f"cannot start the live page: {found.error}")
         host = self._settings.host
         self.url = f"http://{f'[{host}]' if ':' in host else host}:{found.port}/{self._settings.token}/"
         return self
@@ -88,28 +88,28 @@ class LivePage:
             return
         if self._sender.ident is not None:
             self._sender.join(_GOODBYE)
-            if self._sender.is_alive():  # it writes to a process that reads no more; closing the pipe would wait too
+            if self._sender.is_alive():  # blocked in a write to a stalled process; closing the pipe would block too
                 self._process.kill()
                 self._sender.join()
         self._end(self._process)
 
     def begin(self, header: RunHeader) -> None:
-        """The run begins.
+        """Start showing a run.
 
         Raises:
-            InputError: The page was not entered, or has shown a run already.
+            InputError: The context was not entered, or the page has already shown a run.
         """
         if self._process is None or self._sender.ident is not None:
-            raise InputError("a live page shows one run, between entering and leaving it.")
+            raise InputError("a live page shows one run, inside its 'with' block.")
         args = (frames.encode(header),)
         self._sender = threading.Thread(target=self._send, args=args, name="live page", daemon=True)
         self._sender.start()
 
     def wait(self) -> bool:
-        """Keep the page up until a person interrupts.
+        """Keep the page up until Ctrl-C.
 
         Returns:
-            Whether a person interrupted; False if the page's process ended or stalled.
+            Whether Ctrl-C was pressed; False if the page's process ended or stalled.
         """
         try:
             while self._process is not None and time.monotonic() - self._writing_since < _PATIENCE:
@@ -123,14 +123,16 @@ class LivePage:
         return False
 
     def _send(self, header: bytes) -> None:
-        heard, leaving = self._write(header), False
+        connected, leaving = self._write(header), False
         while not leaving:
             leaving = self._leaving.wait(1.0 / RATE)
             batch = [self._waiting.popleft() for _ in range(len(self._waiting))]
-            if len(batch) == _BACKLOG and self._process is not None:  # the oldest were lost: it would show nonsense
+            if (
+                len(batch) == _BACKLOG and self._process is not None
+            ):  # the oldest events were dropped, so the page would be wrong
                 self._process.kill()
-            elif batch and heard:
-                heard = self._write(frames.encode_events(batch))
+            elif batch and connected:
+                connected = self._write(frames.encode_events(batch))
 
     def _write(self, frame: bytes) -> bool:
         process = self._process
@@ -140,7 +142,7 @@ class LivePage:
         try:
             process.stdin.write(frame)
             process.stdin.flush()
-        except OSError:  # the page's process is gone; the run goes on
+        except OSError:  # the page's process has ended; the run continues
             return False
         finally:
             self._writing_since = math.inf
@@ -149,7 +151,7 @@ class LivePage:
     def _end(self, process: subprocess.Popen[bytes]) -> None:
         for pipe in (process.stdin, process.stdout):
             if pipe is not None:
-                with contextlib.suppress(OSError):  # what was not sent yet has nobody to go to
+                with contextlib.suppress(OSError):  # the process may have ended before reading everything
                     pipe.close()
         try:
             process.wait(_GOODBYE)
@@ -161,7 +163,7 @@ class LivePage:
 
 @contextlib.contextmanager
 def _killed_after(seconds: float, process: subprocess.Popen[bytes]) -> Iterator[None]:
-    """Kill a process if the block takes longer [s]: whatever waits for that process goes on then."""
+    """Kill a process if the block takes longer than a time [s], which unblocks everything that waits for it."""
     timer = threading.Timer(seconds, process.kill)
     timer.daemon = True
     timer.start()

@@ -1,4 +1,4 @@
-"""Picture: what the live page shows now, and what changed since it was asked last."""
+"""State of the live page, and its changes since the last update."""
 
 from __future__ import annotations
 
@@ -33,27 +33,27 @@ from ...event import (
 from ...raised import reported
 from ..header import RunHeader, TreeNode, nodes_after
 
-_STEP = 0.01  # [m]: a body that moved less adds no point to its trail
-_MOST_POINTS = 4000  # of a trail; a longer one is thinned
-_MOST_LINES = 200  # of what is kept of the knowledge that changed
+_STEP = 0.01  # [m] minimum distance between points of a trail
+_MOST_POINTS = 4000  # maximum length of a trail; longer ones are thinned
+_MOST_LINES = 200  # maximum number of kept knowledge changes, and of faults
 
 
 class Body(msgspec.Struct, omit_defaults=True):
-    """One body: where it is (x, y, yaw), and where it was (x, y, route)."""
+    """Body: present pose (x, y, yaw) [m, m, rad], and trail of points (x, y, route)."""
 
     pose: tuple[float, float, float] | None = None
     trail: list[tuple[float, float, str]] = []
 
 
 class Rule(msgspec.Struct, frozen=True):
-    """One rule: its state, its counts and what it read.
+    """Rule: state, counters and last signal values.
 
     Attributes:
         latched: Whether the rule is latched.
         active: Whether its action is active.
         fired: Number of activations.
         refirings: Number of re-firings of the present or last activation.
-        reading: The last reading of its guard.
+        reading: Last signal values of the guard, as text.
         t: Time of the last change [s].
     """
 
@@ -66,9 +66,9 @@ class Rule(msgspec.Struct, frozen=True):
 
 
 class Agent(msgspec.Struct, omit_defaults=True):
-    """One agent: its tree and its statuses, signals, rules, ranges and tickets by name; what it learned; how it ended.
+    """Agent: tree and statuses, signals, rules, ranges and tickets by name, knowledge changes, faults and outcome.
 
-    `swapped` is the path of a subtree that left: what was known of it and of all below is void.
+    `swapped` is the path of a removed subtree, whose statuses are void.
     """
 
     tree: tuple[TreeNode, ...] | None = None
@@ -85,7 +85,7 @@ class Agent(msgspec.Struct, omit_defaults=True):
 
 
 class State(msgspec.Struct, omit_defaults=True):
-    """All of it, or all that is new of it."""
+    """Complete state of the page, or its changes."""
 
     t: float = 0.0
     run: RunHeader | None = None
@@ -93,18 +93,18 @@ class State(msgspec.Struct, omit_defaults=True):
     agents: dict[str, Agent] = {}
 
     def body(self, name: str) -> Body:
-        """A body's part."""
+        """State of a body, created if missing."""
         return self.bodies.setdefault(name, Body())
 
     def agent(self, name: str) -> Agent:
-        """An agent's part."""
+        """State of an agent, created if missing."""
         return self.agents.setdefault(name, Agent())
 
 
 class Picture:
-    """Takes events, and gives what a page has to know, as JSON: once everything, then what is new.
+    """State of a run, updated by events and encoded as JSON: as a whole, or as changes since the last update.
 
-    Not safe under threads.
+    Not thread-safe.
     """
 
     def __init__(self) -> None:
@@ -125,20 +125,20 @@ class Picture:
             SensorFailed: lambda e: self._fault(e, f"sensor {e.sensor} failed: {e.detail}"),
             ContentRaised: lambda e: self._fault(e, reported(e)),
             BlockFailed: lambda e: self._fault(e, f"{e.what} {e.kind}: {e.detail}"),
-            CommandExpired: lambda e: self._fault(e, f"no command came for {e.actuator}, so it was stopped"),
+            CommandExpired: lambda e: self._fault(e, f"no command for {e.actuator}: stopped by its watchdog"),
             Touched: lambda e: self._fault(e, f"{e.kind}: {e.other}"),
             PeerFault: lambda e: self._fault(e, f"peer {e.peer}: {e.detail}"),
             Stuck: lambda e: self._fault(e, e.reason),
-            RequirementViolated: lambda e: self._fault(e, f"{e.requirement} did not hold at {e.about:.2f} s"),
+            RequirementViolated: lambda e: self._fault(e, f"{e.requirement} was violated at {e.about:.2f} s"),
         }
 
     @property
     def kinds(self) -> tuple[type[Event], ...]:
-        """The kinds of events that it takes something from."""
+        """Kinds of events that change the state."""
         return tuple(self._takes)
 
     def begin(self, run: RunHeader) -> None:
-        """A run begins; what was of another one is forgotten."""
+        """Reset the state for a new run."""
         self._whole, self._new = State(run=run, t=run.start), State()
         self._beams = {(b.name, sensor): len(beams) for b in run.bodies for sensor, beams in b.beams.items()}
         self._beams |= {(b.name, sensor): fan.rays for b in run.bodies for sensor, fan in b.fans.items()}
@@ -146,7 +146,7 @@ class Picture:
             self._whole.agent(agent.name).tree = agent.nodes
 
     def take(self, events: Iterable[Event]) -> None:
-        """Take events in the order they came."""
+        """Apply events in order."""
         for event in events:
             self._whole.t = self._new.t = max(self._whole.t, event.t)
             take = self._takes.get(type(event))
@@ -154,11 +154,11 @@ class Picture:
                 take(event)
 
     def whole(self) -> bytes:
-        """Everything, for a page that has nothing yet."""
+        """Complete state, for a new page."""
         return msgspec.json.encode(self._whole)
 
-    def news(self) -> bytes:
-        """What came since this was asked last."""
+    def delta(self) -> bytes:
+        """Changes since the last call."""
         data = msgspec.json.encode(self._new)
         self._new = State(t=self._whole.t)
         return data
@@ -172,8 +172,8 @@ class Picture:
         whole.pose = new.pose = pose
         last = whole.trail[-1] if whole.trail else (math.inf, math.inf, "")
         if not math.dist(last[:2], pose[:2]) < _STEP:
-            mind = self._whole.agents.get(event.body)
-            point = pose[0], pose[1], "" if mind is None else mind.route
+            agent = self._whole.agents.get(event.body)
+            point = pose[0], pose[1], "" if agent is None else agent.route
             if len(whole.trail) >= _MOST_POINTS:
                 whole.trail[:] = whole.trail[::2]
             whole.trail.append(point)
@@ -249,23 +249,23 @@ class Picture:
 
 
 SHOWN: tuple[type[Event], ...] = Picture().kinds
-"""The kinds of events that the page shows; the others stay in the run."""
+"""Kinds of events that the page shows; others are not sent to its process."""
 
 
 def _rounded(value: float, digits: int) -> float:
-    """A number as a screen can show it; 0 for what is none."""
+    """Number rounded for display; 0 if it is not finite."""
     return round(value, digits) if math.isfinite(value) else 0.0
 
 
 def _signal(value: float) -> float | str:
-    """A signal's value; JSON has no words for those that are no finite numbers."""
+    """Value of a signal for JSON; non-finite numbers become texts."""
     if math.isfinite(value):
         return float(f"{value:.5g}")
     return "–" if math.isnan(value) else "∞" if value > 0 else "−∞"
 
 
 def _range(value: float) -> float | None:
-    """A range in centimetres' precision; None without an echo, -1 where it is broken, as in the report."""
+    """Range rounded to centimetres; None for no echo, -1 for an invalid value, as in the report."""
     if math.isnan(value):
         return -1.0
     return round(value, 2) if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""The live page's server: loopback only, behind a secret in the address, in the standard library's HTTP."""
+"""HTTP server of the live page: loopback only, protected by a secret token in the URL."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from ...errors import Fault, InputError
 from ..page import render_page
 from .picture import Picture
 
-_PATIENCE = 5.0  # [s] without news, after which a comment finds out whether a browser still listens
-_STALLED = 3.0  # [s] that a browser may take for a read or a write
-_BEHIND = 100  # messages; a browser that is further behind is dropped, and gets everything when it comes back
+_PATIENCE = 5.0  # [s] without updates, after which a comment is sent to detect closed connections
+_STALLED = 3.0  # [s] time limit of a browser's read or write
+_BEHIND = 100  # queued messages; a browser further behind is dropped, and gets the whole state when it reconnects
 
 
 class Feed:
-    """A picture that several threads look at: one gives it news, each browser's own waits for them."""
+    """Thread-safe picture: one thread updates it, and each browser's thread waits for messages."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._picture = Picture()
         self._listeners: list[queue.Queue[bytes | None]] = []
 
-    def update(self, change: Callable[[Picture], None], *, anew: bool = False) -> None:
-        """Change the picture, and tell all listeners: what is new, or everything `anew`."""
+    def update(self, change: Callable[[Picture], None], *, whole: bool = False) -> None:
+        """Change the picture and send all listeners its changes, or the whole state."""
         with self._lock:
             change(self._picture)
-            message = _message(self._picture.whole(), "whole") if anew else _message(self._picture.news())
+            message = _message(self._picture.whole(), "whole") if whole else _message(self._picture.delta())
             for listener in tuple(self._listeners):
                 self._tell(listener, message)
 
     def join(self) -> queue.Queue[bytes | None]:
-        """A queue of messages that begins with everything; None ends it."""
+        """Add a listener: a queue of messages that begins with the whole state and ends with None."""
         listener: queue.Queue[bytes | None] = queue.Queue(_BEHIND)
         with self._lock:
             listener.put(_message(self._picture.whole(), "whole"))
@@ -46,13 +46,13 @@ class Feed:
         return listener
 
     def leave(self, listener: queue.Queue[bytes | None]) -> None:
-        """Listen no more."""
+        """Remove a listener."""
         with self._lock:
             if listener in self._listeners:
                 self._listeners.remove(listener)
 
     def close(self) -> None:
-        """Let all listeners go."""
+        """End the queues of all listeners."""
         with self._lock:
             for listener in tuple(self._listeners):
                 self._tell(listener, None)
@@ -67,49 +67,49 @@ class Feed:
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the page and its stream of news.
+    """Serves the page and its stream of updates.
 
     Args:
-        host: Where; a loopback address.
-        port: Its port; 0 for any that is free.
-        token: The secret without which nothing is served.
-        feed: What is shown.
+        host: Loopback address.
+        port: Port; 0 for any free port.
+        token: Secret that every request must contain.
+        feed: Feed to show.
 
     Raises:
-        InputError: The address is not of this machine alone, or the port is taken.
+        InputError: The host is no loopback address, or the port is in use.
     """
 
-    daemon_threads = False  # `end` waits for them
+    daemon_threads = False  # `end` waits for the threads
 
     def __init__(self, host: str, port: int, token: str, feed: Feed) -> None:
         if not ipaddress.ip_address(host).is_loopback:
             raise InputError(
                 Fault(
-                    f"the live page was to be served on {host}, where others than this machine can reach it.",
-                    hint="Serve it on 127.0.0.1, and let others in through a tunnel, such as ssh -L.",
+                    f"{host} is no loopback address; other machines could reach the live page.",
+                    hint="Serve it on 127.0.0.1, and use a tunnel such as ssh -L for access from other machines.",
                 )
             )
         try:
             super().__init__((host, port), _Handler)
         except OSError as error:
-            hint = "Name another with --port, or leave it out for any that is free."
-            raise InputError(Fault(f"port {port} cannot be had: {error.strerror}.", hint=hint)) from error
+            hint = "Choose another with --port, or omit it for any free port."
+            raise InputError(Fault(f"port {port} is not available: {error.strerror}.", hint=hint)) from error
         self.token = token
         self.feed = feed
         self.names = {f"{name}:{self.server_port}" for name in (host, "localhost")}
 
     def end(self) -> None:
-        """Say what is left to say, and serve no more."""
+        """Send the remaining messages and stop serving."""
         self.shutdown()
         self.feed.close()
         self.server_close()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that went away is no news."""
+        """Ignore errors of closed connections."""
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """One request. Who knows the token is answered; a foreign Host is a name that was bent to this machine."""
+    """One HTTP request; needs the token, and a Host header of this server as protection from DNS rebinding."""
 
     server: Server
     timeout = _STALLED
@@ -130,7 +130,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.NOT_FOUND)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nobody reads it."""
+        """Write no log."""
 
     def _page(self) -> None:
         nonce = secrets.token_urlsafe(12)
@@ -151,7 +151,7 @@ class _Handler(BaseHTTPRequestHandler):
                     break
                 self.wfile.write(message)
                 self.wfile.flush()
-        except OSError:  # the browser went away
+        except OSError:  # the browser closed the connection
             pass
         finally:
             self.server.feed.leave(listener)
@@ -171,5 +171,5 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _message(data: bytes, event: str = "message") -> bytes:
-    """A server-sent event; JSON has no line breaks."""
+    """Encode a server-sent event; JSON data has no line breaks."""
     return b"event: %b\ndata: %b\n\n" % (event.encode(), data)

@@ -1,5 +1,5 @@
 "use strict";
-// The arena from above on a canvas, in the colours of the page.
+// Arena from above on a canvas, in the colours of the page.
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 const makeArena = (picture) => {
   const g = picture.getContext("2d");
@@ -43,7 +43,7 @@ const makeArena = (picture) => {
       g.fillText(p.name, X(p.x) + r + 4, Y(p.y) + r + 10);
     }
   };
-  // Each beam is [x, y, yaw, reach, cone]; an echo is a range, null where there was none, -1 where it is broken.
+  // Each beam is [x, y, yaw, reach, cone]; an echo is a range [m], null for no echo, -1 for an invalid value.
   const drawBeams = (beams, echoes, pose) => {
     beams.forEach(([bx, by, yaw, reach, cone], k) => {
       const echo = echoes[k];
@@ -57,7 +57,7 @@ const makeArena = (picture) => {
     });
     g.globalAlpha = 1;
   };
-  // A scan's fan is [x, y, yaw of the first ray, step from ray to ray, reach]; its echoes are dots, with what is free before them.
+  // A scan's fan is [x, y, yaw of the first ray, step from ray to ray, reach]; its echoes are drawn as dots, with the free space before them.
   const drawScan = ([fx, fy, first, step, reach], echoes, pose) => {
     const eye = placed(pose, [fx, fy]);
     const ends = echoes.map((echo, k) => {

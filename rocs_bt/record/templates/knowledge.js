@@ -7,7 +7,7 @@
   const NEW = 0.5; // [s] for which a node that changed is marked
   let now = run.end, at = 0, nodes = [], edges = [], chosen = null, playing = false, last = 0;
 
-  // The state at a time: changes are applied one after the other, and from the beginning when time goes back.
+  // State at a time: changes are applied in order, and from the start when time goes back.
   const restart = () => { at = 0; nodes = run.nodes.map(() => null); edges = run.edges.map(() => null); };
   const apply = ([t, code, i, name, value]) => {
     if (code === 0) nodes[i] = { since: t, t, values: new Map() };
@@ -21,7 +21,7 @@
   };
 
   const text = (value) => {
-    if (value === null || value === undefined) return "not known";
+    if (value === null || value === undefined) return "unknown";
     if (value === true || value === false) return value ? "yes" : "no";
     if (typeof value === "number") return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(4)));
     if (Array.isArray(value)) return "(" + value.map(text).join(", ") + ")";
@@ -39,7 +39,7 @@
     return made;
   };
 
-  // One node, in the column beside the picture.
+  // Card of one node, beside the drawing.
   const rows = (list) => {
     const table = make("table"), body = make("tbody");
     for (const cells of list) { const row = make("tr"); row.append(...cells.map((c) => make("td", c))); body.append(row); }
@@ -52,11 +52,11 @@
     const [name, kind] = run.nodes[chosen], held = nodes[chosen], title = make("h3", name);
     title.append(make("i", kind));
     card.replaceChildren(title);
-    if (!held) { card.append(make("p", "It is not known at this time.")); return; }
+    if (!held) { card.append(make("p", "Unknown at this time.")); return; }
     const units = run.units[kind] || {};
     const known = [...held.values].filter(([, [value]]) => value !== null);
     if (known.length) card.append(rows(known.map(([a, [value, t]]) => [a, `${text(value)} ${units[a] || ""}`, button(t.toFixed(2) + " s", () => show(t))])));
-    for (const [label, mine, other] of [["relates to", 0, 2], ["is related to by", 2, 0]]) {
+    for (const [label, mine, other] of [["outgoing relations", 0, 2], ["incoming relations", 2, 0]]) {
       const found = run.edges.map((edge, i) => [edge, i]).filter(([edge, i]) => edges[i] && edge[mine] === name);
       if (found.length) card.append(make("h4", label));
       for (const [edge, i] of found) {
@@ -69,7 +69,7 @@
   const numbers = new Map(run.nodes.map(([name], i) => [name, i]));
   const choose = (i) => { chosen = i ?? null; draw(); };
 
-  // The picture.
+  // The drawing.
   const shown = new Set([...document.querySelectorAll("[data-kind]")].map((box) => box.dataset.kind));
   const visible = (i) => nodes[i] && shown.has(run.nodes[i][1]);
   const draw = () => {
@@ -116,7 +116,7 @@
     return hits;
   };
 
-  // When how much changed, under the slider.
+  // Number of changes over time, under the slider.
   const drawStrip = () => {
     const dpr = window.devicePixelRatio || 1, g = strip.getContext("2d");
     const style = getComputedStyle(document.documentElement), bins = new Array(Math.max(1, Math.round(strip.clientWidth / 3))).fill(0);
@@ -130,7 +130,7 @@
     g.globalAlpha = 1;
   };
 
-  // Moving about in the picture.
+  // Pan and zoom.
   const whole = svg.viewBox.baseVal, home = [whole.x, whole.y, whole.width, whole.height];
   let view = [...home], drag = null;
   const look = () => {

@@ -1,7 +1,7 @@
 (() => {
   const find = (id) => document.getElementById(id);
   const link = find("link"), title = find("title"), arena = makeArena(find("picture"));
-  const SPAN = 30, LINES = 60;  // seconds of a signal's history; lines of the knowledge that changed
+  const SPAN = 30, LINES = 60;  // seconds of a signal's history; lines of knowledge changes
   let run = null, t = 0, bodies = {}, agents = {}, due = false;
 
   const cell = (tag, text, name) => {
@@ -17,7 +17,7 @@
     return xs.length ? [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)] : [-1, -1, 1, 1];
   };
 
-  // One agent: what is known of it, and the elements that show it.
+  // One agent: its state, and the elements that show it.
   const makeAgent = (info, number) => {
     const box = find("agent").content.cloneNode(true).firstElementChild, parts = {};
     for (const part of box.querySelectorAll("[data-is]")) parts[part.dataset.is] = part;
@@ -25,14 +25,14 @@
     box.dataset.agent = parts.name.textContent = info.name;
     parts.who.textContent = `${info.robot}, mission ${info.mission}${info.rules?.length ? ", reflexes " + info.rules.join(", ") : ""}`;
     find("agents").append(box);
-    const mind = document.createElement("div"), route = document.createElement("span"), list = document.createElement("dl"), cells = {};
-    mind.className = "mind";
-    const head = cell("h3", info.name); head.append(route); mind.append(head, list);
+    const state = document.createElement("div"), route = document.createElement("span"), list = document.createElement("dl"), cells = {};
+    state.className = "state";
+    const head = cell("h3", info.name); head.append(route); state.append(head, list);
     for (const name of ["node", "action", "rule", "pose"]) {
       cells[name] = document.createElement("dd"); cells[name].dataset.is = name;
       list.append(cell("dt", name), cells[name]);
     }
-    find("minds").append(mind);
+    find("states").append(state);
     const declared = Object.fromEntries((info.signals || []).map((s) => [s.name, s]));
     const body = run.bodies.find((b) => b.name === info.name);
     const beams = Object.fromEntries(Object.entries(body?.beams || {}).map(
@@ -164,7 +164,7 @@
       arena.drawBody(info.hull, info.name, pose, color(agent ? agent.way : "other"));
     }
   };
-  const verdict = ({ info, outcome }) => (outcome ? `${info.name}: ${outcome[0]}${outcome[1] ? ", " + outcome[1] : ""}` : `${info.name} is under way`);
+  const verdict = ({ info, outcome }) => (outcome ? `${info.name}: ${outcome[0]}${outcome[1] ? ", " + outcome[1] : ""}` : `${info.name} is running`);
   const say = (word, name) => { link.textContent = word; link.className = "badge " + name; };
   const over = () => run !== null && Object.values(agents).every((a) => a.outcome);
   const draw = () => {
@@ -192,7 +192,7 @@
   };
   const begin = (whole) => {
     run = whole.run; bodies = {}; agents = {};
-    find("minds").replaceChildren(); find("agents").replaceChildren();
+    find("states").replaceChildren(); find("agents").replaceChildren();
     if (!run) return;
     run.outlines = (run.outlines || []).map((o) => ({ ...o, radius: o.radius || 0 }));
     run.places = (run.places || []).map((p) => ({ ...p, radius: p.radius || 0 }));

@@ -1,5 +1,5 @@
-// A mission's tree: a map of all its nodes at once, and rows of which only those in sight are drawn.
-const HEIGHT = 28, FEW = 24;  // of a row [px]; nodes that need no map
+// Tree of a mission: a map of all nodes, and rows, of which only the visible ones are drawn.
+const HEIGHT = 28, FEW = 24;  // height of a row [px]; number of nodes up to which no map is shown
 const makeTree = (map, rows, follow) => {
   const sheet = rows.firstElementChild, folded = new Set();
   let nodes = [], by = new Map(), shown = [], statuses = {}, at = null, deepest = 0, leaves = 1, stale = true;
@@ -74,7 +74,7 @@ const makeTree = (map, rows, follow) => {
     map.width = width * dpr; map.height = tall * (deepest + 1) * dpr;
     const g = map.getContext("2d"), tint = tints(), gap = tall > 5 ? 1 : 0;
     g.setTransform(dpr, 0, 0, dpr, 0, 0);
-    // What matters most is drawn last: a pixel may stand for many nodes.
+    // The most important status is drawn last, since a pixel may represent many nodes.
     for (const status of ["INVALID", "SUCCESS", "FAILURE", "RUNNING"]) {
       g.fillStyle = tint[status];
       for (const n of nodes) {

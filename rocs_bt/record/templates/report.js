@@ -6,7 +6,7 @@
   const play = find("play"), pace = find("pace");
   let now = run.start, playing = false, last = 0;
 
-  // The last index whose time is not later; -1 before the first.
+  // Index of the last time that is not later; -1 before the first.
   const before = (rows, t, key) => {
     let low = 0, high = rows.length;
     while (low < high) {
@@ -39,7 +39,7 @@
   const drawScans = (agent, body) => {
     for (const { fan, t, ranges } of agent.scans) {
       const i = before(t, now, itself);
-      if (i >= 0) arena.drawScan(fan, ranges[i], poseAt(body, t[i]));  // from where it was taken
+      if (i >= 0) arena.drawScan(fan, ranges[i], poseAt(body, t[i]));  // from the pose at the time of the scan
     }
   };
   const drawBeams = (agent, pose) => {
@@ -93,17 +93,17 @@
     });
   };
 
-  // What each agent has in mind, beside the picture.
-  const minds = run.agents.map((agent) => {
+  // State of each agent, beside the animation.
+  const states = run.agents.map((agent) => {
     const box = document.createElement("div"), title = document.createElement("h3"), route = document.createElement("span");
     const list = document.createElement("dl"), cells = {};
-    box.className = "mind"; title.append(agent.name, route); box.append(title, list);
+    box.className = "state"; title.append(agent.name, route); box.append(title, list);
     for (const name of ["node", "action", "rule", "wheels", "pose"]) {
       const term = document.createElement("dt");
       term.textContent = name; cells[name] = document.createElement("dd"); cells[name].dataset.is = name;
       list.append(term, cells[name]);
     }
-    find("minds").append(box);
+    find("states").append(box);
     return { agent, route, cells, nodes: [...document.querySelectorAll(`.tree li`)].filter((e) => e.dataset.agent === agent.name) };
   });
   const latest = (rows, key) => {
@@ -111,7 +111,7 @@
     for (const row of rows) { if (row[0] > now + 1e-6) break; said.set(key(row), row); }
     return said;
   };
-  const tellMind = ({ agent, route, cells, nodes }) => {
+  const showState = ({ agent, route, cells, nodes }) => {
     const name = routeAt(agent, now), body = run.bodies.find((b) => b.name === agent.name);
     route.textContent = name; route.style.setProperty("--c", color(name));
     const leaves = new Set(agent.leaves), statuses = latest(agent.tree, (r) => r[1]);
@@ -133,7 +133,7 @@
     slider.value = now;
     clock.textContent = now.toFixed(2);
     drawPicture();
-    minds.forEach(tellMind);
+    states.forEach(showState);
   };
   const frame = (stamp) => {
     if (!playing) return;
@@ -168,7 +168,7 @@
   window.addEventListener("resize", redraw);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   window.addEventListener("beforeprint", redraw);
-  // The page opens on the whole path, which says most at a glance.
+  // Initially the whole path is shown.
   now = run.end;
   redraw();
 })();

@@ -1,7 +1,7 @@
-"""The rover arrives. The fixture `run_scenario` comes with rocs_bt."""
+"""Test of the scenario `first`. The fixture `run_scenario` is provided by rocs_bt."""
 
 
-def test_the_rover_patrols_and_hits_nothing(run_scenario):
+def test_the_rover_reaches_its_goals_without_collision(run_scenario):
     rover = run_scenario("first", seed=1).summary.agents["R1"]
     assert rover.outcome == "success"
     assert rover.collisions == 0

@@ -1,4 +1,4 @@
-"""One planner against the other. The fixture `comparison` comes with rocs_bt, and plays the episodes once."""
+"""Comparison of the planners. The fixture `comparison` is provided by rocs_bt and plays the episodes once."""
 
 import pytest
 

@@ -1,6 +1,6 @@
-"""Visit two places, one after the other, and stand a moment at each.
+"""Visit two places in order and wait at each.
 
-The scenario places them. What stands in the way is the rules' matter.
+The scenario defines the places. The reflex rules avoid obstacles.
 """
 
 import py_trees
@@ -18,7 +18,7 @@ def build(
     cruise: PositiveMetresPerSecond = 0.4,
     rest: Seconds = 1.0,
 ) -> Behaviour:
-    """Go, rest, go, rest."""
+    """Sequence: drive to each place and wait there."""
     tree = py_trees.composites.Sequence("patrol", memory=True)
     for place in (first, second):
         tree.add_child(mission.act("GoTo", goal=place, cruise=cruise))
