@@ -1,6 +1,6 @@
 """Actions: requested by Plan and the reflexes, carried out by Execute (paper, 5.1; docs/architecture.md).
 
-An action is a dataclass whose fields are its parameters, in SI units. The annotation of a field declares its dimension
+An action is a dataclass; its fields are its parameters, in SI units. The annotation of a field declares its dimension
 in files and its valid range:
 
     @dataclass(kw_only=True, eq=False)
@@ -228,7 +228,7 @@ class MacroAction(Action):
 class InvalidAction(AtomicAction):
     """Placeholder for an action with invalid parameters; fails at once with CANNOT.
 
-    A reflex whose computed parameters are invalid still pre-empts the running action and is recorded like any other.
+    A reflex with invalid computed parameters still pre-empts the running action and is recorded like any other.
 
     Args:
         asked: Name of the requested action.

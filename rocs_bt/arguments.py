@@ -21,7 +21,7 @@ def keyword_parameters(
     """Keyword-only parameters of a function, by name.
 
     Args:
-        function: Function, or `__init__` of a class, whose `self` is skipped.
+        function: Function, or `__init__` of a class; `self` is skipped.
         positional: Names of the arguments that the engine passes by position.
         what: Name of the function in messages, such as `build`.
         write: Expected signature, for messages.

@@ -131,7 +131,7 @@ class BlockError(RocsError):
         block: Name of the block or actuator, such as `R2/monitor sonar` or `R2/wheels`.
         kind: `raised`, `ended` or `hung`.
         detail: Reason.
-        owner: `content` if an actuator failed, whose driver belongs to the robot's content; else `engine`.
+        owner: `content` for an actuator, since its driver belongs to the robot's content; else `engine`.
     """
 
     def __init__(self, block: str, kind: str, detail: str, owner: str = "engine") -> None:

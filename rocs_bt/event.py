@@ -236,7 +236,7 @@ class BlockFailed(Event, frozen=True, kw_only=True):
         block: Name of the block or of the actuator.
         kind: `raised`, `ended` or `hung`.
         detail: Reason.
-        owner: `content` if an actuator failed, whose driver belongs to the robot's content; else `engine`.
+        owner: `content` for an actuator, since its driver belongs to the robot's content; else `engine`.
     """
 
     block: str
@@ -335,7 +335,7 @@ class GoalEntered(Event, frozen=True, kw_only=True):
 
 
 class RequirementViolated(Event, frozen=True, kw_only=True):
-    """A requirement of the scenario is violated; emitted once, as soon as it is known.
+    """A requirement of the scenario is violated; emitted once, when the violation is known.
 
     Attributes:
         requirement: Name of the requirement.

@@ -26,7 +26,7 @@ MAX_PARTS = 100
 MAX_DEPTH = 100
 """Maximum nesting of tables and lists."""
 
-_SHORT = 100_000  # maximum length of a text whose parsed data is cached [characters]
+_SHORT = 100_000  # maximum length of a text to be cached [characters]
 _INTEGERS = range(-(2**63), 2**63)
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
@@ -213,7 +213,7 @@ def _dotted(line: str, at: int) -> tuple[list[str], int]:
 
 
 def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
-    """Key of a table header; an array of tables in its path stands for the newest element."""
+    """Key of a table header; an array of tables in its path means its newest element."""
     key: Key = ()
     for i, part in enumerate(name):
         key = (*key, part)

@@ -38,7 +38,7 @@ from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
 
 T = TypeVar("T")
 
-_SINGULAR = {"rules": "rule file"}  # kinds whose name is not a singular noun
+_SINGULAR = {"rules": "rule file"}  # kinds with a plural name
 
 
 class Catalog:
@@ -94,7 +94,7 @@ class Catalog:
 
     @property
     def roots(self) -> tuple[Path, ...]:
-        """Folders whose files content may name: the project and the shipped content."""
+        """Folders of the files that content may name: the project and the shipped content."""
         return tuple(root for root in (self.project, self.shipped) if root is not None)
 
     def find(self, kind: str, name: str, *, named_in: Path | None = None) -> Entry:

@@ -79,7 +79,7 @@ def _model(root: Table) -> Path | None:
 
 
 def _beside(table: Table, key: str, named: str) -> bool:
-    """Whether a file is in the robot's folder, whose files alone the robot's content hash covers."""
+    """Whether a file is in the robot's folder; the robot's content hash covers no other files."""
     path = table.beside(named)
     if any(path.resolve().is_relative_to(file.parent.resolve()) for file in (table.file, *table.bases)):
         return True
@@ -238,7 +238,7 @@ def _unique(tables: Sequence[Table]) -> Sequence[Table]:
 
 
 UNKNOWN = Limits((-1.0,), (1.0,))
-"""Placeholder for missing or invalid limits, whose fault is noted."""
+"""Placeholder for missing or invalid limits; a fault is noted."""
 
 
 def actuator_limits(table: Table, dimension: Dimension, together: bool) -> Limits:

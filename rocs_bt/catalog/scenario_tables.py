@@ -202,6 +202,6 @@ def _fact(table: Table, agents: Sequence[str]) -> FactSpec:
             table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
     for key in table.keys():  # noqa: SIM118 - a Table is no mapping
         table.raw(key)  # accepted here; the schema checks them later
-    alone = Table(table.file, table.data, table.key, table.positions)  # its faults are noted later
+    rest = Table(table.file, table.data, table.key, table.positions)  # its faults are noted later
     at = table.quantity("at", TIME, 0.0, low=0.0, high=86400.0)
-    return FactSpec(table.text("node"), table.text("kind", ""), receivers, at, alone)
+    return FactSpec(table.text("node"), table.text("kind", ""), receivers, at, rest)

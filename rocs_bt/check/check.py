@@ -67,7 +67,7 @@ def check_content(
         code: Whether missions may be loaded; if False, Python content is only parsed.
         progress: Called with the number of finished files.
         dialect: Dialect of missions in XML: `nav2`, or empty for rocs_bt's; that of the scenarios by default.
-        palettes: Files whose TreeNodesModel declares nodes used by missions in XML but not implemented here.
+        palettes: Files with a TreeNodesModel of nodes that missions in XML use but that are not implemented here.
         stub_unknown: Whether unknown nodes and trees of missions in XML are warnings, one for each name.
 
     Raises:
@@ -194,7 +194,7 @@ def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 
 
 def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """Check a schema file together with the others, whose faults are reported at their own checks."""
+    """Check a schema file together with the others; faults of the others are reported by their own checks."""
     others = [other.path for other in catalog.list("schema") if other.path.resolve() != entry.path.resolve()]
     try:
         load_schema([*others, entry.path], SCHEMA)

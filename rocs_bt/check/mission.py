@@ -21,7 +21,7 @@ from .stub_agent import idle, stub_agent
 from .xml_mission import MissionOptions, check_xml, dialect_of
 
 _GOALS = ("goal", "leader")
-"""Parameters whose value is a place or a robot to go to."""
+"""Names of parameters for a place or a robot to go to."""
 
 DEFAULT = MissionOptions()
 

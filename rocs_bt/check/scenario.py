@@ -37,7 +37,7 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             yield from error.at(scenario.file, agent.line).faults
     yield from share_faults(scenario, catalog.load_schema())
     robots = [catalog.load_robot(name) for name in scenario.robots]
-    # Not simulated: robots whose code may not run, and robots with drivers for hardware.
+    # Not simulated: robots with code that may not run, and robots with drivers for hardware.
     if all(_simulated(robot, catalog) if catalog.code else not robot.code for robot in robots):
         yield from check_feasible(scenario, catalog)
 

@@ -1,4 +1,4 @@
-"""Check of missions in XML, including files from other projects whose nodes and trees may be missing here."""
+"""Check of missions in XML, including files from other projects with nodes and trees that are missing here."""
 
 from __future__ import annotations
 

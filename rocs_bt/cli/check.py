@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     "palettes",
     multiple=True,
     type=click.Path(path_type=Path, dir_okay=False),
-    help="XML missions: file whose TreeNodesModel declares further nodes; may be repeated.",
+    help="XML missions: file with a TreeNodesModel of further nodes; may be repeated.",
 )
 @click.option(
     "--stub-unknown", is_flag=True, help="XML missions: warnings instead of errors for unknown nodes and trees."

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..record import AgentInfo, Recording
     from ..simulation.rule_replay import ReflexInput, RuleReplay
 
-_PANELS = 6  # default number of rules whose signals are drawn
+_PANELS = 6  # default number of rules with drawn signals
 
 
 @click.group()
@@ -61,7 +61,7 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
 @command.command()
 @click.argument("file", metavar="FILE|NAME")
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--agent", help="Agent whose signals are used; by default all agents that use the file.")
+@click.option("--agent", help="Use the signals of this agent; by default of all agents that use the file.")
 @click.option("--rule", "wanted", metavar="RULE", multiple=True, help="Draw the signals of this rule; may be repeated.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default RUN/rules.")
 def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out: Path | None) -> None:
@@ -90,7 +90,7 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
 @command.command()
 @click.argument("file", metavar="FILE|NAME")
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--rule", required=True, help="Rule whose firings are counted.")
+@click.option("--rule", required=True, help="Count the firings of this rule.")
 @click.option("--threshold", required=True, help="Threshold to sweep: a name in the file's [threshold] table.")
 @click.option("--from", "low", metavar="QUANTITY", help="Minimum value; by default half of the present one.")
 @click.option("--to", "high", metavar="QUANTITY", help="Maximum value; by default twice the present one.")
@@ -101,7 +101,7 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
     show_default=True,
     help="Number of values, in addition to the present one.",
 )
-@click.option("--agent", help="Agent whose signals are used; by default all agents that use the file.")
+@click.option("--agent", help="Use the signals of this agent; by default of all agents that use the file.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default RUN/rules.")
 def tune(
     file: str,

@@ -166,7 +166,7 @@ class Recorder:
         kind = type(event)
         name = codec.SCHEMA_PREFIX + kind.__name__
         channel = self._channel(codec.topic_of(kind, event.agent), name, lambda: codec.schema_of(kind))
-        self._channels[kind, event.agent] = channel, self._viewer.drawing(kind)
+        self._channels[kind, event.agent] = channel, self._viewer.converter(kind)
         return self._channels[kind, event.agent]
 
     def _show(self, message: Message, time: int) -> None:

@@ -114,7 +114,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
         struck: Number of contacts that began while the robot was stationary.
         contacts: Number of contacts by kind and geom.
         reflex_activations: Number of activations of rules.
-        reflex_refirings: Number of re-firings of rules whose action ended while they were latched.
+        reflex_refirings: Number of re-firings of latched rules after the end of their actions.
         route_switches: Number of changes between the deliberative and the reactive route.
         time_reactive: Time commanded by reflexes [s].
         time_deliberative: Time commanded by the plan [s].

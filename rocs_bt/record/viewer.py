@@ -65,7 +65,7 @@ class Viewer:
             ev.TicketChanged: self._ticket,
         }
 
-    def drawing(self, kind: type[Event]) -> Draw | None:
+    def converter(self, kind: type[Event]) -> Draw | None:
         """Function that makes messages from an event of this kind and a time [ns]; None for kinds without messages."""
         return self._draw.get(kind)
 

@@ -28,7 +28,7 @@ from ..raised import reported
 from .diverge import describe
 from .recording import Recording
 
-_RECENT = 0.5  # [s] before the time, whose events are listed
+_RECENT = 0.5  # [s] before the time; events of this interval are listed
 _RAISED = 5  # maximum number of listed exceptions of content
 _STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, Followed)  # emitted every period, not listed
 

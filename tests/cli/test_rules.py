@@ -90,7 +90,9 @@ class TestTests:
         told = rocs_bt("rules", "test")
         assert told.code == 1
         assert told.out == "1 test: 0 passed, 1 failed.\n"
-        assert re.search(r"rules/keep_clear.toml:\d+:\d+: failed: keep_clear/TurnAway, 'turns to the side", told.err)
+        assert re.search(
+            r"rules/keep_clear.toml:\d+:\d+: failed: keep_clear/TurnAway, 'turns toward the freer", told.err
+        )
         assert "on rover: at t = 0 s turn is 1.047" in told.err
 
     def test_a_file_without_tests_and_one_that_is_wrong(self, project, rocs_bt):
@@ -115,7 +117,7 @@ class TestTests:
         told = rocs_bt("rules", "test")
         assert (told.code, told.out) == (1, "1 test: 0 passed, 1 failed.\n")
         assert re.search(
-            r"rules/tests/keep_clear.toml:\d+:\d+: failed: keep_clear/TurnAway, 'turns to the side", told.err
+            r"rules/tests/keep_clear.toml:\d+:\d+: failed: keep_clear/TurnAway, 'turns toward the freer", told.err
         )
 
     @pytest.mark.parametrize(
@@ -290,7 +292,9 @@ class TestRequirements:
         )
         assert rocs_bt("check", file).code == 0
         told = rocs_bt("run", "first", "--for", "3", "--out", "out")
-        assert re.search(r"  R1 violated: hardly moves \(always speed < 0.1 m/s\), first at \d.\d+ s; least", told.out)
+        assert re.search(
+            r"  R1 violated: hardly moves \(always speed < 0.1 m/s\), first at \d.\d+ s; minimum", told.out
+        )
         page = (project / "out" / "report.html").read_text()
         assert "Requirements of R1" in page
         assert 'class="status violated"' in page

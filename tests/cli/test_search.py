@@ -45,7 +45,7 @@ def bare(tmp_path):
         (["tree", "--family", "nonsense"], "no family is named 'nonsense'"),
         (["tree"], "--family"),
         (["tree", "--family", "maze", "--set", "rows"], "--set takes NAME="),
-        (["tree", "--family", "maze", "--vary", "rows=3"], "no range of rows"),
+        (["tree", "--family", "maze", "--vary", "rows=3"], "is not a range of rows"),
         (["tree", "--family", "maze", "--failure", "success"], "success"),
         (["oracle", "--family", "maze"], "is an oracle"),
         (["tree", "--family", "maze", "--keep", ".", "--name", "a b"], "is not a valid scenario name"),

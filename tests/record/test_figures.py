@@ -87,7 +87,7 @@ def test_wheels_show_command_and_truth(run):
     assert len(canvas.axes) == 2
     command = run.agents["R2"].commands["wheels"]
     for wheel in (0, 1):
-        (told,) = artists(canvas, f"wheels-0-R2-{wheel}-told")
+        (told,) = artists(canvas, f"wheels-0-R2-{wheel}-command")
         (true,) = artists(canvas, f"wheels-0-R2-{wheel}-true")
         np.testing.assert_array_equal(told.get_ydata()[:-1], command.values[:, wheel])
         np.testing.assert_array_equal(true.get_ydata(), run.bodies["R2"].wheels[:, wheel])

@@ -128,7 +128,7 @@ def test_what_was_learnt_is_told_once_with_its_beginning_and_its_end(logs):
     assert ("origin", "pose") not in rows
     assert ("R2", "pursues origin") not in rows
     box = rows["box", "object"]
-    assert (box.first, box.last, box.count, box.begin, box.end) == ("there", "there", 3, 0.5, 1.5)
+    assert (box.first, box.last, box.count, box.begin, box.end) == ("exists", "exists", 3, 0.5, 1.5)
     near = rows["R2", "near box"]
     assert (near.first, near.last, near.count) == ("distance 1", "no", 2)
     distance = rows["box", "distance"]

@@ -80,7 +80,7 @@ def test_whoever_comes_first_and_whoever_comes_last_see_the_same(cuts):
     known = json.loads(picture.whole())
     for begin, end in zip([0, *cuts], [*cuts, len(events)], strict=True):
         picture.take(events[begin:end])
-        known = fold(known, json.loads(picture.news()))
+        known = fold(known, json.loads(picture.delta()))
     whole = json.loads(picture.whole())
     assert without_empty(known["agents"]) == without_empty(whole["agents"])
     assert (known["bodies"], known["t"]) == (whole["bodies"], whole["t"])
@@ -294,7 +294,7 @@ def test_a_browser_that_reads_nothing_does_not_keep_the_page_open():
 
 def test_a_browser_that_is_far_behind_is_let_go_and_gets_everything_when_it_comes_back():
     feed = Feed()
-    feed.update(lambda picture: picture.begin(synthetic.header()), anew=True)
+    feed.update(lambda picture: picture.begin(synthetic.header()), whole=True)
     slow, quick = feed.join(), feed.join()
     for event in EVENTS[:150]:
         feed.update(lambda picture, event=event: picture.take([event]))

@@ -88,9 +88,9 @@ def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
         page.emit(TicketChanged(t=6.2, agent="R2", ticket=9, action="Stop", priority="NORMAL", state="RUNNING", by="x"))
         until(browser, "document.querySelector('.state [data-is=action]').textContent.includes('Stop')")
         page.emit(Judged(t=6.3, agent="R2", outcome="success", time_to_goal=6.3))
-        until(browser, "link.textContent === 'over' && title.textContent === 'R2: success'")
+        until(browser, "link.textContent === 'ended' && title.textContent === 'R2: success'")
         browser.open(page.url)  # who comes after the end sees it all
-        until(browser, "link.textContent === 'over' && Number(time.textContent) === 6.3")
+        until(browser, "link.textContent === 'ended' && Number(time.textContent) === 6.3")
         assert browser.evaluate(f"{row('go to/goal known')}.innerText").startswith("SUCCESS")
         assert faults(browser) == []
         assert [u for u in browser.requests if not u.startswith((page.url, "file:", "data:", "about:"))] == []

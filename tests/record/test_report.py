@@ -116,7 +116,7 @@ def test_faults_and_a_cut_off_run_are_told(tmp_path):
     write_report(Recording.open(path), None, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert "The run ended without an outcome of R2" in page
-    assert "cut off at 2.00 s" in page
+    assert "this report, ends at 2.00 s" in page
     for text in ("sensor sonar failed: no answer", "block R2/analyze ranges hung", "struck by R1"):
         assert text in page
     assert "&lt;/script&gt;&lt;b&gt;LOST_SENSOR" in page

@@ -27,7 +27,7 @@ def test_in_a_reflex_everything_is_there(recording):
     assert set(why.bodies) == {"R1", "R2"}
     text = str(why)
     for part in [
-        *["known", "planned", "fired", "sent", "truth"],
+        *["known", "planned", "fired", "sent", "true pose"],
         FIRED.reading,
         "0.10 s ago",
         "AvoidCollision(turn=1.047)",

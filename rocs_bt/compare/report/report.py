@@ -12,7 +12,7 @@ import msgspec
 
 from ...errors import RecordingError
 from ...record import RunHeader
-from ...record.figures.figure import drawn, rendered
+from ...record.figures.figure import make_canvas, render_canvas
 from ...record.page import render_page
 from ...words import counted
 from ..comparison import Comparison, Disagreement
@@ -182,7 +182,7 @@ def _picture(
 
 
 def _svg(name: str, size: tuple[float, float], draw: Callable[[Canvas], None]) -> str:
-    return themed(name, rendered(name, lambda: drawn(size, draw), "svg").decode())
+    return themed(name, render_canvas(name, lambda: make_canvas(size, draw), "svg").decode())
 
 
 def _shown(found: Sequence[Disagreement]) -> list[Disagreement]:

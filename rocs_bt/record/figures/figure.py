@@ -73,7 +73,7 @@ class Figure(ABC):
 
     def make(self, runs: Sequence[History]) -> Canvas:
         """Draw the runs on a new canvas."""
-        return drawn(self.size, lambda canvas: self.draw(canvas, runs))
+        return make_canvas(self.size, lambda canvas: self.draw(canvas, runs))
 
     def render(self, runs: Sequence[History], form: str) -> bytes:
         """Render the figure as the content of a file; equal runs give equal bytes.
@@ -82,10 +82,10 @@ class Figure(ABC):
             runs: Runs to draw.
             form: `png`, `svg` or `pdf`.
         """
-        return rendered(self.name, lambda: self.make(runs), form)
+        return render_canvas(self.name, lambda: self.make(runs), form)
 
 
-def drawn(size: tuple[float, float], draw: Callable[[Canvas], None]) -> Canvas:
+def make_canvas(size: tuple[float, float], draw: Callable[[Canvas], None]) -> Canvas:
     """Make a canvas of a size [inch] in the style of rocs_bt and draw on it."""
     import matplotlib
     from matplotlib.figure import Figure as Canvas
@@ -96,7 +96,7 @@ def drawn(size: tuple[float, float], draw: Callable[[Canvas], None]) -> Canvas:
     return canvas
 
 
-def rendered(name: str, make: Callable[[], Canvas], form: str) -> bytes:
+def render_canvas(name: str, make: Callable[[], Canvas], form: str) -> bytes:
     """Render a canvas as the content of a file; equal drawings give equal bytes.
 
     Args:

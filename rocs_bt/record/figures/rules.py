@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import RecordingError
-from .figure import INK, MUTED, OTHER, PLACE, ROUTES, WORST, drawn, rendered
+from .figure import INK, MUTED, OTHER, PLACE, ROUTES, WORST, make_canvas, render_canvas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,7 +63,7 @@ def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], tit
     Args:
         t: Times [s], shape (n,).
         traces: All rules of the file.
-        shown: Names of the rules whose signals are drawn.
+        shown: Names of the rules with drawn signals.
         title: Title of the figure.
     """
     panels = [(trace, unit) for trace in traces if trace.name in shown for unit in trace.panels]
@@ -79,7 +79,7 @@ def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], tit
         if len(t):
             grid[-1, 0].set_xlim(t[0], t[-1])
 
-    return drawn((7.6, 0.9 + 1.35 * sum(heights)), draw)
+    return make_canvas((7.6, 0.9 + 1.35 * sum(heights)), draw)
 
 
 def draw_sweep(
@@ -116,7 +116,7 @@ def draw_sweep(
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
-    return drawn((7.2, 3.6), draw)
+    return make_canvas((7.2, 3.6), draw)
 
 
 def write_picture(name: str, canvas: Canvas, folder: Path) -> list[Path]:
@@ -129,7 +129,7 @@ def write_picture(name: str, canvas: Canvas, folder: Path) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for path in paths:
-            path.write_bytes(rendered(name, lambda: canvas, path.suffix[1:]))
+            path.write_bytes(render_canvas(name, lambda: canvas, path.suffix[1:]))
     except OSError as error:
         raise RecordingError(f"the pictures cannot be written to '{folder}': {error.strerror}.") from error
     return paths

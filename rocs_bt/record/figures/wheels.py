@@ -49,7 +49,7 @@ class Wheels(Figure):
             style = {**line_style(r), "linewidth": 0.9}
             commanded = np.append(command.values[:, wheel], command.values[-1, wheel])
             times = np.append(command.t, run.end)
-            axes.step(times, commanded, where="post", color=INK, label=f"commanded{tag}", gid=f"{gid}-told", **style)
+            axes.step(times, commanded, where="post", color=INK, label=f"commanded{tag}", gid=f"{gid}-command", **style)
         body = run.bodies.get(name)
         if body is not None and wheel < body.wheels.shape[1]:
             style = {**line_style(r), "linewidth": 2.2, "alpha": 0.6}

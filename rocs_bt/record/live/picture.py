@@ -68,7 +68,7 @@ class Rule(msgspec.Struct, frozen=True):
 class Agent(msgspec.Struct, omit_defaults=True):
     """Agent: tree and statuses, signals, rules, ranges and tickets by name, knowledge changes, faults and outcome.
 
-    `swapped` is the path of a removed subtree, whose statuses are void.
+    `swapped` is the path of a removed subtree; its statuses are void.
     """
 
     tree: tuple[TreeNode, ...] | None = None

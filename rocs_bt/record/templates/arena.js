@@ -48,12 +48,12 @@ const makeArena = (picture) => {
     beams.forEach(([bx, by, yaw, reach, cone], k) => {
       const echo = echoes[k];
       if (echo === -1) return;
-      const [x, y] = placed(pose, [bx, by]), way = pose.yaw + yaw, r = Math.min(echo ?? reach, reach) * scale;
+      const [x, y] = placed(pose, [bx, by]), angle = pose.yaw + yaw, r = Math.min(echo ?? reach, reach) * scale;
       g.globalAlpha = echo === null ? 0.09 : 0.55;
       g.fillStyle = g.strokeStyle = echo === null ? color("muted") : color("beam");
       g.beginPath(); g.moveTo(X(x), Y(y));
-      if (cone > 0) { g.arc(X(x), Y(y), r, -way - cone / 2, -way + cone / 2); g.closePath(); g.fill(); }
-      else { g.lineTo(X(x) + r * Math.cos(way), Y(y) - r * Math.sin(way)); g.stroke(); }
+      if (cone > 0) { g.arc(X(x), Y(y), r, -angle - cone / 2, -angle + cone / 2); g.closePath(); g.fill(); }
+      else { g.lineTo(X(x) + r * Math.cos(angle), Y(y) - r * Math.sin(angle)); g.stroke(); }
     });
     g.globalAlpha = 1;
   };
@@ -61,8 +61,8 @@ const makeArena = (picture) => {
   const drawScan = ([fx, fy, first, step, reach], echoes, pose) => {
     const eye = placed(pose, [fx, fy]);
     const ends = echoes.map((echo, k) => {
-      const way = pose.yaw + first + k * step, r = echo === -1 ? 0 : Math.min(echo ?? reach, reach);
-      return [eye[0] + r * Math.cos(way), eye[1] + r * Math.sin(way)];
+      const angle = pose.yaw + first + k * step, r = echo === -1 ? 0 : Math.min(echo ?? reach, reach);
+      return [eye[0] + r * Math.cos(angle), eye[1] + r * Math.sin(angle)];
     });
     outline([eye, ...ends]);
     g.fillStyle = color("beam"); g.globalAlpha = 0.07; g.fill(); g.globalAlpha = 0.9;

@@ -46,7 +46,7 @@
     table.append(body);
     return table;
   };
-  const tell = () => {
+  const showCard = () => {
     const card = find("card");
     if (chosen === null) return;
     const [name, kind] = run.nodes[chosen], held = nodes[chosen], title = make("h3", name);
@@ -91,7 +91,7 @@
     svg.dataset.count = count;
     for (const box of document.querySelectorAll("[data-kind]")) box.parentElement.querySelector("span").textContent = counts.get(box.dataset.kind) || 0;
     search();
-    tell();
+    showCard();
   };
   const show = (t) => {
     now = Math.min(run.end, Math.max(run.begin, t));
@@ -110,9 +110,9 @@
       dot.classList.toggle("hit", Boolean(fits));
       if (fits) hits.push(i);
     });
-    const told = find("hits");
-    told.replaceChildren(wanted === "" ? "" : `${hits.length} of ${svg.dataset.count}: `);
-    for (const i of hits.slice(0, 8)) told.append(button(run.nodes[i][0], () => choose(i)));
+    const result = find("hits");
+    result.replaceChildren(wanted === "" ? "" : `${hits.length} of ${svg.dataset.count}: `);
+    for (const i of hits.slice(0, 8)) result.append(button(run.nodes[i][0], () => choose(i)));
     return hits;
   };
 

@@ -41,39 +41,39 @@
       ([sensor, f]) => [sensor, [f.x, f.y, f.yaw, f.step, f.reach]]));
     return {
       info, parts, route, cells, declared, beams, fans, tree: makeTree(parts.map, parts.rows, parts.follow),
-      nodes: {}, signals: {}, past: {}, rules: {}, ranges: {}, tickets: {}, outcome: null, way: "idle", lines: {}, fresh: new Set(),
+      nodes: {}, signals: {}, past: {}, rules: {}, ranges: {}, tickets: {}, outcome: null, activeRoute: "idle", lines: {}, fresh: new Set(),
     };
   };
-  const takeAgent = (agent, news) => {
-    if (news.tree) {
-      const paths = new Set(news.tree.map((n) => n.path));
-      agent.tree.set(news.tree);
+  const takeAgent = (agent, delta) => {
+    if (delta.tree) {
+      const paths = new Set(delta.tree.map((n) => n.path));
+      agent.tree.set(delta.tree);
       for (const path of Object.keys(agent.nodes)) if (!paths.has(path)) delete agent.nodes[path];
-      agent.parts.count.textContent = news.tree.length === 1 ? "1 node" : news.tree.length + " nodes";
+      agent.parts.count.textContent = delta.tree.length === 1 ? "1 node" : delta.tree.length + " nodes";
     }
-    if (news.swapped) for (const path of Object.keys(agent.nodes)) if (path === news.swapped || path.startsWith(news.swapped + "/")) delete agent.nodes[path];
-    if (news.nodes || news.tree) { Object.assign(agent.nodes, news.nodes); agent.tree.say(agent.nodes); }
-    for (const [name, values] of Object.entries(news.signals || {})) {
+    if (delta.swapped) for (const path of Object.keys(agent.nodes)) if (path === delta.swapped || path.startsWith(delta.swapped + "/")) delete agent.nodes[path];
+    if (delta.nodes || delta.tree) { Object.assign(agent.nodes, delta.nodes); agent.tree.setStatuses(agent.nodes); }
+    for (const [name, values] of Object.entries(delta.signals || {})) {
       agent.signals[name] = values; agent.fresh.add(name);
       const past = (agent.past[name] ||= []);
       past.push([t, values[0]]);
       while (past.length && past[0][0] < t - SPAN) past.shift();
     }
-    Object.assign(agent.rules, news.rules); Object.assign(agent.ranges, news.ranges);
-    for (const [number, ticket] of Object.entries(news.tickets || {})) {
+    Object.assign(agent.rules, delta.rules); Object.assign(agent.ranges, delta.ranges);
+    for (const [number, ticket] of Object.entries(delta.tickets || {})) {
       if (ticket[1] === "QUEUED" || ticket[1] === "RUNNING") agent.tickets[number] = ticket; else delete agent.tickets[number];
     }
-    if (news.route) agent.way = news.route;
-    if (news.outcome) agent.outcome = news.outcome;
-    if (news.rules) drawRules(agent);
+    if (delta.route) agent.activeRoute = delta.route;
+    if (delta.outcome) agent.outcome = delta.outcome;
+    if (delta.rules) drawRules(agent);
     const { knowledge, faults } = agent.parts;
-    for (const [at, what, subject, name, value] of news.knowledge || []) {
+    for (const [at, what, subject, name, value] of delta.knowledge || []) {
       const line = document.createElement("li");
       line.append(cell("time", at.toFixed(2) + " s"), " ", fact(what, subject, name, value));
       knowledge.prepend(line);
     }
     while (knowledge.children.length > LINES) knowledge.lastElementChild.remove();
-    for (const [at, text] of news.faults || []) { faults.hidden = false; faults.append(cell("li", `${at.toFixed(2)} s  ${text}`)); }
+    for (const [at, text] of delta.faults || []) { faults.hidden = false; faults.append(cell("li", `${at.toFixed(2)} s  ${text}`)); }
   };
   const fact = (what, subject, name, value) => {
     const line = document.createElement("span"), shown = Array.isArray(value) ? value.map(short).join(", ") : short(value);
@@ -129,15 +129,15 @@
       }
       const values = agent.signals[name], units = agent.declared[name]?.units || [], numbers = values.filter((v) => typeof v === "number");
       line.value.textContent = values.length > 3
-        ? `least ${numbers.length ? short(Math.min(...numbers)) : values[0]} ${units[0] || ""} of ${values.length}`
+        ? `min ${numbers.length ? short(Math.min(...numbers)) : values[0]} ${units[0] || ""} of ${values.length}`
         : values.map((v, i) => short(v) + (units[i] && units[i] !== units[i + 1] ? " " + units[i] : "")).join(", ");
       spark(line.canvas, agent.past[name], values);
     }
     agent.fresh.clear();
   };
-  const drawMind = (agent) => {
+  const drawState = (agent) => {
     const { cells, route } = agent, pose = bodies[agent.info.name]?.pose;
-    route.textContent = agent.way; route.style.setProperty("--c", color(agent.way));
+    route.textContent = agent.activeRoute; route.style.setProperty("--c", color(agent.activeRoute));
     const nodes = agent.tree.running();
     cells.node.textContent = nodes.slice(0, 3).join(", ") + (nodes.length > 3 ? ` and ${nodes.length - 3} more` : "") || "–";
     cells.action.textContent = Object.values(agent.tickets).filter((k) => k[1] === "RUNNING").map((k) => k[0]).join(", ") || "–";
@@ -161,33 +161,33 @@
       const [x, y, yaw] = body.pose, pose = { x, y, yaw };
       for (const [sensor, beams] of Object.entries(agent?.beams || {})) if (agent.ranges[sensor]) arena.drawBeams(beams, agent.ranges[sensor], pose);
       for (const [sensor, fan] of Object.entries(agent?.fans || {})) if (agent.ranges[sensor]) arena.drawScan(fan, agent.ranges[sensor], pose);
-      arena.drawBody(info.hull, info.name, pose, color(agent ? agent.way : "other"));
+      arena.drawBody(info.hull, info.name, pose, color(agent ? agent.activeRoute : "other"));
     }
   };
   const verdict = ({ info, outcome }) => (outcome ? `${info.name}: ${outcome[0]}${outcome[1] ? ", " + outcome[1] : ""}` : `${info.name} is running`);
-  const say = (word, name) => { link.textContent = word; link.className = "badge " + name; };
-  const over = () => run !== null && Object.values(agents).every((a) => a.outcome);
+  const setBadge = (word, name) => { link.textContent = word; link.className = "badge " + name; };
+  const ended = () => run !== null && Object.values(agents).every((a) => a.outcome);
   const draw = () => {
     due = false;
     if (run === null) return;
     find("time").textContent = t.toFixed(2);
     title.textContent = Object.values(agents).map(verdict).join("; ") || run.scenario;
-    if (over()) {
+    if (ended()) {
       const good = Object.values(agents).every((a) => a.outcome[0] === "success");
-      say("over", good ? "success" : "failed");
-    } else say("live", "live");
+      setBadge("ended", good ? "success" : "failed");
+    } else setBadge("live", "live");
     drawPicture();
-    for (const agent of Object.values(agents)) { agent.tree.draw(); drawSignals(agent); drawMind(agent); }
+    for (const agent of Object.values(agents)) { agent.tree.draw(); drawSignals(agent); drawState(agent); }
   };
 
-  const take = (news) => {
-    t = news.t ?? 0;
-    for (const [name, told] of Object.entries(news.bodies || {})) {
+  const take = (delta) => {
+    t = delta.t ?? 0;
+    for (const [name, part] of Object.entries(delta.bodies || {})) {
       const body = (bodies[name] ||= { trail: [], pose: null });
-      if (told.pose) body.pose = told.pose;
-      for (const point of told.trail || []) body.trail.push(point);
+      if (part.pose) body.pose = part.pose;
+      for (const point of part.trail || []) body.trail.push(point);
     }
-    for (const [name, told] of Object.entries(news.agents || {})) if (agents[name]) takeAgent(agents[name], told);
+    for (const [name, part] of Object.entries(delta.agents || {})) if (agents[name]) takeAgent(agents[name], part);
     if (!due) { due = true; requestAnimationFrame(draw); }
   };
   const begin = (whole) => {
@@ -207,8 +207,8 @@
   source.addEventListener("whole", (event) => begin(JSON.parse(event.data)));
   source.addEventListener("message", (event) => take(JSON.parse(event.data)));
   source.addEventListener("error", () => {
-    if (over()) source.close();
-    else say("no connection", "failed");
+    if (ended()) source.close();
+    else setBadge("no connection", "failed");
   });
   const redraw = () => { if (run) { arena.fit(bounds()); Object.values(agents).forEach((a) => { a.tree.resize(); Object.keys(a.signals).forEach((s) => a.fresh.add(s)); }); draw(); } };
   window.addEventListener("resize", redraw);

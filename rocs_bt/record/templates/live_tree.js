@@ -35,7 +35,7 @@ const makeTree = (map, rows, follow) => {
 
   const drawRow = (node, i) => {
     const row = document.createElement("div"), status = document.createElement("span"), name = document.createElement("b");
-    const said = statuses[node.path];
+    const entry = statuses[node.path];
     row.className = `row ${of(node)}${node === at ? " at" : ""}${node.children ? "" : " leaf"}`;
     row.style.top = i * HEIGHT + "px";
     row.id = rows.id + "-" + i;
@@ -54,7 +54,7 @@ const makeTree = (map, rows, follow) => {
     name.textContent = node.name; row.append(name);
     const type = document.createElement("i");
     type.textContent = " " + node.type; row.append(type);
-    if (said && said[1]) { const text = document.createElement("span"); text.className = "feedback"; text.textContent = "  " + said[1]; row.append(text); }
+    if (entry && entry[1]) { const text = document.createElement("span"); text.className = "feedback"; text.textContent = "  " + entry[1]; row.append(text); }
     row.addEventListener("click", () => go(node));
     return row;
   };
@@ -126,7 +126,7 @@ const makeTree = (map, rows, follow) => {
   });
   return {
     set, draw, size: () => nodes.length,
-    say: (all) => { statuses = all; stale = true; },
+    setStatuses: (all) => { statuses = all; stale = true; },
     resize: () => { stale = true; draw(); },
     running: () => nodes.filter((n) => !n.children && of(n) === "RUNNING").map((n) => n.name),
   };

@@ -107,9 +107,9 @@
     return { agent, route, cells, nodes: [...document.querySelectorAll(`.tree li`)].filter((e) => e.dataset.agent === agent.name) };
   });
   const latest = (rows, key) => {
-    const said = new Map();
-    for (const row of rows) { if (row[0] > now + 1e-6) break; said.set(key(row), row); }
-    return said;
+    const found = new Map();
+    for (const row of rows) { if (row[0] > now + 1e-6) break; found.set(key(row), row); }
+    return found;
   };
   const showState = ({ agent, route, cells, nodes }) => {
     const name = routeAt(agent, now), body = run.bodies.find((b) => b.name === agent.name);
