@@ -312,7 +312,7 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
     body = MockRobot(world, robot_drive(spec.drive), rocs_bt.Pose2(0.0, 0.0, 0.0))
     gate = spec.actuators[0].guard(Wheels(body), clock, PERIOD)
     body.gates.append(gate)
-    mind = Controller(
+    controller = Controller(
         build=lambda mission: Shuttle("shuttle", **mission.parts),
         reflexes=lambda knowledge: [KeepOff(knowledge)],
         actions=[Creep, Spin, TurnBack, BackOff],
@@ -330,7 +330,7 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
     agent = rocs_bt.build_agent(
         "R1",
         devices,
-        mind,
+        controller,
         rocs_bt.Rates(control=every_period, plan=Rate(2, PERIOD)),
         Runtime(clock, Printer()),
         load_class=lambda file, name: globals()[name],  # the classes are in this file

@@ -102,7 +102,7 @@ def bend_off(body: Body, speed: float) -> float:
 
     Args:
         body: Robot.
-        speed: Speed, whose sign selects the value for ahead or for back [m/s].
+        speed: Speed; its sign selects the value for ahead or for back [m/s].
     """
     signals = body.knowledge.signals
     if "bend_off" not in signals:

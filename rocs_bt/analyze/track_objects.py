@@ -52,14 +52,14 @@ class TrackObjects(Analyze):
     Args:
         ranges: Name of the signal with the ranges.
         mounts: Origin and direction of each beam, body frame: x [m], y [m], bearing [rad]; neighbours in order. Omit it
-            for a scanner, whose [[sensor]] table declares its mount.
+            for a scanner: its [[sensor]] table declares the mount.
         half_angle: Half the opening angle of each beam [rad].
         reach: Maximum range [m].
         noise: Standard deviation of a range [m].
         largest: Maximum size of an object [m].
         half_life: Time out of view in which the existence is halved [s].
-        mobility: Standard deviation of the expected speeds [m/s]; small for sonars, whose echoes slide along stationary
-            objects while the robot drives past.
+        mobility: Standard deviation of the expected speeds [m/s]; small for sonars, because their echoes slide along
+            stationary objects while the robot drives past.
         peer_radius: Distance from a known peer within which echoes are ignored [m].
 
     Raises:

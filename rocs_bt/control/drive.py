@@ -1,7 +1,7 @@
 """Drive kinematics between wheel speeds and body twist, as small matrices.
 
 Source: Lynch and Park, Modern Robotics (2017), 13.2 (mecanum) and 13.3 (differential). A skid drive is a
-differential one whose effective track, wider than the built one, is identified from turns (Mandow et al.,
+differential one with an effective track, wider than the built one and identified from turns (Mandow et al.,
 Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007).
 
 Here and in the follower matrices are multiplied by `dot`: for small ones it is twice as fast as `@`, with bit-identical

@@ -168,7 +168,7 @@ def _turned(arms: Array, forces: Array) -> Array:
 def _moved(force: Array, turn: Array, aside: Array) -> Array:
     """Steps of the band's points from forces and torques on the hull, shape (k, 2) [m].
 
-    A torque turns the hull, whose heading is that of the chord between the neighbouring points.
+    A torque turns the hull by moving the neighbouring points: the chord between these defines the heading.
     """
     step, turning = force.copy(), turn[:, None] * aside / (2.0 * STEP)
     step[1:] += turning[:-1]
@@ -178,7 +178,7 @@ def _moved(force: Array, turn: Array, aside: Array) -> Array:
 
 @lru_cache(maxsize=512)
 def _stiff(count: int, first: int, stiff: float) -> tuple[tuple[Array, bool], Array]:
-    """Bending matrix I + stiff D'D of a band whose first points and last point are fixed.
+    """Bending matrix I + stiff D'D of a band with fixed first points and a fixed last point.
 
     Returns:
         Cholesky factor of the block of the free points, and the rows of the free points with only the columns of the

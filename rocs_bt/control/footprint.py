@@ -12,7 +12,7 @@ from ..geometry import Twist2
 from .drive import Array
 
 GROUP = 4
-"""Number of consecutive poses whose nearest points are searched together."""
+"""Number of consecutive poses with a common search for the nearest points."""
 
 CLOSING = 0.008
 """Approach of a point inside the margin that counts as contact [m]; below it the point is only passed."""
@@ -98,7 +98,7 @@ class Footprint:
             Time of contact [s]; +inf without contact.
         """
         turn = twist.turn * times
-        # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0: see geometry.along_arc.
+        # sin(a)/a and (1 - cos(a))/a, with limits 1 and 0 at zero: see geometry.along_arc.
         small = np.abs(turn) < 1e-6
         safe = np.where(small, 1.0, turn)
         along, across = np.where(small, 1.0, np.sin(safe) / safe), np.where(small, 0.0, (1.0 - np.cos(safe)) / safe)

@@ -1,6 +1,6 @@
 """Extended Kalman filter over pose and gyro bias.
 
-The prediction uses wheels and gyro: each short motion is an arc, whose body-frame noise grows with the distance. The
+The prediction uses wheels and gyro: each short motion is an arc with body-frame noise that grows with the distance. The
 corrections are position and heading fixes in the world frame. With a gyro, its bias is estimated from the fixes.
 Sources: Thrun, Burgard and Fox, Probabilistic Robotics (2005), 5.4 (odometry as a control) and 7.4 (the filter);
 Borenstein and Feng, Gyrodometry, ICRA 1996 (the turn from the gyro, where there is one).

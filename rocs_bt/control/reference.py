@@ -56,7 +56,7 @@ class PathReference(Reference):
 
     A delayed robot therefore continues from its position instead of chasing a moving target. The arc lengths are s0 +
     the integral of min(profile(s), v + a t). A robot with a large heading error turns on the spot first, and so does a
-    robot at a sharp corner, whose arc length is set to the start of the next leg.
+    robot at a sharp corner, after which the arc length is that of the next leg's start.
 
     Args:
         path: Path.

@@ -48,7 +48,7 @@ class Machine(Protocol):
 
     @property
     def blind(self) -> Sequence[float]:
-        """Nonzero for rules whose guard or release was invalid, shape (R,)."""
+        """Nonzero for rules with an invalid guard or release, shape (R,)."""
         ...
 
     @property

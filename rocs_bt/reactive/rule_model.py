@@ -28,7 +28,7 @@ from .rule_table import RuleTable, carry, lower_rules
 
 
 def stateless_rule(rule: Rule, indices: Mapping[Node, int]) -> Rule:
-    """A rule whose temporal operations are replaced by reads from an extended snapshot.
+    """A rule with its temporal operations replaced by reads from an extended snapshot.
 
     Args:
         rule: Rule.

@@ -131,7 +131,7 @@ CASES = [
         "shadowed",
         file_of((A, 'when = "min(front) < 0.3 m and speed > 0 m/s"', "priority = 4"), ("B", NEAR, "priority = 9")),
         "3:9",
-        r"A never acts: .* so is B, .*priority of 9 .*with front\[0\] = 0.1 m, each other front = 1 m, speed = 1",
+        r"A never acts: .* so is B, .*priority of 9, .*with front\[0\] = 0.1 m, each other front = 1 m, speed = 1",
         file_of((A, 'when = "min(front) < 0.3 m and speed > 0 m/s"', "priority = 9"), ("B", NEAR, "priority = 4")),
     ),
     (
@@ -255,7 +255,7 @@ FIT_CASES = [
         "max_age below the period",
         file_of((A, 'when = "min(front) < 0.4 m and turn_rate > 1 rad/s"')),
         "3:32",
-        r"A reads turn_rate, whose max_age of 0.01 s is less than the control period of 0.05 s",
+        r"A reads turn_rate with a max_age of 0.01 s, less than the control period of 0.05 s",
         file_of((A, NEAR)),
     ),
     (

@@ -59,7 +59,7 @@ def check_period(case: Case, rule: Rule, period: float) -> None:
                     reported.add(name)
                     case.warn(
                         rule, key,
-                        f"{short(rule)} reads {name}, whose max_age of {age:g} s is less than the control period of "
+                        f"{short(rule)} reads {name} with a max_age of {age:g} s, less than the control period of "
                         f"{period:g} s: written at 0 s it is invalid at {period:g} s.",
                         f"Give its sensor a max_age of several periods, such as {3 * period:g} s, in robot.toml.",
                         node, column,
@@ -91,14 +91,14 @@ _TIME = TIME.exponents.index(1)
 
 
 def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
-    """Report a rule whose action cannot cause its release.
+    """Report a rule with an action that cannot cause its release.
 
     An action that does not move the robot changes only its speeds. The finding is proved: if the guard holds, the
     release does not hold after the speeds have become 0 with all other signals unchanged.
 
     Args:
         case: Rule set.
-        rule: Rule of the set, whose guard can hold while all signals are valid.
+        rule: Rule of the set; its guard can hold while all signals are valid.
         action: Action of the rule.
     """
     if any(argument.value is None for argument in rule.arguments.values()):
@@ -374,7 +374,7 @@ def check_pairs(case: Case) -> None:
 def _covering(
     rules: Sequence[Rule], truths: NDArray[np.float32], alive: NDArray[np.bool_]
 ) -> Iterator[tuple[int, list[int]]]:
-    """For each rule, rules of higher priority whose guards held on all samples on which its own held."""
+    """For each rule, rules of higher priority with guards that held on all samples on which its own held."""
     uncovered = truths @ (1.0 - truths).T  # (R, R): number of samples on which the one held and the other did not
     priority = np.array([rule.priority for rule in rules])
     for i, rule in enumerate(rules):
@@ -405,8 +405,8 @@ def _shadowed(case: Case, rule: Rule, others: Sequence[Rule]) -> None:
             example = case.shown(case.prover.example(guard), [guard, above.when.node])
             case.warn(
                 rule, "when",
-                f"{short(rule)} never acts: whenever it is latched, so is {short(above)}, whose priority of "
-                f"{above.priority} is higher than {rule.priority}; both hold, for example, with {example}.",
+                f"{short(rule)} never acts: whenever it is latched, so is {short(above)}, with a priority of "
+                f"{above.priority}, higher than {rule.priority}; both hold, for example, with {example}.",
                 f"Give {short(rule)} the higher priority, or a guard that is not covered by that of {short(above)}.",
                 guard,
             )  # fmt: skip

@@ -134,7 +134,7 @@ def sample_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array
     """Sample snapshots near the numbers that expressions compare with; deterministic.
 
     Args:
-        nodes: Expressions, at whose numbers truth values change.
+        nodes: Expressions; truth values change at their numbers.
         bounds: Minimum and maximum at each index.
         count: Number of snapshots.
 

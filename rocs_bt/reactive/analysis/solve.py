@@ -47,8 +47,8 @@ class _End:
     Attributes:
         value: Sum; infinite if a term is, NaN if infinite values of opposite signs may occur in it.
         finite: Sum of the finite terms.
-        unbounded: Variables whose terms are unbounded in this direction.
-        open: Number of terms whose end is excluded.
+        unbounded: Variables with an unbounded term in this direction.
+        open: Number of terms with an excluded end.
         why: Bit set of the decisions from which it follows.
     """
 
@@ -86,7 +86,7 @@ class _State:
     Attributes:
         spans: Intervals of the variables, if narrower than their ranges.
         open: Undecided rows and choices.
-        changed: Bit set of the variables whose interval has changed since the open parts were evaluated.
+        changed: Bit set of the variables with a changed interval since the open parts were evaluated.
     """
 
     def __init__(self, spans: dict[int, Span], open_parts: list[_Part]) -> None:
