@@ -32,7 +32,7 @@ from rocs_bt.knowledge.share import Sharing
 from rocs_bt.plan import Mission
 from rocs_bt.record import Recorder, RunHeader
 from rocs_bt.simulation import SinkThread
-from rocs_bt.testing.mock_agent import MockStage, mock_agent, mock_rates
+from rocs_bt.testing.mock_agent import MockDevices, mock_agent, mock_rates
 
 CROSSINGS = size(200, 2)
 P50, P99 = 2.0, 10.0  # [ms]
@@ -100,7 +100,7 @@ def measure(
         drive = mission.act("GoTo", goal="far")
         return Parallel("both", ParallelPolicy.SuccessOnAll(synchronise=False), [drive, Burn(burn)])
 
-    def prepare(stage: MockStage) -> None:
+    def prepare(stage: MockDevices) -> None:
         stage.sensors["sonar"] = sonar
         stage.actuators["wheels"].wrap(lambda device: wheels)
 

@@ -1,4 +1,4 @@
-"""Claims about planners, as assertions that pass, fail, or are inconclusive."""
+"""Claims about planners as assertions that pass, fail, or are inconclusive."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from ..compare.statistics import LEVEL, Floats, upper_bound
 from ..compare.verdict import Verdict
 from ..words import counted
 
-_TOLD = 5  # episodes that are listed
-_MANY = 200  # times as many scenes, at most
+_LISTED = 5  # maximum number of listed episodes
+_MAX_FACTOR = 200  # largest multiple of the sample size that `_needed` tries
 
 Check = Callable[[str, str], Sequence[EpisodeRecord]]
 
 
 class Inconclusive(Exception):
-    """The episodes neither bear a claim out nor refute it."""
+    """The episodes neither confirm nor refute a claim."""
 
 
 class Claims:
-    """What tests say of the episodes of a comparison; the fixture `comparison`.
+    """Assertions about the episodes of a comparison; the fixture `comparison`.
 
-    Each assertion is one claim, whose confidence is its own. A claim that fails names the episodes that speak against
-    it, each with the command that plays it again.
+    Each assertion is one claim with its own confidence level. A failed claim lists the episodes against it, each with
+    the command that replays it.
 
     Args:
         comparison: The episodes.
-        check: Gives the episodes of a planner, played with one more requirement.
+        check: Function that returns a planner's episodes, played with one more requirement.
 
     Attributes:
-        comparison: The episodes, for whatever else a test asks of them.
+        comparison: The episodes, for other assertions.
     """
 
     def __init__(self, comparison: Comparison, check: Check) -> None:
@@ -47,39 +47,37 @@ class Claims:
     def assert_better(
         self, a: str, b: str, metric: str = "success", *, margin: float = 0.0, level: float = LEVEL
     ) -> Verdict:
-        """Planner a is better than planner b, by more than a margin.
+        """Assert that planner a is better than planner b by more than a margin.
 
         Args:
-            a: A planner.
-            b: Another.
-            metric: In what.
-            margin: By how much more than this, in the metric's unit.
-            level: The confidence.
+            a: Name of a planner.
+            b: Name of another planner.
+            metric: The metric.
+            margin: Margin in the metric's unit.
+            level: Confidence level.
 
         Raises:
-            Inconclusive: That cannot be told from these episodes.
+            Inconclusive: The episodes do not decide the claim.
         """
         return self._judged(self.comparison.verdict(a, b, metric, margin=margin, level=level))
 
     def assert_not_worse(
         self, a: str, b: str, metric: str = "success", *, margin: float, level: float = LEVEL
     ) -> Verdict:
-        """Planner a is not worse than planner b by more than a margin: the whole interval lies above it.
+        """Assert that planner a is worse than planner b by at most a margin: the whole interval lies above -margin.
 
         Args:
-            a: A planner.
-            b: Another, such as the one before a change.
-            metric: In what.
-            margin: How much worse would do, in the metric's unit; above 0.
-            level: The confidence.
+            a: Name of a planner.
+            b: Name of another planner, such as the version before a change.
+            metric: The metric.
+            margin: Largest accepted disadvantage, in the metric's unit; above 0.
+            level: Confidence level.
 
         Raises:
-            Inconclusive: That cannot be told from these episodes.
+            Inconclusive: The episodes do not decide the claim.
         """
         if not margin > 0.0:
-            raise ValueError(
-                f"a margin is above 0, found {margin:g}: nobody is ever seen to be worse by nothing at all."
-            )
+            raise ValueError(f"the margin must be above 0, found {margin:g}: no sample can confirm a margin of 0.")
         return self._judged(self.comparison.verdict(a, b, metric, margin=-margin, level=level))
 
     def assert_rate(
@@ -91,20 +89,20 @@ class Claims:
         lower: float | None = None,
         level: float = LEVEL,
     ) -> None:
-        """The true share of successes, or of collisions, is at most `upper`, or at least `lower`, by its exact bound.
+        """Assert that the true success or collision rate is at most `upper` or at least `lower`, by its exact bound.
 
         Args:
-            planner: Whose.
+            planner: Name of the planner.
             metric: `success` or `collision`.
-            upper: What it must not be above.
-            lower: What it must not be below.
-            level: The confidence of each.
+            upper: Upper limit of the rate.
+            lower: Lower limit of the rate.
+            level: Confidence level of each bound.
 
         Raises:
-            Inconclusive: That cannot be told from these episodes.
+            Inconclusive: The episodes do not decide the claim.
         """
         if (upper is None) == (lower is None):
-            raise ValueError("say either upper=... or lower=... of a rate.")
+            raise ValueError("give either upper= or lower=.")
         least, most = self.comparison.bounds(planner, metric, level)
         values = self.comparison.sample(planner, metric)
         limit = upper if upper is not None else lower or 0.0
@@ -113,26 +111,26 @@ class Claims:
             return
         count = f"{np.nansum(values):g} of {counted(int((~np.isnan(values)).sum()), 'episode')}"
         words = "at most" if upper is not None else "at least"
-        told = f"{planner}'s {metric} rate, {count}, is {least:.3g} at least and {most:.3g} at most ({level:.0%} each)"
+        found = f"{planner}'s {metric} rate, {count}, is at least {least:.3g} and at most {most:.3g} ({level:.0%} each)"
         if bad:
             sign = 1.0 if upper is not None else 0.0
             against = [r for r in self.comparison.of(planner) if r.metrics.get(metric) == sign]
-            pytest.fail(f"{told}, and so not {words} {limit:g}\n{_listed(against)}", pytrace=False)
+            pytest.fail(f"{found}, and so not {words} {limit:g}\n{_listed(against)}", pytrace=False)
         needed = _needed(values, upper, lower, level)
-        more = f"; about {needed} {self.comparison.kind} would do" if needed else ""
-        raise Inconclusive(f"inconclusive whether it is {words} {limit:g}: {told}{more}")
+        more = f"; about {needed} {self.comparison.kind} needed" if needed else ""
+        raise Inconclusive(f"inconclusive whether it is {words} {limit:g}: {found}{more}")
 
     def assert_always(self, planner: str, requirement: str) -> None:
-        """A requirement holds at every moment of every episode, in the language of requirements.
+        """Assert that a requirement holds at every moment of every episode.
 
-        The planner's episodes are played once more, with the requirement watched; they are kept as others are.
+        The planner's episodes are played again with the requirement monitored, and stored like others.
 
         Args:
-            planner: Whose.
-            requirement: Such as `min(front) > 0.05 m`, with the robot's signals and the truth.
+            planner: Name of the planner.
+            requirement: Expression over the robot's signals and the ground truth, such as `min(front) > 0.05 m`.
 
         Raises:
-            Inconclusive: It is never violated, but in some episode it cannot be told.
+            Inconclusive: No episode violates it, but in some its value is unknown.
             InputError: The requirement does not fit the robot.
         """
         text = requirement.strip()
@@ -142,12 +140,12 @@ class Claims:
         if violated:
             least = sorted(violated, key=lambda r: _least(r, text))
             of = f"{len(violated)} of {counted(len(records), 'episode')}"
-            head = f"{planner} violates '{requirement}' in {of}; the worst first"
+            head = f"{planner} violates '{requirement}' in {of}; worst first"
             pytest.fail(f"{head}\n{_listed(least, lambda r: f'least margin {_least(r, text):.3g}')}", pytrace=False)
         unknown = [r for r in records if r.metrics.get(f"{HOLDS_PREFIX}{text}") is None]
         if unknown:
             of = f"{len(unknown)} of {counted(len(records), 'episode')}"
-            head = f"'{requirement}' is violated nowhere, but cannot be told in {of}"
+            head = f"no episode violates '{requirement}', but its value is unknown in {of}"
             raise Inconclusive(f"{head}\n{_listed(unknown)}")
 
     def _judged(self, verdict: Verdict) -> Verdict:
@@ -159,7 +157,7 @@ class Claims:
         raise Inconclusive(text)
 
     def _against(self, verdict: Verdict) -> str:
-        """The episodes that speak against a claim, those most that do it most."""
+        """Episodes that contradict a claim, the largest differences first."""
         name = verdict.metric
         sign = 1.0 if metric(name).direction == "up" else -1.0
         lost: list[tuple[float, EpisodeRecord, EpisodeRecord]] = []
@@ -170,9 +168,9 @@ class Claims:
                 lost.append((sign * (theirs - mine), one, other))
         lost.sort(key=lambda found: -found[0])
         if not lost:
-            return f"In no episode is {verdict.b} better."
-        lines = [f"In {len(lost)} of {counted(verdict.episodes, 'episode')} {verdict.b} is better:"]
-        for _, one, other in lost[:_TOLD]:
+            return f"{verdict.b} is better in no episode."
+        lines = [f"{verdict.b} is better in {len(lost)} of {counted(verdict.episodes, 'episode')}:"]
+        for _, one, other in lost[:_LISTED]:
             ends = f"{one.planner} {_ended(one)}, {other.planner} {_ended(other)}"
             lines.append(
                 f"  {one.scene} seed {one.seed}: {name} {one.metrics[name]:g} and {other.metrics[name]:g}; {ends}"
@@ -190,17 +188,17 @@ def _least(record: EpisodeRecord, text: str) -> float:
     return -math.inf if margin is None else margin
 
 
-def _listed(records: Sequence[EpisodeRecord], told: Callable[[EpisodeRecord], str] = _ended) -> str:
-    lines = [f"  {r.scene} seed {r.seed}: {told(r)}\n    {replay_command(r)}" for r in records[:_TOLD]]
-    if (more := len(records) - _TOLD) > 0:
+def _listed(records: Sequence[EpisodeRecord], describe: Callable[[EpisodeRecord], str] = _ended) -> str:
+    lines = [f"  {r.scene} seed {r.seed}: {describe(r)}\n    {replay_command(r)}" for r in records[:_LISTED]]
+    if (more := len(records) - _LISTED) > 0:
         lines.append(f"  and {more} more")
     return "\n".join(lines)
 
 
 def _needed(values: Floats, upper: float | None, lower: float | None, level: float) -> int:
-    """How many scenes like these would be enough; 0 where no number would."""
+    """Number of similar scenes that would confirm the claim; 0 if no number would."""
     bad, limit = (values, upper) if upper is not None else (1.0 - values, 1.0 - (lower or 0.0))
-    for times in range(2, _MANY):
+    for times in range(2, _MAX_FACTOR):
         if limit is not None and upper_bound(np.tile(bad, (times, 1)), level) <= limit:
             return times * len(bad)
     return 0

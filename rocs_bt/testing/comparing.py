@@ -1,4 +1,4 @@
-"""Comparisons of planners as tests: marks, options, the fixture `comparison`, and a result of its own: inconclusive.
+"""Comparisons of planners as tests: marks, options, the fixture `comparison`, and the result "inconclusive".
 
 @pytest.mark.planners("hybrid", "tree")
 @pytest.mark.scenarios("barn_like[0:100]", seeds=3)
@@ -6,7 +6,7 @@ def test_the_hybrid_is_better(comparison):
     comparison.assert_better("hybrid", "tree", metric="success")
     comparison.assert_rate("hybrid", "collision", upper=0.02)
 
-Episodes are played once, and kept: tests of the same planners share them, and so does the next session.
+Episodes are stored after their first run, and shared by all tests of the same planners and by later sessions.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ if TYPE_CHECKING:
 _RANGE = re.compile(r"(?P<family>\w+)\[(?P<first>\d+):(?P<end>\d+)\]")
 _MARKS = (
     "planners(*names): the planners that the fixture `comparison` compares",
-    "scenarios(*names, seeds=1, parameters={}): where: scenarios, `family[0:100]`, or scenes such as `barn_like-17`",
+    "scenarios(*names, seeds=1, parameters={}): scenarios, `family[0:100]`, or scenes such as `barn_like-17`",
 )
-_WAIT = 24.0 * 3600.0  # [s] for another process that plays the same episodes
+_WAIT = 24.0 * 3600.0  # [s] timeout while another process plays the same episodes
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the options."""
+    """Register the options."""
     group = parser.getgroup("rocs_bt")
-    told = "whether a comparison that cannot be told apart fails the run (default) or lets it pass"
-    group.addoption("--inconclusive", choices=("fail", "pass"), default="fail", help=told)
-    group.addoption("--compare-store", metavar="DIR", help="where episodes are kept (default: runs/compare)")
-    group.addoption("--compare-workers", type=int, metavar="N", help="processes that play (default: one for each core)")
-    told = "play only the first N scenes of each family"
-    group.addoption("--compare-scenarios", type=int, metavar="N", help=told)
+    text = "whether inconclusive comparisons fail (default) or pass"
+    group.addoption("--inconclusive", choices=("fail", "pass"), default="fail", help=text)
+    group.addoption("--compare-store", metavar="DIR", help="folder of stored episodes (default: runs/compare)")
+    group.addoption("--compare-workers", type=int, metavar="N", help="worker processes (default: one per core)")
+    text = "play only the first N scenes of each family"
+    group.addoption("--compare-scenarios", type=int, metavar="N", help=text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marks."""
+    """Register the marks."""
     for mark in _MARKS:
         config.addinivalue_line("markers", mark)
 
@@ -56,27 +56,27 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Make what was inconclusive a result of its own."""
+    """Report an inconclusive claim as a result of its own."""
     report = yield
     if call.excinfo is not None and type(call.excinfo.value).__name__ == "Inconclusive":
         from .claims import Inconclusive
 
         if isinstance(call.excinfo.value, Inconclusive):
             report.longrepr = str(call.excinfo.value)
-            report.__dict__["inconclusive"] = True  # travels with it from worker processes
+            report.__dict__["inconclusive"] = True  # serialised with the report in worker processes
             report.outcome = "failed" if item.config.getoption("--inconclusive") == "fail" else "passed"
     return report
 
 
 def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, tuple[str, dict[str, bool]]] | None:
-    """Its word on the terminal."""
+    """Status of an inconclusive test in the terminal."""
     if getattr(report, "inconclusive", False):
         return "inconclusive", "?", ("INCONCLUSIVE", {"yellow": True})
     return None
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Tell what was inconclusive, and what it means for the run."""
+    """Print the inconclusive claims and their effect on the run."""
     reports = terminalreporter.stats.get("inconclusive", [])
     if not reports:
         return
@@ -84,15 +84,15 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     for report in reports:
         terminalreporter.write_line(f"{report.nodeid}\n{report.longrepr}\n")
     fails = config.getoption("--inconclusive") == "fail"
-    told = "so the run fails; --inconclusive=pass lets it pass" if fails else "which lets the run pass"
-    terminalreporter.write_line(f"{len(reports)} inconclusive: neither borne out nor refuted, {told}.")
+    effect = "so the run fails; --inconclusive=pass lets it pass" if fails else "and the run passes"
+    terminalreporter.write_line(f"{len(reports)} inconclusive: neither confirmed nor refuted, {effect}.")
 
 
 class Sweeps:
-    """The sweeps of a session: each is played once, whoever asks for it.
+    """Sweeps of a session; each is played once and shared by its tests.
 
     Args:
-        config: The session's options.
+        config: Pytest configuration with the options.
     """
 
     def __init__(self, config: pytest.Config) -> None:
@@ -102,11 +102,11 @@ class Sweeps:
         self._folder = Path(given) if given else config.rootpath / "runs" / "compare"
         self._found: dict[tuple[Any, ...], tuple[EpisodeRecord, ...]] = {}
 
-    def places(self, names: Sequence[str], parameters: dict[str, Any], catalog: Catalog) -> tuple[SceneRef, ...]:
-        """The scenes that a mark names.
+    def scenes(self, names: Sequence[str], parameters: dict[str, Any], catalog: Catalog) -> tuple[SceneRef, ...]:
+        """Scenes named by a mark.
 
         Raises:
-            InputError: There is no such scenario or family.
+            InputError: A scenario or family does not exist.
         """
         from ..compare import scenes_of
         from ..compare.replay import scene_by_name
@@ -123,17 +123,17 @@ class Sweeps:
         return tuple(found)
 
     def records(
-        self, planners: tuple[str, ...], places: tuple[SceneRef, ...], seeds: int, catalog: Catalog, require: str = ""
+        self, planners: tuple[str, ...], scenes: tuple[SceneRef, ...], seeds: int, catalog: Catalog, require: str = ""
     ) -> tuple[EpisodeRecord, ...]:
-        """The episodes, played now where the store does not have them."""
+        """Episodes, played now if the store does not have them."""
         from ..compare import Store, SweepOptions, sweep
 
-        key = (planners, places, seeds, catalog.project, require)
+        key = (planners, scenes, seeds, catalog.project, require)
         if key not in self._found:
-            with Store(self._folder) as store, _alone(self._folder):
+            with Store(self._folder) as store, _exclusive(self._folder):
                 done = sweep(
                     planners,
-                    places,
+                    scenes,
                     range(1, seeds + 1),
                     catalog=catalog,
                     store=store,
@@ -144,8 +144,8 @@ class Sweeps:
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """While another process of the session plays, wait: what both need is then there."""
+def _exclusive(folder: Path) -> Iterator[None]:
+    """Lock out other processes of the session while this one plays; they then find the episodes in the store."""
     with closing(sqlite3.connect(folder / "lock.sqlite", timeout=_WAIT, isolation_level=None)) as lock:
         lock.execute("begin exclusive")
         yield
@@ -158,9 +158,9 @@ def _sweeps(pytestconfig: pytest.Config) -> Sweeps:
 
 @pytest.fixture
 def comparison(request: pytest.FixtureRequest, _sweeps: Sweeps) -> Claims:
-    """The episodes of the planners and scenarios with which the test is marked; see `rocs_bt.testing.claims.Claims`.
+    """Episodes of the planners and scenarios in the test's marks; see `rocs_bt.testing.claims.Claims`.
 
-    Planners and scenarios are those of the project around the test, and ours.
+    Planners and scenarios are found in the project around the test and in the shipped content.
     """
     from ..catalog import Catalog
     from ..compare import Comparison
@@ -169,16 +169,16 @@ def comparison(request: pytest.FixtureRequest, _sweeps: Sweeps) -> Claims:
     planners, scenarios = (request.node.get_closest_marker(name) for name in ("planners", "scenarios"))
     if planners is None or scenarios is None or not planners.args or not scenarios.args:
         raise pytest.UsageError(
-            f"{request.node.nodeid} uses `comparison`, so it needs both marks: "
+            f"{request.node.nodeid} uses `comparison` and so needs both marks: "
             '@pytest.mark.planners("tree") and @pytest.mark.scenarios("exp1", seeds=20).'
         )
     catalog = Catalog.here(request.path.parent)
     seeds = int(scenarios.kwargs.get("seeds", 1))
-    places = _sweeps.places(scenarios.args, scenarios.kwargs.get("parameters", {}), catalog)
-    compared: Comparison = Comparison(_sweeps.records(planners.args, places, seeds, catalog))
+    scenes = _sweeps.scenes(scenarios.args, scenarios.kwargs.get("parameters", {}), catalog)
+    compared: Comparison = Comparison(_sweeps.records(planners.args, scenes, seeds, catalog))
 
     def check(planner: str, requirement: str) -> Sequence[EpisodeRecord]:
         compared.of(planner)
-        return _sweeps.records((planner,), places, seeds, catalog, requirement)
+        return _sweeps.records((planner,), scenes, seeds, catalog, requirement)
 
     return Claims(compared, check)

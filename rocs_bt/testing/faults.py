@@ -1,9 +1,9 @@
-"""Devices that fail on purpose, to try what a robot does then.
+"""Fault injection: sensors and actuators that fail during a run.
 
 from rocs_bt.testing.faults import DeadSensor, break_sensor
 
 def test_a_robot_without_sonar_stands_still():
-    result = run("exp1", prepare=lambda stage: break_sensor(stage, "sonar", DeadSensor, at=3.0))
+    result = run("exp1", prepare=lambda world: break_sensor(world, "sonar", DeadSensor, at=3.0))
     assert result.summary.agents["R2"].collisions == 0
 """
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 
 class FaultySensor(Sensor):
-    """A sensor that works until its time has come; the base of those below.
+    """Base class of faulty sensors: a sensor that fails during an interval.
 
     Args:
-        sensor: The sensor that works.
-        clock: Time.
-        at: From when on it is broken [s].
-        until: From when on it works again [s].
+        sensor: Sensor that works.
+        clock: Clock.
+        at: Start of the fault [s].
+        until: End of the fault [s].
     """
 
     def __init__(self, sensor: Sensor, clock: Clock, *, at: float = 0.0, until: float = math.inf) -> None:
@@ -45,37 +45,37 @@ class FaultySensor(Sensor):
         return self.broken() if self._at <= now < self._until else self.works()
 
     def works(self) -> Reading:
-        """A sample while it works."""
+        """Reading outside the fault interval."""
         return self.sensor.read()
 
     @abstractmethod
     def broken(self) -> Reading:
-        """A sample, or whatever there is instead, while it is broken."""
+        """Reading, or exception, during the fault."""
 
     def close(self) -> None:
         self.sensor.close()
 
 
 class DeadSensor(FaultySensor):
-    """A sensor that refuses to be read."""
+    """Sensor that raises DeviceError when read."""
 
     def broken(self) -> Reading:
         raise DeviceError(f"sensor '{self.name}' does not answer.")
 
 
 class RaisingSensor(FaultySensor):
-    """A sensor whose driver has a defect: it raises something else than DeviceError."""
+    """Sensor whose driver has a bug: it raises an exception other than DeviceError."""
 
     def broken(self) -> Reading:
         raise RuntimeError(f"the driver of '{self.name}' has a defect")
 
 
 class FrozenSensor(FaultySensor):
-    """A sensor that repeats its last sample.
+    """Sensor that repeats its last reading.
 
     Args:
-        fresh: True: with a new stamp each time, so that only the values tell. False: the old stamp too.
-        fault: As for every FaultySensor.
+        fresh: Whether each repetition has a new stamp, so that only the values show the fault.
+        fault: Arguments of FaultySensor.
     """
 
     def __init__(self, *args: Any, fresh: bool = False, **fault: Any) -> None:
@@ -93,12 +93,12 @@ class FrozenSensor(FaultySensor):
 
 
 class LyingSensor(FaultySensor):
-    """A sensor that says one value, such as NaN or 1e12, whatever it measures.
+    """Sensor that returns a constant, such as NaN or 1e12.
 
     Args:
-        value: What it says.
-        index: Which of its values; None for all.
-        fault: As for every FaultySensor.
+        value: The constant.
+        index: Index of the affected value; None for all.
+        fault: Arguments of FaultySensor.
     """
 
     def __init__(self, *args: Any, value: float = math.nan, index: int | None = None, **fault: Any) -> None:
@@ -113,11 +113,11 @@ class LyingSensor(FaultySensor):
 
 
 class HangingSensor(FaultySensor):
-    """A sensor whose driver does not return; for threaded mode.
+    """Sensor whose driver blocks; for threaded mode.
 
     Args:
-        release: Set it to let go of whoever hangs.
-        fault: As for every FaultySensor.
+        release: Event that ends the blocking.
+        fault: Arguments of FaultySensor.
     """
 
     def __init__(self, *args: Any, release: threading.Event | None = None, **fault: Any) -> None:
@@ -130,13 +130,13 @@ class HangingSensor(FaultySensor):
 
 
 class FaultyActuator(Actuator):
-    """An actuator that works until its time has come; the base of those below. It still goes to neutral.
+    """Base class of faulty actuators: an actuator that fails during an interval. `neutral` still works.
 
     Args:
-        actuator: The actuator that works.
-        clock: Time.
-        at: From when on it is broken [s].
-        until: From when on it works again [s].
+        actuator: Actuator that works.
+        clock: Clock.
+        at: Start of the fault [s].
+        until: End of the fault [s].
     """
 
     def __init__(self, actuator: Actuator, clock: Clock, *, at: float = 0.0, until: float = math.inf) -> None:
@@ -154,7 +154,7 @@ class FaultyActuator(Actuator):
 
     @abstractmethod
     def broken(self, values: Sequence[float]) -> None:
-        """A command while it is broken."""
+        """Handle a command during the fault."""
 
     def neutral(self) -> None:
         self.actuator.neutral()
@@ -164,25 +164,25 @@ class FaultyActuator(Actuator):
 
 
 class RefusingActuator(FaultyActuator):
-    """An actuator that refuses every command."""
+    """Actuator that raises DeviceError on every command."""
 
     def broken(self, values: Sequence[float]) -> None:
         raise DeviceError(f"actuator '{self.name}' does not answer.")
 
 
 class RaisingActuator(FaultyActuator):
-    """An actuator whose driver has a defect: it raises something else than DeviceError."""
+    """Actuator whose driver has a bug: it raises an exception other than DeviceError."""
 
     def broken(self, values: Sequence[float]) -> None:
         raise RuntimeError(f"the driver of '{self.name}' has a defect")
 
 
 class HangingActuator(FaultyActuator):
-    """An actuator that takes a command and then does not return; for threaded mode.
+    """Actuator that blocks on a command; for threaded mode.
 
     Args:
-        release: Set it to let go of whoever hangs; the command then goes on to the device.
-        fault: As for every FaultyActuator.
+        release: Event that ends the blocking; the command then reaches the device.
+        fault: Arguments of FaultyActuator.
     """
 
     def __init__(self, *args: Any, release: threading.Event | None = None, **fault: Any) -> None:
@@ -195,37 +195,37 @@ class HangingActuator(FaultyActuator):
 
 
 def break_sensor(
-    stage: SimulatedWorld, name: str, fault: Callable[..., Sensor], agent: str = "", **parameters: Any
+    world: SimulatedWorld, name: str, fault: Callable[..., Sensor], agent: str = "", **parameters: Any
 ) -> None:
-    """Put a broken sensor in the place of a good one; for `rocs_bt.run(..., prepare=...)`.
+    """Replace a sensor by a faulty one; call it in the `prepare` argument of `rocs_bt.run`.
 
     Args:
-        stage: The stage that `prepare` is given.
-        name: The sensor.
-        fault: Such as `DeadSensor`.
-        agent: Whose; the only agent that has it when left out.
-        parameters: What the fault takes, such as `at=3.0`.
+        world: Simulated world, the argument of `prepare`.
+        name: Name of the sensor.
+        fault: Fault class, such as `DeadSensor`.
+        agent: Agent that has the sensor; may be omitted if only one agent has it.
+        parameters: Arguments of the fault, such as `at=3.0`.
 
     Raises:
-        InputError: Nobody has that sensor, or several do and no agent was named.
+        InputError: No agent has the sensor, or several have it and `agent` is omitted.
     """
-    sensors = stage.sensors[_whose(agent, name, {a: list(found) for a, found in stage.sensors.items()}, "sensor")]
-    sensors[name] = fault(sensors[name], stage.clock, **parameters)
+    sensors = world.sensors[_owner(agent, name, {a: list(found) for a, found in world.sensors.items()}, "sensor")]
+    sensors[name] = fault(sensors[name], world.clock, **parameters)
 
 
 def break_actuator(
-    stage: SimulatedWorld, name: str, fault: Callable[..., Actuator], agent: str = "", **parameters: Any
+    world: SimulatedWorld, name: str, fault: Callable[..., Actuator], agent: str = "", **parameters: Any
 ) -> None:
-    """Put a broken actuator behind the safety gate in place of a good one; see `break_sensor`."""
-    owner = _whose(agent, name, {a: list(found) for a, found in stage.actuators.items()}, "actuator")
-    stage.actuators[owner][name].wrap(lambda device: fault(device, stage.clock, **parameters))
+    """Replace an actuator behind its safety gate by a faulty one; see `break_sensor`."""
+    owner = _owner(agent, name, {a: list(found) for a, found in world.actuators.items()}, "actuator")
+    world.actuators[owner][name].wrap(lambda device: fault(device, world.clock, **parameters))
 
 
-def _whose(agent: str, name: str, devices: dict[str, list[str]], kind: str) -> str:
+def _owner(agent: str, name: str, devices: dict[str, list[str]], kind: str) -> str:
     owners = [a for a, names in devices.items() if name in names and agent in ("", a)]
     if not owners:
         known = {n for a, names in devices.items() if agent in ("", a) for n in names}
-        raise InputError(unknown(kind, name, known, f"The agent '{agent}'" if agent else "The stage"))
+        raise InputError(unknown(kind, name, known, f"The agent '{agent}'" if agent else "The world"))
     if len(owners) > 1:
-        raise InputError(Fault(f"{', '.join(owners)} have a {kind} '{name}' each.", hint="Say whose with agent=."))
+        raise InputError(Fault(f"{', '.join(owners)} each have a {kind} '{name}'.", hint="Choose one with agent=."))
     return owners[0]

@@ -1,4 +1,4 @@
-"""An agent without physics: a robot.toml's wiring on mock devices."""
+"""Agent on mock devices: the wiring of a robot.toml without physics."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from ..safety import SafetyGate
 
 
 @dataclass
-class MockStage:
-    """What stands behind a mock agent; change it before the agent is built, or while it runs.
+class MockDevices:
+    """Mock devices of an agent; may be changed before the agent is built and while it runs.
 
     Attributes:
-        clock: Time; whoever runs the agent moves it on.
-        world: Walls and round things.
-        robot: The robot, which does at once what it is told.
-        sensors: By name.
-        actuators: Behind their limits, by name; their watchdogs are checked whenever the world moves on.
+        clock: Clock, advanced by the runner of the agent.
+        world: Walls and round obstacles.
+        robot: Mock robot, which executes commands without delay.
+        sensors: Sensors by name.
+        actuators: Safety gates of the actuators, by name; their watchdogs are checked when the world advances.
     """
 
     clock: Clock
@@ -38,7 +38,7 @@ class MockStage:
     actuators: dict[str, SafetyGate]
 
 
-def mock_stage(
+def mock_devices(
     spec: RobotSpec,
     clock: Clock,
     pose: Pose2 | None = None,
@@ -46,22 +46,22 @@ def mock_stage(
     period: float = 0.05,
     sink: EventSink | None = None,
     agent: str = "",
-) -> MockStage:
-    """Mock devices for everything in a robot.toml.
+) -> MockDevices:
+    """Mock devices for all sensors and actuators of a robot.toml.
 
-    Sites of range sensors look out from the robot's origin, evenly spread over the circle, to the left first; a scanner
-    looks ahead.
+    The sites of range sensors are spread evenly over a circle around the robot's origin, counterclockwise from the
+    front; a scanner faces forward.
 
     Args:
-        spec: The robot; its drivers must be ones that have a mock.
-        clock: Time.
-        pose: Where it starts; the origin when left out.
+        spec: The robot; each driver must have a mock.
+        clock: Clock of the devices.
+        pose: Start pose, world frame; the origin by default.
         period: Control period [s].
-        sink: Receives the events of the safety gates.
-        agent: Name of the agent, for these events.
+        sink: Receiver of the safety gates' events.
+        agent: Name of the agent in these events.
 
     Raises:
-        InputError: A driver has no mock, or does not take its parameters.
+        InputError: A driver has no mock, or does not accept its parameters.
     """
     world, drive = MockWorld(clock), robot_drive(spec.drive)
     mounts = {
@@ -78,44 +78,45 @@ def mock_stage(
         for a in spec.actuators
     }
     robot.gates.extend(actuators.values())
-    return MockStage(clock, world, robot, sensors, actuators)
+    return MockDevices(clock, world, robot, sensors, actuators)
 
 
 def mock_agent(
     spec: RobotSpec,
-    mind: Controller,
+    controller: Controller,
     runtime: Runtime,
     *,
     name: str = "R1",
     rates: Rates | None = None,
-    prepare: Callable[[MockStage], None] = lambda stage: None,
+    prepare: Callable[[MockDevices], None] = lambda mock: None,
     load: LoadClass = load_class,
     share: Callable[[Knowledge], Sharing] | None = None,
-) -> tuple[Agent, MockStage]:
-    """An agent on mock devices.
+) -> tuple[Agent, MockDevices]:
+    """Agent on mock devices.
 
     Args:
-        spec: Its robot.
-        mind: Its mission, rules and knowledge at the start.
-        runtime: Its clock, a `SimulatedClock` whose step is the control period or a `WallClock`, and its sink.
-        name: The agent's name.
+        spec: Robot of the agent.
+        controller: Mission, rules and initial knowledge.
+        runtime: Clock and event sink. The clock is a `SimulatedClock` with the control period as its step, or a
+            `WallClock`.
+        name: Name of the agent.
         rates: Rates of its blocks; control at 20 Hz and plan at 10 Hz by default.
-        prepare: Called with the mock devices before the agent is built; may replace them.
-        load: Loads a class that robot.toml names as `file.py:Class`.
-        share: Makes it share what it knows.
+        prepare: Callback that may replace mock devices before the agent is built.
+        load: Loader of classes that robot.toml names as `file.py:Class`.
+        share: Factory of the agent's knowledge sharing; None for no sharing.
 
     Raises:
-        InputError: Something does not fit together.
+        InputError: Robot, controller and devices do not fit together.
     """
     rates = rates or mock_rates()
     period = rates.control.period
-    stage = mock_stage(spec, runtime.clock, period=period, sink=runtime.sink, agent=name)
-    prepare(stage)
+    mock = mock_devices(spec, runtime.clock, period=period, sink=runtime.sink, agent=name)
+    prepare(mock)
     sensor_rates = {
         s.name: Rate.dividing(s.rate or 1.0 / period, period, f"the rate of sensor '{s.name}'") for s in spec.sensors
     }
-    devices = RobotDevices(spec, stage.sensors, stage.actuators, sensor_rates)
-    return build_agent(name, devices, mind, rates, runtime, load_class=load, share=share), stage
+    devices = RobotDevices(spec, mock.sensors, mock.actuators, sensor_rates)
+    return build_agent(name, devices, controller, rates, runtime, load_class=load, share=share), mock
 
 
 def mock_rates(control: float = 20.0, plan: float = 10.0) -> Rates:

@@ -1,4 +1,4 @@
-"""The pytest plugin: the fixtures `run_scenario` and `play`, the option `--tree-coverage`, the tests in rule files.
+"""Pytest plugin: the fixtures `run_scenario` and `play`, the option `--tree-coverage`, the tests in rule files.
 
 def test_the_robot_arrives(run_scenario):
     result = run_scenario("first", seed=3)
@@ -8,7 +8,7 @@ def test_it_gives_up_when_the_dock_is_taken(play):
     trace = play("patrol", leaves={"GoTo": "RS", "Dock": "F"})
     assert trace.outcome == "FAILURE"
 
-`rocs_bt.testing.comparing` brings the fixture `comparison`, with marks and options of its own.
+`rocs_bt.testing.comparing` provides the fixture `comparison`, with its own marks and options.
 `pytest rules/` runs the `[[rule.NAME.test]]` tables of a project's rule files, as `rocs-bt rules test` does.
 """
 
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from .rule_files import pytest_collect_file as pytest_collect_file  # a hook: pytest looks for its name here
+from .rule_files import pytest_collect_file as pytest_collect_file  # a hook that pytest finds by name
 
 if TYPE_CHECKING:
     from ..simulation import RunResult
@@ -32,14 +32,14 @@ COVERAGE: pytest.StashKey[TreeCoverage] = pytest.StashKey()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare `--tree-coverage`."""
+    """Register `--tree-coverage`."""
     group = parser.getgroup("rocs_bt")
-    told = "tell which leaves of missions the fixture `play` ticked, and what each node came to"
-    group.addoption("--tree-coverage", action="store_true", help=told)
+    text = "report the leaves ticked by the fixture `play`, and the outcomes of each node"
+    group.addoption("--tree-coverage", action="store_true", help=text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Begin to count where it is wanted."""
+    """Start counting if the option is set."""
     if config.getoption("--tree-coverage"):
         from .missions import TreeCoverage
 
@@ -47,7 +47,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Tell what was counted."""
+    """Print the coverage table."""
     coverage = config.stash.get(COVERAGE, None)
     if coverage is not None:
         terminalreporter.section("tree coverage")
@@ -56,9 +56,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
 
 @pytest.fixture
 def play(request: pytest.FixtureRequest) -> Callable[..., Trace]:
-    """Ticks a mission to its end without a robot; see `rocs_bt.testing.missions.play`.
+    """Fixture that ticks a mission to its end without a robot; see `rocs_bt.testing.missions.play`.
 
-    Missions are those of the project around the test, and ours. With `--tree-coverage` what it comes to is counted.
+    Missions are found in the project around the test and in the shipped content. `--tree-coverage` counts the outcomes.
     """
     from ..catalog import Catalog
     from .missions import play
@@ -69,14 +69,14 @@ def play(request: pytest.FixtureRequest) -> Callable[..., Trace]:
 
 @pytest.fixture
 def run_scenario(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., RunResult]:
-    """Runs a scenario of the project around the test, or a shipped one, in lockstep.
+    """Fixture that runs a scenario of the project around the test, or a shipped one, in lockstep.
 
     The function takes the scenario's name or path, `seed` (default 1) and `duration` [s] (default: the scenario's),
-    and returns the run's result; its `recording` can be opened.
+    and returns the run's result, whose `recording` can be opened.
     """
 
     def run_scenario(scenario: str, *, seed: int = 1, duration: float | None = None) -> RunResult:
-        # Imported here, as pytest loads the plugin in every session, also in those that never simulate.
+        # Imported here because pytest loads the plugin in every session, even without simulation.
         from .._run import run
         from ..catalog import Catalog
 

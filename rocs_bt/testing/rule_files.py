@@ -1,4 +1,4 @@
-"""Tests of rules as items of pytest: the part of the plugin that collects them."""
+"""Pytest items for the tests in rule files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> RuleFileTests | None:
-    """A rule file of a project, or a file in its `rules/tests`, as a file of tests."""
+    """Collector for a rule file of a project, or for a file in its `rules/tests`."""
     from ..reactive import tested_file
 
     if file_path.suffix != ".toml" or tested_file(file_path).parent.name != "rules":
@@ -23,10 +23,10 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> RuleFileTe
 
 
 class RuleFileTests(pytest.File):
-    """The tests in one file, for each robot that uses the rules."""
+    """Tests of one file, for each robot that uses the rules."""
 
     def collect(self) -> Iterator[RuleFileTest]:
-        """Run all tests, which takes no longer than finding them; a faulty file is an error of collection."""
+        """Run all tests (no slower than collecting them); an invalid file is a collection error."""
         from ..catalog import Catalog, make_entry
         from ..check import fitted_rules
         from ..errors import InputError
@@ -34,7 +34,7 @@ class RuleFileTests(pytest.File):
 
         rule_file = tested_file(self.path)
         if not rule_file.is_file():
-            raise self.CollectError(f"{self.path}: there is no rule file {rule_file} to test.")
+            raise self.CollectError(f"{self.path}: the rule file {rule_file} does not exist.")
         apart = rule_file.parent / "tests"
         try:
             fitted = fitted_rules(make_entry(rule_file, "rules", "file"), Catalog.here(rule_file.parent))
@@ -49,18 +49,18 @@ class RuleFileTests(pytest.File):
 
 
 class RuleFileTest(pytest.Item):
-    """One test that stands in a rule file."""
+    """One test of a rule file."""
 
     def __init__(self, *, result: RuleTestResult, **of: Any) -> None:
         super().__init__(**of)
         self.result = result
 
     def runtest(self) -> None:
-        """Fail where it did."""
+        """Fail if the rule test failed."""
         if not self.result.passed:
             position = self.result.position
             pytest.fail(f"{position.file}:{position.line}:{position.column}: {self.result.message}", pytrace=False)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Where it stands."""
+        """File, line and name of the test."""
         return self.path, max(self.result.position.line - 1, 0), self.name

@@ -13,7 +13,7 @@ from rocs_bt.catalog import Catalog, PlaceSpec
 from rocs_bt.clock import Clock
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.testing.mock_agent import MockStage, mock_agent
+from rocs_bt.testing.mock_agent import MockDevices, mock_agent
 
 GOAL = PlaceSpec("goal", "goal", Pose2(50.0, 0.0), 0.1, ("R1",))
 
@@ -26,7 +26,7 @@ def go(mission: Any) -> Any:
 class Ahead:
     """What the sonar hears ahead [m]; everything else is far away. It never says the same twice, as a sound one."""
 
-    def __init__(self, stage: MockStage) -> None:
+    def __init__(self, stage: MockDevices) -> None:
         sonar: Any = stage.sensors["sonar"]
         sonar.values = self
         self._distance, self._count = math.inf, 0
@@ -51,8 +51,8 @@ def rules() -> list[Any]:
 
 
 @pytest.fixture
-def make_agent(p3dx: Any, rules: list[Any]) -> Callable[..., tuple[Agent, MockStage, ListSink, Ahead]]:
-    def make(clock: Clock, build: Callable[..., Any] = go, **kwargs: Any) -> tuple[Agent, MockStage, ListSink, Ahead]:
+def make_agent(p3dx: Any, rules: list[Any]) -> Callable[..., tuple[Agent, MockDevices, ListSink, Ahead]]:
+    def make(clock: Clock, build: Callable[..., Any] = go, **kwargs: Any) -> tuple[Agent, MockDevices, ListSink, Ahead]:
         sink = ListSink()
         mind = Controller(build, rules=rules, places=[GOAL], **kwargs.pop("mind", {}))
         agent, stage = mock_agent(p3dx, mind, Runtime(clock, sink), **kwargs)

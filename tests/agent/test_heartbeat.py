@@ -9,7 +9,7 @@ from rocs_bt.agent import ThreadedRunner
 from rocs_bt.agent.worker import Worker
 from rocs_bt.clock import WallClock
 from rocs_bt.event import ActuatorCommanded, BlockFailed
-from rocs_bt.testing.mock_agent import MockStage
+from rocs_bt.testing.mock_agent import MockDevices
 
 LIMIT = 0.35  # [s] from the heartbeat's death to neutral
 PATIENCE = 20.0  # [s] far longer than anything here may take
@@ -25,7 +25,7 @@ class Injury:
     The heartbeat asks each worker whether it hangs; that is where it breaks.
     """
 
-    def __init__(self, monkeypatch, kind, stage: MockStage):
+    def __init__(self, monkeypatch, kind, stage: MockDevices):
         self.kind, self.driving, self.stopped = kind, threading.Event(), threading.Event()
         self.broken_at = self.neutral_at = None
         self._sound, wheels = Worker.hangs, stage.actuators["wheels"]._device

@@ -16,7 +16,7 @@ from rocs_bt.plan import TreePlan
 from rocs_bt.simulation import build_world
 from rocs_bt.simulation.build_agents import build_agents
 from rocs_bt.simulation.ready_run import simulated_agents
-from rocs_bt.testing.mock_agent import MockStage, mock_stage
+from rocs_bt.testing.mock_agent import MockDevices, mock_devices
 
 CATALOG = Catalog()
 RUNS = {"exp1": 6.0, "exp2_localised": 5.0, "exp3": 4.0}
@@ -38,12 +38,12 @@ class Wheels(Actuator):
 """
 
 
-def mocked(scenario: str, catalog: Catalog = CATALOG, sink: Any = None) -> tuple[list[Agent], dict[str, MockStage]]:
+def mocked(scenario: str, catalog: Catalog = CATALOG, sink: Any = None) -> tuple[list[Agent], dict[str, MockDevices]]:
     """The scenario's minds on mock drivers."""
     spec = catalog.load_scenario(scenario)
     clock = SimulatedClock(spec.rate.physics)
     robots = {a.name: catalog.load_robot(a.robot) for a in spec.agents}
-    stages = {name: mock_stage(robot, clock) for name, robot in robots.items()}
+    stages = {name: mock_devices(robot, clock) for name, robot in robots.items()}
     devices = {
         name: RobotDevices(robot, stages[name].sensors, stages[name].actuators, rates(spec, robot))
         for name, robot in robots.items()
@@ -109,7 +109,7 @@ def test_a_robot_with_drivers_of_its_own_differs_by_its_driver_table_alone(tmp_p
     catalog = Catalog(tmp_path)
     spec, own = catalog.load_scenario("real"), catalog.load_robot("real_p3dx")
     devices = {s.name: catalog.load_class(folder / "own.py", "Told")(s.name) for s in own.sensors}
-    stage = mock_stage(shipped, SimulatedClock(spec.rate.physics))
+    stage = mock_devices(shipped, SimulatedClock(spec.rate.physics))
     own_devices = RobotDevices(own, devices, stage.actuators, rates(spec, own))
     (mind,) = build_agents(spec, catalog, {"R2": own_devices}, Runtime(stage.clock, NullSink()))
     (simulated,) = on_mujoco("exp1")

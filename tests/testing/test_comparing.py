@@ -74,7 +74,7 @@ def test_all_results_are_told_apart_and_the_commands_work(project, shipped, monk
     assert "careful is not better than brisk in time" in told
     assert "In 6 of 6 episodes brisk is better:" in told
     assert re.search(r"inconclusive =+\ntests/test_more.py::test_rate\ninconclusive whether it is at least 0.99", told)
-    assert "1 inconclusive: neither borne out nor refuted, so the run fails" in told
+    assert "1 inconclusive: neither confirmed nor refuted, so the run fails" in told
     assert "brisk violates 'speed < 0.3 m/s' in 6 of 6 episodes" in told
     assert re.search(r"no planner .*'none_such'.*brisk, careful", told)
     assert re.search(r"2 failed, 1 inconclusive, 1 error|2 failed, 1 error, 1 inconclusive", told)
@@ -89,7 +89,7 @@ def test_inconclusive_passes_where_that_is_wanted(project, shipped):
     (project / "tests" / "test_more.py").write_text(TESTS)
     code, told = run_tests(project, "tests/test_more.py", "-k", "rate", "--inconclusive=pass")
     assert code == 0
-    assert "which lets the run pass" in told
+    assert "and the run passes" in told
 
 
 def test_without_its_marks_the_fixture_says_which_it_needs(project):

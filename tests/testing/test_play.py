@@ -7,7 +7,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan import mission_parameters
-from rocs_bt.testing.missions import Letters, play
+from rocs_bt.testing.missions import ScriptedOutcomes, play
 from rocs_bt.trees.error import TreeError
 
 CATALOG = Catalog()
@@ -37,17 +37,17 @@ class TestLetters:
 
     @pytest.mark.parametrize("letters", ["", "RXS", "rs"])
     def test_wrong_letters_are_refused(self, letters):
-        with pytest.raises(InputError, match="letters are wrong"):
+        with pytest.raises(InputError, match="invalid scripted outcomes"):
             run("<Gadget/>", leaves={"Gadget": letters})
 
     def test_output_ports_are_written_on_success(self):
         trace = run(
             '<Sequence><ComputeRoute goal="g" planner="visibility" path="{way}"/></Sequence>',
-            leaves={"ComputeRoute": Letters("RS", path=[(0.0, 0.0), (1.0, 0.0)])},
+            leaves={"ComputeRoute": ScriptedOutcomes("RS", path=[(0.0, 0.0), (1.0, 0.0)])},
         )
         assert trace.board["way"] == [(0.0, 0.0), (1.0, 0.0)]
         with pytest.raises(InputError, match="cannot write 'pth'"):
-            run('<ComputeRoute goal="g" planner="visibility"/>', leaves={"ComputeRoute": Letters("S", pth=1)})
+            run('<ComputeRoute goal="g" planner="visibility"/>', leaves={"ComputeRoute": ScriptedOutcomes("S", pth=1)})
 
     def test_what_stands_in_keeps_the_conditions_of_the_original(self):
         trace = run(
@@ -119,7 +119,7 @@ class TestMissions:
             run("<Gadget/>")
 
     def test_a_mission_is_ticked_once_at_least(self):
-        with pytest.raises(InputError, match="once at least, found 0"):
+        with pytest.raises(InputError, match="at least 1, found 0"):
             run("<AlwaysSuccess/>", ticks=0)
 
     def test_what_a_node_cannot_do_is_told_with_its_path(self):

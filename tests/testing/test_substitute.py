@@ -7,7 +7,7 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError
-from rocs_bt.testing.missions import Breaks, Flaky, Letters, Raises, inject, play, read_rules, substitute
+from rocs_bt.testing.missions import Breaks, Flaky, Raises, ScriptedOutcomes, inject, play, read_rules, substitute
 from rocs_bt.trees.error import TreeError
 from rocs_bt.trees.nodes import Tree, descendants
 from rocs_bt.trees.status import outcome_name
@@ -64,14 +64,14 @@ class TestFilters:
     def test_names_paths_classes_and_wildcards(self, filter, changed):
         root = load_xml(TEXT)
         if changed is None:
-            with pytest.raises(InputError, match="means no node"):
+            with pytest.raises(InputError, match="matches no node"):
                 substitute(root, {filter: "AlwaysFailure"})
             return
         found = tags(substitute(root, {filter: "AlwaysFailure"}))
         assert {name for name, tag in found.items() if tag == "AlwaysFailure"} == changed
 
     def test_a_name_outranks_a_class_and_a_class_a_pattern_whatever_the_order(self):
-        rules = {"*o*": {"return_status": "FAILURE"}, "Script": "AlwaysFailure", "two": Letters("S")}
+        rules = {"*o*": {"return_status": "FAILURE"}, "Script": "AlwaysFailure", "two": ScriptedOutcomes("S")}
         found = tags(substitute(load_xml(TEXT), {**rules, "top": "Fallback"}))
         assert (found["one"], found["two"], found["action_a"]) == ("AlwaysFailure", "Scripted", "TestNode")
 
@@ -99,7 +99,7 @@ class TestFilters:
         with pytest.raises(InputError) as caught:
             substitute(load_xml(TEXT), {"ones": "TestNode", "x*": "TestNode", "two": "TestNode"})
         first, second = caught.value.faults
-        assert "'ones' means no node of this tree" in first.message
+        assert "'ones' matches no node of this tree" in first.message
         assert "Did you mean 'one'" in first.hint
         assert "'x*'" in second.message
 
@@ -121,7 +121,7 @@ class TestTestNodes:
                 }
             )
         )
-        root = substitute(load_xml(TEXT), rules | {"one": Letters("S")})
+        root = substitute(load_xml(TEXT), rules | {"one": ScriptedOutcomes("S")})
         assert tick(root, 3) == ["RUNNING", "RUNNING", "SUCCESS"]
         assert root.board["c"] == 7
         assert tick(substitute(load_xml(TEXT), rules)) == ["FAILURE"]
@@ -133,7 +133,7 @@ class TestTestNodes:
 
     @pytest.mark.parametrize("text", ["{", "[]", "{}", '{"SubstitutionRules": []}'])
     def test_what_is_no_such_document(self, text):
-        with pytest.raises(InputError, match="these rules"):
+        with pytest.raises(InputError, match="substitution rules|SubstitutionRules"):
             read_rules(text)
 
     def test_a_config_with_an_unknown_key_is_refused(self):

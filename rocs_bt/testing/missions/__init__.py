@@ -1,20 +1,20 @@
-"""Missions without a robot: scripted leaves, substitution, faults on purpose, a clock of one's own, coverage."""
+"""Tests of missions without a robot: scripted leaves, substitution, fault injection, a simulated clock, coverage."""
 
 from .coverage import TreeCoverage
 from .inject import Breaks, Flaky, Raises, inject
-from .letters import Letters, Scripted
 from .play import PlayOptions, play
+from .scripted import Scripted, ScriptedOutcomes
 from .substitute import Rule, read_rules, substitute
 from .trace import Trace
 
 __all__ = [
     "Breaks",
     "Flaky",
-    "Letters",
     "PlayOptions",
     "Raises",
     "Rule",
     "Scripted",
+    "ScriptedOutcomes",
     "Trace",
     "TreeCoverage",
     "inject",

@@ -1,4 +1,4 @@
-"""Coverage of trees: which leaves were ticked, and which outcomes each node came to, over all tests of a session."""
+"""Coverage of trees: ticked leaves and observed outcomes of each node, over all tests of a session."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ if TYPE_CHECKING:
     from ...trees import Behaviour
 
 ENDS: Final = ("SUCCESS", "FAILURE")
-"""The two branches of a node."""
+"""Final outcomes of a node, counted as branches."""
 
 _ONE_END: Final = {
     **dict.fromkeys(("AlwaysSuccess", "ForceSuccess", "Script", "Sleep", "UnsetBlackboard"), "SUCCESS"),
     **dict.fromkeys(("Wait", "Enter", "Speak", "Log"), "SUCCESS"),
     **dict.fromkeys(("AlwaysFailure", "ForceFailure", "KeepRunningUntilFailure"), "FAILURE"),
 }
-"""Nodes that come to one end only, whatever happens."""
+"""Nodes with only one possible final outcome."""
 
 
 @dataclass
 class NodeCoverage:
-    """What one node came to.
+    """Observed outcomes of one node.
 
     Attributes:
-        path: Names from the root joined by `/`; a second sibling of the same name ends in `#2`.
-        kind: The name of its class, or of its action.
-        depth: 0 for the root.
+        path: Node names from the root, joined by `/`; a second sibling of the same name ends in `#2`.
+        kind: Name of its class, or of its action.
+        depth: Depth in the tree; 0 for the root.
         leaf: Whether it has no children.
-        counts: How often it came to each outcome, by name.
+        counts: Number of ticks by outcome.
     """
 
     path: str
@@ -46,63 +46,63 @@ class NodeCoverage:
 
     @property
     def ends(self) -> tuple[str, ...]:
-        """The ends that it can come to."""
+        """Possible final outcomes."""
         return (_ONE_END[self.kind],) if self.kind in _ONE_END else ENDS
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the node."""
         return self.path.rsplit("/", 1)[-1]
 
 
 class TreeCoverage:
-    """Counts what nodes come to, by tree and path, over as many runs as it is shown.
+    """Counts the outcomes of nodes by tree and path, over any number of runs.
 
-    What was put into a tree by `inject` is looked through: a node that was broken came to what its decorator did.
+    Decorators from `inject` are transparent: the outcome of the decorator counts for the decorated node.
 
     Attributes:
-        trees: The nodes of each tree by its name, parents before children.
+        trees: Nodes by tree name and path, parents before children.
     """
 
     def __init__(self) -> None:
         self.trees: dict[str, dict[str, NodeCoverage]] = {}
 
     def watch(self, name: str, tree: Tree) -> Callable[[], None]:
-        """Count what a tree's nodes come to from now on.
+        """Start counting the outcomes of a tree.
 
         Args:
-            name: The tree's name; trees of one name are counted together.
+            name: Name of the tree; trees of the same name are counted together.
             tree: The tree, bound.
 
         Returns:
-            What to call after each tick of the tree: it looks at py_trees' own nodes, which tell nobody.
+            Function to call after each tick; it reads the status of stock py_trees nodes, which do not report.
         """
         known, by_id = self.trees.setdefault(name, {}), dict[Any, NodeCoverage]()
-        for node, path, depth in outline(tree.root, _whole):
-            whole = _whole(node)
-            made = NodeCoverage(path, identity(whole), depth, not whole.children)
+        for node, path, depth in outline(tree.root, _original):
+            original = _original(node)
+            made = NodeCoverage(path, identity(original), depth, not original.children)
             by_id[node.id] = known.setdefault(path, made)
         tree.watch(lambda node, outcome: _count(by_id, node, outcome))
-        strangers = [node for node in tree.nodes if not isinstance(node, Node)]
+        stock = [node for node in tree.nodes if not isinstance(node, Node)]
 
         def ticked() -> None:
-            for node in strangers:
+            for node in stock:
                 _count(by_id, node, node.status)
 
         return ticked
 
     def leaves(self) -> tuple[int, int]:
-        """How many leaves were ticked, and how many there are."""
+        """Number of ticked leaves, and number of leaves."""
         found = [node for nodes in self.trees.values() for node in nodes.values() if node.leaf]
         return sum(bool(node.counts) for node in found), len(found)
 
     def branches(self) -> tuple[int, int]:
-        """How many ends of nodes were come to, SUCCESS and FAILURE of each, and how many there are."""
+        """Number of observed final outcomes (SUCCESS and FAILURE of each node), and number of possible ones."""
         found = [node for nodes in self.trees.values() for node in nodes.values()]
         return sum(e in node.counts for node in found for e in node.ends), sum(len(node.ends) for node in found)
 
     def missing(self) -> list[str]:
-        """What was never come to, such as `patrol: dock/GoTo never FAILURE`."""
+        """Missing coverage, such as `patrol: dock/GoTo never FAILURE`."""
         return [
             f"{name}: {node.path} {'never ticked' if not node.counts else f'never {end}'}"
             for name, nodes in self.trees.items()
@@ -112,7 +112,7 @@ class TreeCoverage:
         ]
 
     def table(self) -> str:
-        """All trees as text: a line a node, and how often it came to what."""
+        """All trees as a table: one line per node with the count of each outcome."""
         lines = []
         for name, nodes in self.trees.items():
             lines += [f"{name:<44}      S      F      R      K"]
@@ -122,30 +122,30 @@ class TreeCoverage:
 
 
 def outline(
-    root: Behaviour, stands_for: Callable[[Behaviour], Behaviour] = lambda node: node
+    root: Behaviour, original: Callable[[Behaviour], Behaviour] = lambda node: node
 ) -> Iterator[tuple[Behaviour, str, int]]:
-    """All nodes with their path and depth, parents before children.
+    """All nodes with path and depth, parents before children.
 
     Args:
         root: The root.
-        stands_for: Which node's name and children count in a node's place.
+        original: Function that maps a node to the node whose name and children are used.
     """
-    todo = [(root, stands_for(root).name, 0)]
+    todo = [(root, original(root).name, 0)]
     while todo:
         node, path, depth = todo.pop()
         yield node, path, depth
         twins: Counter[str] = Counter()
         below = []
-        for child in stands_for(node).children:
-            name = stands_for(child).name
+        for child in original(node).children:
+            name = original(child).name
             twins[name] += 1
             suffix = f"#{twins[name]}" if twins[name] > 1 else ""
             below.append((child, f"{path}/{name}{suffix}", depth + 1))
         todo += reversed(below)
 
 
-def _whole(node: Behaviour) -> Behaviour:
-    """The node that was broken on purpose; what its decorator comes to is what it comes to."""
+def _original(node: Behaviour) -> Behaviour:
+    """Node inside decorators from `inject`."""
     while isinstance(node, Faulty):
         node = node.decorated
     return node

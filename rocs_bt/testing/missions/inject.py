@@ -1,4 +1,4 @@
-"""Faults on purpose: decorators that break what they hold, to try what a tree does then."""
+"""Fault injection in trees: decorators that make their child fail."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 class Faulty(Decorator):
-    """Ticks its child; at the start of some rounds it breaks instead, and stays so for the round. The base of these."""
+    """Base class of fault decorators: ticks its child, but fails instead in some rounds.
+
+    A round lasts from a start of the node to its SUCCESS or FAILURE.
+    """
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -25,11 +28,11 @@ class Faulty(Decorator):
         self._broken = False
 
     def breaks(self, rounds: int) -> bool:
-        """Whether it breaks in this round, counted from 1."""
+        """Whether the fault occurs in this round, counted from 1."""
         raise NotImplementedError
 
     def broken(self) -> Outcome:
-        """What it comes to then."""
+        """Outcome during the fault."""
         return FAILURE
 
     def tick_once(self) -> Outcome:
@@ -44,11 +47,11 @@ class Faulty(Decorator):
 
 
 class Breaks(Faulty):
-    """Ticks its child until the round `at`; from then on, for `rounds` rounds, it comes to `outcome` without it."""
+    """From the round `at` on, for `rounds` rounds, returns `outcome` without ticking its child."""
 
-    at = Input(int, 1, "the first round that breaks, counted from 1")
-    rounds = Input(int, -1, "how many break; -1 for all")
-    outcome = Input(str, "FAILURE", "what it comes to; RUNNING never ends")
+    at = Input(int, 1, "first faulty round, counted from 1")
+    rounds = Input(int, -1, "number of faulty rounds; -1 for all")
+    outcome = Input(str, "FAILURE", "outcome during the fault; RUNNING never ends")
 
     def breaks(self, rounds: int) -> bool:
         many = self.rounds
@@ -59,10 +62,10 @@ class Breaks(Faulty):
 
 
 class Flaky(Faulty):
-    """Fails in some rounds instead of ticking its child, at random: the same ones for the same seed."""
+    """Fails in random rounds instead of ticking its child; reproducible for a given seed."""
 
-    probability = Input(float, 0.5, "that a round fails")
-    seed = Input(int, 1, "of the random numbers")
+    probability = Input(float, 0.5, "probability that a round fails")
+    seed = Input(int, 1, "seed of the random numbers")
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -77,8 +80,8 @@ class Flaky(Faulty):
 class Raises(Faulty):
     """Raises an error instead of ticking its child, from the round `at` on."""
 
-    at = Input(int, 1, "the first round that raises, counted from 1")
-    message = Input(str, "broken on purpose", "what the error says")
+    at = Input(int, 1, "first round that raises, counted from 1")
+    message = Input(str, "broken on purpose", "message of the error")
 
     def breaks(self, rounds: int) -> bool:
         return rounds >= self.at
@@ -88,19 +91,19 @@ class Raises(Faulty):
 
 
 def inject(root: Behaviour, faults: Mapping[str, Callable[[Behaviour], Decorator]]) -> Behaviour:
-    """Put decorators around nodes of a tree that is not bound yet.
+    """Put decorators around nodes of an unbound tree.
 
         inject(root, {"GoTo*": lambda node: Breaks("jam", node, at=2)})
 
     Args:
-        root: The tree's root.
-        faults: Makes the decorator for a node, by filter; see `substitute`.
+        root: Root of the tree.
+        faults: Functions that create the decorator of a node, by filter; see `substitute`.
 
     Returns:
-        The root, which may be another one now.
+        The root, which may have been replaced.
 
     Raises:
-        InputError: A filter means no node.
+        InputError: A filter matches no node.
     """
     filters = Filters(root, faults)
     filters.refuse_unused()

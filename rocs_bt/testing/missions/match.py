@@ -1,4 +1,4 @@
-"""Which nodes of a tree a filter means (BehaviorTree.CPP 4.10, bt_factory.cpp, addSubstitutionRule)."""
+"""Filters that select nodes of a tree (BehaviorTree.CPP 4.10, bt_factory.cpp, addSubstitutionRule)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def identity(node: Behaviour) -> str:
-    """By which name documents call a node's class; of a leaf that `mission.act` made, its action's."""
+    """Name of a node's class in documents; for a leaf made by `mission.act`, the name of its action."""
     if isinstance(node, Act) and not isinstance(node, ActionNode):
         try:
             return node.make().name
-        except InputError:  # told where it was made
+        except InputError:  # already reported when the leaf was created
             return node.tag
     return node.tag if isinstance(node, Node) else type(node).__name__
 
@@ -31,11 +31,11 @@ def wild(text: str) -> bool:
 
 
 class Filters:
-    """Filters over the nodes of one tree: names, then identities, then wildcards over paths, in the order given.
+    """Filters over the nodes of one tree, matched by name or path, then identity, then wildcards over paths.
 
     Args:
-        root: The tree's root.
-        filters: The filters.
+        root: Root of the tree.
+        filters: The filters, in order of precedence.
     """
 
     def __init__(self, root: Behaviour, filters: Iterable[str]) -> None:
@@ -45,24 +45,24 @@ class Filters:
         self._found = {node.id: tuple(dict.fromkeys(self._candidates(node))) for node in tree.nodes}
 
     def match(self, node: Behaviour, skip: Iterable[str] = ()) -> str | None:
-        """The filter that means a node; None where none does.
+        """First filter that matches a node; None if none does.
 
         Args:
             node: The node.
-            skip: Filters that are not asked.
+            skip: Filters to ignore.
         """
         return next((text for text in self._found[node.id] if text not in skip), None)
 
     def refuse_unused(self) -> None:
-        """Refuse filters that mean no node.
+        """Check that each filter matches a node.
 
         Raises:
-            InputError: There are some; every one of them is told.
+            InputError: Some filters match no node; lists all.
         """
         used = {text for found in self._found.values() for text in found}
         if unused := [text for text in self._filters if text not in used]:
             there = sorted({*self._paths.values()})
-            message = "'{}' means no node of this tree."
+            message = "'{}' matches no node of this tree."
             raise InputError(*(Fault(message.format(u), hint=did_you_mean(u, there, "It")) for u in unused))
 
     def _candidates(self, node: Any) -> Iterator[str]:
@@ -79,7 +79,7 @@ def _pattern(text: str) -> re.Pattern[str]:
 
 
 def replace(parent: Any, old: Behaviour, new: Behaviour) -> None:
-    """Put a node in another's place under its parent; None is the parent of a root."""
+    """Replace a child of a parent; None is the parent of a root."""
     new.parent = parent
     if parent is not None:
         parent.children[next(i for i, child in enumerate(parent.children) if child is old)] = new

@@ -1,4 +1,4 @@
-"""Stubs: classes for leaves that a document names and nobody has."""
+"""Stub leaves for node names without a class."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...trees.nodes import FAILURE, Leaf, Outcome
 
 
 class _Stub(Leaf):
-    """A leaf that takes whatever ports it is given, and fails unless something stands in for it."""
+    """Leaf that accepts any ports and fails unless it is substituted."""
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         kept = {n: v for n, v in attributes.items() if n.startswith("_")}
@@ -21,10 +21,10 @@ class _Stub(Leaf):
         return super().attribute_faults({n: v for n, v in attributes.items() if n.startswith("_")})
 
     def update(self) -> Outcome:
-        self.feedback_message = "nobody knows what this is"
+        self.feedback_message = "this node has no class"
         return FAILURE
 
 
-def stub(tag: str) -> type[Leaf]:
-    """A class of that name."""
-    return type(tag, (_Stub,), {"tag": tag, "__doc__": "Stands for a node that is not here."})
+def stub_leaf(tag: str) -> type[Leaf]:
+    """Stub class with a tag."""
+    return type(tag, (_Stub,), {"tag": tag, "__doc__": "Stub of a node without a class."})

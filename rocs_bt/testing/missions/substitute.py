@@ -1,4 +1,4 @@
-"""Substitution: other nodes in the place of some, without touching the file (BehaviorTree.CPP 4.10, t15)."""
+"""Substitution of nodes by stubs, without a change of the file (BehaviorTree.CPP 4.10, t15)."""
 
 from __future__ import annotations
 
@@ -10,44 +10,44 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from ...errors import Fault, InputError, unknown
 from ...nesting import check_nesting
 from ...trees.nodes import BUILTIN, Node, Registry
-from .letters import Letters, Scripted
 from .match import Filters, identity, replace, wild
+from .scripted import Scripted, ScriptedOutcomes
 
 if TYPE_CHECKING:
     from ...trees import Behaviour
 
-Rule: TypeAlias = "Letters | str | Mapping[str, Any]"
-"""What stands in: letters; the name of another node class; or the configuration of a `TestNode`."""
+Rule: TypeAlias = "ScriptedOutcomes | str | Mapping[str, Any]"
+"""Replacement of a node: scripted outcomes; the name of another node class; or the configuration of a `TestNode`."""
 
 
 def substitute(root: Behaviour, rules: Mapping[str, Rule], nodes: Registry = BUILTIN) -> Behaviour:
-    """Put stand-ins into a tree that is not bound yet.
+    """Replace nodes of an unbound tree by stubs.
 
-        substitute(root, {"dock/*": Letters("RRS"), "GoTo": "AlwaysSuccess", "shout": {"return_status": "FAILURE"}})
+        substitute(root, {"dock/*": ScriptedOutcomes("RRS"), "GoTo": "AlwaysSuccess", "shout": {"async_delay": 100}})
 
-    A filter is a node's name, or its path; or the name of its class, or of its action; or a pattern with `*` and `?`
-    over paths, which are those of BehaviorTree.CPP: `subtree/name`. The first that fits counts, in this order, and
-    among patterns in the order given. Letters that are given to a pattern are for leaves that need a robot alone:
-    neither for nodes with children, nor for built-in ones. What stands in keeps the conditions of the original.
+    A filter is a node's name or path, the name of its class or action, or a pattern with `*` and `?` over paths, which
+    have BehaviorTree.CPP's form `subtree/name`. The first match counts, in this order, and among patterns in the order
+    given. A pattern with scripted outcomes matches only leaves that need a robot, not nodes with children or built-in
+    nodes. A stub keeps the conditions of its original.
 
     Args:
-        root: The tree's root.
-        rules: What stands in, by filter.
-        nodes: The node classes that rules may name.
+        root: Root of the tree.
+        rules: Replacements by filter.
+        nodes: Node classes that rules may name.
 
     Returns:
-        The root, which may be another one now.
+        The root, which may have been replaced.
 
     Raises:
-        InputError: A filter means no node, or a rule names no class; every such filter is told.
+        InputError: A filter matches no node, or a rule names an unknown class; lists all unmatched filters.
     """
     filters, out = Filters(root, rules), root
     filters.refuse_unused()
-    careful = [text for text, rule in rules.items() if isinstance(rule, Letters) and wild(text)]
+    leaves_only = [text for text, rule in rules.items() if isinstance(rule, ScriptedOutcomes) and wild(text)]
     todo = [root]
     while todo:
         node = todo.pop()
-        skip = careful if node.children or identity(node) in BUILTIN else ()
+        skip = leaves_only if node.children or identity(node) in BUILTIN else ()
         found = filters.match(node, skip)
         if found is None:
             todo += node.children
@@ -61,7 +61,7 @@ def substitute(root: Behaviour, rules: Mapping[str, Rule], nodes: Registry = BUI
 
 
 def read_rules(source: Path | str) -> dict[str, Rule]:
-    """Rules from BehaviorTree.CPP's JSON form.
+    """Rules in BehaviorTree.CPP's JSON form.
 
         {"TestNodeConfigs": {"Slow": {"async_delay": 2000}}, "SubstitutionRules": {"dock/*": "Slow"}}
 
@@ -69,7 +69,7 @@ def read_rules(source: Path | str) -> dict[str, Rule]:
         source: A file, or the text.
 
     Raises:
-        InputError: It is no such document.
+        InputError: The document is invalid.
     """
     file = source if isinstance(source, Path) else None
     try:
@@ -77,10 +77,10 @@ def read_rules(source: Path | str) -> dict[str, Rule]:
         check_nesting(text)
         document = json.loads(text)
     except (OSError, ValueError) as error:
-        raise InputError(Fault(f"these rules cannot be read: {error}.", file)) from error
+        raise InputError(Fault(f"cannot read the substitution rules: {error}.", file)) from error
     if not isinstance(document, dict) or not isinstance(document.get("SubstitutionRules"), dict):
         hint = 'Write {"TestNodeConfigs": {...}, "SubstitutionRules": {"filter": "name"}}.'
-        raise InputError(Fault("these rules have no SubstitutionRules.", file, hint=hint))
+        raise InputError(Fault("the document has no SubstitutionRules.", file, hint=hint))
     configs, rules = document.get("TestNodeConfigs", {}), document["SubstitutionRules"]
     if not isinstance(configs, dict) or not all(isinstance(config, dict) for config in configs.values()):
         raise InputError(Fault('TestNodeConfigs must be {"name": {...}}.', file))
@@ -90,7 +90,7 @@ def read_rules(source: Path | str) -> dict[str, Rule]:
 
 
 def _stand_in(node: Behaviour, rule: Rule, nodes: Registry) -> Node:
-    if isinstance(rule, Letters):
+    if isinstance(rule, ScriptedOutcomes):
         return Scripted(node.name, rule, node)
     conditions = {n: s.text for n, s in node.conditions.items()} if isinstance(node, Node) else {}
     if isinstance(rule, str):
@@ -99,7 +99,7 @@ def _stand_in(node: Behaviour, rule: Rule, nodes: Registry) -> Node:
         given = {n: v for n, v in getattr(node, "given", {}).items() if n in nodes[rule].ports}
         children = node.children if nodes[rule].min_children else []
         for child in children:
-            child.parent = None  # or it would not go with another parent
+            child.parent = None  # else the new parent would refuse it
         return nodes.make(rule, node.name, children, {**given, **conditions})
     texts = {n: str(v) if not isinstance(v, str) else v for n, v in rule.items()}
     return nodes.make("TestNode", node.name, (), {**texts, **conditions})

@@ -1,4 +1,4 @@
-"""Trace: what a mission did, tick by tick."""
+"""Trace: record of a mission, tick by tick."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from ...trees.board import Board
 
 @dataclass(frozen=True)
 class Trace:
-    """What a mission did.
+    """Record of a mission.
 
-        trace["GoTo dock"] == "R R S"    # `.` where it was not ticked, `H` where it was halted, `RH` for both
+        trace["GoTo dock"] == "R R S"    # `.` if not ticked, `H` if halted, `RH` for both
 
     Attributes:
-        outcomes: What the root came to in each tick, by name.
-        cells: The letters of each node by its path, one text a tick.
-        board: The root's board.
-        knowledge: What the robot knows in the end.
-        said: What the mission said, and logged.
-        reason: What the node that decided has to say; empty where it has nothing.
-        times: When each tick was [s].
+        outcomes: Outcome of the root in each tick, by name.
+        cells: Letters of each node by its path, one text per tick.
+        board: Blackboard of the root.
+        knowledge: Knowledge at the end.
+        said: Texts that the mission spoke or logged.
+        reason: Feedback message of the deciding node; may be empty.
+        times: Time of each tick [s].
     """
 
     outcomes: tuple[str, ...]
@@ -36,28 +36,28 @@ class Trace:
 
     @property
     def outcome(self) -> str:
-        """What the root came to at last."""
+        """Last outcome of the root."""
         return self.outcomes[-1]
 
     @property
     def ticks(self) -> int:
-        """How often the tree was ticked."""
+        """Number of ticks."""
         return len(self.outcomes)
 
     def __getitem__(self, node: str) -> str:
-        """The letters of a node, a word a tick.
+        """Letters of a node, one word per tick.
 
         Args:
-            node: Its path, or its name where only one has it.
+            node: Path of the node, or its name if unique.
 
         Raises:
-            InputError: No node has it, or more than one.
+            InputError: No node, or more than one, has this name.
         """
         found = [path for path in self.cells if node in (path, path.rsplit("/", 1)[-1])]
         if not found:
             raise InputError(unknown("node", node, self.cells, "The tree"))
         if len(found) > 1 and node not in self.cells:
-            raise InputError(Fault(f"{len(found)} nodes are named '{node}'.", hint=f"Say which: {', '.join(found)}."))
+            raise InputError(Fault(f"{len(found)} nodes are named '{node}'.", hint=f"Choose one: {', '.join(found)}."))
         return " ".join(self.cells[node] if node in self.cells else self.cells[found[0]])
 
     def __str__(self) -> str:

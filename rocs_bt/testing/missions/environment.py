@@ -1,4 +1,4 @@
-"""A mission's surroundings without a robot: a clock that stands still, what is known, signals at will."""
+"""Environment of a mission without a robot: a clock that only the test advances, initial knowledge, given signals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from ...signal import Signal
 from ...units import ANGLE, LENGTH, NONE, SPEED, TURN_RATE, Dimension, parse_quantity
 
 Known: TypeAlias = "Mapping[str, Any] | Callable[[Knowledge], None]"
-"""Nodes by name: a pose (x, y) or (x, y, yaw) of a goal, or all attributes with `kind`; or what writes them."""
+"""Initial knowledge: nodes by name, or a function that writes them.
+
+A node is the pose (x, y) or (x, y, yaw) of a goal, or all its attributes with `kind`.
+"""
 
 SIGNALS: Mapping[str, tuple[Dimension, ...]] = {
     **dict.fromkeys(("front", "left_gap", "right_gap", "rear", "stop_distance", "goal_distance"), (LENGTH,)),
@@ -28,26 +31,26 @@ SIGNALS: Mapping[str, tuple[Dimension, ...]] = {
     "turn_rate": (TURN_RATE,),
     "pose": (LENGTH, LENGTH, ANGLE),
 }
-"""The standard signals; those that a test does not give are invalid, but for a robot at rest at the origin."""
+"""Standard signals. Those not given by the test are invalid, except that the robot is at rest at the origin."""
 
 _REST = {"pose": [0.0, 0.0, 0.0], "speed": 0.0, "turn_rate": 0.0}
 
 
-class Surroundings:
-    """What a `Mission` needs, without a robot.
+class MissionEnvironment:
+    """Builds a `Mission` without a robot.
 
     Args:
-        knowledge: What is known at the start.
+        knowledge: Initial knowledge.
         signals: Values by signal: `"0.4 m"`, a list of such, or SI numbers.
-        step: How long a tick is [s].
-        actions: Actions besides the shipped ones.
-        content: The node classes and route planners that there are by name.
-        name: The mission's name.
+        step: Time per tick [s].
+        actions: Actions in addition to the shipped ones.
+        content: Source of node classes and route planners.
+        name: Name of the mission.
 
     Attributes:
-        clock: Time; it moves a step a tick.
+        clock: Clock; advances one step per tick.
         mission: The mission.
-        sink: All events.
+        sink: Sink with all events.
     """
 
     def __init__(
@@ -70,7 +73,7 @@ class Surroundings:
         self.knowledge.signals.freeze()
         for signal, value in values.items():
             self.knowledge.signals.write(signal, _numbers(value), 0.0)
-        _tell(self.knowledge, knowledge)
+        _add(self.knowledge, knowledge)
         environment = Environment.of(self.knowledge.signals)
         self.mission = Mission(
             name,
@@ -82,22 +85,22 @@ class Surroundings:
         self.mission.content = content
 
 
-def _tell(knowledge: Knowledge, known: Known) -> None:
+def _add(knowledge: Knowledge, known: Known) -> None:
     if callable(known):
         known(knowledge)
         return
-    for name, what in known.items():
-        if isinstance(what, Mapping):
-            given = dict(what)
+    for name, value in known.items():
+        if isinstance(value, Mapping):
+            given = dict(value)
             if "pose" in given:
                 given["pose"] = Pose2(*given["pose"])
             knowledge.graph.add(name, given.pop("kind", "goal"), **given)
         else:
-            knowledge.world.place(name, Pose2(*what), kind="goal")
+            knowledge.world.place(name, Pose2(*value), kind="goal")
 
 
 def _numbers(value: Any) -> list[float]:
-    """A value, or several, in SI units."""
+    """One or several values in SI units."""
     several: Sequence[Any] = value if isinstance(value, (list, tuple)) else [value]
     return [parse_quantity(v).value if isinstance(v, str) else float(v) for v in several]
 
@@ -108,11 +111,11 @@ def _dimension(value: Any) -> Dimension:
 
 
 def checked_ticks(ticks: int) -> int:
-    """How often a mission may be ticked.
+    """Number of ticks, validated.
 
     Raises:
-        InputError: Not even once.
+        InputError: It is less than 1.
     """
     if ticks < 1:
-        raise InputError(f"a mission is ticked once at least, found {ticks} ticks.")
+        raise InputError(f"ticks must be at least 1, found {ticks}.")
     return ticks
